@@ -1,0 +1,22 @@
+#pragma once
+/// Making a visibility field: rasterize, transform, truncate, pack.
+
+#include "fields/mesh_preparation.h"
+#include "fields/occluder.h"
+#include "fields/progress.h"
+#include "fields/result.h"
+#include "fields/visibility_field.h"
+
+namespace haarfield {
+
+/// What the field of this mesh with these settings is called: equal keys, equal fields, bit for bit.
+ContentHash field_key(const PreparedMesh& mesh, const FieldSettings& settings);
+
+/// The field of an entity. Uses all of oneTBB's threads; the result does not depend on their number.
+///
+/// cost    one rasterization and transform per planar, spherical and fine-mesh sample.
+/// errors  interrupted; more than 2^31 samples.
+Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh, const Occluder& occluder,
+                                         const FieldSettings& settings, const Progress& progress = {});
+
+}  // namespace haarfield

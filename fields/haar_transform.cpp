@@ -1,0 +1,1 @@
+#include "fields/haar_transform.h"

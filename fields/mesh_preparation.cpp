@@ -1,0 +1,1 @@
+#include "fields/mesh_preparation.h"

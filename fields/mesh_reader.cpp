@@ -1,0 +1,1 @@
+#include "fields/mesh_reader.h"

@@ -1,0 +1,1 @@
+#include "fields/vdb_store.h"

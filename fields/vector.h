@@ -1,0 +1,25 @@
+#pragma once
+/// Vectors and colours: Imath's, under the names that haarfield uses.
+///
+/// Frame   right-handed, +y up; metres. Directions are unit vectors that point away from the surface.
+/// Colour  linear RGB, unbounded: radiance in W/(m^2 sr), or an albedo in [0, 1].
+
+#include <Imath/ImathColor.h>
+#include <Imath/ImathVec.h>
+
+#include <cmath>
+
+namespace haarfield {
+
+using Vec3f = Imath::V3f;
+using Vec3d = Imath::V3d;
+using Rgb = Imath::Color3f;  ///< Arithmetic is per channel, `*` included.
+
+inline constexpr double pi = 3.14159265358979323846;
+
+inline bool is_finite(const Vec3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+/// Relative luminance of linear Rec. 709 RGB, in the colour's unit.
+inline float luminance(const Rgb& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+
+}  // namespace haarfield

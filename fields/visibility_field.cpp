@@ -1,0 +1,1 @@
+#include "fields/visibility_field.h"

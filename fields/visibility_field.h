@@ -1,0 +1,58 @@
+#pragma once
+/// The visibility field of one entity: what can be seen past it, around it and on its surface.
+
+#include "fields/mesh.h"
+#include "fields/quadtree_pool.h"
+#include "fields/samplers.h"
+
+#include <string>
+
+namespace haarfield {
+
+/// 128 bits of XXH3.
+struct ContentHash {
+    std::uint64_t low = 0, high = 0;
+
+    bool operator==(const ContentHash&) const = default;
+    std::string hex() const;  ///< 32 digits, high half first.
+};
+
+/// What decides a field, beside the mesh.
+struct FieldSettings {
+    std::int32_t face_size = 64;         ///< Texels along a cubemap edge: 16, 32, 64, 128 or 256.
+    std::int32_t coefficients = 70;      ///< Wavelets kept a face; 0: all.
+    float relative_l2_error = 0.0f;      ///< See Truncation; of occlusion (1 - visibility).
+    std::uint32_t planar_samples = 20000;
+    std::uint32_t spherical_samples = 10000;
+
+    bool operator==(const FieldSettings&) const = default;
+};
+
+/// Handles of cubemaps in a pool, by sample of each sampler and by vertex of the fine mesh.
+///
+/// Visibility is 1 where a direction is open, 0 where the entity blocks it, and between on a texel that
+/// it covers in part. Planar and spherical samples see the whole coarse mesh. Local samples see it from
+/// the vertex; texels below the vertex's horizon hold nothing to rely on and must be multiplied by zero.
+struct VisibilityField {
+    std::string entity;
+    ContentHash key;         ///< Of mesh, settings and format: equal keys, equal fields.
+    FieldSettings settings;
+    Bounds bounds;           ///< Of the mesh. [m]
+    PlanarSampler planar;
+    SphericalSampler spherical;
+    std::vector<std::int32_t> planar_handles;     ///< One per sample of `planar`.
+    std::vector<std::int32_t> spherical_handles;  ///< One per sample of `spherical`.
+    std::vector<std::int32_t> local_handles;      ///< One per vertex of the fine mesh.
+    std::vector<std::uint8_t> buried_vertices;    ///< One per vertex: 1 where it lies inside the entity.
+    QuadtreePool pool;
+};
+
+/// A cubemap interpolated from a field, face by face: open where nothing blocks.
+CubemapTree interpolated_visibility(const VisibilityField& field, const std::vector<std::int32_t>& handles,
+                                    const Interpolation& interpolation);
+
+/// Whether a handle or face index is out of range, a table has the wrong length, or the pool has a
+/// defect (pool_defect). Empty if all is well; otherwise what is wrong.
+std::string field_defect(const VisibilityField& field);
+
+}  // namespace haarfield

@@ -1,0 +1,49 @@
+#pragma once
+/// From a scene's description to everything that shading needs: meshes, occluders, fields.
+
+#include "fields/field_precompute.h"
+#include "fields/progress.h"
+#include "fields/result.h"
+#include "scenes/scene.h"
+#include "shading/renderer.h"
+
+#include <filesystem>
+#include <memory>
+
+namespace haarfield {
+
+/// An entity in one orientation: instances that are rotated differently need a field of their own.
+struct SceneEntity {
+    std::string name;     ///< The entity's, with the rotation in degrees if there is one: `chair-r0-90-0`.
+    std::size_t entity = 0;  ///< Index in Scene::entities.
+    PreparedMesh mesh;    ///< Rotated.
+    Occluder occluder;
+    VisibilityField field;
+    std::vector<Material> materials;  ///< By the mesh's material index.
+    std::filesystem::path field_file;
+    bool reused = false;
+    std::string remade_because;  ///< Why a file that was there was not used; empty if none was there.
+    double mesh_seconds = 0, field_seconds = 0;
+};
+
+struct SceneEntities {
+    std::vector<std::unique_ptr<SceneEntity>> entities;
+    std::vector<std::size_t> entity_of_instance;  ///< Index in `entities`, by Scene::instances.
+    std::vector<std::string> warnings;
+};
+
+struct SceneEntityOptions {
+    std::filesystem::path fields_folder;  ///< Made if missing.
+    std::int32_t face_size = 64;
+    std::int32_t coefficients = 70;  ///< Of visibility; see FieldSettings.
+    bool fields = true;              ///< false: meshes only.
+};
+
+/// Reads and prepares the meshes, then makes each field, or reads it from the folder if its key fits.
+Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEntityOptions& options,
+                                             const Progress& progress = {});
+
+/// Puts the parts together for vertex_radiance. `entities` must outlive the result.
+ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, LatLongImage environment);
+
+}  // namespace haarfield

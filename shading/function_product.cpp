@@ -1,0 +1,1 @@
+#include "shading/function_product.h"

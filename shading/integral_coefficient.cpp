@@ -1,0 +1,1 @@
+#include "shading/integral_coefficient.h"

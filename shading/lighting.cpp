@@ -1,0 +1,1 @@
+#include "shading/lighting.h"

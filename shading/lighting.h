@@ -1,0 +1,24 @@
+#pragma once
+/// Environment light as wavelets.
+///
+/// The solid angle enters here, and nowhere else: a texel of the lighting holds
+///     radiance (mean over the texel) * solid angle * size^2,
+/// so that the product integral of the lighting with other functions over the unit square of each
+/// face, added over the six faces, is their integral over the sphere. [W/m^2]
+
+#include "fields/haar_transform.h"
+#include "shading/environment.h"
+
+namespace haarfield {
+
+/// Lighting texels, face by face, 6 * size * size.
+///
+/// accuracy  the energy of any feature, however small, arrives to 0.5 %; a constant environment comes
+///           out constant (times solid angle) to 1e-5.
+/// cost      some 0.1 s for 1024 x 512 pixels.
+std::vector<Rgb> lighting_texels(const LatLongImage& environment, int size);
+
+/// The same as quadtrees.
+RgbCubemapTree lighting_tree(const LatLongImage& environment, int size, const Truncation& truncation);
+
+}  // namespace haarfield

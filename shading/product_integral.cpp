@@ -1,0 +1,1 @@
+#include "shading/product_integral.h"
