@@ -5,28 +5,55 @@
 #include "fields/vector.h"
 #include "shading/environment.h"
 
+#include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace haarfield {
 
-/// A linear RGB picture with coverage.
+/// A linear RGB picture with coverage. Where there is coverage the radiance is premultiplied by it, as
+/// OpenEXR and POV-Ray have it: what the objects add to the pixel, background left out.
 struct Image {
     int width = 0, height = 0;
-    std::vector<Rgb> pixels;      ///< Row by row from the top; linear radiance.
-    std::vector<float> coverage;  ///< 0 background to 1 object, per pixel; empty if the file has none.
+    std::vector<Rgb> pixels;      ///< Row by row from the top, width * height; linear radiance.
+    std::vector<float> coverage;  ///< 0 background to 1 object, per pixel; empty if there is no alpha.
 };
 
-/// Reads any format that OpenImageIO knows; 8 and 16 bit formats are taken as sRGB, float as linear.
+/// Reads any format that OpenImageIO knows.
+///
+/// radiance  8 and 16 bit integers are taken as sRGB, floating point as linear; grey becomes three equal
+///           channels. Nothing is multiplied by alpha or divided by it: the file's numbers are kept.
+/// coverage  from the alpha channel, clamped to [0, 1].
+/// errors    no such file, not an image (with OpenImageIO's words), cut short, larger than 2^28 pixels.
 Result<Image> read_image(const std::filesystem::path& file);
 
-/// Writes linear half-float EXR, or 8-bit sRGB PNG clamped to [0, 1], by the file's ending; atomically.
+/// Writes an image by the file's ending; anything but .exr and .png is an error.
+///
+/// .exr      linear, half floats, with alpha if there is coverage. Radiance beyond 65000 is clamped.
+/// .png      8 bit, sRGB-encoded, clamped to [0, 1]; alpha is left out: see over().
+/// atomic    written beside the file under another name, then renamed: never half a file.
+/// errors    non-finite radiance or coverage; what the disk says.
 Result<Done> write_image(const Image& image, const std::filesystem::path& file);
 
-/// sRGB encoding of a linear value, both in [0, 1] (clamped).
+/// The bytes of a PNG: 8 bit sRGB. With coverage it has alpha, not premultiplied, as PNG wants it.
+/// errors    non-finite radiance or coverage; an empty image.
+Result<std::string> png_bytes(const Image& image);
+
+/// The image in front of a background of the same size (asserted); without coverage, the image itself.
+Image over(const Image& image, const Image& background);
+
+/// sRGB encoding of a linear value, both in [0, 1] (clamped; NaN becomes 0).
 float srgb_encoded(float linear);
 
-/// Reads a lat-long environment as it is: neither cleaned nor turned. Width must be twice the height.
+/// The inverse.
+float srgb_decoded(float encoded);
+
+/// Reads a lat-long environment as it is: neither cleaned nor turned.
+/// errors    as read_image; a width that is not twice the height.
 Result<LatLongImage> read_environment_image(const std::filesystem::path& file);
+
+/// Writes the whole text to a file, atomically (see write_image). Scenes and reports go through this.
+Result<Done> write_file(const std::filesystem::path& file, const std::string& bytes);
 
 }  // namespace haarfield

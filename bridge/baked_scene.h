@@ -1,0 +1,42 @@
+#pragma once
+/// Shaded meshes as a POV-Ray scene: colours at the vertices, no light.
+
+#include "bridge/povray_scene.h"
+
+#include <span>
+
+namespace haarfield {
+
+/// One object. world = translate + scale * mesh. The mesh and the radiance must outlive the call.
+struct BakedInstance {
+    std::string name;               ///< Unlike all others of the scene.
+    const Mesh* mesh = nullptr;     ///< The fine one.
+    Vec3f translate{0, 0, 0};       ///< [m]
+    float scale = 1;                ///< > 0.
+    std::span<const Rgb> radiance;  ///< Outgoing, one per vertex of the mesh. [W/(m^2 sr)]
+};
+
+struct BakedFiles {
+    std::filesystem::path scene;                  ///< `NAME.pov`
+    std::vector<std::filesystem::path> includes;  ///< `NAME_<instance>.inc`, by instance.
+    std::vector<std::string> objects;             ///< What each declares: `Name_Instance`, by instance.
+    std::uint64_t clamped_vertices = 0;           ///< Radiance below 0 or above 65000, set to the limit.
+};
+
+/// Writes `NAME.pov` and one `NAME_<instance>.inc` per instance, each atomically, the scene file last.
+///
+/// An include declares one object, in world coordinates, that a POV-Ray user can place in a scene of
+/// their own: it is guarded, keeps their #version, prefixes its names, has no camera, light or global
+/// settings, and says at its top how to use it. Colours are `emission` textures; vertices of exactly
+/// equal radiance share one. The scene file sets what an include can not: assumed_gamma 1, and
+/// adc_bailout 0, without which POV-Ray drops the dim corners of a triangle.
+///
+/// scene_name  the stem of the files: letters, digits, `_`, `-`, `.`.
+/// errors      non-finite radiance or positions (with instance and vertex); radiance and mesh of
+///             different lengths; scale not in (0, inf); two instances of one name; what the disk says.
+/// cost        1 s and 160 bytes of text per 150K vertices; all instances are written in parallel.
+Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const std::string& scene_name,
+                                     const Camera& camera, std::span<const BakedInstance> instances,
+                                     const BackgroundDescription& background);
+
+}  // namespace haarfield

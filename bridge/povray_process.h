@@ -1,0 +1,46 @@
+#pragma once
+/// Running POV-Ray: a child process without a window, watched, and stopped when asked.
+
+#include "bridge/image.h"
+#include "fields/progress.h"
+
+namespace haarfield {
+
+struct PovrayOptions {
+    std::string program = "povray";         ///< A path, or a name to be looked up in PATH.
+    int width = 640, height = 480;          ///< [pixels]
+    int threads = 0;                        ///< 0: all cores.
+    int antialiasing = 0;                   ///< n: n x n rays a pixel, and its centre; 0: its centre alone.
+    std::vector<std::string> declarations;  ///< Each set to 1 before the scene is read.
+};
+
+struct PovrayRun {
+    std::string command_line;                     ///< As a person would type it.
+    double parse_seconds = 0, trace_seconds = 0;  ///< Wall time, by POV-Ray's own log.
+    std::vector<std::string> warnings;            ///< POV-Ray's, one line each.
+};
+
+/// Renders a scene file to a half-float EXR with alpha.
+///
+/// Includes and images are looked up in the scene's folder. The picture appears under its name only
+/// when it is complete; nothing else stays, whatever happens.
+///
+/// progress  reported in pixels of the picture, by stage `POV-Ray`.
+/// errors    no such program; POV-Ray's own words (parse errors with file and line) if it fails, ends by
+///           a signal or leaves no picture; interrupted: the child is ended within 50 ms.
+/// cost      0.5 s to start, then POV-Ray's.
+Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::filesystem::path& exr,
+                             const PovrayOptions& options = {}, const Progress& progress = {});
+
+struct RenderedScene {
+    Image image;  ///< The objects, with coverage.
+    PovrayRun run;
+};
+
+/// Renders a scene that write_baked_scene or write_reference_scene wrote: `exr` gets the objects with
+/// their coverage, and a .png beside it of the same stem shows them before the background. The second is
+/// a POV-Ray run of its own, without the objects: half a second.
+Result<RenderedScene> render_scene(const std::filesystem::path& scene, const std::filesystem::path& exr,
+                                   const PovrayOptions& options = {}, const Progress& progress = {});
+
+}  // namespace haarfield

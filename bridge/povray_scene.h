@@ -1,0 +1,63 @@
+#pragma once
+/// The words of POV-Ray that the baked scene and the reference scene share.
+///
+/// Frame   POV-Ray's own is left-handed, but its camera takes any three vectors: we write coordinates
+///         unchanged and give a right-handed camera. Normals and light directions are unchanged too.
+/// Text    numbers never depend on the locale; all names are made from [A-Za-z0-9_].
+///
+/// A scene file obeys two switches, set on POV-Ray's command line as `Declare=NAME=1`; render_scene
+/// uses them to get the objects with their coverage and the background apart:
+///     Haarfield_Without_Background   objects before nothing, so that +UA gives coverage
+///     Haarfield_Background_Alone     the background, without reading the objects
+
+#include "fields/mesh.h"
+#include "fields/result.h"
+#include "scenes/scene.h"
+#include "shading/environment.h"
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace haarfield {
+
+inline constexpr const char* without_background = "Haarfield_Without_Background";
+inline constexpr const char* background_alone = "Haarfield_Background_Alone";
+
+/// What is behind the objects. The image, clean, turned and exposed, must outlive its use.
+struct BackgroundDescription {
+    const LatLongImage* environment = nullptr;  ///< Null: black.
+};
+
+/// An identifier that is safe in POV-Ray: a capital first, so that it is no keyword, then letters,
+/// digits and underscores; at most 64 characters. Equal names give equal identifiers; different names
+/// may clash (`a-b`, `a_b`): who needs them apart numbers them.
+std::string povray_identifier(std::string_view name);
+
+/// `<x, y, z>`, exact: nine significant digits. Components must be finite (asserted).
+std::string povray_vector(const Vec3f& v);
+
+/// `camera { ... }` of a picture camera.width by camera.height. World and camera are magnified by
+/// `scale` (> 0). The pixel's centre (i + 1/2, j + 1/2) looks along
+///     direction + ((i+1/2)/width - 1/2) right + (1/2 - (j+1/2)/height) up.
+/// errors    eye at the target; non-finite numbers; field of view not inside (0, pi); no pixels.
+Result<std::string> povray_camera(const Camera& camera, double scale = 1);
+
+/// Writes the environment as `<stem>_environment.exr` into the folder (half floats, so clamped to
+/// 65000) and returns the `sky_sphere` that shows it, guarded by the switches above. Without an
+/// environment: a black background, and no file.
+Result<std::string> write_background(const std::filesystem::path& folder, const std::string& stem,
+                                     const BackgroundDescription& background);
+
+/// 2^k such that the mesh's edges, magnified so, are large enough for POV-Ray to interpolate over:
+/// the shortest of them 0.1 where the coordinates' size allows it.
+///
+/// POV-Ray 3.7 loses the barycentric weights of triangles with edges below about 0.1 units, and rays of
+/// more than 1e7 units. A power of two is lossless.
+double small_triangle_scale(const Mesh& mesh);
+
+/// errors    non-finite positions, or beyond 1e6 m; no triangle; an index out of range. `where` is put
+///           first in the message. POV-Ray would accept the first and show nothing.
+Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where);
+
+}  // namespace haarfield

@@ -1,0 +1,46 @@
+#pragma once
+/// The same scene for POV-Ray's own ray tracer: what the baked one is compared with.
+
+#include "bridge/light_dome.h"
+#include "bridge/povray_scene.h"
+
+#include <span>
+
+namespace haarfield {
+
+/// One object. world = translate + scale * mesh. Mesh and materials must outlive the call; instances
+/// that share both share them in the file too.
+struct ReferenceInstance {
+    std::string name;                     ///< Unlike all others of the scene.
+    const Mesh* mesh = nullptr;           ///< PreparedMesh::original, with its normals.
+    std::span<const Material> materials;  ///< By the mesh's material index.
+    Vec3f translate{0, 0, 0};             ///< [m]
+    float scale = 1;                      ///< > 0.
+};
+
+struct ReferenceFiles {
+    std::filesystem::path scene;                  ///< `NAME.pov`
+    std::vector<std::filesystem::path> includes;  ///< The meshes, one file each.
+    int lights = 0;                               ///< Written; black ones are not.
+    double world_scale = 1;                       ///< POV-Ray units per metre, a power of two.
+    std::vector<std::string> warnings;            ///< Where POV-Ray can not show a material as meant.
+};
+
+/// Writes `NAME.pov` and `NAME_mesh_<k>.inc`, each atomically, the scene file last.
+///
+/// light       light_dome(environment) as parallel light sources with shadows, colour irradiance/pi.
+/// materials   pigment diffuse, `phong` specular, `phong_size` shininess. In the povray convention
+///             that is exact: POV-Ray's highlight has no cosine. In the physical one the highlight is
+///             scaled by (n+2)/2 and lacks the cosine: a warning says so. A coloured highlight is
+///             exact: see reference_scene.cpp.
+/// scale       the world is magnified, so that POV-Ray's absolute shadow tolerance (1e-3 units) does
+///             not matter: the median object is 10 to 1000 units.
+/// errors      as write_baked_scene; a material index that `materials` does not have; non-finite or
+///             negative material values.
+Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder,
+                                             const std::string& scene_name, const Camera& camera,
+                                             std::span<const ReferenceInstance> instances,
+                                             const LatLongImage& environment,
+                                             const LightDomeOptions& dome = {});
+
+}  // namespace haarfield
