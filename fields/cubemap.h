@@ -20,7 +20,9 @@ inline constexpr int cubemap_faces = 6;
 
 /// Whether a face may have this many texels along an edge: a power of two up to 256. Scenes use 16 to
 /// 256; smaller ones serve small examples.
-constexpr bool is_face_size(int size) { return size >= 1 && size <= 256 && (size & (size - 1)) == 0; }
+constexpr bool is_face_size(int size) {
+    return size >= 1 && size <= 256 && (size & (size - 1)) == 0;
+}
 
 /// A place on the cubemap's surface. u and v in [-1, 1].
 struct CubemapPoint {

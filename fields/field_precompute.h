@@ -1,6 +1,7 @@
 #pragma once
 /// Making a visibility field: rasterize, transform, truncate, pack.
 
+#include "fields/haar_transform.h"
 #include "fields/mesh_preparation.h"
 #include "fields/occluder.h"
 #include "fields/progress.h"
@@ -12,11 +13,16 @@ namespace haarfield {
 /// What the field of this mesh with these settings is called: equal keys, equal fields, bit for bit.
 ContentHash field_key(const PreparedMesh& mesh, const FieldSettings& settings);
 
+/// A cubemap of visibility as trees: 6 * face_size^2 texels, face by face. Truncation errors are measured
+/// against occlusion (1 - visibility), since a far object blocks little of a texel that is open elsewhere.
+CubemapTree visibility_tree(std::span<const float> visibility, int face_size, const Truncation& truncation);
+
 /// The field of an entity. Uses all of oneTBB's threads; the result does not depend on their number.
 ///
 /// cost    one rasterization and transform per planar, spherical and fine-mesh sample.
 /// errors  interrupted; more than 2^31 samples.
-Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh, const Occluder& occluder,
-                                         const FieldSettings& settings, const Progress& progress = {});
+Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh,
+                                         const Occluder& occluder, const FieldSettings& settings,
+                                         const Progress& progress = {});
 
 }  // namespace haarfield

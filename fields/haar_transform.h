@@ -21,7 +21,8 @@ struct Truncation {
 /// accuracy    exact up to rounding (1e-6 of the largest texel) without truncation.
 /// cost        O(texels).
 template <class Value>
-BasicQuadtree<Value> haar_quadtree(std::span<const Value> texels, int size, const Truncation& truncation = {});
+BasicQuadtree<Value> haar_quadtree(std::span<const Value> texels, int size,
+                                   const Truncation& truncation = {});
 
 /// The inverse: means over size * size texels, row by row. Nodes below the texels are averaged out.
 template <class Value>
@@ -35,6 +36,7 @@ BasicQuadtree<Value> weighted_sum(std::span<const BasicQuadtree<Value>* const> t
 
 /// All six faces; texels face by face, 6 * size * size values.
 template <class Value>
-BasicCubemapTree<Value> haar_cubemap(std::span<const Value> texels, int size, const Truncation& truncation = {});
+BasicCubemapTree<Value> haar_cubemap(std::span<const Value> texels, int size,
+                                     const Truncation& truncation = {});
 
 }  // namespace haarfield

@@ -14,9 +14,9 @@ struct MeshPreparation {
 };
 
 struct PreparedMesh {
-    Mesh original;         ///< As read, and mended.
-    Mesh fine;             ///< Subdivided: the same surface, at least fine_vertices vertices.
-    Mesh coarse;           ///< Simplified: what casts shadows. Positions and triangles matter only.
+    Mesh original;  ///< As read, and mended.
+    Mesh fine;      ///< Subdivided: the same surface, at least fine_vertices vertices.
+    Mesh coarse;    ///< Simplified: what casts shadows. Positions and triangles matter only.
     MeshFindings findings;
 };
 
@@ -26,8 +26,8 @@ struct PreparedMesh {
 ///         not change, normals are interpolated and normalised as a renderer does, there are no
 ///         T-junctions, and all of it is deterministic.
 /// coarse  quadric (Garland-Heckbert) edge collapse down to coarse_triangles, per connected piece
-///         where pieces do not share vertices; what CGAL can not take as a manifold (non-manifold edges, duplicate
-///         faces) is cut there and still simplified.
+///         where pieces do not share vertices; what CGAL can not take as a manifold (non-manifold edges,
+///         duplicate faces) is cut there and still simplified.
 /// repair  triangle orientation is made to agree within each piece; closed pieces face outwards.
 Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& wanted,
                                   const Progress& progress = {});

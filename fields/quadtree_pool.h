@@ -4,6 +4,7 @@
 #include "fields/quadtree.h"
 
 #include <compare>
+#include <memory>
 #include <string>
 
 namespace haarfield {
@@ -54,16 +55,16 @@ public:
 
 private:
     struct State;
-    State* state_;
-    QuadtreePoolBuilder(const QuadtreePoolBuilder&) = delete;
-    QuadtreePoolBuilder& operator=(const QuadtreePoolBuilder&) = delete;
+    std::unique_ptr<State> state_;
 };
 
-/// Tree of one face, in floats.
+/// Tree of one face, in floats; `unpack_face` reuses the tree's memory.
+void unpack_face(const QuadtreePool& pool, std::uint32_t face, Quadtree& tree);
 Quadtree unpacked_face(const QuadtreePool& pool, std::uint32_t face);
 
 /// Whether every index in the pool is in range and every face is a tree whose nodes come parents
-/// first and are all reached, so that walking it is safe. Empty if so; otherwise what is wrong, and where.
+/// first and are all reached, level by level and without gaps, so that walking it is safe and ends. Empty if
+/// so; otherwise what is wrong, and where.
 std::string pool_defect(const QuadtreePool& pool);
 
 }  // namespace haarfield

@@ -17,9 +17,13 @@ using Rgb = Imath::Color3f;  ///< Arithmetic is per channel, `*` included.
 
 inline constexpr double pi = 3.14159265358979323846;
 
-inline bool is_finite(const Vec3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+inline bool is_finite(const Vec3f& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 
 /// Relative luminance of linear Rec. 709 RGB, in the colour's unit.
-inline float luminance(const Rgb& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+inline float luminance(const Rgb& c) {
+    return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
+}
 
 }  // namespace haarfield

@@ -19,9 +19,9 @@ struct ContentHash {
 
 /// What decides a field, beside the mesh.
 struct FieldSettings {
-    std::int32_t face_size = 64;         ///< Texels along a cubemap edge: 16, 32, 64, 128 or 256.
-    std::int32_t coefficients = 70;      ///< Wavelets kept a face; 0: all.
-    float relative_l2_error = 0.0f;      ///< See Truncation; of occlusion (1 - visibility).
+    std::int32_t face_size = 64;     ///< Texels along a cubemap edge: 16, 32, 64, 128 or 256.
+    std::int32_t coefficients = 70;  ///< Wavelets kept a face; 0: all.
+    float relative_l2_error = 0.0f;  ///< See Truncation; of occlusion (1 - visibility).
     std::uint32_t planar_samples = 20000;
     std::uint32_t spherical_samples = 10000;
 
@@ -35,9 +35,9 @@ struct FieldSettings {
 /// the vertex; texels below the vertex's horizon hold nothing to rely on and must be multiplied by zero.
 struct VisibilityField {
     std::string entity;
-    ContentHash key;         ///< Of mesh, settings and format: equal keys, equal fields.
+    ContentHash key;  ///< Of mesh, settings and format: equal keys, equal fields.
     FieldSettings settings;
-    Bounds bounds;           ///< Of the mesh. [m]
+    Bounds bounds;  ///< Of the mesh. [m]
     PlanarSampler planar;
     SphericalSampler spherical;
     std::vector<std::int32_t> planar_handles;     ///< One per sample of `planar`.

@@ -1,6 +1,7 @@
 #pragma once
 /// Fractional visibility cubemaps, rasterized on the CPU.
 
+#include "fields/cubemap.h"
 #include "fields/occluder.h"
 
 #include <cstdint>
@@ -11,6 +12,13 @@ namespace haarfield {
 
 /// Samples in a texel: one in each of eight sub-rows, in different columns (eight rooks).
 inline constexpr int samples_per_texel = 8;
+
+/// The pattern: texel row r has the sub-rows 8r + s, s = 0 to 7, at v = (2 (8r + s) + 1) / (8 size) - 1. The
+/// sample of sub-row s in column c lies at u = 2 (c + sample_offset(s)) / size - 1.
+constexpr double sample_offset(int sub_row) {
+    constexpr int column[samples_per_texel] = {5, 0, 3, 6, 1, 4, 7, 2};
+    return (column[sub_row % samples_per_texel] + 0.5) / samples_per_texel;
+}
 
 /// Rasterizes one occluder at a time; keeps its buffers, so that repeated use allocates nothing.
 ///
@@ -34,11 +42,13 @@ public:
                                                const Vec3f* horizon = nullptr);
 
 private:
+    void block_triangle(const Vec3d& a, const Vec3d& b, const Vec3d& c, bool both_sides);
+
     int face_size_;
     int words_per_row_;
     std::vector<std::uint64_t> blocked_;  ///< Bit per sample: face, sub-row, 64 columns a word.
     std::vector<std::uint8_t> open_;
-    std::vector<Vec3f> relative_;
+    std::vector<Vec3d> relative_;  ///< Vertices, seen from the view point.
 };
 
 }  // namespace haarfield
