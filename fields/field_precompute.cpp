@@ -6,10 +6,9 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <functional>
 #include <memory>
 
-#include "fields/haar_transform.h"
+#include "fields/local_samples.h"
 #include "fields/visibility_rasterizer.h"
 
 namespace haarfield {
@@ -29,49 +28,6 @@ void hash_mesh(XXH3_state_t& state, const Mesh& mesh) {
     hash_vector(state, mesh.positions);
     hash_vector(state, mesh.normals);
     hash_vector(state, mesh.triangles);
-}
-
-/// Above a surface by this many radii the rasterizer is safe; a two-sided occluder that was simplified
-/// may bulge over its own fine vertices and needs more.
-constexpr float one_sided_offset = 1e-4f, two_sided_offset = 1e-3f;
-
-/// Where the visibility of a fine vertex is sampled.
-struct LocalSamples {
-    std::vector<Vec3f> points;
-    std::vector<std::uint8_t> buried;
-};
-
-/// A vertex on a crease, at a contact or where two pieces meet lies on other surfaces too, which would be
-/// seen edge-on, that is, not at all. So the sample moves a little towards the middle of the vertex's own
-/// triangles, of those that are not buried in another piece; if all are, so is the vertex.
-LocalSamples local_samples(const Mesh& mesh, const InsideTest& is_inside, float offset) {
-    constexpr float inwards = 0.05f;  ///< Of the way to the middle of the triangles.
-    std::vector<Vec3f> sum(mesh.positions.size(), Vec3f(0.0f));
-    std::vector<std::uint32_t> count(mesh.positions.size(), 0);
-    for (const auto& triangle : mesh.triangles) {
-        const Vec3f &a = mesh.positions[triangle[0]], &b = mesh.positions[triangle[1]],
-                    &c = mesh.positions[triangle[2]];
-        const Vec3f middle = (a + b + c) / 3.0f;
-        const Vec3f normal = (b - a).cross(c - a).normalized();
-        if (is_inside(middle + normal * offset)) continue;
-        for (const std::uint32_t v : triangle) {
-            sum[v] += middle;
-            ++count[v];
-        }
-    }
-    LocalSamples samples;
-    samples.points = mesh.positions;
-    samples.buried.assign(mesh.positions.size(), 0);
-    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-        const Vec3f& normal = mesh.normals[v];
-        if (count[v] == 0) {
-            samples.buried[v] = 1;
-            continue;
-        }
-        const Vec3f towards = sum[v] / static_cast<float>(count[v]) - mesh.positions[v];
-        samples.points[v] += (towards - normal * normal.dot(towards)) * inwards + normal * offset;
-    }
-    return samples;
 }
 
 /// Gives texels below the horizon what needs fewest wavelets: the mean of the nearest block that has texels
@@ -158,10 +114,6 @@ CubemapTree visibility_tree(std::span<const float> visibility, int face_size, co
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const std::span<const float> texels = visibility.subspan(face * face_texels, face_texels);
         Quadtree& tree = cubemap.faces[face];
-        if (std::adjacent_find(texels.begin(), texels.end(), std::not_equal_to<>()) == texels.end()) {
-            tree.scaling = texels[0];
-            continue;
-        }
         std::transform(texels.begin(), texels.end(), occlusion.begin(), [](float v) { return 1 - v; });
         tree = haar_quadtree<float>(occlusion, face_size, truncation);
         tree.scaling = 1 - tree.scaling;
@@ -227,9 +179,7 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
 
     const Occluder original = make_occluder(mesh.original);
     const InsideTest is_inside(original);
-    const bool one_sided = occluder.one_sided == occluder.triangles.size();
-    const LocalSamples local =
-        local_samples(mesh.fine, is_inside, radius * (one_sided ? one_sided_offset : two_sided_offset));
+    const LocalSamples local = local_samples(mesh, occluder);
     field.buried_vertices = local.buried;
 
     const std::uint64_t planar_count = field.planar.sample_count(),
@@ -249,7 +199,7 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
         if (index < planar_count)
             // Just above the ground, lest what stands on it be seen edge-on.
             point = field.planar.sample_position(static_cast<std::uint32_t>(index)) +
-                    Vec3f(0, radius * one_sided_offset, 0);
+                    Vec3f(0, radius * surface_offset, 0);
         else
             point = field.spherical.sample_position(static_cast<std::uint32_t>(index - planar_count));
         if (is_inside(point)) return constant_cubemap(0);

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 
 namespace haarfield {
 namespace {
@@ -163,10 +164,14 @@ void fill_texels(const BasicQuadtree<Value>& tree, std::int32_t index, const Val
 template <class Value>
 BasicQuadtree<Value> haar_quadtree(std::span<const Value> texels, int size, const Truncation& truncation) {
     assert(is_face_size(size) && texels.size() == std::size_t(size) * std::size_t(size));
+    BasicQuadtree<Value> tree;
+    if (std::adjacent_find(texels.begin(), texels.end(), std::not_equal_to<>()) == texels.end()) {
+        tree.scaling = texels[0];
+        return tree;
+    }
     const int levels = std::countr_zero(unsigned(size));
     FullTransform<Value> transform = full_transform(texels, size);
     truncate(transform, levels, truncation);
-    BasicQuadtree<Value> tree;
     tree.scaling = transform.mean;
     append_nodes(transform, levels, tree.nodes);
     return tree;

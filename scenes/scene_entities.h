@@ -17,7 +17,8 @@ struct SceneEntity {
     std::string name;     ///< The entity's, with the rotation in degrees if there is one: `chair-r0-90-0`.
     std::size_t entity = 0;  ///< Index in Scene::entities.
     PreparedMesh mesh;    ///< Rotated.
-    Occluder occluder;
+    Occluder occluder;    ///< Of the coarse mesh.
+    LocalSamples samples;
     VisibilityField field;
     std::vector<Material> materials;  ///< By the mesh's material index.
     std::filesystem::path field_file;

@@ -1,0 +1,91 @@
+#include "shading/dense_renderer.h"
+
+#include <cmath>
+#include <memory>
+
+#include "fields/visibility_rasterizer.h"
+#include "shading/lighting.h"
+#include "shading/vertex_loop.h"
+
+namespace haarfield {
+namespace {
+
+struct DenseFrame {
+    const ShadedScene& scene;
+    std::vector<Rgb> light;         ///< lighting.h: radiance * solid angle * size^2, by texel.
+    std::vector<Vec3f> directions;  ///< Of the texels' centres.
+};
+
+struct DenseWorker {
+    VisibilityRasterizer rasterizer;
+    std::vector<float> visibility;
+
+    explicit DenseWorker(int face_size) : rasterizer(face_size) {}
+
+    void multiply(std::span<const std::uint8_t> open) {
+        for (std::size_t i = 0; i < visibility.size(); ++i)
+            visibility[i] *= static_cast<float>(open[i]) / samples_per_texel;
+    }
+};
+
+Rgb dense_vertex(const DenseFrame& frame, std::size_t instance_index, std::uint32_t vertex,
+                 DenseWorker& worker) {
+    const ShadedScene& scene = frame.scene;
+    const ShadedInstance& instance = scene.instances[instance_index];
+    const ShadedEntity& entity = scene.entities[instance.entity];
+    const Material& material = entity.materials[entity.mesh->vertex_materials[vertex]];
+    const VertexView view = vertex_view(scene, instance, vertex);
+
+    worker.visibility.assign(frame.directions.size(), 1.0f);
+    worker.multiply(
+        worker.rasterizer.open_samples(*entity.occluder, entity.samples->points[vertex], &view.normal));
+    for (std::size_t other = 0; other < scene.instances.size(); ++other) {
+        if (other == instance_index) continue;
+        const ShadedInstance& occluder = scene.instances[other];
+        worker.multiply(worker.rasterizer.open_samples(*scene.entities[occluder.entity].occluder,
+                                                       (view.point - occluder.translate) / occluder.scale));
+    }
+
+    const bool physical = material.convention == LobeConvention::physical;
+    const bool has_specular = material.specular != Rgb(0.0f);
+    const double specular_scale = physical ? (material.shininess + 2.0) / (2 * pi) : 1 / pi;
+    Vec3d diffuse(0.0), specular(0.0);
+    for (std::size_t i = 0; i < frame.directions.size(); ++i) {
+        const double cosine = frame.directions[i].dot(view.normal);
+        if (cosine <= 0 || worker.visibility[i] == 0) continue;
+        const Vec3d incident = Vec3d(frame.light[i]) * double(worker.visibility[i]);
+        diffuse += incident * (cosine / pi);
+        if (!has_specular) continue;
+        const double aligned = frame.directions[i].dot(view.mirror);
+        if (aligned <= 0) continue;
+        specular += incident * (specular_scale * std::pow(aligned, double(material.shininess)) *
+                                (physical ? cosine : 1.0));
+    }
+    // light holds size^2, for integrals over the unit square of each face.
+    const double texels_a_face = double(frame.directions.size()) / cubemap_faces;
+    return material.diffuse * Rgb(Vec3f(diffuse / texels_a_face)) +
+           material.specular * Rgb(Vec3f(specular / texels_a_face));
+}
+
+}  // namespace
+
+Result<std::vector<std::vector<Rgb>>> dense_vertex_radiance(const ShadedScene& scene,
+                                                            const RenderSettings& settings,
+                                                            const Progress& progress) {
+    DenseFrame frame{scene, lighting_texels(scene.environment, settings.face_size), {}};
+    for (int face = 0; face < cubemap_faces; ++face)
+        for (int row = 0; row < settings.face_size; ++row)
+            for (int column = 0; column < settings.face_size; ++column)
+                frame.directions.push_back(texel_direction(face, column, row, settings.face_size));
+    return shaded_vertices(
+        scene,
+        [&]() -> VertexShader {
+            return [&frame, worker = std::make_shared<DenseWorker>(settings.face_size)](
+                       std::size_t instance, std::uint32_t vertex) {
+                return dense_vertex(frame, instance, vertex, *worker);
+            };
+        },
+        progress);
+}
+
+}  // namespace haarfield

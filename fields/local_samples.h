@@ -1,0 +1,26 @@
+#pragma once
+/// Where the visibility of the vertices of a fine mesh is sampled.
+
+#include "fields/mesh_preparation.h"
+#include "fields/occluder.h"
+
+namespace haarfield {
+
+struct LocalSamples {
+    std::vector<Vec3f> points;         ///< One per vertex of the fine mesh: off the surface, beside it. [m]
+    std::vector<std::uint8_t> buried;  ///< 1 where all triangles round the vertex lie inside the entity.
+};
+
+/// A vertex lies on the surface, and on a crease, at a contact or where two pieces meet on other surfaces
+/// too, which would be seen edge-on, that is, not at all. So its sample is offset along the normal (by 1e-4
+/// radii of the mesh; by 1e-3 where the occluder is two-sided, since it may bulge over fine vertices), and
+/// moved by a twentieth of the way towards the middle of the vertex's own triangles that are not buried in
+/// another piece.
+///
+/// occluder  of mesh.coarse.
+LocalSamples local_samples(const PreparedMesh& mesh, const Occluder& occluder);
+
+/// The offset of a sample above the surface, where there is no more to know. [radii]
+inline constexpr float surface_offset = 1e-4f;
+
+}  // namespace haarfield

@@ -1,0 +1,45 @@
+#pragma once
+/// A scene as shading sees it: meshes with their fields, where they stand, light and eye.
+
+#include "fields/local_samples.h"
+#include "fields/occluder.h"
+#include "fields/visibility_field.h"
+#include "shading/environment.h"
+#include "shading/material.h"
+#include "shading/product_integral.h"
+
+namespace haarfield {
+
+/// One kind of object. The pointers must outlive the rendering.
+struct ShadedEntity {
+    const Mesh* mesh = nullptr;              ///< The fine mesh.
+    const Occluder* occluder = nullptr;      ///< Of the coarse mesh.
+    const VisibilityField* field = nullptr;  ///< Of the same mesh.
+    const LocalSamples* samples = nullptr;   ///< Of the same mesh.
+    std::vector<Material> materials;         ///< By the mesh's material index.
+};
+
+/// world = translate + scale * entity.
+struct ShadedInstance {
+    std::size_t entity = 0;
+    Vec3f translate{0, 0, 0};
+    float scale = 1;  ///< > 0.
+};
+
+struct ShadedScene {
+    std::vector<ShadedEntity> entities;
+    std::vector<ShadedInstance> instances;
+    LatLongImage environment;  ///< Clean and turned.
+    Vec3f eye{0, 0, 0};        ///< Where the highlights are seen from.
+};
+
+struct RenderSettings {
+    int face_size = 64;            ///< As in the fields (asserted).
+    int depth = full_depth;        ///< Traversal depth, product_integral.
+    int light_coefficients = 300;  ///< Wavelets kept a face; 0: all.
+    int lobe_coefficients = 70;    ///< The same for the BRDF lobes.
+    std::uint32_t exact_triangles =
+        64;  ///< Occluders of at most so many triangles are rasterized at the vertex.
+};
+
+}  // namespace haarfield

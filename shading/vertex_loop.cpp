@@ -1,0 +1,90 @@
+#include "shading/vertex_loop.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <mutex>
+
+namespace haarfield {
+
+VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex) {
+    const ShadedEntity& entity = scene.entities[instance.entity];
+    VertexView view;
+    view.normal = entity.mesh->normals[vertex];
+    const Vec3f position = entity.mesh->positions[vertex] * instance.scale + instance.translate;
+    Vec3f to_eye = (scene.eye - position).normalized();
+    const float facing = to_eye.dot(view.normal);
+    if (facing < 0) to_eye = (to_eye - view.normal * facing).normalized();
+    view.mirror = (view.normal * (2 * std::max(facing, 0.0f)) - to_eye).normalized();
+    const Vec3f inner = entity.samples->points[vertex];
+    const Vec3f towards = entity.occluder->bounds.centre() - inner;
+    const float distance = towards.length(),
+                step = std::min(distance, 1e-3f * entity.occluder->bounds.radius());
+    const Vec3f drawn = distance > 0 ? inner + towards * (step / distance) : inner;
+    view.point = drawn * instance.scale + instance.translate;
+    return view;
+}
+
+void fill_buried(const Mesh& mesh, std::span<const std::uint8_t> buried, std::span<Rgb> radiance) {
+    std::vector<std::uint8_t> known(buried.size());
+    std::size_t missing = 0;
+    for (std::size_t v = 0; v < buried.size(); ++v) {
+        known[v] = !buried[v];
+        missing += buried[v] != 0;
+    }
+    std::vector<Rgb> sum(buried.size());
+    std::vector<std::uint32_t> count(buried.size());
+    while (missing > 0) {
+        std::fill(count.begin(), count.end(), 0u);
+        for (const auto& triangle : mesh.triangles)
+            for (std::size_t k = 0; k < 3; ++k)
+                for (std::size_t step = 1; step < 3; ++step) {
+                    const std::uint32_t to = triangle[k], from = triangle[(k + step) % 3];
+                    if (known[to] || !known[from]) continue;
+                    sum[to] = count[to]++ == 0 ? radiance[from] : sum[to] + radiance[from];
+                }
+        std::size_t reached = 0;
+        for (std::size_t v = 0; v < buried.size(); ++v)
+            if (!known[v] && count[v] > 0) {
+                radiance[v] = sum[v] / static_cast<float>(count[v]);
+                known[v] = 1;
+                ++reached;
+            }
+        if (reached == 0) return;
+        missing -= reached;
+    }
+}
+
+Result<std::vector<std::vector<Rgb>>> shaded_vertices(const ShadedScene& scene,
+                                                      const std::function<VertexShader()>& make_shader,
+                                                      const Progress& progress) {
+    std::vector<std::vector<Rgb>> radiance;
+    std::uint64_t total = 0, done = 0;
+    for (const ShadedInstance& instance : scene.instances) {
+        radiance.emplace_back(scene.entities[instance.entity].mesh->positions.size(), Rgb(0.0f));
+        total += radiance.back().size();
+    }
+    std::mutex progress_mutex;
+    tbb::enumerable_thread_specific<VertexShader> shaders(make_shader);
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, radiance[i].size(), 64), [&](const auto& range) {
+            const VertexShader& shader = shaders.local();
+            for (std::size_t v = range.begin(); v != range.end(); ++v) {
+                if (progress.stop.stop_requested()) return;
+                if (!entity.samples->buried[v]) radiance[i][v] = shader(i, static_cast<std::uint32_t>(v));
+            }
+            if (!progress.report) return;
+            const std::lock_guard lock(progress_mutex);
+            done += range.size();
+            progress.report("shading", done, total);
+        });
+        if (progress.stop.stop_requested()) return Error{"", interrupted};
+        fill_buried(*entity.mesh, entity.samples->buried, radiance[i]);
+    }
+    return radiance;
+}
+
+}  // namespace haarfield

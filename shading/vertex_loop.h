@@ -1,0 +1,39 @@
+#pragma once
+/// Going through the vertices of a scene: what is the same whichever way their radiance is computed.
+
+#include "fields/progress.h"
+#include "fields/result.h"
+#include "shading/shaded_scene.h"
+
+namespace haarfield {
+
+/// What every evaluation of a vertex starts from.
+struct VertexView {
+    Vec3f normal;
+    Vec3f mirror;  ///< The view direction, mirrored about the normal.
+    Vec3f point;   ///< In the world; where the visibility past other instances is looked up.
+};
+
+/// The view of one vertex from the scene's eye.
+///
+/// The point is the local sample, drawn towards the middle of its instance by a thousandth of the radius:
+/// what stands exactly on the floor shall not lie in the floor's plane.
+VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex);
+
+/// Gives each buried vertex the mean radiance of its unburied neighbours along the edges, then of those in
+/// turn, until no more can be reached.
+void fill_buried(const Mesh& mesh, std::span<const std::uint8_t> buried, std::span<Rgb> radiance);
+
+/// The radiance of one vertex of an instance.
+using VertexShader = std::function<Rgb(std::size_t instance, std::uint32_t vertex)>;
+
+/// Shades every vertex that is not buried, then fills the buried ones. By instance and vertex.
+///
+/// make_shader  makes a shader for one thread, with that thread's buffers; its result may depend on nothing
+///              but its arguments, so that the threads' number changes nothing.
+/// errors       interrupted.
+Result<std::vector<std::vector<Rgb>>> shaded_vertices(const ShadedScene& scene,
+                                                      const std::function<VertexShader()>& make_shader,
+                                                      const Progress& progress);
+
+}  // namespace haarfield
