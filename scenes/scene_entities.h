@@ -14,10 +14,10 @@ namespace haarfield {
 
 /// An entity in one orientation: instances that are rotated differently need a field of their own.
 struct SceneEntity {
-    std::string name;     ///< The entity's, with the rotation in degrees if there is one: `chair-r0-90-0`.
+    std::string name;        ///< The entity's, with the rotation in degrees if there is one: `chair-r0-90-0`.
     std::size_t entity = 0;  ///< Index in Scene::entities.
-    PreparedMesh mesh;    ///< Rotated.
-    Occluder occluder;    ///< Of the coarse mesh.
+    PreparedMesh mesh;       ///< Rotated.
+    Occluder occluder;       ///< Of the coarse mesh.
     LocalSamples samples;
     VisibilityField field;
     std::vector<Material> materials;  ///< By the mesh's material index.
