@@ -34,7 +34,7 @@ void fill_buried(const Mesh& mesh, std::span<const std::uint8_t> buried, std::sp
         known[v] = !buried[v];
         missing += buried[v] != 0;
     }
-    std::vector<Rgb> sum(buried.size());
+    std::vector<Rgb> sum(buried.size(), Rgb(0.0f));
     std::vector<std::uint32_t> count(buried.size());
     while (missing > 0) {
         std::fill(count.begin(), count.end(), 0u);
