@@ -1,0 +1,131 @@
+#include "fields/field_precompute.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "fields/local_samples.h"
+#include "tests/example_meshes.h"
+
+namespace haarfield {
+namespace {
+
+VisibilityField field_of(const Mesh& mesh, const FieldSettings& settings) {
+    const PreparedMesh prepared = prepared_as_is(mesh);
+    return *precompute_field("example", prepared, make_occluder(prepared.coarse), settings);
+}
+
+/// Openness of the upper half of a local sample: mean of the face +y.
+float openness_above(const VisibilityField& field, std::size_t vertex) {
+    const auto handle = static_cast<std::size_t>(field.local_handles[vertex]);
+    return unpacked_face(field.pool, field.pool.cubemaps[handle][2]).scaling;
+}
+
+TEST(FieldPrecompute, DoesNotDependOnTheNumberOfThreads) {
+    const Mesh mesh =
+        joined_meshes(box_mesh({-0.5f, 0, -0.5f}, {0.5f, 1, 0.5f}, 3), sphere_mesh({0, 1.2f, 0}, 0.4f, 10));
+    const FieldSettings settings{16, 20, 0, 300, 300};
+    const VisibilityField wanted = field_of(mesh, settings);
+    for (const std::size_t threads : {1u, 2u, 8u}) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        const VisibilityField field = field_of(mesh, settings);
+        EXPECT_EQ(field.pool.nodes, wanted.pool.nodes);
+        EXPECT_EQ(field.pool.faces, wanted.pool.faces);
+        EXPECT_EQ(field.pool.cubemaps, wanted.pool.cubemaps);
+        EXPECT_EQ(field.local_handles, wanted.local_handles);
+        EXPECT_EQ(field.planar_handles, wanted.planar_handles);
+    }
+}
+
+TEST(FieldPrecompute, LocalFieldOfAFloorIsAHandfulOfNodes) {
+    const VisibilityField field = field_of(square_mesh(6, 0, 60), {64, 70, 0, 6, 18});
+    EXPECT_EQ(field.local_handles.size(), 61u * 61u);
+    for (const std::int32_t handle : field.local_handles) EXPECT_EQ(handle, field.local_handles[0]);
+    for (const std::uint32_t face : field.pool.cubemaps[std::size_t(field.local_handles[0])])
+        EXPECT_EQ(field.pool.faces[face].node_count, 0);
+}
+
+TEST(FieldPrecompute, ConvexShapesDoNotShadowThemselves) {
+    const Mesh sphere = sphere_mesh({0, 1, 0}, 0.5f, 24);
+    const VisibilityField field = field_of(sphere, {32, 0, 0, 6, 18});
+    EXPECT_EQ(openness_above(field, 0), 1);
+    for (std::size_t v = 0; v < sphere.positions.size(); ++v) {
+        if (sphere.normals[v].y < 0.99f) continue;
+        EXPECT_EQ(openness_above(field, v), 1) << v;
+    }
+}
+
+TEST(FieldPrecompute, ContactsAndCreasesDoNotLeak) {
+    // A pillar stands on a slab, and reaches into it: at the foot of the pillar the slab blocks the lower
+    // half, and on the slab next to the pillar the pillar blocks a quarter of the sphere.
+    const Mesh slab = box_mesh({-1, -0.2f, -1}, {1, 0, 1}, 16);
+    const Mesh pillar = box_mesh({-0.25f, 0, -0.25f}, {0.25f, 2, 0.25f}, 4);
+    const Mesh mesh = joined_meshes(slab, pillar);
+    const VisibilityField field = field_of(mesh, {32, 0, 0, 6, 18});
+    int at_foot = 0, beside = 0;
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+        const Vec3f p = mesh.positions[v], n = mesh.normals[v];
+        const auto handle = static_cast<std::size_t>(field.local_handles[v]);
+        const auto face = [&](std::size_t f) {
+            return unpacked_face(field.pool, field.pool.cubemaps[handle][f]).scaling;
+        };
+        if (v >= slab.positions.size() && p.y == 0 && n.x > 0.5f && std::abs(p.z) < 0.2f) {
+            EXPECT_NEAR(face(3), 0, 0.15) << "the slab below the pillar's foot at " << p;
+            EXPECT_NEAR(face(2), 1, 0.6);
+            ++at_foot;
+        }
+        if (v < slab.positions.size() && n.y > 0.5f && std::abs(p.x - 0.25f) < 1e-5f &&
+            std::abs(p.z) < 0.2f) {
+            EXPECT_NEAR(face(1), 0.5, 0.2) << "the pillar beside the slab at " << p;
+            ++beside;
+        }
+    }
+    EXPECT_GT(at_foot, 0);
+    EXPECT_GT(beside, 0);
+}
+
+TEST(LocalSamples, FindsVerticesBuriedInAnotherPiece) {
+    const Mesh outer = box_mesh({-1, 0, -1}, {1, 1, 1}, 2),
+               inner = box_mesh({-0.2f, 0.2f, -0.2f}, {0.2f, 0.8f, 0.2f}, 1),
+               through = box_mesh({-0.1f, 0.5f, -0.1f}, {0.1f, 2, 0.1f}, 6);
+    const PreparedMesh mesh = prepared_as_is(joined_meshes(joined_meshes(outer, inner), through));
+    const LocalSamples samples = local_samples(mesh, make_occluder(mesh.coarse));
+    for (std::size_t v = 0; v < outer.positions.size(); ++v) EXPECT_FALSE(samples.buried[v]);
+    for (std::size_t v = outer.positions.size(); v < outer.positions.size() + inner.positions.size(); ++v)
+        EXPECT_TRUE(samples.buried[v]);
+    for (std::size_t v = outer.positions.size() + inner.positions.size(); v < mesh.fine.positions.size();
+         ++v) {
+        if (mesh.fine.positions[v].y > 1.01f) EXPECT_FALSE(samples.buried[v]);
+        if (mesh.fine.positions[v].y < 0.76f) EXPECT_TRUE(samples.buried[v]) << mesh.fine.positions[v];
+    }
+}
+
+TEST(FieldKey, ChangesWithMeshAndSettings) {
+    const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}));
+    const FieldSettings settings;
+    const ContentHash key = field_key(mesh, settings);
+    EXPECT_EQ(field_key(mesh, settings), key);
+    PreparedMesh moved = mesh;
+    moved.fine.positions[3].x += 1e-6f;
+    EXPECT_FALSE(field_key(moved, settings) == key);
+    PreparedMesh coarser = mesh;
+    coarser.coarse.triangles.pop_back();
+    EXPECT_FALSE(field_key(coarser, settings) == key);
+    for (const FieldSettings& other :
+         {FieldSettings{32, 70, 0, 20000, 10000}, FieldSettings{64, 71, 0, 20000, 10000},
+          FieldSettings{64, 70, 0.1f, 20000, 10000}, FieldSettings{64, 70, 0, 20001, 10000},
+          FieldSettings{64, 70, 0, 20000, 10001}})
+        EXPECT_FALSE(field_key(mesh, other) == key);
+    EXPECT_EQ(key.hex().size(), 32u);
+}
+
+TEST(FieldPrecompute, StopsWhenAsked) {
+    const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
+    std::stop_source stop;
+    stop.request_stop();
+    const auto field = precompute_field("box", mesh, make_occluder(mesh.coarse), {}, {{}, stop.get_token()});
+    ASSERT_FALSE(field);
+    EXPECT_EQ(field.error().what, interrupted);
+}
+
+}  // namespace
+}  // namespace haarfield

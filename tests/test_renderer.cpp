@@ -1,0 +1,281 @@
+#include "shading/renderer.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <memory>
+
+#include "fields/field_precompute.h"
+#include "shading/dense_renderer.h"
+#include "shading/vertex_loop.h"
+#include "tests/example_meshes.h"
+
+namespace haarfield {
+namespace {
+
+constexpr int size = 32;
+
+/// A scene of meshes as they are, each with its own field.
+class ExampleScene {
+public:
+    std::size_t add_entity(const Mesh& mesh, const Material& material, std::uint32_t planar = 6,
+                           std::uint32_t spherical = 18) {
+        parts_.push_back(std::make_unique<Part>());
+        Part& part = *parts_.back();
+        part.mesh = prepared_as_is(mesh);
+        part.occluder = make_occluder(part.mesh.coarse);
+        part.samples = local_samples(part.mesh, part.occluder);
+        part.field = *precompute_field("example", part.mesh, part.occluder, {size, 0, 0, planar, spherical});
+        scene.entities.push_back({&part.mesh.fine, &part.occluder, &part.field, &part.samples, {material}});
+        return scene.entities.size() - 1;
+    }
+
+    std::vector<std::vector<Rgb>> radiance(int depth = full_depth) const {
+        RenderSettings settings;
+        settings.face_size = size;
+        settings.depth = depth;
+        return *vertex_radiance(scene, settings);
+    }
+    std::vector<std::vector<Rgb>> dense() const {
+        RenderSettings settings;
+        settings.face_size = size;
+        return *dense_vertex_radiance(scene, settings);
+    }
+
+    ShadedScene scene;
+
+private:
+    struct Part {
+        PreparedMesh mesh;
+        Occluder occluder;
+        LocalSamples samples;
+        VisibilityField field;
+    };
+    std::vector<std::unique_ptr<Part>> parts_;
+};
+
+template <class Radiance>
+LatLongImage environment(Radiance radiance, int width = 256) {
+    LatLongImage image{width, width / 2, {}};
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x)
+            image.pixels.push_back(
+                Rgb(float(radiance(lat_long_direction((x + 0.5) / image.width, (y + 0.5) / image.height)))));
+    return image;
+}
+
+Material matte(float albedo) {
+    Material material;
+    material.diffuse = Rgb(albedo);
+    return material;
+}
+
+Material glossy(float shininess, LobeConvention convention) {
+    Material material;
+    material.diffuse = Rgb(0.0f);
+    material.specular = Rgb(1.0f);
+    material.shininess = shininess;
+    material.convention = convention;
+    return material;
+}
+
+TEST(Renderer, FurnaceGivesTheAlbedo) {
+    ExampleScene example;
+    example.scene.instances.push_back(
+        {example.add_entity(sphere_mesh({0, 0, 0}, 1, 12), matte(0.6f)), {3, 1, 2}, 2});
+    example.scene.environment = environment([](const Vec3d&) { return 1.0; });
+    for (const auto& radiance : {example.radiance(), example.dense()})
+        for (const Rgb& r : radiance[0])
+            for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(r[channel], 0.6, 0.003);
+}
+
+TEST(Renderer, WhitePhongReflectsAllOfAUniformEnvironmentAtNormalIncidence) {
+    for (const float shininess : {10.0f, 60.0f, 300.0f}) {
+        ExampleScene example;
+        example.scene.instances.push_back(
+            {example.add_entity(square_mesh(0.01f, 0), glossy(shininess, LobeConvention::physical)),
+             {0, 0, 0},
+             1});
+        example.scene.environment = environment([](const Vec3d&) { return 1.0; });
+        example.scene.eye = {0, 100, 0};
+        for (const auto& radiance : {example.radiance(), example.dense()})
+            EXPECT_NEAR(radiance[0][0].x, 1, 0.015) << shininess;
+    }
+}
+
+TEST(Renderer, PovrayHighlightHasTheClosedFormUnderAUniformEnvironment) {
+    // 1/pi int max(0,R.w)^n over the hemisphere = 2 / (n+1) at normal incidence.
+    for (const float shininess : {10.0f, 60.0f}) {
+        ExampleScene example;
+        example.scene.instances.push_back(
+            {example.add_entity(square_mesh(0.01f, 0), glossy(shininess, LobeConvention::povray)),
+             {0, 0, 0},
+             1});
+        example.scene.environment = environment([](const Vec3d&) { return 1.0; });
+        example.scene.eye = {0, 100, 0};
+        for (const auto& radiance : {example.radiance(), example.dense()})
+            EXPECT_NEAR(radiance[0][0].x * (shininess + 1) / 2, 1, 0.015) << shininess;
+    }
+}
+
+TEST(Renderer, HighlightIsCutAtTheHorizon) {
+    // Seen at grazing angle, half of the lobe round the mirror direction lies below the surface.
+    ExampleScene example;
+    example.scene.instances.push_back(
+        {example.add_entity(square_mesh(0.01f, 0), glossy(20, LobeConvention::povray)), {0, 0, 0}, 1});
+    example.scene.environment = environment([](const Vec3d&) { return 1.0; });
+    example.scene.eye = {1000, 0.001f, 0};
+    for (const auto& radiance : {example.radiance(), example.dense()})
+        EXPECT_NEAR(radiance[0][0].x * 21, 1, 0.03);
+}
+
+TEST(Renderer, SunLightsByTheCosine) {
+    const Vec3d sun = Vec3d(0.3, 0.8, -0.4).normalized();
+    ExampleScene example;
+    example.scene.instances.push_back({example.add_entity(square_mesh(1, 0), matte(0.5f)), {0, 0, 0}, 1});
+    double x = 0, y = 0;
+    lat_long_point(sun, x, y);
+    LatLongImage image = environment([](const Vec3d&) { return 0.0; }, 512);
+    const int column = int(x * 512), row = int(y * 256);
+    image.pixels[std::size_t(row) * 512 + std::size_t(column)] = Rgb(1000, 500, 250);
+    example.scene.environment = image;
+    const Vec3d centre = lat_long_direction((column + 0.5) / 512, (row + 0.5) / 256);
+    const double irradiance = 1000 * lat_long_pixel_solid_angle(row, 512, 256) * centre.y;
+    for (const auto& radiance : {example.radiance(), example.dense()}) {
+        EXPECT_NEAR(radiance[0][0].x / (0.5 / pi * irradiance), 1, 0.02);
+        EXPECT_NEAR(radiance[0][0].y / radiance[0][0].x, 0.5, 1e-3);
+        EXPECT_NEAR(radiance[0][0].z / radiance[0][0].x, 0.25, 1e-3);
+    }
+}
+
+TEST(Renderer, LightComesFromWhereTheEnvironmentHasIt) {
+    // One bright half space at a time: the box's side that faces it is fully lit, the opposite one not at
+    // all.
+    const Mesh box = box_mesh({-1, -1, -1}, {1, 1, 1});
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double sign : {1.0, -1.0}) {
+            ExampleScene example;
+            example.scene.instances.push_back({example.add_entity(box, matte(0.5f)), {0, 0, 0}, 1});
+            example.scene.environment =
+                environment([&](const Vec3d& d) { return d[axis] * sign > 0 ? 1.0 : 0.0; });
+            const auto radiance = example.radiance()[0];
+            for (std::size_t v = 0; v < radiance.size(); ++v) {
+                const double facing = box.normals[v][axis] * sign;
+                EXPECT_NEAR(radiance[v].x,
+                            facing > 0.5    ? 0.5
+                            : facing < -0.5 ? 0.0
+                                            : 0.25,
+                            0.01)
+                    << axis << " " << sign;
+            }
+        }
+}
+
+TEST(Renderer, SphereOccluderOverheadTakesItsFormFactor) {
+    // Unoccluded irradiance pi; a sphere of radius r at height h straight above takes pi (r/h)^2.
+    ExampleScene example;
+    const auto floor = example.add_entity(square_mesh(0.001f, 0), matte(1));
+    const auto sphere = example.add_entity(sphere_mesh({0, 0, 0}, 1, 40), matte(0.5f), 6, 6000);
+    example.scene.environment = environment([](const Vec3d&) { return 1.0; });
+    for (const float height : {1.5f, 2.0f, 4.0f}) {
+        example.scene.instances = {{floor, {0, 0, 0}, 1}, {sphere, {0, height, 0}, 1}};
+        const double wanted = 1 - 1 / (double(height) * height);
+        EXPECT_NEAR(example.dense()[0][0].x, wanted, 0.01) << height;
+        EXPECT_NEAR(example.radiance()[0][0].x, wanted, 0.03) << height;
+        // Scale and translation of the whole scene change nothing.
+        example.scene.instances = {{floor, {5, 6, 7}, 3}, {sphere, Vec3f(5, 6 + 3 * height, 7), 3}};
+        EXPECT_NEAR(example.radiance()[0][0].x, wanted, 0.03) << height;
+    }
+}
+
+TEST(Renderer, ALargeWallTakesHalf) {
+    ExampleScene example;
+    const auto floor = example.add_entity(square_mesh(0.001f, 0), matte(1));
+    const auto wall = example.add_entity(box_mesh({0.1f, 0, -300}, {0.2f, 300, 300}), matte(0.5f));
+    example.scene.instances = {{floor, {0, 0, 0}, 1}, {wall, {0, 0, 0}, 1}};
+    example.scene.environment = environment([](const Vec3d&) { return 1.0; });
+    EXPECT_NEAR(example.radiance()[0][0].x, 0.5, 0.02);
+    EXPECT_NEAR(example.dense()[0][0].x, 0.5, 0.02);
+}
+
+TEST(Renderer, NoLightFromBelowPassesTheFloor) {
+    ExampleScene example;
+    const auto floor = example.add_entity(square_mesh(400, 0, 2), matte(1));
+    const auto box = example.add_entity(box_mesh({-0.5f, 0, -0.5f}, {0.5f, 1, 0.5f}, 4), matte(1));
+    example.scene.instances = {{floor, {0, 0, 0}, 1}, {box, {0, 0, 0}, 1}};
+    example.scene.environment = environment([](const Vec3d& d) { return d.y < -0.02 ? 1.0 : 0.0; });
+    for (const auto& radiance : {example.radiance(), example.dense()}) {
+        const Mesh& mesh = *example.scene.entities[box].mesh;
+        for (std::size_t v = 0; v < radiance[1].size(); ++v)
+            if (mesh.normals[v].y > -0.5f) EXPECT_NEAR(radiance[1][v].x, 0, 0.02) << mesh.positions[v];
+    }
+}
+
+/// A small furnished scene under an uneven sky.
+ExampleScene& furnished() {
+    static ExampleScene example;
+    if (!example.scene.entities.empty()) return example;
+    Material lacquer = glossy(40, LobeConvention::povray);
+    lacquer.diffuse = Rgb(0.4f, 0.2f, 0.1f);
+    lacquer.specular = Rgb(0.3f);
+    const auto floor = example.add_entity(square_mesh(6, 0, 8), matte(0.7f));
+    const auto box = example.add_entity(box_mesh({-0.5f, 0, -0.5f}, {0.5f, 1, 0.5f}, 4), lacquer, 2000, 2000);
+    example.scene.instances = {
+        {floor, {0, 0, 0}, 1}, {box, {0.3f, 0, 0.2f}, 1}, {box, {-1.4f, 0, 0.1f}, 0.7f}};
+    example.scene.environment = environment(
+        [](const Vec3d& d) { return 1 + 3 * std::exp(8 * (d.x * 0.5 + d.y * 0.7 + d.z * 0.5 - 1)); });
+    example.scene.eye = {3, 2, 4};
+    return example;
+}
+
+TEST(Renderer, AgreesWithTheDenseOracle) {
+    const auto found = furnished().radiance(), wanted = furnished().dense();
+    double error = 0, norm = 0;
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        for (std::size_t v = 0; v < wanted[i].size(); ++v)
+            for (int channel = 0; channel < 3; ++channel) {
+                error += std::pow(double(found[i][v][channel]) - wanted[i][v][channel], 2);
+                norm += std::pow(double(wanted[i][v][channel]), 2);
+            }
+    EXPECT_LT(std::sqrt(error / norm), 0.03);
+}
+
+TEST(Renderer, DoesNotDependOnTheNumberOfThreads) {
+    const auto wanted = furnished().radiance();
+    for (const std::size_t threads : {1u, 2u, 8u}) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        EXPECT_EQ(furnished().radiance(), wanted) << threads;
+    }
+}
+
+TEST(Renderer, LessDepthIsCoarserButNear) {
+    const auto wanted = furnished().radiance();
+    double before = 0;
+    for (const int depth : {5, 4, 2}) {
+        const auto found = furnished().radiance(depth);
+        double error = 0;
+        for (std::size_t i = 0; i < wanted.size(); ++i)
+            for (std::size_t v = 0; v < wanted[i].size(); ++v)
+                error += std::abs(double(found[i][v].x) - wanted[i][v].x);
+        EXPECT_GE(error, before) << depth;
+        before = error;
+    }
+    EXPECT_GT(before, 0);
+}
+
+TEST(VertexLoop, BuriedVerticesTakeTheMeanOfTheirNeighbours) {
+    Mesh mesh = square_mesh(2, 0, 2);  // vertex 4 is the middle of nine
+    std::vector<Rgb> radiance(9, Rgb(1.0f));
+    std::vector<std::uint8_t> buried(9, 0);
+    radiance[4] = Rgb(0.0f);
+    buried[4] = 1;
+    buried[0] = 1;
+    radiance[0] = Rgb(0.0f);
+    for (std::size_t v : {1u, 2u, 3u, 5u, 6u, 7u, 8u}) radiance[v] = Rgb(2.0f);
+    fill_buried(mesh, buried, radiance);
+    EXPECT_NEAR(radiance[4].x, 2, 1e-6);
+    EXPECT_NEAR(radiance[0].x, 2, 1e-6);
+}
+
+}  // namespace
+}  // namespace haarfield
