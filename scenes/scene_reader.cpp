@@ -1,1 +1,224 @@
 #include "scenes/scene_reader.h"
+
+#include "scenes/toml_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace haarfield {
+
+namespace {
+
+constexpr Range coordinates{-1e6, 1e6};  // [m]; as read_mesh
+constexpr Range turns{-3600, 3600};      // [degrees]
+constexpr Range albedos{0, 1};
+
+constexpr float radians(float degrees) {
+    return static_cast<float>(degrees * (pi / 180));
+}
+
+// A key in degrees, a value in radians.
+void take_angle(TomlTable& table, std::string_view key, float& angle, const Range& degrees) {
+    float taken = 0;
+    table.take(key, taken, degrees);
+    if (table.has(key)) angle = radians(taken);
+}
+
+void take_camera(TomlTable table, Camera& camera) {
+    table.require("position");
+    table.require("target");
+    table.take("position", camera.position, coordinates);
+    table.take("target", camera.target, coordinates);
+    take_angle(table, "vertical_fov", camera.vertical_fov, {0.01, 179, false, false});
+    std::array<std::uint32_t, 2> resolution{static_cast<std::uint32_t>(camera.width),
+                                            static_cast<std::uint32_t>(camera.height)};
+    table.take("resolution", resolution, {1, 16384});
+    camera.width = static_cast<int>(resolution[0]);
+    camera.height = static_cast<int>(resolution[1]);
+    if (!((camera.target - camera.position).length() > 1e-6f))
+        table.refuse("target", "camera.target is camera.position; wanted another place to look at");
+    table.finish();
+}
+
+AnalyticSky taken_sky(TomlTable table) {
+    AnalyticSky sky;
+    table.take("turbidity", sky.turbidity, {2, 10});
+    take_angle(table, "sun_elevation", sky.sun_elevation, {0, 90});
+    take_angle(table, "sun_azimuth", sky.sun_azimuth, turns);
+    take_angle(table, "sun_angular_radius", sky.sun_angular_radius, {0, 5.7, true, false});
+    table.take("ground", sky.ground, albedos);
+    table.finish();
+    return sky;
+}
+
+void take_environment(TomlTable table, const std::filesystem::path& folder,
+                      EnvironmentDescription& environment) {
+    table.take("image", environment.image, folder);
+    if (const toml::table* sky = table.take_table("sky"))
+        environment.sky = taken_sky(TomlTable(*sky, "environment.sky", table.file()));
+    if (table.has("image") == table.has("sky"))
+        table.refuse(table.has("sky") ? "sky" : "",
+                     table.has("sky") ? "environment has both image and sky; wanted one of them"
+                                      : "environment has neither image nor sky; wanted one of them");
+    take_angle(table, "rotation", environment.rotation, turns);
+    table.take("exposure", environment.exposure, {-60, 60});
+    table.finish();
+}
+
+Material taken_material(TomlTable table) {
+    Material material;
+    table.take("diffuse", material.diffuse, albedos);
+    table.take("specular", material.specular, albedos);
+    table.take("shininess", material.shininess, {1, 1000});
+    std::string convention = "physical";
+    table.take("convention", convention);
+    if (convention == "povray")
+        material.convention = LobeConvention::povray;
+    else if (convention != "physical")
+        table.refuse("convention", fmt::format("{}.convention is \"{}\"; wanted \"physical\" or \"povray\"",
+                                               table.name(), convention));
+    table.finish();
+    return material;
+}
+
+// Entities name files of fields and of POV-Ray, so their names must be able to.
+bool is_file_name(std::string_view name) {
+    return !name.empty() && name.size() <= 100 && name.front() != '.' && name.front() != '-' &&
+           std::ranges::none_of(
+               name, [](char c) { return c == '/' || c == '\\' || c == 127 || (c >= 0 && c < 32); });
+}
+
+Entity taken_entity(TomlTable table, const std::string& name, const std::filesystem::path& folder,
+                    const std::map<std::string, Material>& materials) {
+    Entity entity;
+    entity.name = name;
+    const auto take_material = [&materials](TomlTable& from, std::string_view key, std::string& material) {
+        from.take(key, material);
+        if (from.has(key) && !materials.contains(material))
+            from.refuse(
+                key, fmt::format("{}.{} is \"{}\"; there is no such material", from.name(), key, material));
+    };
+    table.require("mesh");
+    table.require("material");
+    table.take("mesh", entity.mesh, folder);
+    take_material(table, "material", entity.material);
+    if (const toml::table* by_name = table.take_table("materials")) {
+        TomlTable parts(*by_name, table.name() + ".materials", table.file());
+        for (const auto& [part, value] : *by_name)
+            take_material(parts, part.str(), entity.materials[std::string(part.str())]);
+    }
+    table.take("fine_vertices", entity.fine_vertices, {1, 20e6});
+    table.take("coarse_triangles", entity.coarse_triangles, {0, 20e6});
+    table.take("planar_samples", entity.planar_samples, {1, 10e6});
+    table.take("spherical_samples", entity.spherical_samples, {1, 10e6});
+    table.finish();
+    return entity;
+}
+
+Instance taken_instance(TomlTable table, const std::vector<Entity>& entities) {
+    Instance instance;
+    table.require("entity");
+    table.take("entity", instance.name);
+    const auto entity = std::ranges::find(entities, instance.name, &Entity::name);
+    if (entity != entities.end())
+        instance.entity = static_cast<std::size_t>(entity - entities.begin());
+    else if (table.has("entity"))
+        table.refuse("entity", fmt::format("{}.entity is \"{}\"; there is no such entity", table.name(),
+                                           instance.name));
+    table.take("translate", instance.translate, coordinates);
+    table.take("scale", instance.scale, {1e-6, 1e6});
+    Vec3f degrees(0, 0, 0);
+    table.take("rotate", degrees, turns);
+    instance.rotate = Vec3f(radians(degrees.x), radians(degrees.y), radians(degrees.z));
+    table.finish();
+    return instance;
+}
+
+// `chair` alone, else chair_1, chair_2 and so on, leaving out names that another entity has.
+void name_instances(Scene& scene) {
+    std::vector<std::size_t> count(scene.entities.size(), 0), named(scene.entities.size(), 0);
+    for (const Instance& instance : scene.instances) ++count[instance.entity];
+    std::set<std::string> taken;
+    for (const Entity& entity : scene.entities) taken.insert(entity.name);
+    for (Instance& instance : scene.instances) {
+        const std::string& entity = scene.entities[instance.entity].name;
+        if (count[instance.entity] == 1) {
+            instance.name = entity;
+            continue;
+        }
+        do instance.name = fmt::format("{}_{}", entity, ++named[instance.entity]);
+        while (!taken.insert(instance.name).second);
+    }
+}
+
+// The parts of a table of tables, in the order of the file: toml++ sorts by name.
+std::vector<std::pair<std::string, const toml::table*>> parts_in_order(const toml::table& table,
+                                                                       const std::string& name,
+                                                                       TomlFile& file) {
+    struct Part {
+        toml::source_position position;
+        std::string name;
+        const toml::table* table;
+    };
+    std::vector<Part> parts;
+    for (const auto& [key, value] : table) {
+        if (const toml::table* part = value.as_table())
+            parts.push_back({key.source().begin, std::string(key.str()), part});
+        else
+            file.refuse(value.source(), fmt::format("{}.{} is not a table; wanted [{}.{}]", name, key.str(),
+                                                    name, key.str()));
+    }
+    std::ranges::sort(parts, [](const Part& a, const Part& b) { return a.position < b.position; });
+    std::vector<std::pair<std::string, const toml::table*>> result;
+    for (Part& part : parts) result.emplace_back(std::move(part.name), part.table);
+    return result;
+}
+
+}  // namespace
+
+Result<Scene> read_scene(const std::filesystem::path& path) {
+    const Result<toml::table> parsed = read_toml(path);
+    if (!parsed) return parsed.error();
+
+    Scene scene;
+    scene.name = path.stem().string();
+    const std::filesystem::path folder = path.parent_path();
+    TomlFile file{path.string(), std::nullopt};
+    TomlTable root(*parsed, "", file);
+    for (const char* key : {"camera", "environment", "materials", "entities", "instances"}) root.require(key);
+
+    if (const toml::table* camera = root.take_table("camera"))
+        take_camera(TomlTable(*camera, "camera", file), scene.camera);
+    if (const toml::table* environment = root.take_table("environment"))
+        take_environment(TomlTable(*environment, "environment", file), folder, scene.environment);
+    if (const toml::table* materials = root.take_table("materials"))
+        for (const auto& [name, material] : parts_in_order(*materials, "materials", file))
+            scene.materials[name] = taken_material(TomlTable(*material, "materials." + name, file));
+    if (const toml::table* entities = root.take_table("entities"))
+        for (const auto& [name, entity] : parts_in_order(*entities, "entities", file)) {
+            if (!is_file_name(name))
+                file.refuse(entity->source(), "the name of this entity can not be that of a file");
+            scene.entities.push_back(
+                taken_entity(TomlTable(*entity, "entities." + name, file), name, folder, scene.materials));
+        }
+    if (const toml::array* instances = root.take_array("instances")) {
+        if (instances->empty()) root.refuse("instances", "instances is empty; wanted at least one");
+        for (std::size_t i = 0; i < instances->size(); ++i) {
+            const toml::table* instance = instances->get(i)->as_table();
+            if (instance == nullptr) {
+                root.refuse("instances",
+                            fmt::format("instances[{}] is not a table; wanted [[instances]]", i));
+                break;
+            }
+            scene.instances.push_back(
+                taken_instance(TomlTable(*instance, fmt::format("instances[{}]", i), file), scene.entities));
+        }
+    }
+    root.finish();
+    if (file.error) return *file.error;
+    name_instances(scene);
+    return scene;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,306 @@
+#include "scenes/scene_reader.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <random>
+
+namespace haarfield {
+namespace {
+
+constexpr const char* valid_scene = R"([camera]
+position = [3.2, 1.8, 4]
+target = [0.0, 0.5, 0.0]
+vertical_fov = 35.0
+resolution = [640, 480]
+
+[environment]
+sky = { turbidity = 3, sun_elevation = 40, sun_azimuth = 90, sun_angular_radius = 0.5, ground = [0.2, 0.2, 0.1] }
+rotation = 90
+exposure = -1.5
+
+[materials.lacquer]
+diffuse = [0.25, 0.08, 0.04]
+specular = [0.3, 0.3, 0.3]
+shininess = 60
+convention = "povray"
+[materials.cloth]
+diffuse = [1, 0, 0.5]
+
+[entities.table]
+mesh = "box.obj"
+material = "lacquer"
+materials = { seat = "cloth" }
+fine_vertices = 25000
+coarse_triangles = 0
+planar_samples = 200
+spherical_samples = 100
+
+[entities.chair]
+mesh = "box.obj"
+material = "cloth"
+
+[entities.unused]
+mesh = "box.obj"
+material = "cloth"
+
+[[instances]]
+entity = "table"
+translate = [0.0, -1, 0.5]
+scale = 2
+rotate = [0, 90, 0]
+[[instances]]
+entity = "chair"
+[[instances]]
+entity = "chair"
+)";
+
+class SceneReader : public testing::Test {
+protected:
+    void SetUp() override {
+        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+        folder_ = std::filesystem::path(testing::TempDir()) / fmt::format("scene_reader_{}", test->name());
+        std::filesystem::create_directories(folder_);
+        std::ofstream(folder_ / "box.obj") << "v 0 0 0\n";
+        std::ofstream(folder_ / "light.exr") << "light";
+    }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    Result<Scene> read(const std::string& text) {
+        std::ofstream(folder_ / "room.toml", std::ios::binary) << text;
+        return read_scene(folder_ / "room.toml");
+    }
+
+    /// The message for the valid scene with one piece replaced, from the file's name on.
+    std::string message_with(const std::string& from, const std::string& to) {
+        std::string text = valid_scene;
+        const std::size_t at = text.find(from);
+        EXPECT_NE(at, std::string::npos) << from;
+        text.replace(at, from.size(), to);
+        const Result<Scene> scene = read(text);
+        if (scene) return "accepted";
+        const std::string message = scene.error().message();
+        return message.substr(std::min(message.size(), folder_.string().size() + 1));
+    }
+
+    std::filesystem::path folder_;
+};
+
+TEST_F(SceneReader, ReadsEveryKeyInItsUnit) {
+    const Result<Scene> read_back = read(valid_scene);
+    ASSERT_TRUE(read_back) << read_back.error().message();
+    const Scene& scene = *read_back;
+    EXPECT_EQ(scene.name, "room");
+    EXPECT_EQ(scene.camera.position, Vec3f(3.2f, 1.8f, 4.0f));
+    EXPECT_EQ(scene.camera.target, Vec3f(0.0f, 0.5f, 0.0f));
+    EXPECT_NEAR(scene.camera.vertical_fov, 35 * pi / 180, 1e-6);
+    EXPECT_EQ(scene.camera.width, 640);
+    EXPECT_EQ(scene.camera.height, 480);
+
+    ASSERT_TRUE(scene.environment.sky);
+    EXPECT_TRUE(scene.environment.image.empty());
+    EXPECT_EQ(scene.environment.sky->turbidity, 3.0f);
+    EXPECT_NEAR(scene.environment.sky->sun_elevation, 40 * pi / 180, 1e-6);
+    EXPECT_NEAR(scene.environment.sky->sun_azimuth, pi / 2, 1e-6);
+    EXPECT_NEAR(scene.environment.sky->sun_angular_radius, 0.5 * pi / 180, 1e-8);
+    EXPECT_EQ(scene.environment.sky->ground, Rgb(0.2f, 0.2f, 0.1f));
+    EXPECT_NEAR(scene.environment.rotation, pi / 2, 1e-6);
+    EXPECT_EQ(scene.environment.exposure, -1.5f);
+
+    ASSERT_EQ(scene.materials.size(), 2u);
+    const Material& lacquer = scene.materials.at("lacquer");
+    EXPECT_EQ(lacquer.diffuse, Rgb(0.25f, 0.08f, 0.04f));
+    EXPECT_EQ(lacquer.specular, Rgb(0.3f, 0.3f, 0.3f));
+    EXPECT_EQ(lacquer.shininess, 60.0f);
+    EXPECT_EQ(lacquer.convention, LobeConvention::povray);
+    EXPECT_EQ(scene.materials.at("cloth").convention, LobeConvention::physical);
+
+    ASSERT_EQ(scene.entities.size(), 3u);
+    EXPECT_EQ(scene.entities[0].name, "table");  // the order of the file, not of the alphabet
+    EXPECT_EQ(scene.entities[1].name, "chair");
+    EXPECT_EQ(scene.entities[2].name, "unused");
+    const Entity& table = scene.entities[0];
+    EXPECT_EQ(table.mesh, folder_ / "box.obj");
+    EXPECT_EQ(table.material, "lacquer");
+    EXPECT_EQ(table.materials, (std::map<std::string, std::string>{{"seat", "cloth"}}));
+    EXPECT_EQ(table.fine_vertices, 25000u);
+    EXPECT_EQ(table.coarse_triangles, 0u);
+    EXPECT_EQ(table.planar_samples, 200u);
+    EXPECT_EQ(table.spherical_samples, 100u);
+
+    ASSERT_EQ(scene.instances.size(), 3u);
+    EXPECT_EQ(scene.instances[0].name, "table");
+    EXPECT_EQ(scene.instances[1].name, "chair_1");
+    EXPECT_EQ(scene.instances[2].name, "chair_2");
+    EXPECT_EQ(scene.instances[0].entity, 0u);
+    EXPECT_EQ(scene.instances[2].entity, 1u);
+    EXPECT_EQ(scene.instances[0].translate, Vec3f(0.0f, -1.0f, 0.5f));
+    EXPECT_EQ(scene.instances[0].scale, 2.0f);
+    EXPECT_NEAR(scene.instances[0].rotate.y, pi / 2, 1e-6);
+}
+
+TEST_F(SceneReader, TakesAnImageRelativeToTheFile) {
+    std::string text = valid_scene;
+    const std::size_t sky = text.find("sky = ");
+    text.replace(sky, text.find('\n', sky) - sky, "image = \"light.exr\"");
+    const Result<Scene> scene = read(text);
+    ASSERT_TRUE(scene) << scene.error().message();
+    EXPECT_EQ(scene->environment.image, folder_ / "light.exr");
+    EXPECT_FALSE(scene->environment.sky);
+}
+
+TEST_F(SceneReader, GivesEveryInstanceItsOwnName) {
+    std::string text = valid_scene;
+    text.replace(text.find("[entities.unused]"), 17, "[entities.chair_1]");
+    const Result<Scene> scene = read(text + "[[instances]]\nentity = \"chair_1\"\n");
+    ASSERT_TRUE(scene) << scene.error().message();
+    EXPECT_EQ(scene->instances[1].name, "chair_2");
+    EXPECT_EQ(scene->instances[2].name, "chair_3");
+    EXPECT_EQ(scene->instances[3].name, "chair_1");
+}
+
+TEST_F(SceneReader, SaysWhereWhatWasFoundAndWhatWasWanted) {
+    EXPECT_EQ(message_with("vertical_fov = 35.0", "vertical_fov = 190"),
+              "room.toml:4:16: camera.vertical_fov is 190; wanted [0.01, 179]");
+    EXPECT_EQ(
+        message_with("vertical_fov", "fov"),
+        "room.toml:4:1: camera.fov is not known; wanted one of: position, resolution, target, vertical_fov");
+    EXPECT_EQ(message_with("entity = \"chair\"", "entity = \"stool\""),
+              "room.toml:43:10: instances[1].entity is \"stool\"; there is no such entity");
+}
+
+TEST_F(SceneReader, RefusesWhatIsWrong) {
+    struct Case {
+        const char *from, *to, *message;
+    };
+    for (const auto& [from, to, message] : {
+             // not TOML
+             Case{"[camera]", "[camera", "1:8: "},
+             Case{"turbidity = 3,", "turbidity = 3, turbidity = 4,", "8:"},
+             // unknown and missing keys
+             Case{"[camera]", "colour = 1\n[camera]", "1:1: colour is not known"},
+             Case{"turbidity", "haze", "8:9: environment.sky.haze is not known"},
+             Case{"shininess", "gloss", "15:1: materials.lacquer.gloss is not known"},
+             Case{"fine_vertices", "vertices", "24:1: entities.table.vertices is not known"},
+             Case{"scale = 2", "size = 2", "40:1: instances[0].size is not known"},
+             Case{"position = [3.2, 1.8, 4]", "", "1:1: camera.position is missing"},
+             Case{"mesh = \"box.obj\"", "", "20:1: entities.table.mesh is missing"},
+             Case{"entity = \"table\"", "", "37:1: instances[0].entity is missing"},
+             Case{"[environment]\nsky", "[surroundings]\nsky", "7:2: surroundings is not known"},
+             // wrong types
+             Case{"[3.2, 1.8, 4]", "\"here\"", "2:12: camera.position is \"here\"; wanted 3 numbers"},
+             Case{"[3.2, 1.8, 4]", "[3.2, 1.8]", "2:12: camera.position is a list of 2; wanted 3 numbers"},
+             Case{"[3.2, 1.8, 4]", "[3.2, true, 4]", "2:18: camera.position[1] is true; wanted a number"},
+             Case{"[640, 480]", "[640.0, 480]", "5:15: camera.resolution[0] is 640; wanted a whole number"},
+             Case{"25000", "25000.0", "24:17: entities.table.fine_vertices is 25000; wanted a whole number"},
+             Case{"\"lacquer\"\nmaterials", "3\nmaterials",
+                  "22:12: entities.table.material is 3; wanted a text"},
+             Case{"{ seat = \"cloth\" }", "[1]",
+                  "23:13: entities.table.materials is a list of 1; wanted a table"},
+             Case{"-1.5", "1979-05-27", "10:12: environment.exposure is a date or time; wanted a number"},
+             // not finite, out of range
+             Case{"[3.2, 1.8, 4]", "[nan, 1.8, 4]",
+                  "2:13: camera.position[0] is nan; wanted [-1000000, 1000000]"},
+             Case{"scale = 2", "scale = inf", "40:9: instances[0].scale is inf"},
+             Case{"scale = 2", "scale = 0", "40:9: instances[0].scale is 0"},
+             Case{"scale = 2", "scale = -1.5", "40:9: instances[0].scale is -1.5"},
+             Case{"scale = 2", "scale = nan", "40:9: instances[0].scale is nan"},
+             Case{"[640, 480]", "[640, 0]", "5:20: camera.resolution[1] is 0; wanted [1, 16384]"},
+             Case{"[640, 480]", "[16385, 480]", "5:15: camera.resolution[0] is 16385"},
+             Case{"turbidity = 3", "turbidity = 1.9",
+                  "8:21: environment.sky.turbidity is 1.9; wanted [2, 10]"},
+             Case{"sun_elevation = 40", "sun_elevation = 91", "8:40: environment.sky.sun_elevation is 91"},
+             Case{"sun_angular_radius = 0.5", "sun_angular_radius = 0", "wanted (0, 5.7]"},
+             Case{"[0.25, 0.08, 0.04]", "[0.25, 1.08, 0.04]", "13:18: materials.lacquer.diffuse[1] is 1.08"},
+             Case{"[0.3, 0.3, 0.3]", "[0.3, -0.1, 0.3]", "14:18: materials.lacquer.specular[1] is -0.1"},
+             Case{"shininess = 60", "shininess = 0.5",
+                  "15:13: materials.lacquer.shininess is 0.5; wanted [1, 1000]"},
+             Case{"25000", "0", "24:17: entities.table.fine_vertices is 0; wanted [1, 20000000]"},
+             Case{"25000", "20000001", "24:17: entities.table.fine_vertices is 20000001"},
+             Case{"= 200", "= 0", "26:18: entities.table.planar_samples is 0; wanted [1, 10000000]"},
+             Case{"= 100\n", "= -100\n", "27:21: entities.table.spherical_samples is -100"},
+             Case{"coarse_triangles = 0", "coarse_triangles = -1",
+                  "25:20: entities.table.coarse_triangles is -1"},
+             Case{"[0.0, 0.5, 0.0]", "[3.2, 1.8, 4.0]", "3:10: camera.target is camera.position"},
+             // unknown names, files that are not there
+             Case{"\"povray\"", "\"blinn\"",
+                  "16:14: materials.lacquer.convention is \"blinn\"; wanted \"physical\""},
+             Case{"material = \"lacquer\"", "material = \"gold\"",
+                  "22:12: entities.table.material is \"gold\""},
+             Case{"seat = \"cloth\"", "seat = \"silk\"", "23:22: entities.table.materials.seat is \"silk\""},
+             Case{"\"box.obj\"", "\"missing.obj\"", "21:8: entities.table.mesh is"},
+             Case{"\"box.obj\"", "\"\"", "21:8: entities.table.mesh is not the name of a file"},
+             Case{"\"box.obj\"", "\".\"", "21:8: entities.table.mesh is"},
+             Case{"\"box.obj\"", "\"box.obj\\u0000\"", "21:8: entities.table.mesh is not the name of a file"},
+             Case{"entities.table", "entities.\"../table\"",
+                  "the name of this entity can not be that of a file"},
+             // environment and instances
+             Case{"rotation = 90", "image = \"light.exr\"", "environment has both image and sky"},
+             Case{"rotation = 90", "image = \"dark.exr\"", "9:9: environment.image is"},
+         }) {
+        const std::string found = message_with(from, to);
+        EXPECT_TRUE(found.starts_with("room.toml:") && found.find(message) != std::string::npos)
+            << from << " -> " << to << "\n  found:  " << found << "\n  wanted: " << message;
+    }
+    std::string without_sky = valid_scene;
+    without_sky.erase(without_sky.find("sky = "), without_sky.find("rotation") - without_sky.find("sky = "));
+    EXPECT_FALSE(read(without_sky));
+    const std::string without_instances(valid_scene, std::string(valid_scene).find("[[instances]]"));
+    EXPECT_FALSE(read(without_instances));
+    EXPECT_FALSE(read("instances = []\n" + without_instances));
+    EXPECT_FALSE(read("instances = [1]\n" + without_instances));
+}
+
+TEST_F(SceneReader, RefusesFilesThatAreNone) {
+    EXPECT_FALSE(read_scene(folder_ / "missing.toml"));
+    EXPECT_FALSE(read_scene(folder_));
+    EXPECT_FALSE(read_scene(""));
+    EXPECT_FALSE(read(""));
+    EXPECT_FALSE(read(std::string(100, '\0')));
+    const Result<Scene> large = read(std::string(valid_scene) + std::string(16 << 20, '\n'));
+    ASSERT_FALSE(large);
+    EXPECT_NE(large.error().message().find("larger than 16 MiB"), std::string::npos)
+        << large.error().message();
+}
+
+TEST_F(SceneReader, RefusesNestingThatWouldOverflowTheStack) {
+    std::string dots = "a";
+    for (int i = 0; i < 1'000'000; ++i) dots += ".a";
+    EXPECT_FALSE(read(dots + " = 1"));
+    EXPECT_FALSE(read("[" + dots + "]"));
+    EXPECT_FALSE(read("a = " + std::string(1'000'000, '[')));
+    std::string tables = "a = ";
+    for (int i = 0; i < 100'000; ++i) tables += "{a = ";
+    EXPECT_FALSE(read(tables));
+    // Dots that are no keys.
+    EXPECT_TRUE(read("# " + std::string(1000, '.') + "\n" + valid_scene));
+}
+
+TEST_F(SceneReader, SurvivesAFileCutShortAnywhere) {
+    const std::string text = valid_scene;
+    int accepted = 0;
+    for (std::size_t length = 0; length <= text.size(); ++length)
+        accepted += read(text.substr(0, length)) ? 1 : 0;
+    // Whole scenes are those with one instance, the second and the third, each with what follows the name.
+    EXPECT_GE(accepted, 3);
+    EXPECT_LT(accepted, 200);
+}
+
+TEST_F(SceneReader, SurvivesChangedBytes) {
+    std::mt19937 random(2006);
+    const std::string syntax = ",=[]{}\"'#.\n 0e-+_";
+    for (int i = 0; i < 2000; ++i) {
+        std::string text = valid_scene;
+        for (int changes = 1 + i % 4; changes > 0; --changes)
+            text[random() % text.size()] =
+                i % 2 == 0 ? syntax[random() % syntax.size()] : static_cast<char>(random());
+        const Result<Scene> scene = read(text);
+        if (!scene) {
+            EXPECT_FALSE(scene.error().what.empty());
+        }
+    }
+}
+
+}  // namespace
+}  // namespace haarfield

@@ -1,0 +1,223 @@
+#include "scenes/toml_table.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+
+namespace haarfield {
+
+namespace {
+
+constexpr std::size_t largest_file = std::size_t{16} << 20;  // bytes
+constexpr int longest_key = 100;                             // parts
+
+std::string place(const std::string& file, const toml::source_position& position) {
+    return fmt::format("{}:{}:{}", file, position.line, position.column);
+}
+
+// What was found, for a person: numbers and short texts as they are, other things by their kind.
+std::string description(const toml::node& node) {
+    if (const auto* integer = node.as_integer()) return fmt::format("{}", integer->get());
+    if (const auto* real = node.as_floating_point()) return fmt::format("{}", real->get());
+    if (const auto* boolean = node.as_boolean()) return boolean->get() ? "true" : "false";
+    if (const auto* text = node.as_string())
+        return text->get().size() <= 80 ? fmt::format("\"{}\"", text->get()) : "a long text";
+    if (const auto* array = node.as_array()) return fmt::format("a list of {}", array->size());
+    if (node.is_table()) return "a table";
+    return "a date or time";
+}
+
+// Tables are destroyed recursively, so that a key of a million parts would overflow the stack. Dots
+// beside dots (`...` in comments) are no keys.
+std::optional<toml::source_position> overlong_key(std::string_view text) {
+    toml::source_position position{1, 0};
+    int dots = 0;
+    char before = '\n';
+    for (const char c : text) {
+        ++position.column;
+        if (c == ' ' || c == '\t') continue;
+        if (c == '.') {
+            if (before != '.' && ++dots >= longest_key) return position;
+        } else if (std::string_view(",={}[]#\n").find(c) != std::string_view::npos) {
+            dots = 0;
+        }
+        before = c;
+        if (c == '\n') position = {position.line + 1, 0};
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+std::string Range::text() const {
+    return fmt::format("{}{}, {}{}", without_lowest ? '(' : '[', lowest, highest,
+                       without_highest ? ')' : ']');
+}
+
+void TomlFile::refuse(const toml::source_region& where, std::string what) {
+    if (!error) error = Error{place(name, where.begin), std::move(what)};
+}
+
+Result<toml::table> read_toml(const std::filesystem::path& file) {
+    std::error_code failure;
+    if (!std::filesystem::exists(file, failure)) return Error{file.string(), "there is no such file"};
+    if (std::filesystem::is_directory(file, failure))
+        return Error{file.string(), "is a folder; wanted a TOML file"};
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) return Error{file.string(), "can not be read"};
+    // Piece by piece, because the size that the system tells need not be true.
+    std::string text;
+    std::array<char, 65536> piece;
+    do {
+        stream.read(piece.data(), static_cast<std::streamsize>(piece.size()));
+        text.append(piece.data(), static_cast<std::size_t>(stream.gcount()));
+        if (text.size() > largest_file)
+            return Error{file.string(), fmt::format("is larger than {} MiB", largest_file >> 20)};
+    } while (stream);
+    if (stream.bad()) return Error{file.string(), "can not be read"};
+
+    if (const auto position = overlong_key(text))
+        return Error{place(file.string(), *position),
+                     fmt::format("a key of more than {} parts", longest_key)};
+    try {
+        return toml::parse(text, file.string());
+    } catch (const toml::parse_error& error) {
+        return Error{place(file.string(), error.source().begin), std::string(error.description())};
+    }
+}
+
+const toml::node* TomlTable::node(std::string_view key) {
+    known_.emplace(key);
+    return table_->get(key);
+}
+
+std::string TomlTable::key_name(std::string_view key) const {
+    return name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key);
+}
+
+void TomlTable::refuse(std::string_view key, std::string what) {
+    const toml::node* value = table_->get(key);
+    file_->refuse(value != nullptr ? value->source() : table_->source(), std::move(what));
+}
+
+std::optional<double> TomlTable::number(const toml::node& node, const std::string& key, const Range& range) {
+    const std::optional<double> value = node.is_number() ? node.value<double>() : std::nullopt;
+    if (value && range.contains(*value)) return value;
+    file_->refuse(node.source(), fmt::format("{} is {}; wanted {}{}", key, description(node),
+                                             value ? "" : "a number in ", range.text()));
+    return std::nullopt;
+}
+
+template <std::size_t n>
+std::optional<std::array<double, n>> TomlTable::numbers(std::string_view key, const Range& range,
+                                                        bool whole) {
+    const toml::node* found = node(key);
+    if (found == nullptr) return std::nullopt;
+    const toml::array* list = found->as_array();
+    if (list == nullptr || list->size() != n) {
+        refuse(key, fmt::format("{} is {}; wanted {} {}numbers in {}", key_name(key), description(*found), n,
+                                whole ? "whole " : "", range.text()));
+        return std::nullopt;
+    }
+    std::array<double, n> values{};
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::string name = fmt::format("{}[{}]", key_name(key), i);
+        if (whole && !list->get(i)->is_integer()) {
+            file_->refuse(list->get(i)->source(), fmt::format("{} is {}; wanted a whole number in {}", name,
+                                                              description(*list->get(i)), range.text()));
+            return std::nullopt;
+        }
+        const std::optional<double> value = number(*list->get(i), name, range);
+        if (!value) return std::nullopt;
+        values[i] = *value;
+    }
+    return values;
+}
+
+void TomlTable::take(std::string_view key, float& value, const Range& range) {
+    const toml::node* found = node(key);
+    if (found == nullptr) return;
+    if (const auto taken = number(*found, key_name(key), range)) value = static_cast<float>(*taken);
+}
+
+void TomlTable::take(std::string_view key, Vec3f& value, const Range& range) {
+    if (const auto taken = numbers<3>(key, range, false))
+        value = Vec3f(static_cast<float>((*taken)[0]), static_cast<float>((*taken)[1]),
+                      static_cast<float>((*taken)[2]));
+}
+
+void TomlTable::take(std::string_view key, Rgb& value, const Range& range) {
+    Vec3f channels(value.x, value.y, value.z);
+    take(key, channels, range);
+    value = Rgb(channels.x, channels.y, channels.z);
+}
+
+void TomlTable::take(std::string_view key, std::uint32_t& value, const Range& range) {
+    const toml::node* found = node(key);
+    if (found == nullptr) return;
+    if (!found->is_integer()) {
+        refuse(key, fmt::format("{} is {}; wanted a whole number in {}", key_name(key), description(*found),
+                                range.text()));
+        return;
+    }
+    if (const auto taken = number(*found, key_name(key), range)) value = static_cast<std::uint32_t>(*taken);
+}
+
+void TomlTable::take(std::string_view key, std::array<std::uint32_t, 2>& value, const Range& range) {
+    if (const auto taken = numbers<2>(key, range, true))
+        value = {static_cast<std::uint32_t>((*taken)[0]), static_cast<std::uint32_t>((*taken)[1])};
+}
+
+void TomlTable::take(std::string_view key, std::string& value) {
+    const toml::node* found = node(key);
+    if (found == nullptr) return;
+    if (const auto* text = found->as_string())
+        value = text->get();
+    else
+        refuse(key, fmt::format("{} is {}; wanted a text", key_name(key), description(*found)));
+}
+
+void TomlTable::take(std::string_view key, std::filesystem::path& value,
+                     const std::filesystem::path& folder) {
+    if (node(key) == nullptr) return;
+    std::string text;
+    take(key, text);
+    if (file_->error) return;
+    if (text.empty() || text.find('\0') != std::string::npos)
+        return refuse(key, fmt::format("{} is not the name of a file", key_name(key)));
+    value = folder / text;
+    std::error_code failure;
+    if (!std::filesystem::is_regular_file(value, failure))
+        refuse(key, fmt::format("{} is {}; there is no such file", key_name(key), value.string()));
+}
+
+const toml::table* TomlTable::take_table(std::string_view key) {
+    const toml::node* found = node(key);
+    if (found == nullptr) return nullptr;
+    if (!found->is_table())
+        refuse(key, fmt::format("{} is {}; wanted a table", key_name(key), description(*found)));
+    return found->as_table();
+}
+
+const toml::array* TomlTable::take_array(std::string_view key) {
+    const toml::node* found = node(key);
+    if (found == nullptr) return nullptr;
+    if (!found->is_array())
+        refuse(key, fmt::format("{} is {}; wanted a list", key_name(key), description(*found)));
+    return found->as_array();
+}
+
+void TomlTable::finish() {
+    for (const auto& [key, value] : *table_) {
+        if (known_.contains(key.str())) continue;
+        std::string wanted;
+        for (const std::string& name : known_) wanted += (wanted.empty() ? "" : ", ") + name;
+        file_->refuse(key.source(),
+                      fmt::format("{} is not known; wanted one of: {}", key_name(key.str()), wanted));
+    }
+    for (const std::string& key : required_)
+        if (!has(key)) file_->refuse(table_->source(), fmt::format("{} is missing", key_name(key)));
+}
+
+}  // namespace haarfield
