@@ -28,22 +28,42 @@ std::string description(const toml::node& node) {
     return "a date or time";
 }
 
-// Tables are destroyed recursively, so that a key of a million parts would overflow the stack. Dots
-// beside dots (`...` in comments) are no keys.
-std::optional<toml::source_position> overlong_key(std::string_view text) {
-    toml::source_position position{1, 0};
+// What toml++ 3.3 can not be given, whatever the file may hold: letters beyond ASCII outside quotes and
+// comments (it runs into code that it marks as unreachable), and keys of very many parts (tables are
+// destroyed recursively, which would overflow the stack). Texts of several lines have no use in our files.
+std::optional<Error> unparsable(std::string_view text, const std::string& file) {
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    std::uint32_t line = 1, column = 0;
     int dots = 0;
-    char before = '\n';
-    for (const char c : text) {
-        ++position.column;
-        if (c == ' ' || c == '\t') continue;
-        if (c == '.') {
-            if (before != '.' && ++dots >= longest_key) return position;
-        } else if (std::string_view(",={}[]#\n").find(c) != std::string_view::npos) {
+    char quote = 0;  // of the text or comment ('#') that we are in
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if ((static_cast<unsigned char>(c) & 0xC0) != 0x80) ++column;
+        const auto refused = [&](std::string what) {
+            return Error{place(file, {line, column}), std::move(what)};
+        };
+        if (c == '\n') {
+            ++line;
+            column = 0;
+            dots = 0;
+            quote = 0;
+        } else if (quote != 0) {
+            if (c == quote && quote != '#') quote = 0;
+            if (c == '\\' && quote == '"' && i + 1 < text.size() && text[i + 1] != '\n') ++i, ++column;
+        } else if (c == '"' || c == '\'') {
+            if (text.substr(i).starts_with(c == '"' ? "\"\"\"" : "'''"))
+                return refused("a text of several lines; wanted one between single quotation marks");
+            quote = c;
+        } else if (c == '#') {
+            quote = '#';
+        } else if (static_cast<unsigned char>(c) >= 128) {
+            return refused("a letter beyond ASCII; wanted names with such letters in quotation marks");
+        } else if (c == '.') {
+            if (++dots >= longest_key)
+                return refused(fmt::format("a key of more than {} parts", longest_key));
+        } else if (std::string_view(",={}[]").find(c) != std::string_view::npos) {
             dots = 0;
         }
-        before = c;
-        if (c == '\n') position = {position.line + 1, 0};
     }
     return std::nullopt;
 }
@@ -77,9 +97,7 @@ Result<toml::table> read_toml(const std::filesystem::path& file) {
     } while (stream);
     if (stream.bad()) return Error{file.string(), "can not be read"};
 
-    if (const auto position = overlong_key(text))
-        return Error{place(file.string(), *position),
-                     fmt::format("a key of more than {} parts", longest_key)};
+    if (auto error = unparsable(text, file.string())) return *std::move(error);
     try {
         return toml::parse(text, file.string());
     } catch (const toml::parse_error& error) {

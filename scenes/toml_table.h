@@ -49,7 +49,8 @@ struct TomlFile {
 
 /// Parses a file.
 ///
-/// errors  not a file, larger than 16 MiB, not TOML (with line and column), keys of more than 100 parts.
+/// errors  not a file, larger than 16 MiB, not TOML (with line and column); of TOML, texts of
+///         several lines and keys of more than 100 parts.
 Result<toml::table> read_toml(const std::filesystem::path& file);
 
 /// One table, taken key by key. An absent key leaves the value as it was; a wrong one is refused, with

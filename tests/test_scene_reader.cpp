@@ -68,6 +68,7 @@ protected:
     void TearDown() override { std::filesystem::remove_all(folder_); }
 
     Result<Scene> read(const std::string& text) {
+        std::filesystem::remove(folder_ / "room.toml");  // overwriting waits for the disk on some systems
         std::ofstream(folder_ / "room.toml", std::ios::binary) << text;
         return read_scene(folder_ / "room.toml");
     }
@@ -275,6 +276,17 @@ TEST_F(SceneReader, RefusesNestingThatWouldOverflowTheStack) {
     EXPECT_FALSE(read(tables));
     // Dots that are no keys.
     EXPECT_TRUE(read("# " + std::string(1000, '.') + "\n" + valid_scene));
+}
+
+TEST_F(SceneReader, TakesLettersBeyondAsciiInQuotesAndComments) {
+    std::string text = valid_scene;
+    text.replace(text.find("[entities.unused]"), 17, "[entities.\"ge\xC3\xA4ndert\"]  # \xE2\x80\xA6");
+    const Result<Scene> scene = read("\xEF\xBB\xBF" + text);
+    ASSERT_TRUE(scene) << scene.error().message();
+    EXPECT_EQ(scene->entities[2].name, "ge\xC3\xA4ndert");
+    EXPECT_NE(
+        message_with("[entities.unused]", "[entities.ge\xC3\xA4ndert]").find("33:13: a letter beyond ASCII"),
+        std::string::npos);
 }
 
 TEST_F(SceneReader, SurvivesAFileCutShortAnywhere) {
