@@ -14,8 +14,8 @@ struct AmbientVisibility {
     std::vector<float> values;           ///< In [0, 1]; voxel (x, y, z) is (x * size[1] + y) * size[2] + z.
 };
 
-/// Of the bounding box, enlarged on all sides by half its radius, from the spherical samples. Inside of a
-/// closed mesh the samples see its faces from behind, that is, not at all: voxels there are open.
+/// Of the bounding box, enlarged on all sides by half its radius, from the spherical samples. The field must
+/// be without defect.
 ///
 /// cost  one lookup a voxel, and one sum over the nodes of every face in use.
 AmbientVisibility ambient_visibility(const VisibilityField& field);
