@@ -9,6 +9,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 namespace haarfield {
 
@@ -18,6 +19,7 @@ struct SceneEntity {
     std::size_t entity = 0;  ///< Index in Scene::entities.
     PreparedMesh mesh;       ///< Rotated.
     Occluder occluder;       ///< Of the coarse mesh.
+    std::optional<InsideTest> is_inside;  ///< Of the occluder.
     LocalSamples samples;
     VisibilityField field;
     std::vector<Material> materials;  ///< By the mesh's material index.

@@ -41,9 +41,10 @@ Rgb dense_vertex(const DenseFrame& frame, std::size_t instance_index, std::uint3
         worker.rasterizer.open_samples(*entity.occluder, entity.samples->points[vertex], &view.normal));
     for (std::size_t other = 0; other < scene.instances.size(); ++other) {
         if (other == instance_index) continue;
-        const ShadedInstance& occluder = scene.instances[other];
-        worker.multiply(worker.rasterizer.open_samples(*scene.entities[occluder.entity].occluder,
-                                                       (view.point - occluder.translate) / occluder.scale));
+        const ShadedEntity& occluder = scene.entities[scene.instances[other].entity];
+        const Vec3f point = (view.point - scene.instances[other].translate) / scene.instances[other].scale;
+        if ((*occluder.is_inside)(point)) return Rgb(0.0f);
+        worker.multiply(worker.rasterizer.open_samples(*occluder.occluder, point));
     }
 
     const bool physical = material.convention == LobeConvention::physical;

@@ -23,7 +23,7 @@ constexpr float negligible = 1e-5f;
 
 /// Grid cells for a lobe of this width: interpolation errs by about h^2 exponent / 8 of the peak.
 int table_steps(float exponent) {
-    return exponent <= 4 ? 16 : exponent <= 40 ? 32 : 64;
+    return exponent <= 40 ? 32 : 64;
 }
 
 void fill_lobe_texels(float exponent, const Vec3f& direction, int size, const std::vector<Vec3f>& centres,

@@ -20,9 +20,9 @@ enum class LobeConvention : std::uint8_t {
 
 /// A diffuse (Lambertian) and a specular (Phong) term. R is the view direction mirrored about N.
 struct Material {
-    Rgb diffuse{0.5f, 0.5f, 0.5f};   ///< Albedo, each channel in [0, 1].
-    Rgb specular{0, 0, 0};           ///< Each channel in [0, 1].
-    float shininess = 50;            ///< Exponent n, 1 to 1000.
+    Rgb diffuse{0.5f, 0.5f, 0.5f};  ///< Albedo, each channel in [0, 1].
+    Rgb specular{0, 0, 0};          ///< Each channel in [0, 1].
+    float shininess = 50;           ///< Exponent n, 1 to 1000.
     LobeConvention convention = LobeConvention::physical;
 };
 

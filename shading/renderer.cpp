@@ -70,6 +70,7 @@ CubemapTree visibility_past(const Frame& frame, const ShadedInstance& other, con
     const ShadedEntity& entity = frame.scene.entities[other.entity];
     const Vec3f point = (world_point - other.translate) / other.scale;
     if (entity.occluder->triangles.size() <= frame.settings.exact_triangles) {
+        if ((*entity.is_inside)(point)) return {};
         const std::span<const std::uint8_t> open = worker.rasterizer.open_samples(*entity.occluder, point);
         worker.visibility.resize(open.size());
         for (std::size_t i = 0; i < open.size(); ++i)

@@ -14,6 +14,7 @@ namespace haarfield {
 struct ShadedEntity {
     const Mesh* mesh = nullptr;              ///< The fine mesh.
     const Occluder* occluder = nullptr;      ///< Of the coarse mesh.
+    const InsideTest* is_inside = nullptr;   ///< Of the occluder.
     const VisibilityField* field = nullptr;  ///< Of the same mesh.
     const LocalSamples* samples = nullptr;   ///< Of the same mesh.
     std::vector<Material> materials;         ///< By the mesh's material index.

@@ -62,7 +62,7 @@ TEST(Lobes, TruncationKeepsTheEnergy) {
     const LobeTable table = *lobe_table(60, 32, {20});
     for (const Vec3f& d : random_directions(20))
         EXPECT_NEAR(sphere_integral(cubemap_texels(interpolated_lobe(table, d), 32), 32) * 61 / (2 * pi), 1,
-                    0.03);
+                    0.02);
 }
 
 TEST(Lobes, LookupIsContinuousAcrossFaceBorders) {

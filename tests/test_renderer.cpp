@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include <memory>
+#include <optional>
 
 #include "fields/field_precompute.h"
 #include "shading/dense_renderer.h"
@@ -20,13 +21,19 @@ class ExampleScene {
 public:
     std::size_t add_entity(const Mesh& mesh, const Material& material, std::uint32_t planar = 6,
                            std::uint32_t spherical = 18) {
+        return add_entity(prepared_as_is(mesh), material, planar, spherical);
+    }
+    std::size_t add_entity(const PreparedMesh& mesh, const Material& material, std::uint32_t planar,
+                           std::uint32_t spherical) {
         parts_.push_back(std::make_unique<Part>());
         Part& part = *parts_.back();
-        part.mesh = prepared_as_is(mesh);
+        part.mesh = mesh;
         part.occluder = make_occluder(part.mesh.coarse);
+        part.is_inside.emplace(part.occluder);
         part.samples = local_samples(part.mesh, part.occluder);
         part.field = *precompute_field("example", part.mesh, part.occluder, {size, 0, 0, planar, spherical});
-        scene.entities.push_back({&part.mesh.fine, &part.occluder, &part.field, &part.samples, {material}});
+        scene.entities.push_back(
+            {&part.mesh.fine, &part.occluder, &*part.is_inside, &part.field, &part.samples, {material}});
         return scene.entities.size() - 1;
     }
 
@@ -48,6 +55,7 @@ private:
     struct Part {
         PreparedMesh mesh;
         Occluder occluder;
+        std::optional<InsideTest> is_inside;
         LocalSamples samples;
         VisibilityField field;
     };
@@ -98,8 +106,8 @@ TEST(Renderer, WhitePhongReflectsAllOfAUniformEnvironmentAtNormalIncidence) {
              1});
         example.scene.environment = environment([](const Vec3d&) { return 1.0; });
         example.scene.eye = {0, 100, 0};
-        for (const auto& radiance : {example.radiance(), example.dense()})
-            EXPECT_NEAR(radiance[0][0].x, 1, 0.015) << shininess;
+        EXPECT_NEAR(example.dense()[0][0].x, 1, 0.01) << shininess;
+        EXPECT_NEAR(example.radiance()[0][0].x, 1, 0.03) << shininess;
     }
 }
 
@@ -207,7 +215,9 @@ TEST(Renderer, NoLightFromBelowPassesTheFloor) {
     for (const auto& radiance : {example.radiance(), example.dense()}) {
         const Mesh& mesh = *example.scene.entities[box].mesh;
         for (std::size_t v = 0; v < radiance[1].size(); ++v)
-            if (mesh.normals[v].y > -0.5f) EXPECT_NEAR(radiance[1][v].x, 0, 0.02) << mesh.positions[v];
+            if (mesh.normals[v].y > -0.5f) {
+                EXPECT_NEAR(radiance[1][v].x, 0, 0.02) << mesh.positions[v];
+            }
     }
 }
 
@@ -215,10 +225,12 @@ TEST(Renderer, NoLightFromBelowPassesTheFloor) {
 ExampleScene& furnished() {
     static ExampleScene example;
     if (!example.scene.entities.empty()) return example;
+    PreparedMesh floor_mesh = prepared_as_is(square_mesh(6, 0, 8));
+    floor_mesh.coarse = square_mesh(6, 0);
     Material lacquer = glossy(40, LobeConvention::povray);
     lacquer.diffuse = Rgb(0.4f, 0.2f, 0.1f);
     lacquer.specular = Rgb(0.3f);
-    const auto floor = example.add_entity(square_mesh(6, 0, 8), matte(0.7f));
+    const auto floor = example.add_entity(floor_mesh, matte(0.7f), 6, 18);
     const auto box = example.add_entity(box_mesh({-0.5f, 0, -0.5f}, {0.5f, 1, 0.5f}, 4), lacquer, 2000, 2000);
     example.scene.instances = {
         {floor, {0, 0, 0}, 1}, {box, {0.3f, 0, 0.2f}, 1}, {box, {-1.4f, 0, 0.1f}, 0.7f}};
@@ -230,14 +242,29 @@ ExampleScene& furnished() {
 
 TEST(Renderer, AgreesWithTheDenseOracle) {
     const auto found = furnished().radiance(), wanted = furnished().dense();
-    double error = 0, norm = 0;
-    for (std::size_t i = 0; i < wanted.size(); ++i)
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+        double error = 0, norm = 0;
         for (std::size_t v = 0; v < wanted[i].size(); ++v)
             for (int channel = 0; channel < 3; ++channel) {
                 error += std::pow(double(found[i][v][channel]) - wanted[i][v][channel], 2);
                 norm += std::pow(double(wanted[i][v][channel]), 2);
             }
-    EXPECT_LT(std::sqrt(error / norm), 0.03);
+        // On the floor the contacts lie between samples of the planar field.
+        EXPECT_LT(std::sqrt(error / norm), i == 0 ? 0.06 : 0.015) << "instance " << i;
+    }
+}
+
+TEST(Renderer, EqualsTheDenseOracleWhereNothingIsTruncatedOrInterpolated) {
+    RenderSettings settings;
+    settings.face_size = size;
+    settings.light_coefficients = 0;
+    settings.lobe_coefficients = 0;
+    settings.exact_triangles = 1000;
+    const auto found = *vertex_radiance(furnished().scene, settings), wanted = furnished().dense();
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        for (std::size_t v = 0; v < wanted[i].size(); ++v)
+            for (int channel = 0; channel < 3; ++channel)
+                EXPECT_NEAR(found[i][v][channel], wanted[i][v][channel], 2e-3 * (1 + wanted[i][v][channel]));
 }
 
 TEST(Renderer, DoesNotDependOnTheNumberOfThreads) {

@@ -1,0 +1,111 @@
+#include "scenes/scene_entities.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "fields/vdb_store.h"
+
+namespace haarfield {
+namespace {
+
+class SceneEntitiesTest : public testing::Test {
+protected:
+    void SetUp() override {
+        folder = std::filesystem::temp_directory_path() /
+                 ("haarfield_scene_entities_" +
+                  std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+        std::filesystem::remove_all(folder);
+        std::filesystem::create_directories(folder);
+        write_box(1.0f);
+        Entity entity;
+        entity.name = "box";
+        entity.mesh = folder / "box.obj";
+        entity.material = "paint";
+        entity.materials["lid"] = "steel";
+        entity.fine_vertices = 50;
+        entity.coarse_triangles = 0;
+        entity.planar_samples = 50;
+        entity.spherical_samples = 50;
+        scene.entities.push_back(entity);
+        scene.materials["paint"].diffuse = Rgb(0.2f);
+        scene.materials["steel"].diffuse = Rgb(0.9f);
+        scene.instances.push_back({"box_1", 0, {0, 0, 0}, 1, {0, 0, 0}});
+        scene.instances.push_back({"box_2", 0, {3, 0, 0}, 1, {0, 0, 0}});
+        options.fields_folder = folder / "fields";
+        options.face_size = 16;
+    }
+    void TearDown() override { std::filesystem::remove_all(folder); }
+
+    void write_box(float height) {
+        std::ofstream file(folder / "box.obj");
+        for (int i = 0; i < 8; ++i)
+            file << "v " << (i & 1) << ' ' << (i & 2 ? height : 0.0f) << ' ' << (i & 4) / 4 * 2 << '\n';
+        file << "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nusemtl lid\nf 3 7 8 4\nusemtl side\nf 1 3 4 2\nf 5 6 8 7\n";
+    }
+
+    std::filesystem::path folder;
+    Scene scene;
+    SceneEntityOptions options;
+};
+
+TEST_F(SceneEntitiesTest, MakesOneFieldPerEntityAndReusesItByHash) {
+    const auto first = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(first) << first.error().message();
+    ASSERT_EQ(first->entities.size(), 1u);
+    EXPECT_EQ(first->entity_of_instance, (std::vector<std::size_t>{0, 0}));
+    EXPECT_FALSE(first->entities[0]->reused);
+    EXPECT_EQ(first->entities[0]->remade_because, "");
+    EXPECT_GE(first->entities[0]->mesh.fine.positions.size(), 50u);
+    EXPECT_EQ(field_defect(first->entities[0]->field), "");
+
+    const auto second = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(second) << second.error().message();
+    EXPECT_TRUE(second->entities[0]->reused);
+    EXPECT_EQ(second->entities[0]->field.pool.nodes, first->entities[0]->field.pool.nodes);
+    EXPECT_EQ(second->entities[0]->field.local_handles, first->entities[0]->field.local_handles);
+}
+
+TEST_F(SceneEntitiesTest, RemakesAStaleOrDamagedFieldAndSaysWhy) {
+    ASSERT_TRUE(prepare_scene_entities(scene, options));
+    write_box(2.0f);
+    const auto stale = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(stale);
+    EXPECT_FALSE(stale->entities[0]->reused);
+    EXPECT_NE(stale->entities[0]->remade_because.find("another mesh"), std::string::npos);
+
+    std::filesystem::resize_file(stale->entities[0]->field_file, 1000);
+    const auto damaged = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(damaged);
+    EXPECT_FALSE(damaged->entities[0]->reused);
+    EXPECT_NE(damaged->entities[0]->remade_because, "");
+    EXPECT_TRUE(prepare_scene_entities(scene, options)->entities[0]->reused);
+}
+
+TEST_F(SceneEntitiesTest, RotatedInstancesHaveAFieldOfTheirOwn) {
+    scene.instances[1].rotate = {0, static_cast<float>(pi / 2), 0};
+    const auto entities = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(entities) << entities.error().message();
+    ASSERT_EQ(entities->entities.size(), 2u);
+    EXPECT_EQ(entities->entities[1]->name, "box-r0_90_0");
+    // The box is 1 wide in x and 2 in z; a quarter turn about y takes +z to +x.
+    const Bounds bounds = mesh_bounds(entities->entities[1]->mesh.fine);
+    EXPECT_NEAR(bounds.upper.x, 2, 1e-5);
+    EXPECT_NEAR(bounds.lower.z, -1, 1e-5);
+}
+
+TEST_F(SceneEntitiesTest, MaterialsOfTheMeshAreMappedByName) {
+    const auto entities = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(entities);
+    const SceneEntity& entity = *entities->entities[0];
+    ASSERT_EQ(entity.materials.size(), entity.mesh.fine.material_names.size());
+    bool lid = false;
+    for (std::size_t m = 0; m < entity.materials.size(); ++m) {
+        lid |= entity.mesh.fine.material_names[m] == "lid";
+        EXPECT_EQ(entity.materials[m].diffuse.x, entity.mesh.fine.material_names[m] == "lid" ? 0.9f : 0.2f);
+    }
+    EXPECT_TRUE(lid);
+}
+
+}  // namespace
+}  // namespace haarfield
