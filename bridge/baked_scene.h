@@ -23,6 +23,9 @@ struct BakedFiles {
     std::uint64_t clamped_vertices = 0;           ///< Radiance below 0 or above 65000, set to the limit.
 };
 
+/// What write_baked_scene refuses in its instances; nothing is written.
+Result<Done> check_baked_instances(std::span<const BakedInstance> instances);
+
 /// Writes `NAME.pov` and one `NAME_<instance>.inc` per instance, each atomically, the scene file last.
 ///
 /// An include declares one object, in world coordinates, that a POV-Ray user can place in a scene of

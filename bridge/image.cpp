@@ -1,1 +1,222 @@
 #include "bridge/image.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <fstream>
+#include <memory>
+
+namespace haarfield {
+namespace {
+
+constexpr std::uint64_t largest_image = std::uint64_t{1} << 28;  // pixels
+constexpr float largest_half = 65000.0f;                         // below 65504, the end of half floats
+
+std::string open_image_error(std::string words) {
+    while (!words.empty() && (words.back() == '\n' || words.back() == ' ')) words.pop_back();
+    return words.empty() ? "unknown error" : words;
+}
+
+/// Integer formats hold sRGB; only these have a code value of 1.
+bool is_encoded(const OIIO::ImageSpec& spec) {
+    return spec.format == OIIO::TypeDesc::UINT8 || spec.format == OIIO::TypeDesc::UINT16;
+}
+
+Result<Done> check_finite(const Image& image, const std::string& where) {
+    for (std::size_t i = 0; i < image.pixels.size(); ++i)
+        if (!is_finite(image.pixels[i]) || (!image.coverage.empty() && !std::isfinite(image.coverage[i])))
+            return Error{where,
+                         fmt::format("pixel ({}, {}) is not finite", i % image.width, i / image.width)};
+    return Done{};
+}
+
+Result<std::string> encoded_file(const std::string& format, OIIO::ImageSpec spec, OIIO::TypeDesc type,
+                                 const void* data, const std::string& where) {
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput memory(bytes);
+    std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(format);
+    if (!output) return Error{where, open_image_error(OIIO::geterror())};
+    if (!output->set_ioproxy(&memory)) return Error{where, open_image_error(output->geterror())};
+    if (!output->open(where, spec) || !output->write_image(type, data) || !output->close())
+        return Error{where, open_image_error(output->geterror())};
+    return std::string(bytes.begin(), bytes.end());
+}
+
+Result<std::string> exr_bytes(const Image& image, const std::string& where) {
+    const int channels = image.coverage.empty() ? 3 : 4;
+    std::vector<float> values;
+    values.reserve(image.pixels.size() * channels);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        for (int c = 0; c < 3; ++c)
+            values.push_back(std::clamp(image.pixels[i][c], -largest_half, largest_half));
+        if (channels == 4) values.push_back(std::clamp(image.coverage[i], 0.0f, 1.0f));
+    }
+    OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::HALF);
+    spec.attribute("compression", "zip");
+    return encoded_file("openexr", spec, OIIO::TypeDesc::FLOAT, values.data(), where);
+}
+
+std::uint8_t byte(float in_unit_range) {
+    return static_cast<std::uint8_t>(in_unit_range * 255.0f + 0.5f);
+}
+
+Result<std::string> png_file_bytes(const Image& image, bool with_alpha, const std::string& where) {
+    const int channels = with_alpha ? 4 : 3;
+    std::vector<std::uint8_t> values;
+    values.reserve(image.pixels.size() * channels);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const float alpha = with_alpha ? std::clamp(image.coverage[i], 0.0f, 1.0f) : 1.0f;
+        for (int c = 0; c < 3; ++c)
+            values.push_back(byte(srgb_encoded(alpha > 0 ? image.pixels[i][c] / alpha : 0.0f)));
+        if (with_alpha) values.push_back(byte(alpha));
+    }
+    OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    spec.attribute("oiio:UnassociatedAlpha", 1);
+    return encoded_file("png", spec, OIIO::TypeDesc::UINT8, values.data(), where);
+}
+
+Result<Done> check_shape(const Image& image, const std::string& where) {
+    const std::size_t pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+    assert(image.pixels.size() == pixels && (image.coverage.empty() || image.coverage.size() == pixels));
+    if (pixels == 0) return Error{where, "the image is empty"};
+    return check_finite(image, where);
+}
+
+std::string lower_case(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    return text;
+}
+
+}  // namespace
+
+float srgb_encoded(float linear) {
+    if (!(linear > 0.0f)) return 0.0f;
+    if (linear >= 1.0f) return 1.0f;
+    return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
+}
+
+float srgb_decoded(float encoded) {
+    if (!(encoded > 0.0f)) return 0.0f;
+    if (encoded >= 1.0f) return 1.0f;
+    return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
+Result<Image> read_image(const std::filesystem::path& file) {
+    const std::string where = file.string();
+    std::error_code code;
+    if (!std::filesystem::exists(file, code)) return Error{where, "no such file"};
+    OIIO::ImageSpec wanted;
+    wanted.attribute("oiio:UnassociatedAlpha", 1);  // or OpenImageIO would multiply by alpha
+    std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(where, &wanted);
+    if (!input) return Error{where, open_image_error(OIIO::geterror())};
+
+    const OIIO::ImageSpec spec = input->spec();
+    const bool has_alpha = spec.alpha_channel >= 0;
+    const int colours = spec.nchannels - (has_alpha ? 1 : 0);
+    if (colours != 1 && colours < 3)
+        return Error{where, fmt::format("{} colour channels; wanted 1 or 3", colours)};
+    if (spec.depth > 1) return Error{where, "a volume; wanted a picture"};
+    if (spec.width < 1 || spec.height < 1 || spec.full_width < 1 || spec.full_height < 1 ||
+        spec.image_pixels() > largest_image ||
+        static_cast<std::uint64_t>(spec.full_width) * static_cast<std::uint64_t>(spec.full_height) >
+            largest_image)
+        return Error{where,
+                     fmt::format("{} x {} pixels; wanted 1 to 2^28", spec.full_width, spec.full_height)};
+
+    std::vector<float> values(static_cast<std::size_t>(spec.image_pixels()) * spec.nchannels);
+    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, values.data()))
+        return Error{where, open_image_error(input->geterror())};
+    if (input->has_error()) return Error{where, open_image_error(input->geterror())};
+
+    // An EXR's data window may be smaller or larger than the picture: what it lacks is black background.
+    Image image{spec.full_width, spec.full_height, {}, {}};
+    const std::size_t pixels = static_cast<std::size_t>(image.width) * image.height;
+    image.pixels.resize(pixels, Rgb(0, 0, 0));
+    if (has_alpha) image.coverage.resize(pixels, 0.0f);
+    const bool encoded = is_encoded(spec);
+    std::array<int, 3> channel{0, 0, 0};  // of each colour: all but alpha, in the file's order
+    for (int c = 0, next = 0; c < spec.nchannels && next < (colours == 1 ? 1 : 3); ++c)
+        if (c != spec.alpha_channel) channel[next++] = c;
+    if (colours == 1) channel[1] = channel[2] = channel[0];
+    for (int row = 0; row < spec.height; ++row) {
+        const int y = row + spec.y - spec.full_y;
+        if (y < 0 || y >= image.height) continue;
+        for (int column = 0; column < spec.width; ++column) {
+            const int x = column + spec.x - spec.full_x;
+            if (x < 0 || x >= image.width) continue;
+            const float* value =
+                &values[(static_cast<std::size_t>(row) * spec.width + column) * spec.nchannels];
+            const std::size_t pixel = static_cast<std::size_t>(y) * image.width + x;
+            for (int c = 0; c < 3; ++c)
+                image.pixels[pixel][c] = encoded ? srgb_decoded(value[channel[c]]) : value[channel[c]];
+            if (has_alpha) {
+                const float alpha = value[spec.alpha_channel];
+                image.coverage[pixel] = alpha > 0 ? std::min(alpha, 1.0f) : 0.0f;  // NaN is background
+            }
+        }
+    }
+    return image;
+}
+
+Result<Done> write_image(const Image& image, const std::filesystem::path& file) {
+    const std::string where = file.string();
+    if (Result<Done> good = check_shape(image, where); !good) return good.error();
+    const std::string ending = lower_case(file.extension().string());
+    if (ending != ".exr" && ending != ".png") return Error{where, "the ending is not .exr or .png"};
+    const Result<std::string> bytes =
+        ending == ".exr" ? exr_bytes(image, where) : png_file_bytes(image, /*with_alpha=*/false, where);
+    if (!bytes) return bytes.error();
+    return write_file(file, *bytes);
+}
+
+Result<std::string> png_bytes(const Image& image) {
+    if (Result<Done> good = check_shape(image, "picture"); !good) return good.error();
+    return png_file_bytes(image, !image.coverage.empty(), "picture");
+}
+
+Image over(const Image& image, const Image& background) {
+    assert(image.width == background.width && image.height == background.height);
+    Image result = image;
+    result.coverage.clear();
+    for (std::size_t i = 0; i < image.coverage.size(); ++i)
+        result.pixels[i] += background.pixels[i] * (1.0f - image.coverage[i]);
+    return result;
+}
+
+Result<LatLongImage> read_environment_image(const std::filesystem::path& file) {
+    Result<Image> image = read_image(file);
+    if (!image) return image.error();
+    if (image->width != 2 * image->height)
+        return Error{file.string(), fmt::format("{} x {} pixels; a lat-long image is twice as wide as high",
+                                                image->width, image->height)};
+    return LatLongImage{image->width, image->height, std::move(image->pixels)};
+}
+
+Result<Done> write_file(const std::filesystem::path& file, const std::string& bytes) {
+    static std::atomic<unsigned> counter{0};  // two threads may write the same file
+    const std::filesystem::path temporary =
+        file.parent_path() / fmt::format(".{}.{}-{}.part", file.filename().string(), ::getpid(), ++counter);
+    const auto failed = [&](const std::string& what) {
+        std::error_code ignored;
+        std::filesystem::remove(temporary, ignored);
+        return Error{file.string(), what};
+    };
+    errno = 0;
+    std::ofstream stream(temporary, std::ios::binary);
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream) return failed("can not be written: " + std::generic_category().message(errno));
+    std::error_code code;
+    std::filesystem::rename(temporary, file, code);
+    if (code) return failed("can not be written: " + code.message());
+    return Done{};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,65 @@
+#include "bridge/mesh_file.h"
+
+#include "bridge/image.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+
+namespace haarfield {
+namespace {
+
+template <class T>
+void append_bytes(std::string& text, T value) {
+    static_assert(std::endian::native == std::endian::little);  // as the header of the file says
+    char bytes[sizeof(T)];
+    std::memcpy(bytes, &value, sizeof(T));
+    text.append(bytes, sizeof(T));
+}
+
+}  // namespace
+
+Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const BakedInstance> instances) {
+    if (Result<Done> good = check_baked_instances(instances); !good) return good.error();
+    std::uint64_t vertices = 0, triangles = 0;
+    for (const BakedInstance& instance : instances) {
+        assert(instance.mesh->normals.size() == instance.mesh->positions.size());
+        vertices += instance.mesh->positions.size();
+        triangles += instance.mesh->triangles.size();
+    }
+    if (vertices >= std::uint64_t{1} << 31)
+        return Error{file.string(), fmt::format("{} vertices; wanted less than 2^31", vertices)};
+
+    std::string text = fmt::format(
+        "ply\nformat binary_little_endian 1.0\n"
+        "comment baked by haarfield; radiance is linear, red green blue its sRGB encoding\n"
+        "element vertex {}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        "property float nx\nproperty float ny\nproperty float nz\n"
+        "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+        "property float radiance_r\nproperty float radiance_g\nproperty float radiance_b\n"
+        "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        vertices, triangles);
+    text.reserve(text.size() + 39 * vertices + 13 * triangles);
+    for (const BakedInstance& instance : instances)
+        for (std::size_t i = 0; i < instance.mesh->positions.size(); ++i) {
+            const Vec3f position = instance.translate + instance.mesh->positions[i] * instance.scale;
+            for (int axis = 0; axis < 3; ++axis) append_bytes(text, position[axis]);
+            for (int axis = 0; axis < 3; ++axis) append_bytes(text, instance.mesh->normals[i][axis]);
+            for (int c = 0; c < 3; ++c)
+                append_bytes(
+                    text, static_cast<std::uint8_t>(srgb_encoded(instance.radiance[i][c]) * 255.0f + 0.5f));
+            for (int c = 0; c < 3; ++c) append_bytes(text, instance.radiance[i][c]);
+        }
+    std::int32_t first = 0;
+    for (const BakedInstance& instance : instances) {
+        for (const auto& triangle : instance.mesh->triangles) {
+            append_bytes(text, std::uint8_t{3});
+            for (std::uint32_t index : triangle) append_bytes(text, first + static_cast<std::int32_t>(index));
+        }
+        first += static_cast<std::int32_t>(instance.mesh->positions.size());
+    }
+    return write_file(file, text);
+}
+
+}  // namespace haarfield

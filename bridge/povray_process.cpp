@@ -1,0 +1,281 @@
+#include "bridge/povray_process.h"
+
+#include "bridge/povray_scene.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+
+extern char** environ;
+
+namespace haarfield {
+namespace {
+
+constexpr int poll_milliseconds = 20;
+constexpr std::size_t longest_log = std::size_t{1} << 20;  // bytes; a scene may print without end
+
+/// A folder of its own beside the picture: POV-Ray leaves its state there when it is stopped.
+class TemporaryFolder {
+public:
+    explicit TemporaryFolder(const std::filesystem::path& parent) {
+        std::string pattern = (parent / ".povray-XXXXXX").string();
+        if (::mkdtemp(pattern.data())) path_ = pattern;
+    }
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+    const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+};
+
+/// A running child whose stderr we read. Ended, if need be, and waited for when it goes out of scope.
+class Child {
+public:
+    Child() = default;
+    ~Child() {
+        if (log_ >= 0) ::close(log_);
+        if (id_ > 0) {
+            ::kill(id_, SIGKILL);
+            wait();
+        }
+    }
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+
+    /// Returns an error number, or 0.
+    int start(const std::string& program, const std::vector<std::string>& arguments,
+              const std::filesystem::path& folder) {
+        int ends[2];
+        if (::pipe2(ends, O_CLOEXEC) != 0) return errno;
+        posix_spawn_file_actions_t actions;
+        posix_spawn_file_actions_init(&actions);
+        posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+        posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+        posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
+        // Includes are looked up in the working directory first: it has to be the scene's.
+        posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+        std::vector<char*> argv{const_cast<char*>(program.c_str())};
+        for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+        argv.push_back(nullptr);
+        const int failure = posix_spawnp(&id_, program.c_str(), &actions, nullptr, argv.data(), environ);
+        posix_spawn_file_actions_destroy(&actions);
+        ::close(ends[1]);
+        log_ = ends[0];
+        if (failure != 0) id_ = -1;
+        return failure;
+    }
+
+    /// Reads what there is, waiting a moment for it; false at the end of the log.
+    bool read_some(std::string& text) const {
+        pollfd ready{log_, POLLIN, 0};
+        if (::poll(&ready, 1, poll_milliseconds) <= 0) return true;
+        char buffer[4096];
+        const ssize_t count = ::read(log_, buffer, sizeof buffer);
+        if (count > 0) text.append(buffer, static_cast<std::size_t>(count));
+        return count > 0 || (count < 0 && errno == EINTR);
+    }
+
+    /// The child's wait status; -1 if there is none.
+    int wait() {
+        int status = -1;
+        while (::waitpid(id_, &status, 0) < 0 && errno == EINTR) {
+        }
+        id_ = -1;
+        return status;
+    }
+
+private:
+    pid_t id_ = -1;
+    int log_ = -1;
+};
+
+std::vector<std::string> lines_of(const std::string& log) {
+    std::vector<std::string> lines(1);
+    for (char c : log)
+        if (c == '\n' || c == '\r')
+            lines.emplace_back();
+        else
+            lines.back() += c;
+    return lines;
+}
+
+/// POV-Ray's messages, each on one line. It breaks them after 79 columns, in front of a space where there
+/// is one, so that the parts are put together again without anything between.
+std::vector<std::string> messages(const std::string& log) {
+    static constexpr const char* starts[] = {"File '", "Possible ", "Parse ",  "Warning", "Fatal", "Render",
+                                             "Error",  "Problem",   "POV-Ray", "----",    "====",  "povray:"};
+    std::vector<std::string> result;
+    bool open = false;
+    for (const std::string& line : lines_of(log)) {
+        const bool is_start = std::any_of(std::begin(starts), std::end(starts),
+                                          [&](const char* start) { return line.rfind(start, 0) == 0; });
+        if (is_start)
+            result.push_back(line);
+        else if (open && !line.empty())
+            result.back() += line;
+        open = is_start || (open && !line.empty());
+    }
+    return result;
+}
+
+bool contains(const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+}
+
+std::string own_words(const std::string& log) {
+    std::string words, last;
+    for (const std::string& message : messages(log)) {
+        if (contains(message, "cannot open the user configuration")) continue;  // said by every run
+        if (contains(message, "Error:") || contains(message, "rror in") || contains(message, "Problem"))
+            if (!contains(message, "Cannot parse input")) words += (words.empty() ? "" : "; ") + message;
+        if (!contains(message, "----") && !contains(message, "====")) last = message;
+    }
+    return words.empty() ? last : words;
+}
+
+double logged_seconds(const std::string& log, const char* key) {
+    std::size_t at = log.rfind(key);
+    if (at == std::string::npos || (at = log.find('(', at)) == std::string::npos) return 0;
+    return std::strtod(log.c_str() + at + 1, nullptr);
+}
+
+/// From `Rendered 1024 of 4096 pixels`, the last one in the log.
+void report_pixels(const std::string& log, const Progress& progress) {
+    if (!progress.report) return;
+    const std::size_t at = log.rfind("Rendered ");
+    unsigned long long done = 0, total = 0;
+    if (at != std::string::npos && std::sscanf(log.c_str() + at, "Rendered %llu of %llu", &done, &total) == 2)
+        progress.report("POV-Ray", done, total);
+}
+
+std::vector<std::string> arguments_of(const std::string& scene, const std::string& output,
+                                      const PovrayOptions& options) {
+    std::vector<std::string> arguments{"+I\"" + scene + "\"",
+                                       "+O\"" + output + "\"",
+                                       "+FE",
+                                       "+UA",
+                                       fmt::format("+W{}", options.width),
+                                       fmt::format("+H{}", options.height),
+                                       "-D",
+                                       "-P",
+                                       "-C"};
+    if (options.threads > 0) arguments.push_back(fmt::format("+WT{}", options.threads));
+    if (options.antialiasing > 0)
+        for (std::string argument : {std::string("+A0.0"), std::string("+AM1"),
+                                     fmt::format("+R{}", options.antialiasing), std::string("-J")})
+            arguments.push_back(std::move(argument));
+    else
+        arguments.push_back("-A");
+    for (const std::string& name : options.declarations) arguments.push_back("Declare=" + name + "=1");
+    return arguments;
+}
+
+std::string as_typed(const std::string& program, const std::vector<std::string>& arguments) {
+    std::string line = program;
+    for (const std::string& argument : arguments) {
+        const bool plain = argument.find_first_of(" \t'\\$&;()<>|*?") == std::string::npos;
+        std::string shown = argument;
+        if (plain) shown.erase(std::remove(shown.begin(), shown.end(), '"'), shown.end());
+        line += plain ? " " + shown : " '" + shown + "'";
+    }
+    return line;
+}
+
+}  // namespace
+
+Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::filesystem::path& exr,
+                             const PovrayOptions& options, const Progress& progress) {
+    assert(options.width >= 1 && options.height >= 1 && options.threads >= 0 && options.antialiasing >= 0);
+    std::error_code code;
+    if (!std::filesystem::is_regular_file(scene, code)) return Error{scene.string(), "no such file"};
+    if (contains(scene.string(), "\"") || contains(exr.string(), "\""))
+        return Error{scene.string(), "POV-Ray takes no file names with quotation marks"};
+    const std::filesystem::path whole_scene = std::filesystem::absolute(scene);
+    const std::filesystem::path whole_exr = std::filesystem::absolute(exr);
+    if (Result<Done> made = make_folder(whole_exr.parent_path()); !made) return made.error();
+    const TemporaryFolder temporary(whole_exr.parent_path());
+    if (temporary.path().empty()) return Error{whole_exr.parent_path().string(), "can not be written to"};
+    const std::filesystem::path picture = temporary.path() / "picture.exr";
+
+    if (progress.stop.stop_requested()) return Error{scene.string(), interrupted};
+    PovrayRun run;
+    const std::string scene_name = whole_scene.filename().string();
+    run.command_line =
+        as_typed(options.program, arguments_of(scene_name, whole_exr.filename().string(), options));
+    Child child;
+    const int failure = child.start(options.program, arguments_of(scene_name, picture.string(), options),
+                                    whole_scene.parent_path());
+    if (failure != 0)
+        return Error{options.program, "can not be run: " + std::generic_category().message(failure) +
+                                          "; wanted POV-Ray 3.7 (Debian's package is called povray)"};
+
+    std::string log;
+    while (child.read_some(log)) {
+        if (progress.stop.stop_requested()) return Error{scene.string(), interrupted};
+        report_pixels(log, progress);
+        if (log.size() > longest_log) log.erase(0, log.size() / 2);
+    }
+    const int status = child.wait();
+    report_pixels(log, progress);
+    if (WIFSIGNALED(status))
+        return Error{scene.string(),
+                     fmt::format("POV-Ray was ended by signal {} ({}); its last words: {}", WTERMSIG(status),
+                                 strsignal(WTERMSIG(status)), own_words(log))};
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+        return Error{scene.string(),
+                     fmt::format("POV-Ray failed (exit code {}): {}",
+                                 WIFEXITED(status) ? WEXITSTATUS(status) : -1, own_words(log))};
+    if (!std::filesystem::is_regular_file(picture, code))
+        return Error{scene.string(), "POV-Ray left no picture: " + own_words(log)};
+    std::filesystem::rename(picture, whole_exr, code);
+    if (code) return Error{exr.string(), "can not be written: " + code.message()};
+
+    run.parse_seconds = logged_seconds(log, "Parse Time:");
+    run.trace_seconds = logged_seconds(log, "Trace Time:");
+    for (std::string& message : messages(log))
+        if (contains(message, "Warning") || contains(message, "Possible"))
+            if (!contains(message, "Stream to console")) run.warnings.push_back(std::move(message));
+    return run;
+}
+
+Result<RenderedScene> render_scene(const std::filesystem::path& scene, const std::filesystem::path& exr,
+                                   const PovrayOptions& options, const Progress& progress) {
+    PovrayOptions objects = options, behind = options;
+    objects.declarations.push_back(without_background);
+    behind.declarations.push_back(background_alone);
+
+    Result<PovrayRun> run = run_povray(scene, exr, objects, progress);
+    if (!run) return run.error();
+    Result<Image> image = read_image(exr);
+    if (!image) return image.error();
+
+    const std::filesystem::path folder = std::filesystem::absolute(exr).parent_path();
+    const TemporaryFolder temporary(folder);
+    if (temporary.path().empty()) return Error{folder.string(), "can not be written to"};
+    const std::filesystem::path background_exr = temporary.path() / "background.exr";
+    if (Result<PovrayRun> second = run_povray(scene, background_exr, behind, {{}, progress.stop}); !second)
+        return second.error();
+    const Result<Image> background = read_image(background_exr);
+    if (!background) return background.error();
+    if (Result<Done> written =
+            write_image(over(*image, *background), std::filesystem::path(exr).replace_extension(".png"));
+        !written)
+        return written.error();
+    return RenderedScene{std::move(*image), std::move(*run)};
+}
+
+}  // namespace haarfield

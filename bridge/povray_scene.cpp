@@ -1,0 +1,173 @@
+#include "bridge/povray_scene.h"
+
+#include "bridge/image.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+namespace haarfield {
+namespace {
+
+constexpr float largest_coordinate = 1e6f;         // [m]
+constexpr double shortest_edge = 0.1;              // POV-Ray units that it interpolates over well
+constexpr double largest_scaled_coordinate = 5e5;  // leaves a camera room below POV-Ray's 1e7
+
+bool is_letter_or_digit(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+
+}  // namespace
+
+std::string povray_identifier(std::string_view name) {
+    std::string identifier;
+    for (char c : name.substr(0, 64)) identifier += is_letter_or_digit(c) ? c : '_';
+    if (identifier.empty()) return "Unnamed";
+    char& first = identifier.front();
+    if (first >= 'a' && first <= 'z')
+        first = static_cast<char>(first - 'a' + 'A');
+    else if (!(first >= 'A' && first <= 'Z'))
+        identifier = ("N" + identifier).substr(0, 64);
+    return identifier;
+}
+
+bool is_scene_name(std::string_view name) {
+    return !name.empty() && name.front() != '.' && std::all_of(name.begin(), name.end(), [](char c) {
+        return is_letter_or_digit(c) || c == '_' || c == '-' || c == '.';
+    });
+}
+
+std::string povray_vector(const Vec3f& v) {
+    assert(is_finite(v));
+    return fmt::format("<{}, {}, {}>", v.x, v.y, v.z);
+}
+
+void append_povray_vectors(std::string& text, std::string_view keyword, std::span<const Vec3f> vectors,
+                           float scale) {
+    auto out = std::back_inserter(text);
+    fmt::format_to(out, "{} {{ {}", keyword, vectors.size());
+    for (const Vec3f& v : vectors)
+        fmt::format_to(out, ",\n<{},{},{}>", v.x * scale, v.y * scale, v.z * scale);
+    text += " }\n";
+}
+
+std::vector<std::string> povray_object_names(std::string_view scene_name,
+                                             std::span<const std::string> names) {
+    std::set<std::string> taken;
+    std::vector<std::string> objects;
+    for (const std::string& name : names) {
+        const std::string wanted = povray_identifier(scene_name) + "_" + povray_identifier(name);
+        std::string object = wanted;
+        for (int number = 2; !taken.insert(object).second; ++number)
+            object = fmt::format("{}_{}", wanted, number);
+        objects.push_back(std::move(object));
+    }
+    return objects;
+}
+
+Result<std::string> povray_camera(const Camera& camera, double scale) {
+    assert(scale > 0 && std::isfinite(scale));
+    const std::string where = "camera";
+    if (!is_finite(camera.position) || !is_finite(camera.target))
+        return Error{where, "position or target is not finite"};
+    if (!(camera.vertical_fov > 0 && camera.vertical_fov < pi))
+        return Error{where, fmt::format("field of view is {} rad; wanted (0, pi)", camera.vertical_fov)};
+    if (camera.width < 1 || camera.height < 1)
+        return Error{where,
+                     fmt::format("resolution is {} x {}; wanted 1 or more", camera.width, camera.height)};
+    const Vec3d to_target = Vec3d(camera.target) - Vec3d(camera.position);
+    if (!(to_target.length() > 0)) return Error{where, "the target is at the position"};
+
+    const Vec3d forward = to_target.normalized();
+    Vec3d right = forward.cross(Vec3d(0, 1, 0));
+    if (right.length() < 1e-6) right = Vec3d(1, 0, 0);  // straight up or down: +x stays on the right
+    right.normalize();
+    const Vec3d up = right.cross(forward);
+    const Vec3d direction = forward * (0.5 / std::tan(0.5 * static_cast<double>(camera.vertical_fov)));
+    right *= static_cast<double>(camera.width) / camera.height;
+    const Vec3d location = Vec3d(camera.position) * scale;
+    const auto vector = [](const Vec3d& v) {
+        return fmt::format("<{:.12g}, {:.12g}, {:.12g}>", v.x, v.y, v.z);
+    };
+    return fmt::format(
+        "camera {{\n"
+        "  perspective\n"
+        "  location {}\n"
+        "  direction {}\n"
+        "  right {}\n"
+        "  up {}\n"
+        "}}\n",
+        vector(location), vector(direction), vector(right), vector(up));
+}
+
+Result<std::string> write_background(const std::filesystem::path& folder, const std::string& stem,
+                                     const BackgroundDescription& background) {
+    const std::string guard = fmt::format("#ifndef ({})\n", without_background);
+    if (!background.environment) return guard + "background { rgb 0 }\n#end\n";
+    const LatLongImage& environment = *background.environment;
+    const std::string name = stem + "_environment.exr";
+    const Image image{environment.width, environment.height, environment.pixels, {}};
+    if (Result<Done> written = write_image(image, folder / name); !written) return written.error();
+    // The matrix's rows: the world's direction of the image's left edge at the horizon, of its top, and
+    // of a quarter from the left edge; see lat_long_direction.
+    return guard + fmt::format(
+                       "sky_sphere {{\n"
+                       "  pigment {{\n"
+                       "    image_map {{ exr \"{}\" map_type 1 interpolate 2 once }}\n"
+                       "    matrix <0, 0, -1,  0, 1, 0,  1, 0, 0,  0, 0, 0>\n"
+                       "  }}\n"
+                       "}}\n"
+                       "#end\n",
+                       name);
+}
+
+double small_triangle_scale(const Mesh& mesh) {
+    double shortest = INFINITY, largest = 0;
+    for (const auto& triangle : mesh.triangles)
+        for (int k = 0; k < 3; ++k) {
+            const Vec3d a(mesh.positions[triangle[k]]), b(mesh.positions[triangle[(k + 1) % 3]]);
+            const double edge = (b - a).length();
+            if (edge > 0) shortest = std::min(shortest, edge);
+            for (int axis = 0; axis < 3; ++axis) largest = std::max(largest, std::abs(a[axis]));
+        }
+    if (!std::isfinite(shortest)) return 1;
+    double wanted = std::ceil(std::log2(shortest_edge / shortest));
+    if (largest > 0) wanted = std::min(wanted, std::floor(std::log2(largest_scaled_coordinate / largest)));
+    return std::exp2(std::clamp(wanted, -20.0, 40.0));
+}
+
+Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where) {
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+        for (int axis = 0; axis < 3; ++axis)
+            if (!(std::abs(mesh.positions[i][axis]) <= largest_coordinate))  // refuses NaN too
+                return Error{where, fmt::format("vertex {} has the coordinate {}; wanted at most {} m", i,
+                                                mesh.positions[i][axis], largest_coordinate)};
+    if (mesh.triangles.empty()) return Error{where, "the mesh has no triangle"};
+    for (const auto& triangle : mesh.triangles)
+        for (std::uint32_t index : triangle)
+            if (index >= mesh.positions.size())
+                return Error{where,
+                             fmt::format("a triangle uses vertex {} of {}", index, mesh.positions.size())};
+    return Done{};
+}
+
+Result<Done> check_placement(const std::string& where, const Vec3f& translate, float scale) {
+    for (int axis = 0; axis < 3; ++axis)
+        if (!(std::abs(translate[axis]) <= largest_coordinate))  // refuses NaN too
+            return Error{where, fmt::format("translated by {}; wanted at most {} m", translate[axis],
+                                            largest_coordinate)};
+    if (!(scale > 0 && scale <= 1e6f))
+        return Error{where, fmt::format("scale is {}; wanted (0, 1e6]", scale)};
+    return Done{};
+}
+
+Result<Done> make_folder(const std::filesystem::path& folder) {
+    std::error_code code;
+    std::filesystem::create_directories(folder, code);
+    if (!std::filesystem::is_directory(folder))
+        return Error{folder.string(), "is no folder, and can not be made: " + code.message()};
+    return Done{};
+}
+
+}  // namespace haarfield

@@ -16,8 +16,10 @@
 #include "shading/environment.h"
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace haarfield {
 
@@ -34,8 +36,21 @@ struct BackgroundDescription {
 /// may clash (`a-b`, `a_b`): who needs them apart numbers them.
 std::string povray_identifier(std::string_view name);
 
-/// `<x, y, z>`, exact: nine significant digits. Components must be finite (asserted).
+/// Whether a scene may have this name: letters, digits, `_`, `-` and `.`, none of the last in front.
+/// It becomes part of file names, which POV-Ray scenes quote.
+bool is_scene_name(std::string_view name);
+
+/// `<x, y, z>`, exact: as many digits as the floats need. Components must be finite (asserted).
 std::string povray_vector(const Vec3f& v);
+
+/// Appends `keyword { n, <x, y, z>, ... }` with all vectors multiplied by `scale`; exact where that is a
+/// power of two.
+void append_povray_vectors(std::string& text, std::string_view keyword, std::span<const Vec3f> vectors,
+                           float scale = 1);
+
+/// The names of a scene's objects, each given once, in the order of `names`: the scene's identifier, `_`,
+/// and the instance's, numbered where two would be equal.
+std::vector<std::string> povray_object_names(std::string_view scene_name, std::span<const std::string> names);
 
 /// `camera { ... }` of a picture camera.width by camera.height. World and camera are magnified by
 /// `scale` (> 0). The pixel's centre (i + 1/2, j + 1/2) looks along
@@ -59,5 +74,11 @@ double small_triangle_scale(const Mesh& mesh);
 /// errors    non-finite positions, or beyond 1e6 m; no triangle; an index out of range. `where` is put
 ///           first in the message. POV-Ray would accept the first and show nothing.
 Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where);
+
+/// errors    a translation that is not finite or beyond 1e6 m; a scale not in (0, 1e6].
+Result<Done> check_placement(const std::string& where, const Vec3f& translate, float scale);
+
+/// Makes the folder, with those above it, if it is not there.
+Result<Done> make_folder(const std::filesystem::path& folder);
 
 }  // namespace haarfield
