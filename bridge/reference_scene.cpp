@@ -90,7 +90,7 @@ std::string mesh_text(const ReferenceInstance& instance, const std::string& obje
     std::string text;
     auto out = std::back_inserter(text);
     fmt::format_to(out,
-                   "// For the ray tracer: {} vertices, {} triangles; metres.\n"
+                   "// For the ray tracer: {0} vertices, {1} triangles; metres.\n"
                    "#ifndef ({2}_Included)\n#declare {2}_Included = 1;\n"
                    "#declare {2}_Version = version;\n#version 3.7;\n\n",
                    mesh.positions.size(), mesh.triangles.size(), object);

@@ -1,0 +1,262 @@
+#include "bridge/baked_scene.h"
+
+#include "bridge/image.h"
+#include "bridge/mesh_file.h"
+#include "bridge/povray_process.h"
+#include "fields/mesh_reader.h"
+#include "tests/bridge_fixtures.h"
+
+#include <cstring>
+#include <random>
+
+namespace haarfield {
+namespace {
+
+std::vector<Rgb> random_radiance(std::size_t count, unsigned seed) {
+    std::mt19937 random(seed);
+    std::vector<Rgb> radiance(count);
+    for (Rgb& value : radiance)
+        for (int c = 0; c < 3; ++c)
+            value[c] = std::exp(static_cast<float>(random() % 1000) / 1000 * 6 - 3);  // 0.05 to 20
+    return radiance;
+}
+
+/// The lat-long direction of each pixel as its colour, moved into [0, 1].
+LatLongImage direction_environment(int height) {
+    LatLongImage image{2 * height, height, {}};
+    for (int row = 0; row < height; ++row)
+        for (int column = 0; column < 2 * height; ++column) {
+            const Vec3d d = lat_long_direction((column + 0.5) / (2 * height), (row + 0.5) / height);
+            image.pixels.emplace_back(Vec3f(d * 0.5 + Vec3d(0.5, 0.5, 0.5)));
+        }
+    return image;
+}
+
+Vec3d pixel_ray(const Camera& camera, double x, double y) {
+    const Vec3d forward = (Vec3d(camera.target) - Vec3d(camera.position)).normalized();
+    const Vec3d right = forward.cross(Vec3d(0, 1, 0)).normalized(), up = right.cross(forward);
+    const double half = std::tan(0.5 * static_cast<double>(camera.vertical_fov));
+    return (forward + right * ((2 * x / camera.width - 1) * half * camera.width / camera.height) +
+            up * ((1 - 2 * y / camera.height) * half))
+        .normalized();
+}
+
+PovrayOptions options_for(const Camera& camera) {
+    PovrayOptions options;
+    options.width = camera.width;
+    options.height = camera.height;
+    return options;
+}
+
+/// Also at a millimetre an edge, where POV-Ray would need the small-triangle cure.
+TEST(BakedScene, VertexColoursComeBackFromPovray) {
+    for (float size : {1.0f, 0.004f}) {
+        const TestFolder folder;
+        const int cells = 4, resolution = 40;
+        const Mesh mesh = square_mesh(size, cells);
+        const std::vector<Rgb> radiance = random_radiance(mesh.positions.size(), 1);
+        Camera camera = frontal_camera(3 * size, resolution);
+        camera.vertical_fov = 2 * std::atan(1.0f / 3);
+        const BakedInstance instance{"floor", &mesh, Vec3f(0, 0, 0), 1, radiance};
+        const Result<BakedFiles> files =
+            write_baked_scene(folder.path(), "small", camera, {&instance, 1}, {});
+        ASSERT_TRUE(files) << files.error().message();
+        EXPECT_EQ(files->clamped_vertices, 0u);
+        const Result<RenderedScene> rendered =
+            render_scene(files->scene, folder / "small.exr", options_for(camera));
+        ASSERT_TRUE(rendered) << rendered.error().message();
+        EXPECT_TRUE(rendered->run.warnings.empty()) << rendered->run.warnings.front();
+
+        for (int y = 0; y < resolution; ++y)
+            for (int x = 0; x < resolution; ++x) {
+                // Where the pixel's centre meets the square, and the triangle's corners there.
+                const double u = (x + 0.5) / resolution * cells, v = (1 - (y + 0.5) / resolution) * cells;
+                const int i = static_cast<int>(u), j = static_cast<int>(v);
+                const double s = u - i, t = v - j;
+                const auto corner = [&](int a, int b) {
+                    return Vec3d(radiance[static_cast<std::size_t>((j + b) * (cells + 1) + i + a)]);
+                };
+                const Vec3d expected =
+                    s > t ? corner(0, 0) * (1 - s) + corner(1, 0) * (s - t) + corner(1, 1) * t
+                          : corner(0, 0) * (1 - t) + corner(0, 1) * (t - s) + corner(1, 1) * s;
+                const std::size_t pixel = static_cast<std::size_t>(y * resolution + x);
+                EXPECT_EQ(rendered->image.coverage[pixel], 1.0f);
+                for (int c = 0; c < 3; ++c)
+                    EXPECT_NEAR(rendered->image.pixels[pixel][c] / expected[c], 1, 6e-4)
+                        << size << " m, pixel " << x << ", " << y;
+            }
+        EXPECT_TRUE(std::filesystem::exists(folder / "small.png"));
+    }
+}
+
+TEST(BakedScene, CameraAndBackgroundAgreeWithOurs) {
+    const TestFolder folder;
+    const Mesh mesh = square_mesh(0.05f, 1);
+    const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(3, 2, 1));
+    const LatLongImage environment = direction_environment(128);
+    Camera camera;
+    camera.position = Vec3f(2, 1.5f, -3);
+    camera.target = Vec3f(0.2f, 0.3f, 0.1f);
+    camera.vertical_fov = 1.2f;
+    camera.width = 90;
+    camera.height = 60;
+    // A small square whose centre should be seen at a known place, twice as large as its mesh.
+    const Vec3d seen_along = pixel_ray(camera, 63.5, 22.5);
+    const Vec3f place(Vec3d(camera.position) + seen_along * 3.0);
+    const BakedInstance instance{"mark", &mesh, place, 2, radiance};
+    const Result<BakedFiles> files =
+        write_baked_scene(folder.path(), "view", camera, {&instance, 1}, {&environment});
+    ASSERT_TRUE(files) << files.error().message();
+    const Result<RenderedScene> rendered =
+        render_scene(files->scene, folder / "view.exr", options_for(camera));
+    ASSERT_TRUE(rendered) << rendered.error().message();
+
+    double weight = 0, mean_x = 0, mean_y = 0;
+    for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x) {
+            const float coverage = rendered->image.coverage[static_cast<std::size_t>(y * camera.width + x)];
+            weight += coverage;
+            mean_x += coverage * (x + 0.5);
+            mean_y += coverage * (y + 0.5);
+        }
+    ASSERT_GT(weight, 2);
+    EXPECT_NEAR(mean_x / weight, 63.5, 0.6);
+    EXPECT_NEAR(mean_y / weight, 22.5, 0.6);
+
+    PovrayOptions behind = options_for(camera);
+    behind.declarations = {background_alone};
+    ASSERT_TRUE(run_povray(files->scene, folder / "sky.exr", behind));
+    const Result<Image> sky = read_image(folder / "sky.exr");
+    ASSERT_TRUE(sky);
+    for (int y = 0; y < camera.height; y += 5)
+        for (int x = 0; x < camera.width; x += 5) {
+            const Vec3d expected = pixel_ray(camera, x + 0.5, y + 0.5);
+            const Rgb& found = sky->pixels[static_cast<std::size_t>(y * camera.width + x)];
+            for (int c = 0; c < 3; ++c) EXPECT_NEAR(2 * found[c] - 1, expected[c], 0.01) << x << ", " << y;
+        }
+}
+
+TEST(BakedScene, AnIncludeServesASceneOfOnesOwn) {
+    const TestFolder folder;
+    const Mesh mesh = square_mesh(1, 1);
+    const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.25f, 0.5f, 0.75f));
+    const std::vector<BakedInstance> instances{{"x", &mesh, Vec3f(0, 0, 0), 1, radiance},
+                                               {"mesh-1", &mesh, Vec3f(0, 0, 0), 1, radiance},
+                                               {"mesh 1", &mesh, Vec3f(0, 0, 0), 1, radiance},
+                                               {"1\n}", &mesh, Vec3f(0, 0, 0), 1, radiance}};
+    const Result<BakedFiles> files =
+        write_baked_scene(folder.path(), "2-union.b", frontal_camera(3, 8), instances, {});
+    ASSERT_TRUE(files) << files.error().message();
+    EXPECT_EQ(files->objects, (std::vector<std::string>{"N2_union_b_X", "N2_union_b_Mesh_1",
+                                                        "N2_union_b_Mesh_1_2", "N2_union_b_N1__"}));
+    std::string text = "#version 3.6;\nglobal_settings { assumed_gamma 1 adc_bailout 0 }\n";
+    for (int repeat = 0; repeat < 2; ++repeat)
+        for (const auto& include : files->includes)
+            text += "#include \"" + include.filename().string() + "\"\n";
+    text +=
+        "#if (version != 3.6) #error \"the version was changed\" #end\n"
+        "camera { location <0, 0, -3> direction 1.5*z right x up y }\n"
+        "object { N2_union_b_Mesh_1_2 scale <1, 1, -1> translate <0.5, 0, 0> }\n";
+    ASSERT_TRUE(write_file(folder / "own.pov", text));
+    const Result<PovrayRun> run =
+        run_povray(folder / "own.pov", folder / "own.exr", options_for(frontal_camera(3, 8)));
+    ASSERT_TRUE(run) << run.error().message();
+    const Result<Image> image = read_image(folder / "own.exr");
+    ASSERT_TRUE(image);
+    EXPECT_EQ(image->pixels[8 * 4 + 1], Rgb(0, 0, 0));
+    EXPECT_EQ(image->pixels[8 * 4 + 6], Rgb(0.25f, 0.5f, 0.75f));
+}
+
+TEST(BakedScene, SharesEqualColoursAndClampsWhatAPictureCanNotHold) {
+    const TestFolder folder;
+    const Mesh mesh = square_mesh(1, 2);
+    std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.5f, 0.5f, 0.5f));
+    radiance[4] = Rgb(1e6f, -1, 0.5f);
+    radiance[8] = Rgb(-0.0f, 0, 0);
+    const BakedInstance instance{"a", &mesh, Vec3f(0, 0, 0), 1, radiance};
+    const Result<BakedFiles> files =
+        write_baked_scene(folder.path(), "s", frontal_camera(3, 8), {&instance, 1}, {});
+    ASSERT_TRUE(files);
+    EXPECT_EQ(files->clamped_vertices, 1u);
+    const std::string text = text_of(files->includes.front());
+    EXPECT_NE(text.find("texture_list { 3,"), std::string::npos);
+    EXPECT_NE(text.find("rgb<65000,0,0.5>"), std::string::npos);
+    EXPECT_EQ(text.find("-0,"), std::string::npos);
+}
+
+TEST(BakedScene, RefusesWhatPovrayWouldShowWronglyAndWritesNothing) {
+    const TestFolder folder;
+    const Mesh mesh = square_mesh(1, 1);
+    const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(1, 1, 1));
+    const BakedInstance good{"good", &mesh, Vec3f(0, 0, 0), 1, radiance};
+    const auto refused = [&](const BakedInstance& instance, const char* reason) {
+        const std::vector<BakedInstance> instances{good, instance};
+        const Result<BakedFiles> files =
+            write_baked_scene(folder.path(), "scene", frontal_camera(3, 8), instances, {});
+        ASSERT_FALSE(files) << reason;
+        EXPECT_NE(files.error().message().find(reason), std::string::npos) << files.error().message();
+        EXPECT_TRUE(folder.files().empty());
+    };
+    for (float bad : {NAN, INFINITY}) {
+        std::vector<Rgb> broken = radiance;
+        broken[2].y = bad;
+        refused({"bad", &mesh, Vec3f(0, 0, 0), 1, broken},
+                "instance bad: the radiance of vertex 2 is not finite");
+        Mesh broken_mesh = mesh;
+        broken_mesh.positions[3].x = bad;
+        refused({"bad", &broken_mesh, Vec3f(0, 0, 0), 1, radiance}, "vertex 3");
+        refused({"bad", &mesh, Vec3f(0, bad, 0), 1, radiance}, "translated");
+        refused({"bad", &mesh, Vec3f(0, 0, 0), bad, radiance}, "scale");
+    }
+    refused({"bad", &mesh, Vec3f(0, 0, 0), 0, radiance}, "scale");
+    refused({"bad", &mesh, Vec3f(0, 0, 0), 1, std::span(radiance).first(3)},
+            "3 radiance values for 4 vertices");
+    refused(good, "two of this name");
+    Mesh empty = mesh;
+    empty.triangles.clear();
+    refused({"bad", &empty, Vec3f(0, 0, 0), 1, radiance}, "no triangle");
+    Mesh outside = mesh;
+    outside.triangles[0][1] = 4;
+    refused({"bad", &outside, Vec3f(0, 0, 0), 1, radiance}, "vertex 4 of 4");
+    for (const char* name : {"", "a b", "../a", "a\"b", ".a"})
+        EXPECT_FALSE(write_baked_scene(folder.path(), name, frontal_camera(3, 8), {&good, 1}, {})) << name;
+    Camera blind = frontal_camera(3, 8);
+    blind.target = blind.position;
+    EXPECT_FALSE(write_baked_scene(folder.path(), "scene", blind, {&good, 1}, {}));
+    EXPECT_TRUE(folder.files().empty());
+}
+
+TEST(BakedPly, HoldsWorldPositionsAndBothKindsOfColour) {
+    const TestFolder folder;
+    const Mesh mesh = square_mesh(1, 1);
+    const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.2158605f, 7, -1));
+    const std::vector<BakedInstance> instances{{"a", &mesh, Vec3f(1, 2, 3), 2, radiance},
+                                               {"b", &mesh, Vec3f(0, 0, 0), 1, radiance}};
+    ASSERT_TRUE(write_baked_ply(folder / "a.ply", instances));
+    const std::string text = text_of(folder / "a.ply");
+    const std::size_t data = text.find("end_header\n") + 11;
+    ASSERT_EQ(text.size(), data + 8 * 39 + 4 * 13);
+    float position[3], linear[3];
+    std::memcpy(position, &text[data], 12);
+    std::memcpy(linear, &text[data + 27], 12);
+    EXPECT_EQ(Vec3f(position[0], position[1], position[2]), Vec3f(-1, 0, 3));
+    EXPECT_EQ(Rgb(linear[0], linear[1], linear[2]), Rgb(0.2158605f, 7, -1));
+    EXPECT_EQ(static_cast<unsigned char>(text[data + 24]), 128);
+    EXPECT_EQ(static_cast<unsigned char>(text[data + 25]), 255);
+    EXPECT_EQ(static_cast<unsigned char>(text[data + 26]), 0);
+    const Result<ImportedMesh> back = read_mesh(folder / "a.ply");
+    ASSERT_TRUE(back) << back.error().message();
+    EXPECT_EQ(back->mesh.triangles.size(), 4u);
+}
+
+TEST(SmallTriangleScale, IsAPowerOfTwoThatMakesEdgesLargeEnough) {
+    for (float size : {1e-5f, 1e-3f, 0.3f, 1.0f, 40.0f, 5e5f}) {
+        const double scale = small_triangle_scale(square_mesh(size, 8));
+        EXPECT_EQ(std::exp2(std::round(std::log2(scale))), scale);
+        EXPECT_GE(scale * size / 4, 0.1);
+        EXPECT_LE(scale * size, 5e5);
+    }
+}
+
+}  // namespace
+}  // namespace haarfield

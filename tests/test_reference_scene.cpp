@@ -1,0 +1,185 @@
+#include "bridge/reference_scene.h"
+
+#include "bridge/povray_process.h"
+#include "tests/bridge_fixtures.h"
+
+namespace haarfield {
+namespace {
+
+Result<Image> rendered(const TestFolder& folder, const Camera& camera,
+                       std::span<const ReferenceInstance> instances, const LatLongImage& environment,
+                       const LightDomeOptions& dome) {
+    const Result<ReferenceFiles> files =
+        write_reference_scene(folder.path(), "reference", camera, instances, environment, dome);
+    if (!files) return files.error();
+    PovrayOptions options;
+    options.width = camera.width;
+    options.height = camera.height;
+    Result<RenderedScene> scene = render_scene(files->scene, folder / "reference.exr", options);
+    if (!scene) return scene.error();
+    return std::move(scene->image);
+}
+
+TEST(ReferenceScene, AWhiteFurnaceReflectsTheAlbedo) {
+    const TestFolder folder;
+    const Mesh mesh = square_mesh(1, 1);
+    Material material;
+    material.diffuse = Rgb(0.25f, 0.5f, 1);
+    const ReferenceInstance instance{"square", &mesh, {&material, 1}, Vec3f(0, 0, 0), 1};
+    const Result<Image> image = rendered(folder, frontal_camera(3, 8), {&instance, 1},
+                                         constant_environment(64, Rgb(1, 1, 1)), {.lights = 800});
+    ASSERT_TRUE(image) << image.error().message();
+    for (const Rgb& pixel : image->pixels)
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(pixel[c] / material.diffuse[c], 1, 0.005);
+}
+
+/// One sun of known irradiance; squares that share a mesh, at several places and scales.
+TEST(ReferenceScene, ShadesAsTheMaterialSays) {
+    const int height = 64, sun_row = 20, sun_column = 70;
+    LatLongImage environment = constant_environment(height, Rgb(0, 0, 0));
+    const double solid_angle = lat_long_pixel_solid_angle(sun_row, 2 * height, height);
+    const Rgb irradiance(3, 2, 1);
+    environment.pixels[static_cast<std::size_t>(sun_row * 2 * height + sun_column)] =
+        irradiance * static_cast<float>(1 / solid_angle);
+    const Vec3d light = lat_long_direction((sun_column + 0.5) / (2 * height), (sun_row + 0.5) / height);
+    ASSERT_GT(light.z, 0.2);
+
+    Mesh mesh = square_mesh(0.45f, 2);
+    mesh.material_names = {"left", "right"};
+    // Two materials: the columns of cells do not share vertices, so the middle ones are doubled.
+    const Mesh plain = mesh;
+    mesh.triangles.clear();
+    for (const auto& triangle : plain.triangles) {
+        const bool right = (plain.positions[triangle[0]].x + plain.positions[triangle[1]].x +
+                            plain.positions[triangle[2]].x) > 0;
+        std::array<std::uint32_t, 3> copy{};
+        for (int k = 0; k < 3; ++k) {
+            copy[static_cast<std::size_t>(k)] = static_cast<std::uint32_t>(mesh.positions.size());
+            mesh.positions.push_back(plain.positions[triangle[static_cast<std::size_t>(k)]]);
+            mesh.normals.emplace_back(0, 0, 1);
+            mesh.vertex_materials.push_back(right ? 1 : 0);
+        }
+        mesh.triangles.push_back(copy);
+    }
+
+    std::vector<std::vector<Material>> materials(4, std::vector<Material>(2));
+    for (int k = 0; k < 4; ++k)
+        for (Material& material : materials[static_cast<std::size_t>(k)]) {
+            material.convention = k == 3 ? LobeConvention::physical : LobeConvention::povray;
+            material.diffuse = Rgb(0.3f, 0.2f, 0.1f);
+        }
+    for (int side = 0; side < 2; ++side) {
+        const auto s = static_cast<std::size_t>(side);
+        materials[1][s].specular = Rgb(0.4f, 0.4f, 0.4f);
+        materials[1][s].shininess = side ? 3.0f : 12.0f;
+        materials[2][s].specular = side ? Rgb(0.5f, 0.25f, 0.125f) : Rgb(0, 0.6f, 0);
+        materials[2][s].shininess = 4;
+        materials[3][s].specular = Rgb(0.2f, 0.2f, 0.2f);
+        materials[3][s].shininess = 5;
+    }
+    const std::vector<ReferenceInstance> instances{{"a", &mesh, materials[0], Vec3f(-0.5f, 0.5f, 0), 1},
+                                                   {"b", &mesh, materials[1], Vec3f(0.5f, 0.5f, 0), 1.1f},
+                                                   {"c", &mesh, materials[2], Vec3f(-0.5f, -0.5f, 0), 1},
+                                                   {"d", &mesh, materials[3], Vec3f(0.5f, -0.5f, 0), 0.9f},
+                                                   {"e", &mesh, materials[3], Vec3f(5, -0.5f, 0), 1}};
+    const Camera camera = frontal_camera(3, 40);
+    const TestFolder folder;
+    const Result<ReferenceFiles> files =
+        write_reference_scene(folder.path(), "reference", camera, instances, environment, {.lights = 8});
+    ASSERT_TRUE(files) << files.error().message();
+    EXPECT_EQ(files->lights, 1);
+    EXPECT_EQ(files->includes.size(), 4u) << "instances of one mesh and material share a file";
+    EXPECT_EQ(files->warnings.size(), 1u);
+    const Result<Image> image = rendered(folder, camera, instances, environment, {.lights = 8});
+    ASSERT_TRUE(image) << image.error().message();
+
+    int checked = 0;
+    for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 40; ++x) {
+            const Vec3d point((x + 0.5) / 20 - 1, 1 - (y + 0.5) / 20, 0);
+            const std::size_t quarter = (point.x > 0 ? 1u : 0u) + (point.y < 0 ? 2u : 0u);
+            const double place = point.x > 0 ? point.x - 0.5 : point.x + 0.5;
+            const double place_y = point.y > 0 ? point.y - 0.5 : point.y + 0.5;
+            if (std::abs(place) > 0.38 || std::abs(place_y) > 0.38) continue;
+            const Material& material = materials[quarter][place > 0 ? 1 : 0];
+            const Vec3d view = (Vec3d(0, 0, 3) - point).normalized(), mirrored(-view.x, -view.y, view.z);
+            double lobe = std::pow(std::max(0.0, mirrored.dot(light)), material.shininess);
+            if (quarter == 3) lobe *= 0.5 * (material.shininess + 2);
+            const Rgb& found = image->pixels[static_cast<std::size_t>(40 * y + x)];
+            for (int c = 0; c < 3; ++c) {
+                const double expected =
+                    irradiance[c] / pi * (material.diffuse[c] * light.z + material.specular[c] * lobe);
+                // 1e-4 of the strongest channel's highlight is in all channels: see reference_scene.cpp.
+                EXPECT_NEAR(found[c], expected, 8e-4 * expected + 1e-4)
+                    << "quarter " << quarter << ", pixel " << x << ", " << y;
+            }
+            ++checked;
+        }
+    EXPECT_GT(checked, 800);
+}
+
+/// A square before another, at the scale of a watch: its shadow falls where the sun says.
+TEST(ReferenceScene, CastsShadowsAtAnyScale) {
+    for (float size : {1.0f, 0.002f}) {
+        LatLongImage environment = constant_environment(64, Rgb(0, 0, 0));
+        environment.pixels[static_cast<std::size_t>(20 * 128 + 64)] = Rgb(1, 1, 1);
+        const Vec3d light = lat_long_direction(64.5 / 128, 20.5 / 64);
+        const Mesh mesh = square_mesh(1, 1);
+        Material material;
+        const float above = 0.2f;
+        const std::vector<ReferenceInstance> instances{
+            {"wall", &mesh, {&material, 1}, Vec3f(0, 0, 0), size},
+            {"blocker", &mesh, {&material, 1}, Vec3f(0, 0.3f, above) * size, 0.2f * size}};
+        const TestFolder folder;
+        Camera camera = frontal_camera(3, 40);
+        camera.position *= size;
+        const Result<Image> image = rendered(folder, camera, instances, environment, {.lights = 8});
+        ASSERT_TRUE(image) << image.error().message();
+        int dark = 0;
+        for (int y = 0; y < 40; ++y)
+            for (int x = 0; x < 40; ++x) {
+                const double px = (x + 0.5) / 20 - 1, py = 1 - (y + 0.5) / 20;
+                // What the camera sees of the blocker, and where its shadow is on the wall.
+                const double seen = 1 / (1 - above / 3);
+                const bool blocker = std::abs(px) < 0.21 * seen && std::abs(py - 0.3 * seen) < 0.21 * seen;
+                if (blocker) continue;
+                const double sx = px + light.x / light.z * above, sy = py + light.y / light.z * above - 0.3;
+                const double inside = 0.2 - std::max(std::abs(sx), std::abs(sy));
+                if (std::abs(inside) < 0.02) continue;
+                const float found = image->pixels[static_cast<std::size_t>(40 * y + x)].x;
+                if (inside > 0) ++dark;
+                EXPECT_EQ(found == 0, inside > 0) << size << " m, pixel " << x << ", " << y << ": " << found;
+            }
+        EXPECT_GT(dark, 10);
+    }
+}
+
+TEST(ReferenceScene, RefusesBadMaterialsAndNormals) {
+    const TestFolder folder;
+    const Mesh mesh = square_mesh(1, 1);
+    const LatLongImage environment = constant_environment(4, Rgb(1, 1, 1));
+    const auto accepted = [&](const Mesh& m, std::vector<Material> materials) {
+        const ReferenceInstance instance{"a", &m, materials, Vec3f(0, 0, 0), 1};
+        return static_cast<bool>(write_reference_scene(folder.path(), "s", frontal_camera(3, 8),
+                                                       {&instance, 1}, environment, {.lights = 8}));
+    };
+    EXPECT_TRUE(accepted(mesh, {Material{}}));
+    EXPECT_FALSE(accepted(mesh, {}));
+    for (float bad : {NAN, INFINITY, -1.0f}) {
+        Material diffuse, specular, shininess;
+        diffuse.diffuse.y = bad;
+        specular.specular.z = bad;
+        shininess.shininess = bad;
+        EXPECT_FALSE(accepted(mesh, {diffuse}));
+        EXPECT_FALSE(accepted(mesh, {specular}));
+        EXPECT_FALSE(accepted(mesh, {shininess}));
+    }
+    Mesh broken = mesh;
+    broken.normals[1].x = NAN;
+    EXPECT_FALSE(accepted(broken, {Material{}}));
+    broken.normals.clear();
+    EXPECT_FALSE(accepted(broken, {Material{}}));
+}
+
+}  // namespace
+}  // namespace haarfield
