@@ -31,7 +31,9 @@ TEST(Image, ExrKeepsRadianceAndCoverageToHalfPrecision) {
         for (std::size_t i = 0; i < image.pixels.size(); ++i) {
             for (int c = 0; c < 3; ++c)
                 EXPECT_NEAR(back->pixels[i][c], image.pixels[i][c], 4.9e-4 * image.pixels[i][c] + 3e-8) << i;
-            if (with_coverage) EXPECT_NEAR(back->coverage[i], image.coverage[i], 4.9e-4) << i;
+            if (with_coverage) {
+                EXPECT_NEAR(back->coverage[i], image.coverage[i], 4.9e-4) << i;
+            }
         }
     }
 }

@@ -15,9 +15,10 @@ Result<Image> rendered(const TestFolder& folder, const Camera& camera,
     PovrayOptions options;
     options.width = camera.width;
     options.height = camera.height;
-    Result<RenderedScene> scene = render_scene(files->scene, folder / "reference.exr", options);
-    if (!scene) return scene.error();
-    return std::move(scene->image);
+    options.declarations = {without_background};
+    if (Result<PovrayRun> run = run_povray(files->scene, folder / "reference.exr", options); !run)
+        return run.error();
+    return read_image(folder / "reference.exr");
 }
 
 TEST(ReferenceScene, AWhiteFurnaceReflectsTheAlbedo) {
