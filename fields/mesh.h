@@ -43,7 +43,7 @@ struct MeshFindings {
     std::uint64_t flipped_triangles = 0;     ///< Turned round, to agree with their neighbours.
     std::uint64_t components = 0;            ///< Connected pieces, by shared positions.
     std::uint64_t open_components = 0;       ///< Of these, not closed.
-    bool self_intersecting = false;
+    bool self_intersecting = false;          ///< One piece by itself; pieces may cross each other.
 
     /// One line for a person, such as "312 n-gons triangulated, 18 open edges in 2 of 5 pieces";
     /// empty if there is nothing to say.

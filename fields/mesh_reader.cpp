@@ -1,1 +1,329 @@
 #include "fields/mesh_reader.h"
+
+#include "fields/mesh_topology.h"
+#include "fields/polygon_triangulation.h"
+
+#include <assimp/material.h>
+#include <assimp/scene.h>
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <bit>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <system_error>
+#include <unordered_map>
+
+namespace haarfield {
+
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+constexpr float farthest_coordinate = 1e6f;  // [m]; beyond, float steps are 6 cm and more
+
+Vec3f vector_from(const aiVector3D& v) {
+    return {v.x, v.y, v.z};
+}
+
+/// All faces of all nodes, each vertex as it is in the file; normals are zero where there are none.
+struct Gatherer {
+    explicit Gatherer(const aiScene& imported) : scene(imported) {}
+
+    const aiScene& scene;
+    Mesh mesh{};
+    MeshFindings findings{};
+    std::map<std::string, std::uint16_t> materials{};
+    std::set<std::array<std::uint32_t, 3>> non_finite{};  // by bits: one vertex may come many times
+    bool too_large = false;
+
+    std::uint16_t material_index(const aiMesh& part) {
+        std::string name;
+        aiString text;
+        if (part.mMaterialIndex < scene.mNumMaterials &&
+            scene.mMaterials[part.mMaterialIndex]->Get(AI_MATKEY_NAME, text) == aiReturn_SUCCESS)
+            name = text.C_Str();
+        if (name == AI_DEFAULT_MATERIAL_NAME) name.clear();
+        const auto [found, is_new] =
+            materials.try_emplace(name, static_cast<std::uint16_t>(mesh.material_names.size()));
+        if (is_new) mesh.material_names.push_back(name);
+        return found->second;
+    }
+
+    void add_face(const aiMesh& part, const aiFace& face, std::uint32_t first, std::vector<Vec3f>& polygon) {
+        if (face.mNumIndices < 3) return;  // points and lines
+        polygon.clear();
+        for (unsigned i = 0; i < face.mNumIndices; ++i) {
+            if (face.mIndices[i] >= part.mNumVertices) return;
+            polygon.push_back(mesh.positions[first + face.mIndices[i]]);
+            if (!is_finite(polygon.back())) return;
+        }
+        if (polygon.size() > 3) ++findings.polygons;
+        for (const Triangle& t : triangulated(polygon))
+            mesh.triangles.push_back(
+                {first + face.mIndices[t[0]], first + face.mIndices[t[1]], first + face.mIndices[t[2]]});
+    }
+
+    void add(const aiMesh& part, const aiMatrix4x4& transform) {
+        if (!part.HasFaces() || !part.HasPositions()) return;
+        if (mesh.positions.size() + part.mNumVertices > INT32_MAX || mesh.material_names.size() > 60000) {
+            too_large = true;
+            return;
+        }
+        const std::uint32_t first = static_cast<std::uint32_t>(mesh.positions.size());
+        const std::size_t first_triangle = mesh.triangles.size();
+        const std::uint16_t material = material_index(part);
+        aiMatrix3x3 for_normals(transform);
+        const bool mirrored = for_normals.Determinant() < 0;
+        for_normals.Inverse().Transpose();
+        for (unsigned i = 0; i < part.mNumVertices; ++i) {
+            const Vec3f position = vector_from(transform * part.mVertices[i]);
+            if (!is_finite(position))
+                non_finite.insert({std::bit_cast<std::uint32_t>(position.x),
+                                   std::bit_cast<std::uint32_t>(position.y),
+                                   std::bit_cast<std::uint32_t>(position.z)});
+            else if (std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)}) >
+                     farthest_coordinate)
+                too_large = true;
+            mesh.positions.push_back(position);
+            Vec3d normal(0, 0, 0);
+            if (part.HasNormals()) normal = Vec3d(vector_from(for_normals * part.mNormals[i]));
+            const double length = normal.length();
+            mesh.normals.push_back(std::isfinite(length) && length > 0 ? Vec3f(normal / length)
+                                                                       : Vec3f(0, 0, 0));
+            mesh.vertex_materials.push_back(material);
+        }
+        std::vector<Vec3f> polygon;
+        for (unsigned i = 0; i < part.mNumFaces; ++i) add_face(part, part.mFaces[i], first, polygon);
+        if (mirrored)
+            for (std::size_t t = first_triangle; t < mesh.triangles.size(); ++t)
+                std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+    }
+
+    void add_nodes() {
+        std::vector<std::pair<const aiNode*, aiMatrix4x4>> open;
+        if (scene.mRootNode) open.emplace_back(scene.mRootNode, scene.mRootNode->mTransformation);
+        while (!open.empty() && !too_large) {
+            const auto [node, transform] = open.back();
+            open.pop_back();
+            for (unsigned i = 0; i < node->mNumMeshes; ++i)
+                if (node->mMeshes[i] < scene.mNumMeshes) add(*scene.mMeshes[node->mMeshes[i]], transform);
+            for (unsigned i = node->mNumChildren; i-- > 0;)  // so that they come off in order
+                open.emplace_back(node->mChildren[i], transform * node->mChildren[i]->mTransformation);
+        }
+        findings.non_finite_vertices = non_finite.size();
+    }
+};
+
+/// Whether an OFF or PLY file says in its head that it has more vertices or faces than bytes. assimp
+/// would believe that, and be busy for hours.
+bool declares_more_than_it_holds(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    std::string head(4096, '\0');
+    in.read(head.data(), static_cast<std::streamsize>(head.size()));
+    head.resize(static_cast<std::size_t>(in.gcount()));
+    std::error_code failed;
+    const double bytes = static_cast<double>(std::filesystem::file_size(file, failed));
+    const auto too_many = [&](std::istringstream words) {
+        double count = 0;
+        return !failed && words >> count && count > bytes;
+    };
+
+    std::istringstream lines(head);
+    std::string line, word;
+    std::getline(lines, line);
+    if (line.starts_with("ply")) {
+        while (std::getline(lines, line) && !line.starts_with("end_header")) {
+            std::istringstream words(line);
+            if (words >> word && word == "element" && words >> word) {
+                std::string rest;
+                std::getline(words, rest);
+                if (too_many(std::istringstream(rest))) return true;
+            }
+        }
+    } else if (line.find("OFF") != std::string::npos) {
+        while (std::getline(lines, line) && (line.empty() || line[0] == '#' || line[0] == '\r')) {
+        }
+        std::istringstream words(line);
+        while (words >> word)
+            if (too_many(std::istringstream(word))) return true;
+    }
+    return false;
+}
+
+/// Triangles are the same if they join the same places, whichever way round.
+void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings) {
+    const MergedPositions merged = merged_positions(mesh.positions);
+    std::vector<std::pair<Triangle, std::uint32_t>> sorted;
+    std::vector<bool> keep(mesh.triangles.size(), true);
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+        Triangle t = mesh.triangles[i];
+        const Vec3d p(mesh.positions[t[0]]);
+        const Vec3d area = (Vec3d(mesh.positions[t[1]]) - p).cross(Vec3d(mesh.positions[t[2]]) - p);
+        if (area.length2() == 0) {
+            ++findings.degenerate_triangles;
+            keep[i] = false;
+            continue;
+        }
+        for (std::uint32_t& corner : t) corner = merged.index[corner];
+        std::sort(t.begin(), t.end());
+        sorted.emplace_back(t, i);
+    }
+    std::sort(sorted.begin(), sorted.end());
+    for (std::size_t i = 1; i < sorted.size(); ++i)
+        if (sorted[i].first == sorted[i - 1].first) {
+            ++findings.duplicate_triangles;
+            keep[sorted[i].second] = false;
+        }
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+        if (keep[i]) mesh.triangles[kept++] = mesh.triangles[i];
+    mesh.triangles.resize(kept);
+}
+
+/// One normal per corner of every triangle, [3 * triangle + corner].
+///
+/// A missing one is the mean of the faces round its position that meet its own face at less than the
+/// crease angle, weighted by area and by angle at the corner: by area, so that a flat board with a
+/// rounded edge stays flat; by angle, so that the choice of diagonals does not show.
+std::vector<Vec3f> corner_normals(const Mesh& mesh, float crease_angle) {
+    const std::size_t corner_count = 3 * mesh.triangles.size();
+    std::vector<Vec3f> normals(corner_count);
+    bool complete = true;
+    for (std::size_t c = 0; c < corner_count; ++c) {
+        normals[c] = mesh.normals[mesh.triangles[c / 3][c % 3]];
+        complete = complete && normals[c].length2() > 0;
+    }
+    if (complete) return normals;
+
+    std::vector<Vec3d> area(mesh.triangles.size()), unit(mesh.triangles.size());
+    std::vector<double> weight(corner_count);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        std::array<Vec3d, 3> p;
+        for (int k = 0; k < 3; ++k) p[k] = Vec3d(mesh.positions[mesh.triangles[t][k]]);
+        area[t] = (p[1] - p[0]).cross(p[2] - p[0]);
+        unit[t] = area[t] / area[t].length();
+        for (int k = 0; k < 3; ++k) {
+            const Vec3d a = p[(k + 1) % 3] - p[k], b = p[(k + 2) % 3] - p[k];
+            weight[3 * t + k] = std::atan2(a.cross(b).length(), a.dot(b));
+        }
+    }
+    const MergedPositions merged = merged_positions(mesh.positions);
+    std::vector<std::uint32_t> first(merged.positions.size() + 1, 0), around(corner_count);
+    const auto place = [&](std::size_t c) { return merged.index[mesh.triangles[c / 3][c % 3]]; };
+    for (std::size_t c = 0; c < corner_count; ++c) ++first[place(c) + 1];
+    for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    for (std::size_t c = 0; c < corner_count; ++c) around[next[place(c)]++] = static_cast<std::uint32_t>(c);
+
+    const double smooth = std::cos(static_cast<double>(crease_angle));
+    for (std::size_t c = 0; c < corner_count; ++c) {
+        if (normals[c].length2() > 0) continue;
+        Vec3d sum(0, 0, 0);
+        for (std::uint32_t i = first[place(c)]; i < first[place(c) + 1]; ++i) {
+            const std::uint32_t other = around[i];
+            if (other / 3 == c / 3 || unit[other / 3].dot(unit[c / 3]) > smooth)
+                sum += area[other / 3] * weight[other];
+        }
+        normals[c] = Vec3f(sum.length2() > 0 ? sum.normalized() : unit[c / 3]);
+    }
+    return normals;
+}
+
+struct VertexKey {
+    std::array<std::uint32_t, 7> bits;
+    bool operator==(const VertexKey&) const = default;
+};
+
+struct VertexKeyHash {
+    std::size_t operator()(const VertexKey& key) const {
+        std::uint64_t h = 0;
+        for (std::uint32_t b : key.bits) {
+            h = (h ^ b) * 0x9e3779b97f4a7c15u;
+            h ^= h >> 29;
+        }
+        return h;
+    }
+};
+
+/// Each vertex once, in the order in which the triangles use them; only materials that are used.
+Mesh with_shared_vertices(const Mesh& mesh, const std::vector<Vec3f>& corner_normal) {
+    Mesh shared;
+    shared.triangles.reserve(mesh.triangles.size());
+    std::vector<int> material_index(mesh.material_names.size(), -1);
+    std::unordered_map<VertexKey, std::uint32_t, VertexKeyHash> seen;
+    seen.reserve(mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        Triangle corners{};
+        for (int k = 0; k < 3; ++k) {
+            const std::uint32_t vertex = mesh.triangles[t][k];
+            int& material = material_index[mesh.vertex_materials[vertex]];
+            if (material < 0) {
+                material = static_cast<int>(shared.material_names.size());
+                shared.material_names.push_back(mesh.material_names[mesh.vertex_materials[vertex]]);
+            }
+            const Vec3f p = mesh.positions[vertex] + Vec3f(0, 0, 0),
+                        n = corner_normal[3 * t + k] + Vec3f(0, 0, 0);
+            VertexKey key{};
+            for (int axis = 0; axis < 3; ++axis) {
+                key.bits[axis] = std::bit_cast<std::uint32_t>(p[axis]);
+                key.bits[3 + axis] = std::bit_cast<std::uint32_t>(n[axis]);
+            }
+            key.bits[6] = static_cast<std::uint32_t>(material);
+            const auto [found, is_new] =
+                seen.try_emplace(key, static_cast<std::uint32_t>(shared.positions.size()));
+            if (is_new) {
+                shared.positions.push_back(p);
+                shared.normals.push_back(n);
+                shared.vertex_materials.push_back(static_cast<std::uint16_t>(material));
+            }
+            corners[k] = found->second;
+        }
+        shared.triangles.push_back(corners);
+    }
+    return shared;
+}
+
+}  // namespace
+
+Result<ImportedMesh> read_mesh(const std::filesystem::path& file, const MeshReaderOptions& options) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored))
+        return Error{file.string(), "there is no such file; wanted a mesh"};
+    try {
+        if (declares_more_than_it_holds(file))
+            return Error{file.string(), "declares more vertices or faces than it has bytes"};
+        Assimp::Importer importer;
+        // no post-processing: it would take indices and coordinates on trust
+        const aiScene* scene = importer.ReadFile(file.string(), 0);
+        if (!scene)
+            return Error{file.string(),
+                         std::string("not a mesh that can be read: ") + importer.GetErrorString()};
+
+        Gatherer gatherer(*scene);
+        gatherer.add_nodes();
+        if (gatherer.too_large)
+            return Error{file.string(),
+                         "is too large: wanted coordinates within 1e6 m, fewer than 2^31 "
+                         "vertices and 60000 materials"};
+        importer.FreeScene();
+        ImportedMesh imported{std::move(gatherer.mesh), gatherer.findings};
+        leave_out_bad_triangles(imported.mesh, imported.findings);
+        if (imported.mesh.triangles.empty()) {
+            const std::string found = imported.findings.summary();
+            return Error{file.string(),
+                         "has no triangle with an area" + (found.empty() ? "" : " (" + found + ")")};
+        }
+        orient_triangles(imported.mesh, imported.findings);
+        imported.mesh =
+            with_shared_vertices(imported.mesh, corner_normals(imported.mesh, options.crease_angle));
+        imported.findings.duplicate_vertices =
+            imported.mesh.positions.size() - merged_positions(imported.mesh.positions).positions.size();
+        return imported;
+    } catch (const std::exception& error) {  // assimp's on some damaged files; memory
+        return Error{file.string(), std::string("not a mesh that can be read: ") + error.what()};
+    }
+}
+
+}  // namespace haarfield
