@@ -1,0 +1,130 @@
+#include "scenes/furniture.h"
+
+#include "fields/mesh_preparation.h"
+#include "fields/mesh_reader.h"
+#include "fields/mesh_topology.h"
+#include "scenes/modelling.h"
+
+#include <gtest/gtest.h>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+namespace haarfield {
+
+namespace {
+
+struct Piece {
+    const char* name;
+    Mesh mesh;
+    std::size_t fewest, most;  // triangles
+};
+
+std::vector<Piece> furniture() {
+    std::vector<Piece> pieces;
+    pieces.push_back({"table", table_mesh(), 4200, 4700});
+    pieces.push_back({"chair", chair_mesh(), 5100, 5700});
+    return pieces;
+}
+
+Vec3d area_vector(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
+    const Vec3d p(mesh.positions[t[0]]);
+    return (Vec3d(mesh.positions[t[1]]) - p).cross(Vec3d(mesh.positions[t[2]]) - p) * 0.5;
+}
+
+std::filesystem::path mesh_folder() {
+    return std::filesystem::path(HAARFIELD_SOURCE_DIR) / "scenes" / "meshes";
+}
+
+}  // namespace
+
+TEST(Furniture, HasTheTrianglesItPromises) {
+    for (const Piece& piece : furniture()) {
+        EXPECT_GE(piece.mesh.triangles.size(), piece.fewest) << piece.name;
+        EXPECT_LE(piece.mesh.triangles.size(), piece.most) << piece.name;
+    }
+    EXPECT_EQ(floor_mesh().triangles.size(), 2u);
+}
+
+TEST(Furniture, StandsOnTheFloorInTheMiddle) {
+    for (const Piece& piece : furniture()) {
+        const Bounds bounds = mesh_bounds(piece.mesh);
+        EXPECT_EQ(bounds.lower.y, 0) << piece.name;
+        EXPECT_NEAR(bounds.centre().x, 0, 1e-5) << piece.name;
+        EXPECT_NEAR(bounds.centre().z, 0, 1e-5) << piece.name;
+    }
+    EXPECT_NEAR(mesh_bounds(table_mesh()).upper.y, 0.75, 1e-6);
+    EXPECT_NEAR(mesh_bounds(chair_mesh()).upper.y, 0.94, 0.02);
+}
+
+TEST(Furniture, EveryPartIsClosedAndFacesOutwards) {
+    for (const Piece& piece : furniture()) {
+        const MergedPositions merged = merged_positions(piece.mesh.positions);
+        const std::vector<std::uint32_t> parts = triangle_pieces(piece.mesh, merged);
+        std::map<std::pair<std::uint32_t, std::uint32_t>, int> ways;
+        std::map<std::uint32_t, double> volumes;
+        for (std::size_t t = 0; t < parts.size(); ++t) {
+            const auto& corners = piece.mesh.triangles[t];
+            for (int k = 0; k < 3; ++k)
+                ++ways[{merged.index[corners[k]], merged.index[corners[(k + 1) % 3]]}];
+            volumes[parts[t]] +=
+                area_vector(piece.mesh, corners).dot(Vec3d(piece.mesh.positions[corners[0]])) / 3;
+        }
+        for (const auto& [way, count] : ways) {
+            EXPECT_EQ(count, 1) << piece.name;
+            EXPECT_TRUE(ways.contains({way.second, way.first})) << piece.name;
+        }
+        EXPECT_GE(volumes.size(), 13u) << piece.name;
+        for (const auto& [part, volume] : volumes) EXPECT_GT(volume, 1e-6) << piece.name << ", part " << part;
+    }
+}
+
+TEST(Furniture, HasNoNeedlesAndNormalsThatFitTheirFaces) {
+    for (const Piece& piece : furniture())
+        for (std::size_t t = 0; t < piece.mesh.triangles.size(); ++t) {
+            const auto& corners = piece.mesh.triangles[t];
+            const Vec3d area = area_vector(piece.mesh, corners);
+            double longest = 0;
+            for (int k = 0; k < 3; ++k) {
+                const Vec3f edge =
+                    piece.mesh.positions[corners[(k + 1) % 3]] - piece.mesh.positions[corners[k]];
+                longest = std::max(longest, static_cast<double>(edge.length()));
+                const Vec3d normal(piece.mesh.normals[corners[k]]);
+                EXPECT_NEAR(normal.length(), 1, 1e-5);
+                EXPECT_GT(normal.dot(area), 0.6 * area.length()) << piece.name << ", triangle " << t;
+            }
+            EXPECT_GT(2 * area.length() / longest, 2e-4) << piece.name << ", triangle " << t;  // height, m
+        }
+}
+
+TEST(Furniture, CommittedFilesAreWhatTheGeneratorWrites) {
+    const std::vector<std::pair<const char*, Mesh>> meshes{
+        {"table.obj", table_mesh()}, {"chair.obj", chair_mesh()}, {"floor.obj", floor_mesh()}};
+    for (const auto& [name, mesh] : meshes) {
+        std::ifstream in(mesh_folder() / name, std::ios::binary);
+        std::stringstream text;
+        text << in.rdbuf();
+        EXPECT_TRUE(text.str() == obj_text(mesh)) << name << ": run haarfield_furniture scenes/meshes";
+    }
+}
+
+TEST(Furniture, ReadsBackWithoutFindings) {
+    for (const Piece& piece : furniture()) {
+        Result<ImportedMesh> imported = read_mesh(mesh_folder() / (std::string(piece.name) + ".obj"));
+        ASSERT_TRUE(imported) << imported.error().message();
+        EXPECT_EQ(imported->mesh.triangles.size(), piece.mesh.triangles.size()) << piece.name;
+        const std::set<std::string> wanted(piece.mesh.material_names.begin(),
+                                           piece.mesh.material_names.end());
+        const std::set<std::string> found(imported->mesh.material_names.begin(),
+                                          imported->mesh.material_names.end());
+        EXPECT_EQ(found, wanted) << piece.name;
+        const Result<PreparedMesh> prepared = prepare_mesh(*std::move(imported), {25000, 2000});
+        ASSERT_TRUE(prepared) << prepared.error().message();
+        EXPECT_EQ(prepared->findings.summary(), "") << piece.name;
+        EXPECT_LE(prepared->coarse.triangles.size(), 2000u) << piece.name;
+        EXPECT_GE(prepared->fine.positions.size(), 25000u) << piece.name;
+    }
+}
+
+}  // namespace haarfield

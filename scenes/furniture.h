@@ -1,0 +1,22 @@
+#pragma once
+/// The furniture of the shipped scenes.
+///
+/// Each piece stands on y = 0, centred on the origin in x and z; metres. Parts are closed shells that
+/// face outwards and go some way into each other, as joints do; where one enters another it has a ring
+/// of vertices, so that no triangle reaches from the light into the dark inside.
+
+#include "fields/mesh.h"
+
+namespace haarfield {
+
+/// A dining table of 1.6 x 0.9 m, 0.75 m high, on four turned legs. Materials: "top", "wood".
+Mesh table_mesh();
+
+/// A chair with turned legs and a slatted back, which faces +z; 0.46 m to the top of its pad, 0.93 m
+/// to that of its back. Materials: "wood", "seat".
+Mesh chair_mesh();
+
+/// A square of 6 x 6 m, two triangles, which faces up. Material: "floor".
+Mesh floor_mesh();
+
+}  // namespace haarfield

@@ -1,0 +1,74 @@
+#pragma once
+/// A few ways to make closed shells with smooth normals: what a turner and a joiner need.
+///
+/// Every shell is closed, faces outwards, and has vertices of their own on both sides of a sharp edge.
+/// Lengths are metres.
+
+#include "fields/mesh.h"
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace haarfield {
+
+struct Shell {
+    std::vector<Vec3d> positions;
+    std::vector<Vec3d> normals;  ///< Unit length.
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// A half outline from the bottom up: what a turner cuts, or the moulded edge of a board.
+struct Profile {
+    struct Point {
+        double radius, height;
+    };
+    std::vector<Point> points;
+
+    Profile& to(double radius, double height);
+    /// A bulge (or a groove, if negative) from the last point to the same radius at `height`.
+    Profile& bead(double bulge, double height, int steps);
+    /// A straight line, swollen by `swell` in the middle.
+    Profile& swelling(double radius, double height, double swell, int steps);
+    /// Leaves and arrives upright.
+    Profile& ease(double radius, double height, int steps);
+    /// A quarter of an ellipse that leaves along the radius and arrives upright, or the other way.
+    Profile& round(double radius, double height, int steps, bool leaves_upright);
+};
+
+/// Turned about the y axis. Starts and ends at radius 0.
+Shell lathe(const Profile& profile, int segments);
+
+/// A board of 2 half_x by 2 half_z with round corners. The profile's radius 0 is the outline; it goes
+/// inwards with negative radii, less than the corner's; bottom and top are flat.
+struct Board {
+    double half_x, half_z, corner;
+    int steps_x, steps_z, steps_corner;
+};
+Shell board(const Board& shape, const Profile& edge);
+
+/// A box with edges rounded by a quarter circle in 2 * steps segments. `lines` are additional lines of
+/// vertices across each axis, in ascending order and in the flat of the faces.
+struct RoundedBox {
+    Vec3d lower, upper;
+    double radius;
+    int steps;
+    std::array<std::vector<double>, 3> lines{};
+};
+Shell rounded_box(const RoundedBox& shape);
+
+/// The shell under a smooth map that keeps left and right; normals by central differences.
+Shell bent(Shell shell, const std::function<Vec3d(const Vec3d&)>& map);
+
+Shell moved(Shell shell, const Vec3d& by);
+
+/// With y along `from` to `to`, y = 0 at `from`.
+Shell aligned(Shell shell, const Vec3d& from, const Vec3d& to);
+
+void append(Mesh& mesh, const Shell& shell, const std::string& material);
+
+/// A Wavefront OBJ file: positions in 1e-6 m, normals, `usemtl` by name.
+std::string obj_text(const Mesh& mesh);
+
+}  // namespace haarfield
