@@ -13,9 +13,11 @@ namespace haarfield {
 
 /// Lighting texels, face by face, 6 * size * size.
 ///
-/// accuracy  the energy of any feature, however small, arrives to 0.5 %; a constant environment comes
-///           out constant (times solid angle) to 1e-5.
-/// cost      some 0.1 s for 1024 x 512 pixels.
+/// Energy goes from pixels to texels by the solid angle in which they overlap, in closed form.
+///
+/// accuracy  exact for piecewise constant pixels, up to rounding to float: the energy of any feature,
+///           however small, arrives, and a constant environment comes out constant (times solid angle).
+/// cost      some 0.1 s for 1024 x 512 pixels and size 64; 1 s for size 256.
 std::vector<Rgb> lighting_texels(const LatLongImage& environment, int size);
 
 /// The same as quadtrees.

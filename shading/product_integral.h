@@ -13,7 +13,7 @@ inline constexpr int full_depth = 32;
 /// factors   1 <= k <= 64 (asserted).
 /// depth     nodes at level >= depth are treated as absent: coarser and faster (Figure 4). >= 0.
 /// returns   I, in the product of the factors' units.
-/// accuracy  exact for the stored amplitudes up to rounding: 1e-6 of the product of the factors' norms.
+/// accuracy  exact for the stored amplitudes up to rounding: 1e-6 of the product of the factors' L2 norms.
 /// cost      O(sum of nodes visited): squares on which at least two factors vary and none is zero.
 /// source    Sun and Mukherjee 2006, section 5.1. The truncated functions are piecewise constant, so
 ///           where at most one factor varies on a square the mean of the product is the product of the
