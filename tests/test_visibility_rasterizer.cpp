@@ -1,0 +1,369 @@
+#include "fields/visibility_rasterizer.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "tests/embree_oracle.h"
+#include "tests/example_meshes.h"
+
+namespace haarfield {
+namespace {
+
+/// u turns round the axis y, v round the tube.
+Mesh torus_mesh(float major, float minor, int segments) {
+    Mesh mesh;
+    const auto vertex = [&](int i, int j) {
+        return static_cast<std::uint32_t>(i % segments * segments + j % segments);
+    };
+    for (int i = 0; i < segments; ++i)
+        for (int j = 0; j < segments; ++j) {
+            const double u = 2 * pi * i / segments, v = 2 * pi * j / segments;
+            const double across = major + minor * std::cos(v);
+            mesh.positions.emplace_back(float(across * std::cos(u)), float(minor * std::sin(v)),
+                                        float(across * std::sin(u)));
+            mesh.triangles.push_back({vertex(i, j), vertex(i, j + 1), vertex(i + 1, j + 1)});
+            mesh.triangles.push_back({vertex(i, j), vertex(i + 1, j + 1), vertex(i + 1, j)});
+        }
+    return mesh;
+}
+
+/// A sphere without the triangles that reach below its middle.
+Mesh hemisphere_mesh(float radius, int segments) {
+    Mesh mesh = sphere_mesh({0, 0, 0}, radius, segments);
+    std::erase_if(mesh.triangles, [&](const auto& t) {
+        return std::any_of(t.begin(), t.end(), [&](auto v) { return mesh.positions[v].y < -1e-6f; });
+    });
+    return mesh;
+}
+
+Mesh triangle_soup(int count, std::uint32_t seed) {
+    Mesh mesh;
+    std::mt19937 random(seed);
+    const auto number = [&] { return static_cast<float>(random() % 200001) / 100000 - 1; };
+    for (int i = 0; i < count; ++i) {
+        const Vec3f centre(number(), number(), number());
+        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+        for (int k = 0; k < 3; ++k)
+            mesh.positions.push_back(centre + Vec3f(number(), number(), number()) * 0.3f);
+        mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+    return mesh;
+}
+
+Mesh turned_round(Mesh mesh) {
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+    return mesh;
+}
+
+/// The same surface where cubemap edges and its own meet nowhere.
+Mesh turned(Mesh mesh) {
+    const Vec3d axis = Vec3d(0.31, 0.87, -0.44).normalized();
+    for (Vec3f& position : mesh.positions) {
+        const Vec3d p(position);
+        position = Vec3f(p * std::cos(0.7) + axis.cross(p) * std::sin(0.7) +
+                         axis * axis.dot(p) * (1 - std::cos(0.7)));
+    }
+    return mesh;
+}
+
+struct Example {
+    const char* name;
+    Mesh mesh;
+    bool closed;  ///< Blocks with front faces only.
+};
+
+std::vector<Example> examples() {
+    std::vector<Example> all;
+    all.push_back({"sphere", sphere_mesh({0.1f, -0.2f, 0.05f}, 1, 16), true});
+    all.push_back({"torus", turned(torus_mesh(0.8f, 0.3f, 24)), true});
+    all.push_back({"box", turned(box_mesh({-0.5f, -0.8f, -0.6f}, {0.5f, 0.4f, 0.7f}, 2)), true});
+    all.push_back({"two boxes that penetrate each other",
+                   turned(joined_meshes(box_mesh({-0.9f, -0.1f, -0.2f}, {0.8f, 0.2f, 0.3f}, 2),
+                                        box_mesh({-0.2f, -0.7f, -0.1f}, {0.1f, 0.9f, 0.2f}, 3))),
+                   true});
+    all.push_back({"two spheres apart",
+                   joined_meshes(sphere_mesh({-0.6f, 0, 0}, 0.4f, 12), sphere_mesh({0.7f, 0.1f, 0}, 0.3f, 9)),
+                   true});
+    all.push_back({"hemisphere", turned(hemisphere_mesh(1, 14)), false});
+    all.push_back({"square", turned(square_mesh(1.5f, 0.2f)), false});
+    all.push_back({"triangle soup", triangle_soup(150, 2006), false});
+    all.push_back({"sphere turned inside out", turned_round(sphere_mesh({0, 0, 0}, 1, 12)), false});
+    return all;
+}
+
+/// Around the object, near it, close over its triangles, and between its parts.
+std::vector<Vec3f> view_points(const Occluder& occluder) {
+    const Vec3f centre = occluder.bounds.centre();
+    const float radius = occluder.bounds.radius();
+    std::vector<Vec3f> points;
+    for (const Vec3f& direction : {Vec3f(0.213f, 0.877f, 0.431f), Vec3f(-0.931f, 0.113f, -0.347f),
+                                   Vec3f(0.377f, -0.815f, -0.441f), Vec3f(-0.137f, 0.059f, 0.989f)})
+        for (const float distance : {1.1f, 2.3f, 5.7f})
+            points.push_back(centre + direction.normalized() * radius * distance);
+    const std::size_t step = std::max<std::size_t>(1, occluder.triangles.size() / 8);
+    for (std::size_t t = 0; t < occluder.triangles.size(); t += step) {
+        const auto& [i, j, k] = occluder.triangles[t];
+        const Vec3f &a = occluder.positions[i], &b = occluder.positions[j], &c = occluder.positions[k];
+        points.push_back(a * 0.41f + b * 0.36f + c * 0.23f +
+                         (b - a).cross(c - a).normalized() * (1e-4f * radius));
+    }
+    points.push_back(Vec3f(0.0213f, 0.0131f, -0.0517f));
+    return points;
+}
+
+TEST(VisibilityRasterizer, AgreesWithEmbree) {
+    constexpr int size = 16;
+    VisibilityRasterizer rasterizer(size);
+    int all_points = 0, all_differing = 0;
+    for (const Example& example : examples()) {
+        const Occluder occluder = make_occluder(example.mesh);
+        ASSERT_EQ(occluder.one_sided, example.closed ? occluder.triangles.size() : 0u) << example.name;
+        const EmbreeOracle oracle(occluder);
+        const InsideTest is_inside(occluder);
+        int blocked = 0, points = 0;
+        for (const Vec3f& point : view_points(occluder)) {
+            if (is_inside(point)) continue;
+            const auto found = rasterizer.open_samples(occluder, point);
+            const auto wanted = oracle.open_samples(point, size);
+            ASSERT_EQ(found.size(), wanted.size());
+            int differing = 0, largest = 0;
+            for (std::size_t i = 0; i < wanted.size(); ++i) {
+                const int difference = std::abs(int(found[i]) - int(wanted[i]));
+                differing += difference;
+                largest = std::max(largest, difference);
+                blocked += samples_per_texel - wanted[i];
+            }
+            // Rays that graze an edge within Embree's float rounding may be told either way.
+            EXPECT_LE(largest, 1) << example.name << " from " << point;
+            EXPECT_LE(differing, 2) << example.name << " from " << point;
+            all_differing += differing;
+            ++points;
+        }
+        EXPECT_GE(points, 12) << example.name;
+        EXPECT_GT(blocked, 2000) << example.name;
+        all_points += points;
+    }
+    EXPECT_LE(all_differing, all_points / 10);
+}
+
+/// [sr]
+double blocked_solid_angle(std::span<const std::uint8_t> open, int size) {
+    double sum = 0;
+    for (std::size_t i = 0; i < open.size(); ++i) {
+        const int texel = static_cast<int>(i) % (size * size);
+        sum += (samples_per_texel - open[i]) / double(samples_per_texel) *
+               texel_solid_angle(texel % size, texel / size, size);
+    }
+    return sum;
+}
+
+TEST(VisibilityRasterizer, ASphereBlocksItsCone) {
+    const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 64));
+    VisibilityRasterizer rasterizer(64);
+    const Vec3f direction = Vec3f(0.4f, -0.7f, 0.5f).normalized();
+    for (const float distance : {1.05f, 1.5f, 3.0f, 8.0f}) {
+        const auto open = rasterizer.open_samples(sphere, direction * distance);
+        const double wanted = 2 * pi * (1 - std::sqrt(1 - 1 / double(distance * distance)));
+        EXPECT_NEAR(blocked_solid_angle(open, 64), wanted, 5e-3 * wanted) << "from " << distance;
+    }
+}
+
+/// Of a rectangle of half sides a, b, at distance d above its middle. [sr]
+double rectangle_solid_angle(double a, double b, double d) {
+    return 4 * std::atan(a * b / (d * std::sqrt(a * a + b * b + d * d)));
+}
+
+TEST(VisibilityRasterizer, ASquareBlocksItsSolidAngle) {
+    const Occluder square = make_occluder(square_mesh(2, 0));
+    VisibilityRasterizer rasterizer(256);
+    for (const float height : {0.01f, 0.3f, 1.0f, 4.0f, 20.0f})
+        for (const float side : {1.0f, -1.0f}) {
+            const auto open = rasterizer.open_samples(square, Vec3f(0, side * height, 0));
+            const double wanted = rectangle_solid_angle(1, 1, height);
+            EXPECT_NEAR(blocked_solid_angle(open, 256), wanted, 0.01 * wanted) << side * height;
+        }
+}
+
+TEST(VisibilityRasterizer, AHugeSquareBelowBlocksTheLowerHalf) {
+    constexpr int size = 64;
+    VisibilityRasterizer rasterizer(size);
+    const auto open = rasterizer.open_samples(make_occluder(square_mesh(2e4f, -1)), Vec3f(3.3f, 0, -7.1f));
+    std::size_t i = 0;
+    for (int face = 0; face < 6; ++face)
+        for (int row = 0; row < size; ++row)
+            for (int column = 0; column < size; ++column, ++i) {
+                // No texel row straddles the horizon.
+                const bool below = face == 3 || (face != 2 && row >= size / 2);
+                EXPECT_EQ(open[i], below ? 0 : 8) << "face " << face << ", row " << row;
+            }
+}
+
+TEST(VisibilityRasterizer, BlocksTheQuadrantInWhichTheOccluderLies) {
+    constexpr int size = 16;
+    VisibilityRasterizer rasterizer(size);
+    for (int face = 0; face < 6; ++face)
+        for (const double u : {-0.5, 0.5})
+            for (const double v : {-0.5, 0.5}) {
+                const FaceFrame& frame = face_frames[face];
+                const Vec3f centre(frame.axis * 4 + frame.right * (4 * u) + frame.down * (4 * v));
+                const Vec3f eye(0.3f, -0.2f, 0.1f);
+                const Occluder occluder = make_occluder(sphere_mesh(eye + centre, 1, 12));
+                const auto open = rasterizer.open_samples(occluder, eye);
+                int blocked = 0;
+                for (int i = 0; i < 6 * size * size; ++i) {
+                    const int row = i / size % size, column = i % size;
+                    const bool here = i / (size * size) == face && (column >= size / 2) == (u > 0) &&
+                                      (row >= size / 2) == (v > 0);
+                    if (!here) {
+                        EXPECT_EQ(open[std::size_t(i)], 8)
+                            << "face " << face << ", occluder at " << u << " " << v << ", texel " << i;
+                    }
+                    blocked += 8 - open[std::size_t(i)];
+                }
+                const int column = static_cast<int>((u + 1) / 2 * size),
+                          row = static_cast<int>((v + 1) / 2 * size);
+                EXPECT_EQ(open[std::size_t((face * size + row) * size + column)], 0);
+                EXPECT_GT(blocked, 80);
+            }
+}
+
+TEST(VisibilityRasterizer, AClosedSurfaceAroundTheViewPointHasNoCrack) {
+    const Mesh meshes[] = {sphere_mesh({0, 0, 0}, 1, 40), turned(sphere_mesh({0, 0, 0}, 1, 31)),
+                           box_mesh({-1, -1, -1}, {1, 1, 1}, 8),
+                           turned(box_mesh({-1, -1, -1}, {1, 1, 1}, 5))};
+    // From the middle of the box and its lattice points rays meet edges and vertices exactly.
+    const Vec3f points[] = {{0, 0, 0},
+                            {0.25f, 0.5f, -0.25f},
+                            {0.1234f, -0.3071f, 0.2718f},
+                            {0.5f, 0.5f, 0.5f},
+                            {-0.5771f, 0.01f, 0.31f}};
+    for (const int size : {1, 16, 64, 256}) {
+        VisibilityRasterizer rasterizer(size);
+        for (const Mesh& mesh : meshes) {
+            const Occluder around = make_occluder(turned_round(mesh));
+            ASSERT_EQ(around.one_sided, 0u);
+            for (const Vec3f& point : points) {
+                const auto open = rasterizer.open_samples(around, point);
+                EXPECT_EQ(std::count(open.begin(), open.end(), 0), std::ptrdiff_t(open.size()))
+                    << "size " << size << " from " << point;
+            }
+        }
+    }
+}
+
+TEST(VisibilityRasterizer, ASphereFromOutsideIsWholeAndEndsAtItsSilhouette) {
+    constexpr int size = 64, segments = 48;
+    const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, segments));
+    const double inner = std::pow(std::cos(pi / segments), 2);  // no point of a facet is nearer to the middle
+    VisibilityRasterizer rasterizer(size);
+    for (const Vec3f& point :
+         {Vec3f(0, 0, 3), Vec3f(1.1f, -0.9f, 0.4f), Vec3f(0, 1.2f, 0), Vec3f(-7, 5, 0)}) {
+        const auto open = rasterizer.open_samples(sphere, point);
+        const double distance = Vec3d(point).length();
+        const Vec3d towards = -Vec3d(point) / distance;
+        int inside = 0, between = 0;
+        std::size_t i = 0;
+        for (int face = 0; face < 6; ++face)
+            for (int row = 0; row < size; ++row)
+                for (int column = 0; column < size; ++column, ++i) {
+                    int in = 0, out = 0;
+                    for (int s = 0; s < samples_per_texel; ++s) {
+                        const Vec3d ray = sub_sample_direction(face, column, row, s, size).normalized();
+                        const double nearest = ray.cross(towards).length() * distance;
+                        const bool ahead = ray.dot(towards) > 0;
+                        in += ahead && nearest < inner;
+                        out += !ahead || nearest > 1 + 1e-6;
+                    }
+                    EXPECT_LE(open[i], 8 - in) << "face " << face << " row " << row << " column " << column;
+                    EXPECT_GE(open[i], out) << "face " << face << " row " << row << " column " << column;
+                    inside += in;
+                    between += 8 - in - out;
+                }
+        EXPECT_GT(inside, 500);
+        EXPECT_LT(between, inside / 5);
+    }
+}
+
+TEST(VisibilityRasterizer, ALatticeSeenAlongItsVerticesIsWhole) {
+    // Sub-samples have u and v at odd multiples of 1/64: all of them meet vertices; from half a cell aside,
+    // the middles of edges; from half the height, those of diagonals.
+    constexpr int size = 8;
+    VisibilityRasterizer rasterizer(size);
+    const Occluder floor = make_occluder(square_mesh(4, -1, 256));
+    constexpr float half_cell = 1 / 128.0f;
+    for (const Vec3f& point : {Vec3f(0, 0, 0), Vec3f(0.5f, 0, -0.25f), Vec3f(half_cell, 0, 0),
+                               Vec3f(0, 0, half_cell), Vec3f(-0.25f, -0.5f, 0)}) {
+        const auto open = rasterizer.open_samples(floor, point);
+        for (std::size_t i = 3 * size * size; i < 4 * size * size; ++i)
+            EXPECT_EQ(open[i], 0) << i << " from " << point;
+        for (std::size_t i = 2 * size * size; i < 3 * size * size; ++i)
+            EXPECT_EQ(open[i], 8) << i << " from " << point;
+    }
+}
+
+TEST(VisibilityRasterizer, OneSidedTrianglesAreOpenFromBehind) {
+    VisibilityRasterizer rasterizer(16);
+    const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 16));
+    const auto open = rasterizer.open_samples(sphere, Vec3f(0.1f, 0.2f, -0.3f));
+    EXPECT_EQ(std::count(open.begin(), open.end(), 8), 6 * 16 * 16);
+}
+
+TEST(VisibilityRasterizer, HorizonLeavesOutWhatLiesBelowItAndNothingElse) {
+    constexpr int size = 32;
+    const Mesh mesh = joined_meshes(triangle_soup(200, 7), box_mesh({-2, -0.5f, 1.5f}, {2, 0.75f, 2}, 3));
+    const Occluder occluder = make_occluder(mesh);
+    VisibilityRasterizer rasterizer(size), other(size);
+    const Vec3f point(0.05f, 0.11f, -0.07f), normal = Vec3f(0.3f, 0.9f, -0.2f).normalized();
+    const double low = 1e-5 * occluder.bounds.radius();
+    Occluder above = occluder;
+    above.triangles.clear();
+    above.one_sided = 0;
+    for (std::size_t t = 0; t < occluder.triangles.size(); ++t) {
+        const auto is_above = [&](std::uint32_t v) {
+            return Vec3d(normal).dot(Vec3d(occluder.positions[v]) - Vec3d(point)) > low;
+        };
+        const auto& triangle = occluder.triangles[t];
+        if (!std::any_of(triangle.begin(), triangle.end(), is_above)) continue;
+        above.triangles.push_back(triangle);
+        above.one_sided += t < occluder.one_sided;
+    }
+    ASSERT_LT(above.triangles.size(), occluder.triangles.size());
+    ASSERT_GT(above.one_sided, 0u);
+    const auto found = rasterizer.open_samples(occluder, point, &normal);
+    const auto wanted = other.open_samples(above, point);
+    EXPECT_TRUE(std::equal(found.begin(), found.end(), wanted.begin(), wanted.end()));
+    // Above the horizon that is the truth.
+    const EmbreeOracle oracle(occluder);
+    int checked = 0;
+    for (int i = 0; i < 6 * size * size; ++i) {
+        const int face = i / (size * size), row = i / size % size, column = i % size;
+        int open = 0;
+        bool all_above = true;
+        for (int s = 0; s < samples_per_texel; ++s) {
+            const Vec3d ray = sub_sample_direction(face, column, row, s, size);
+            all_above = all_above && Vec3d(normal).dot(ray) > 0;
+            open += oracle.is_open(point, ray);
+        }
+        if (!all_above) continue;
+        EXPECT_LE(std::abs(open - found[std::size_t(i)]), 1) << i;
+        ++checked;
+    }
+    EXPECT_GT(checked, 2 * size * size);
+}
+
+TEST(VisibilityRasterizer, UsesNothingOfTheCallBefore) {
+    const Occluder torus = make_occluder(torus_mesh(0.8f, 0.3f, 24)),
+                   square = make_occluder(square_mesh(1, 0));
+    VisibilityRasterizer used(32), fresh(32);
+    used.open_samples(torus, {0, 0.5f, 0});
+    const auto found = used.open_samples(square, {0.3f, 1, 2});
+    const auto wanted = fresh.open_samples(square, {0.3f, 1, 2});
+    EXPECT_TRUE(std::equal(found.begin(), found.end(), wanted.begin(), wanted.end()));
+    const auto nothing = used.open_samples(make_occluder(Mesh{}), {0, 0, 0});
+    EXPECT_EQ(std::count(nothing.begin(), nothing.end(), 8), 6 * 32 * 32);
+}
+
+}  // namespace
+}  // namespace haarfield
