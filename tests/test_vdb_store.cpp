@@ -184,6 +184,7 @@ TEST(VdbStore, SummaryCountsWhatIsInTheFile) {
     EXPECT_TRUE(verify_field(folder.file()));
 }
 
+/// By everything that reads a whole file.
 void expect_refused(const path& file, const std::string& which) {
     const Result<VisibilityField> field = read_field(file);
     ASSERT_FALSE(field) << which;
@@ -321,6 +322,8 @@ TEST(VdbStore, RefusesForgedTables) {
         {"2^31 - 1 rings", with_value<std::int32_t>(whole.blob, at(record, 56), 0x7fffffff)},
         {"-1 rings", with_value<std::int32_t>(whole.blob, at(record, 56), -1)},
         {"0 rings", with_value<std::int32_t>(whole.blob, at(record, 56), 0)},
+        {"one ring less", with_value<std::int32_t>(whole.blob, at(record, 56), field.planar.rings - 1)},
+        {"one ring more", with_value<std::int32_t>(whole.blob, at(record, 56), field.planar.rings + 1)},
         {"0 angles", with_value<std::int32_t>(whole.blob, at(record, 60), 0)},
         {"infinite outer radius", with_value<float>(whole.blob, at(record, 64), INFINITY)},
         {"2^20 shells", with_value<std::int32_t>(whole.blob, at(record, 84), 1 << 20)},
