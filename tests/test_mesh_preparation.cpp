@@ -251,6 +251,16 @@ TEST(MeshPreparation, TurnsTrianglesToAgreeAndClosedPiecesOutwards) {
         EXPECT_GT(ready.fine.normals[i].dot(ready.fine.positions[i]), 0.5f);
 }
 
+TEST(MeshPreparation, NormalsTurnWithTheirTriangles) {
+    Mesh inside_out = sphere(6, 12);
+    for (auto& t : inside_out.triangles) std::swap(t[1], t[2]);
+    for (Vec3f& n : inside_out.normals) n = -n;
+    const PreparedMesh ready = prepared(inside_out, {0, 0});
+    EXPECT_EQ(ready.findings.flipped_triangles, inside_out.triangles.size());
+    for (std::size_t i = 0; i < ready.original.positions.size(); ++i)
+        EXPECT_GT(ready.original.normals[i].dot(ready.original.positions[i]), 0.9f);
+}
+
 TEST(MeshPreparation, AnOpenPieceFacesAsItsNormalsDo) {
     Mesh mesh = floor_square(2);
     for (auto& t : mesh.triangles) std::swap(t[1], t[2]);  // now faces down, with normals up
