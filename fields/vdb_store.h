@@ -60,8 +60,7 @@ struct FieldSummary {
 /// Reads and checks all of the file.
 Result<FieldSummary> read_field_summary(const std::filesystem::path& file);
 
-/// Checks the seal, every checksum, every handle and index, and that the voxels for viewers are what the
-/// field says. The error gives the reason.
+/// Checks the seal, every checksum, every handle and index. The error gives the reason.
 Result<Done> verify_field(const std::filesystem::path& file);
 
 }  // namespace haarfield
