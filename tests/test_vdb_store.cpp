@@ -333,6 +333,14 @@ TEST(VdbStore, RefusesForgedTables) {
         {"a node that is its own child", with_value<std::uint16_t>(whole.blob, at(nodes, 6), 15)},
         {"a child beyond the last", with_value<std::uint16_t>(whole.blob, at(nodes, 6), 0xffff)},
     };
+    // The last face loses a byte to the nodes, and so on: tables that end within an element.
+    for (const std::size_t s : {cubemaps, faces}) {
+        const std::size_t here = list + 32 * s, next = here + 32;
+        std::string blob = with_value(whole.blob, here + 16, whole.word(here + 16) - 1);
+        blob = with_value(blob, next + 8, whole.word(next + 8) - 1);
+        whole.write(folder.file(), with_value(blob, next + 16, whole.word(next + 16) + 1));
+        expect_refused(folder.file(), "table " + std::to_string(s) + " a byte short");
+    }
     for (const auto& [which, blob] : forgeries) {
         ASSERT_NE(blob, whole.blob) << which;
         whole.write(folder.file(), blob);
@@ -502,6 +510,10 @@ TEST(AmbientVisibility, OfASphereIsWhatItsConeLeavesOpen) {
     const AmbientVisibility volume = ambient_visibility(field);
     ASSERT_EQ(volume.size, (std::array<std::int32_t, 3>{41, 41, 41}));
     ASSERT_EQ(volume.values.size(), 41u * 41 * 41);
+    const Vec3f margin(0.5f * field.bounds.radius());
+    EXPECT_TRUE(volume.origin.equalWithAbsError(field.bounds.lower - margin, 1e-5f)) << volume.origin;
+    EXPECT_TRUE((volume.origin + Vec3f(40 * volume.voxel_size))
+                    .equalWithAbsError(field.bounds.upper + margin, 1e-5f));
     std::size_t i = 0;
     int outside = 0;
     for (int x = 0; x <= 40; ++x)
