@@ -3,13 +3,14 @@
 namespace haarfield {
 
 LocalSamples local_samples(const PreparedMesh& prepared, const Occluder& occluder) {
-    constexpr float two_sided_offset = 1e-3f;
+    constexpr float bulging_offset = 1e-3f;
     constexpr float inwards = 0.05f;  // of the way to the middle of the triangles
     const Mesh& mesh = prepared.fine;
     const Occluder original = make_occluder(prepared.original);
     const InsideTest is_inside(original);
-    const bool one_sided = occluder.one_sided == occluder.triangles.size();
-    const float offset = occluder.bounds.radius() * (one_sided ? surface_offset : two_sided_offset);
+    const bool may_bulge = occluder.one_sided < occluder.triangles.size() &&
+                           prepared.coarse.triangles.size() != prepared.original.triangles.size();
+    const float offset = occluder.bounds.radius() * (may_bulge ? bulging_offset : surface_offset);
 
     std::vector<Vec3f> sum(mesh.positions.size(), Vec3f(0.0f));
     std::vector<std::uint32_t> count(mesh.positions.size(), 0);

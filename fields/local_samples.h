@@ -13,9 +13,9 @@ struct LocalSamples {
 
 /// A vertex lies on the surface, and on a crease, at a contact or where two pieces meet on other surfaces
 /// too, which would be seen edge-on, that is, not at all. So its sample is offset along the normal (by 1e-4
-/// radii of the mesh; by 1e-3 where the occluder is two-sided, since it may bulge over fine vertices), and
-/// moved by a twentieth of the way towards the middle of the vertex's own triangles that are not buried in
-/// another piece.
+/// radii of the mesh; by 1e-3 where the occluder is two-sided and simplified, since it may bulge over fine
+/// vertices), and moved by a twentieth of the way towards the middle of the vertex's own triangles that are
+/// not buried in another piece.
 ///
 /// occluder  of mesh.coarse.
 LocalSamples local_samples(const PreparedMesh& mesh, const Occluder& occluder);

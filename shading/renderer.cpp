@@ -68,7 +68,7 @@ bool is_closed(const CubemapTree& visibility) {
 CubemapTree visibility_past(const Frame& frame, const ShadedInstance& other, const Vec3f& world_point,
                             Worker& worker) {
     const ShadedEntity& entity = frame.scene.entities[other.entity];
-    const Vec3f point = (world_point - other.translate) / other.scale;
+    const Vec3f point = (view.point - other.translate) / other.scale;
     if (entity.occluder->triangles.size() <= frame.settings.exact_triangles) {
         if ((*entity.is_inside)(point)) return {};
         const std::span<const std::uint8_t> open = worker.rasterizer.open_samples(*entity.occluder, point);
@@ -78,7 +78,8 @@ CubemapTree visibility_past(const Frame& frame, const ShadedInstance& other, con
         return visibility_tree(worker.visibility, frame.settings.face_size, {});
     }
     const VisibilityField& field = *entity.field;
-    if (std::abs(point.y - field.planar.centre.y) <= on_ground * field.bounds.radius())
+    const float height = (view.position.y - other.translate.y) / other.scale - field.planar.centre.y;
+    if (std::abs(height) <= on_ground * field.bounds.radius())
         return interpolated_visibility(field, field.planar_handles, field.planar.interpolation(point));
     return interpolated_visibility(field, field.spherical_handles, field.spherical.interpolation(point));
 }
@@ -99,7 +100,7 @@ Rgb shaded_vertex(const Frame& frame, std::size_t instance_index, std::uint32_t 
     worker.factors.push_back(interpolated_visibility(*entity.field, entity.field->local_handles, own));
     for (std::size_t other = 0; other < scene.instances.size(); ++other) {
         if (other == instance_index) continue;
-        CubemapTree visibility = visibility_past(frame, scene.instances[other], view.point, worker);
+        CubemapTree visibility = visibility_past(frame, scene.instances[other], view, worker);
         if (is_closed(visibility)) return Rgb(0.0f);
         if (!is_open(visibility)) worker.factors.push_back(std::move(visibility));
     }

@@ -13,8 +13,8 @@ VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance,
     const ShadedEntity& entity = scene.entities[instance.entity];
     VertexView view;
     view.normal = entity.mesh->normals[vertex];
-    const Vec3f position = entity.mesh->positions[vertex] * instance.scale + instance.translate;
-    Vec3f to_eye = (scene.eye - position).normalized();
+    view.position = entity.mesh->positions[vertex] * instance.scale + instance.translate;
+    Vec3f to_eye = (scene.eye - view.position).normalized();
     const float facing = to_eye.dot(view.normal);
     if (facing < 0) to_eye = (to_eye - view.normal * facing).normalized();
     view.mirror = (view.normal * (2 * std::max(facing, 0.0f)) - to_eye).normalized();

@@ -10,8 +10,9 @@ namespace haarfield {
 /// What every evaluation of a vertex starts from.
 struct VertexView {
     Vec3f normal;
-    Vec3f mirror;  ///< The view direction, mirrored about the normal.
-    Vec3f point;   ///< In the world; where the visibility past other instances is looked up.
+    Vec3f mirror;    ///< The view direction, mirrored about the normal.
+    Vec3f position;  ///< Of the vertex itself, in the world.
+    Vec3f point;     ///< In the world; where the visibility past other instances is looked up.
 };
 
 /// The view of one vertex from the scene's eye.
