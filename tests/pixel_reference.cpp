@@ -60,7 +60,7 @@ template <class Value>
 BasicQuadtree<Value> any_random_quadtree(std::uint32_t seed, int levels, double density) {
     Random random(seed);
     BasicQuadtree<Value> tree;
-    tree.scaling = Value(1.0f);
+    tree.scaling = Value(float(0.7 + 0.6 * random.uniform()));
     std::size_t in_row = levels > 0 ? 1 : 0;
     float scale = 0.5f;
     for (int level = 0; level < levels && in_row > 0; ++level, scale *= 0.7f) {

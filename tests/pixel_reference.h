@@ -30,8 +30,8 @@ double absolute_mean(const Texels& texels);
 /// kind: 0 along x, 1 along y, 2 diagonal; the square is (x, y) of 2^level a side.
 double wavelet_amplitude(const Texels& texels, int size, int level, int x, int y, int kind);
 
-/// A tree of `levels` levels of nodes at most, whose children exist with probability `density`. Mean 1,
-/// amplitudes random with both signs, smaller on finer levels.
+/// A tree of `levels` levels of nodes at most, whose children exist with probability `density`. Mean
+/// between 0.7 and 1.3, amplitudes random with both signs, smaller on finer levels.
 Quadtree random_quadtree(std::uint32_t seed, int levels, double density);
 RgbQuadtree random_rgb_quadtree(std::uint32_t seed, int levels, double density);
 

@@ -16,10 +16,12 @@ std::vector<const Quadtree*> pointers(const std::vector<Quadtree>& trees) {
     return result;
 }
 
+/// Every fourth one is constant.
 std::vector<Quadtree> random_trees(std::uint32_t seed, int count, int levels, double density) {
     std::vector<Quadtree> trees;
     for (int i = 0; i < count; ++i)
-        trees.push_back(reference::random_quadtree(1000 + 100 * seed + std::uint32_t(i), levels, density));
+        trees.push_back(reference::random_quadtree(1000 + 100 * seed + std::uint32_t(i),
+                                                   i % 4 == 2 ? 0 : levels, density));
     return trees;
 }
 
