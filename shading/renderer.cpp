@@ -65,7 +65,7 @@ bool is_closed(const CubemapTree& visibility) {
 }
 
 /// What can be seen past another instance from a point of the world.
-CubemapTree visibility_past(const Frame& frame, const ShadedInstance& other, const Vec3f& world_point,
+CubemapTree visibility_past(const Frame& frame, const ShadedInstance& other, const VertexView& view,
                             Worker& worker) {
     const ShadedEntity& entity = frame.scene.entities[other.entity];
     const Vec3f point = (view.point - other.translate) / other.scale;
