@@ -74,9 +74,10 @@ std::string field_defect(const VisibilityField& field) {
             std::int64_t(field.spherical_handles.size()))
         return fmt::format("spherical sampler of {} x {} x {} samples with {} handles", spherical.shells,
                            spherical.polar, spherical.azimuths, field.spherical_handles.size());
-    if (!is_positive(planar.outer_radius) || !is_positive(planar.growth) ||
-        !is_positive(spherical.outer_radius) || !is_positive(spherical.growth) || !is_finite(planar.centre) ||
-        !is_finite(spherical.centre))
+    constexpr float largest_growth = 20;  // beyond it the radii leave the range of floats
+    if (!is_positive(planar.outer_radius) || !is_positive(planar.growth) || planar.growth > largest_growth ||
+        spherical.growth > largest_growth || !is_positive(spherical.outer_radius) ||
+        !is_positive(spherical.growth) || !is_finite(planar.centre) || !is_finite(spherical.centre))
         return "a sampler's radius, growth or centre is not a positive, finite number";
     if (!is_finite(field.bounds.lower) || !is_finite(field.bounds.upper)) return "the bounds are not finite";
     if (field.buried_vertices.size() != field.local_handles.size())

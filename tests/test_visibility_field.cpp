@@ -93,6 +93,7 @@ TEST(VisibilityField, DefectsAreFound) {
     EXPECT_NE(defect_after([](VisibilityField& f) { f.planar_handles.pop_back(); }), "");
     EXPECT_NE(defect_after([](VisibilityField& f) { f.spherical.azimuths = -3; }), "");
     EXPECT_NE(defect_after([](VisibilityField& f) { f.spherical.outer_radius = NAN; }), "");
+    EXPECT_NE(defect_after([](VisibilityField& f) { f.planar.growth = 1e30f; }), "");
     EXPECT_NE(defect_after([](VisibilityField& f) { f.local_handles[3] = -1; }), "");
     EXPECT_NE(defect_after([](VisibilityField& f) { f.local_handles[3] = 1 << 30; }), "");
     EXPECT_NE(defect_after([](VisibilityField& f) { f.buried_vertices.clear(); }), "");
