@@ -143,7 +143,8 @@ std::string legend(float brightest) {
         stops, brightest / 2, brightest);
 }
 
-/// Bars in the colours of the picture beside it; a line at the mean.
+/// Bars in the colours of the picture beside it; a line at the mean. Heights grow with the square root of
+/// the share: or the many small errors would hide the few large ones.
 std::string histogram(const ImageDifference& difference, float brightest) {
     constexpr double width = 480, height = 230, left = 44, bottom = 26, top = 18;
     const std::vector<std::uint64_t> counts = error_histogram(difference, histogram_bins, brightest);
@@ -154,15 +155,16 @@ std::string histogram(const ImageDifference& difference, float brightest) {
     std::string svg = fmt::format(
         "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Histogram of the perceptual error\">\n", width,
         height);
-    for (double share : {0.5, 1.0}) {
-        const double y = top + plot_height * (1 - share);
+    for (double share : {0.1, 0.5, 1.0}) {
+        const double y = top + plot_height * (1 - std::sqrt(share));
         svg += fmt::format(
             "<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"var(--line)\"/>"
             "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:.2g} %</text>\n",
             left, width, y, left - 8, y + 4, 100 * highest * share);
     }
     for (int k = 0; k < histogram_bins; ++k) {
-        const double share = static_cast<double>(counts[static_cast<std::size_t>(k)]) / all / highest;
+        const double share =
+            std::sqrt(static_cast<double>(counts[static_cast<std::size_t>(k)]) / all / highest);
         if (share == 0) continue;
         const float middle = (static_cast<float>(k) + 0.5f) / histogram_bins;
         svg += fmt::format(
@@ -263,7 +265,8 @@ Result<Done> write_comparison_report(const ComparisonReport& report, const std::
         "<section class=\"two\">\n<figure><h2>Where they differ</h2><div class=\"stage\">{}</div>\n{}"
         "<figcaption>Perceptual error (FLIP).</figcaption></figure>\n"
         "<figure><h2>How often they differ</h2>\n{}"
-        "<figcaption>Share of the pixels by perceptual error.</figcaption></figure>\n</section>\n",
+        "<figcaption>Share of the pixels by perceptual error; square-root "
+        "scale.</figcaption></figure>\n</section>\n",
         *picture, legend(brightest), histogram(difference, brightest));
 
     page += "<section>\n<h2>Numbers</h2>\n" + numbers(report) + "</section>\n";

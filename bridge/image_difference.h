@@ -9,9 +9,10 @@ namespace haarfield {
 
 /// All measures are taken over the same pixels: those that count.
 struct ImageDifference {
-    std::uint64_t pixels = 0;        ///< That count.
-    double rmse = 0;                 ///< Root mean square over pixels and channels. [W/(m^2 sr)]
-    double relative_rmse = 0;        ///< rmse / root mean square of the reference; 0 if both are 0.
+    std::uint64_t pixels = 0;  ///< That count.
+    double rmse = 0;           ///< Root mean square over pixels and channels. [W/(m^2 sr)]
+    double relative_rmse =
+        0;  ///< rmse / root mean square of the reference; 0 if both are 0, infinite if only the latter.
     double bias = 0;                 ///< Mean of image / mean of reference - 1; > 0: image is brighter.
     double psnr_db = 0;              ///< Of sRGB values clamped to [0, 1]; 99 at most (equal images).
     double ssim = 0;                 ///< Of sRGB luma, 1: equal.

@@ -175,7 +175,7 @@ std::vector<std::string> arguments_of(const std::string& scene, const std::strin
                                        "-C"};
     if (options.threads > 0) arguments.push_back(fmt::format("+WT{}", options.threads));
     if (options.antialiasing > 0)
-        for (std::string argument : {std::string("+A0.0"), std::string("+AM1"),
+        for (std::string argument : {fmt::format("+A{}", options.antialiasing_threshold), std::string("+AM1"),
                                      fmt::format("+R{}", options.antialiasing), std::string("-J")})
             arguments.push_back(std::move(argument));
     else
@@ -199,7 +199,8 @@ std::string as_typed(const std::string& program, const std::vector<std::string>&
 
 Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::filesystem::path& exr,
                              const PovrayOptions& options, const Progress& progress) {
-    assert(options.width >= 1 && options.height >= 1 && options.threads >= 0 && options.antialiasing >= 0);
+    assert(options.width >= 1 && options.height >= 1 && options.threads >= 0 && options.antialiasing >= 0 &&
+           options.antialiasing_threshold >= 0);
     std::error_code code;
     if (!std::filesystem::is_regular_file(scene, code)) return Error{scene.string(), "no such file"};
     if (contains(scene.string(), "\"") || contains(exr.string(), "\""))

@@ -7,10 +7,13 @@
 namespace haarfield {
 
 struct PovrayOptions {
-    std::string program = "povray";         ///< A path, or a name to be looked up in PATH.
-    int width = 640, height = 480;          ///< [pixels]
-    int threads = 0;                        ///< 0: all cores.
-    int antialiasing = 0;                   ///< n: n x n rays a pixel, and its centre; 0: its centre alone.
+    std::string program = "povray";  ///< A path, or a name to be looked up in PATH.
+    int width = 640, height = 480;   ///< [pixels]
+    int threads = 0;                 ///< 0: all cores.
+    int antialiasing = 0;            ///< n: n x n rays a pixel, and its centre; 0: its centre alone.
+    /// Only pixels that differ from a neighbour by more than this, sRGB-encoded, get the n x n rays; 0: all
+    /// of them. A dome of many lights is some ten times faster with 0.05, and looks the same.
+    double antialiasing_threshold = 0;
     std::vector<std::string> declarations;  ///< Each set to 1 before the scene is read.
 };
 
