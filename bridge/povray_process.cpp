@@ -116,8 +116,9 @@ std::vector<std::string> lines_of(const std::string& log) {
 /// POV-Ray's messages, each on one line. It breaks them after 79 columns, in front of a space where there
 /// is one, so that the parts are put together again without anything between.
 std::vector<std::string> messages(const std::string& log) {
-    static constexpr const char* starts[] = {"File '", "Possible ", "Parse ",  "Warning", "Fatal", "Render",
-                                             "Error",  "Problem",   "POV-Ray", "----",    "====",  "povray:"};
+    static constexpr const char* starts[] = {"File '", "Possible ", "Parse ",  "Warning", "Fatal",
+                                             "Render", "Error",     "Problem", "POV-Ray", "----",
+                                             "====",   "povray:",   "Failed"};
     std::vector<std::string> result;
     bool open = false;
     for (const std::string& line : lines_of(log)) {
@@ -140,7 +141,8 @@ std::string own_words(const std::string& log) {
     std::string words, last;
     for (const std::string& message : messages(log)) {
         if (contains(message, "cannot open the user configuration")) continue;  // said by every run
-        if (contains(message, "Error:") || contains(message, "rror in") || contains(message, "Problem"))
+        if (contains(message, "Error:") || contains(message, "Failed") || contains(message, "rror in") ||
+            contains(message, "Problem"))
             if (!contains(message, "Cannot parse input")) words += (words.empty() ? "" : "; ") + message;
         if (!contains(message, "----") && !contains(message, "====")) last = message;
     }
@@ -175,8 +177,9 @@ std::vector<std::string> arguments_of(const std::string& scene, const std::strin
                                        "-C"};
     if (options.threads > 0) arguments.push_back(fmt::format("+WT{}", options.threads));
     if (options.antialiasing > 0)
-        for (std::string argument : {fmt::format("+A{}", options.antialiasing_threshold), std::string("+AM1"),
-                                     fmt::format("+R{}", options.antialiasing), std::string("-J")})
+        for (std::string argument :
+             {fmt::format("+A{:.4f}", options.antialiasing_threshold), std::string("+AM1"),
+              fmt::format("+R{}", options.antialiasing), std::string("-J")})
             arguments.push_back(std::move(argument));
     else
         arguments.push_back("-A");
@@ -190,6 +193,9 @@ std::string as_typed(const std::string& program, const std::vector<std::string>&
         const bool plain = argument.find_first_of(" \t'\\$&;()<>|*?") == std::string::npos;
         std::string shown = argument;
         if (plain) shown.erase(std::remove(shown.begin(), shown.end(), '"'), shown.end());
+        if (!plain)  // within single quotes, a shell takes all but these as they are
+            for (std::size_t at = 0; (at = shown.find('\'', at)) != std::string::npos; at += 4)
+                shown.replace(at, 1, "'\\''");
         line += plain ? " " + shown : " '" + shown + "'";
     }
     return line;
