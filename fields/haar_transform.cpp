@@ -80,17 +80,22 @@ void truncate(FullTransform<Value>& transform, int levels, const Truncation& tru
     if (!limited && truncation.relative_l2_error <= 0) return;
 
     // Level-order numbering makes the smaller index the coarser level, so ties need no more than it.
-    std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    const auto matters_more = [](const Candidate& a, const Candidate& b) {
         return a.energy != b.energy ? a.energy > b.energy : a.index < b.index;
-    });
-    std::size_t kept = limited ? std::size_t(truncation.coefficients) : candidates.size();
+    };
+    std::size_t kept = candidates.size();
+    double dropped = 0;
+    if (limited) {
+        kept = std::size_t(truncation.coefficients);
+        std::nth_element(candidates.begin(), candidates.begin() + truncation.coefficients, candidates.end(),
+                         matters_more);
+        for (std::size_t i = kept; i < candidates.size(); ++i) dropped += candidates[i].energy;
+    }
     if (truncation.relative_l2_error > 0) {
         const double allowed = norm * squared(truncation.relative_l2_error);
-        double dropped = 0;
-        std::size_t needed = candidates.size();
-        while (needed > 0 && dropped + candidates[needed - 1].energy <= allowed)
-            dropped += candidates[--needed].energy;
-        kept = std::min(kept, needed);
+        std::sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(kept), matters_more);
+        while (kept > 0 && dropped + candidates[kept - 1].energy <= allowed)
+            dropped += candidates[--kept].energy;
     }
     for (std::size_t i = kept; i < candidates.size(); ++i)
         transform.wavelets[candidates[i].index / 3][candidates[i].index % 3] = Value(0.0f);
