@@ -1,1 +1,55 @@
-int main() {}
+// haarfield: the program. Each subcommand has a file of its own; this one finds out which is wanted.
+
+#include "tools/command.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <vector>
+
+namespace haarfield {
+namespace {
+
+ExitCode run_program(int argument_count, const char* const* arguments) {
+    CLI::App program{"Wavelet visibility fields and direct environment lighting, baked for POV-Ray.",
+                     "haarfield"};
+    program.set_version_flag("--version", "haarfield " HAARFIELD_VERSION);
+    program.require_subcommand(1);
+    program.footer(
+        "Example:\n  haarfield bake scenes/single_chair.toml -o out/chair\n"
+        "`haarfield COMMAND --help` tells more. Exit code: 0 done, 1 bad input or failed work,\n"
+        "2 bad usage, 3 images differ more than asked, 130 interrupted.");
+    std::vector<Command> commands;
+    CommonOptions options;
+    for (const auto make : {precompute_command, bake_command, reference_command, compare_command,
+                            info_command, verify_command}) {
+        commands.push_back(make(program));
+        add_common_options(*commands.back().app, options);
+    }
+    try {
+        program.parse(argument_count, arguments);
+    } catch (const CLI::Success& help_or_version) {
+        program.exit(help_or_version);
+        return ExitCode::done;
+    } catch (const CLI::ParseError& error) {
+        program.exit(error);
+        return ExitCode::bad_usage;
+    }
+    for (const Command& command : commands)
+        if (command.app->parsed())
+            return run_command(command, options, quoted_command_line(argument_count, arguments));
+    return ExitCode::bad_usage;  // not reached: one is required
+}
+
+}  // namespace
+}  // namespace haarfield
+
+int main(int argument_count, char** arguments) {
+    const haarfield::ExitCode code = haarfield::run_program(argument_count, arguments);
+    // A full disk or a closed pipe shows only now.
+    if (std::fflush(stdout) != 0 && code == haarfield::ExitCode::done) {
+        fmt::print(stderr, "haarfield: the results could not be written\n");
+        return static_cast<int>(haarfield::ExitCode::failed);
+    }
+    return static_cast<int>(code);
+}

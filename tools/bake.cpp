@@ -1,0 +1,137 @@
+#include "bridge/baked_scene.h"
+#include "bridge/mesh_file.h"
+#include "bridge/povray_process.h"
+#include "shading/dense_renderer.h"
+#include "tools/command.h"
+#include "tools/scene_options.h"
+
+#include <fmt/format.h>
+
+namespace haarfield {
+
+namespace {
+
+struct BakeOptions {
+    SceneOptions scene;
+    FieldOptions fields;
+    std::string output;
+    int depth = full_depth;
+    int light_coefficients = RenderSettings().light_coefficients;
+    int antialiasing = 0;
+    std::string evaluator = "tree";
+    bool no_render = false;
+};
+
+Result<Done> render(const BakeOptions& options, const Scene& scene, const std::filesystem::path& scene_file,
+                    Session& session) {
+    const std::filesystem::path exr = std::filesystem::path(options.output) / "baked.exr";
+    PovrayOptions povray;
+    povray.width = scene.camera.width;
+    povray.height = scene.camera.height;
+    povray.threads = session.threads;
+    povray.antialiasing = options.antialiasing;
+    const Result<RenderedScene> picture = render_scene(scene_file, exr, povray, session.progress);
+    if (!picture) return picture.error();
+    for (const std::string& warning : picture->run.warnings) session.warn("POV-Ray: " + warning);
+    session.report["povray"] = {{"command_line", picture->run.command_line},
+                                {"parse_seconds", picture->run.parse_seconds},
+                                {"trace_seconds", picture->run.trace_seconds}};
+    session.report["image"] = exr.string();
+    fmt::print("image  {} (and .png)\n", exr.string());
+    return Done{};
+}
+
+Result<ExitCode> run(const BakeOptions& options, Session& session) {
+    const std::filesystem::path output = options.output;
+    const Result<Scene> scene = opened_scene(options.scene);
+    if (!scene) return scene.error();
+    Result<LatLongImage> environment = opened_environment(*scene, session);
+    if (!environment) return environment.error();
+    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, session);
+    if (!entities) return entities.error();
+
+    const ShadedScene shaded = shaded_scene(*scene, *entities, std::move(*environment));
+    RenderSettings settings;
+    settings.face_size = options.fields.face_size;
+    settings.depth = options.depth;
+    settings.light_coefficients = options.light_coefficients;
+    settings.lobe_coefficients = options.fields.coefficients;
+    const auto start = std::chrono::steady_clock::now();
+    const auto radiance = options.evaluator == "dense"
+                              ? dense_vertex_radiance(shaded, settings, session.progress)
+                              : vertex_radiance(shaded, settings, session.progress);
+    if (!radiance) return radiance.error();
+    const double shade_seconds = seconds_since(start);
+
+    std::vector<BakedInstance> instances;
+    std::size_t vertices = 0;
+    for (std::size_t i = 0; i < scene->instances.size(); ++i) {
+        const Instance& instance = scene->instances[i];
+        const SceneEntity& entity = *entities->entities[entities->entity_of_instance[i]];
+        vertices += (*radiance)[i].size();
+        instances.push_back(
+            {instance.name, &entity.mesh.fine, instance.translate, instance.scale, (*radiance)[i]});
+    }
+    session.report["vertices"] = vertices;
+    session.report["shade_seconds"] = shade_seconds;
+    session.report["evaluator"] = options.evaluator;
+    fmt::print("baked  {} vertices of {} instances in {:.2f} s\n", vertices, instances.size(), shade_seconds);
+
+    if (session.progress.stop.stop_requested()) return Error{"", interrupted};
+    const Result<BakedFiles> files = write_baked_scene(output, file_stem(*scene), scene->camera, instances,
+                                                       BackgroundDescription{&shaded.environment});
+    if (!files) return files.error();
+    if (files->clamped_vertices > 0)
+        session.warn(
+            fmt::format("the radiance of {} vertices is clamped to [0, 65000]", files->clamped_vertices));
+    const std::filesystem::path ply = output / (file_stem(*scene) + ".ply");
+    if (const Result<Done> written = write_baked_ply(ply, instances); !written) return written.error();
+    session.report["scene"] = files->scene.string();
+    session.report["mesh"] = ply.string();
+    fmt::print("scene  {} with {} includes\nmesh   {}\n", files->scene.string(), files->includes.size(),
+               ply.string());
+
+    if (!options.no_render)
+        if (const Result<Done> done = render(options, *scene, files->scene, session); !done)
+            return done.error();
+    return ExitCode::done;
+}
+
+}  // namespace
+
+Command bake_command(CLI::App& program) {
+    CLI::App* app = program.add_subcommand("bake", "Shade every vertex and write it for POV-Ray");
+    const auto options = std::make_shared<BakeOptions>();
+    add_scene_option(*app, options->scene);
+    app->add_option("-o,--output", options->output,
+                    "Folder for NAME.pov, its includes, NAME.ply and the picture")
+        ->required()
+        ->type_name("DIR");
+    add_field_options(*app, options->fields);
+    add_picture_options(*app, options->scene);
+    app->add_flag("--no-render", options->no_render, "Do not run POV-Ray");
+    app->add_option("--depth", options->depth,
+                    "Levels of the trees that take part: less is faster and coarser")
+        ->check(CLI::Range(0, full_depth))
+        ->capture_default_str()
+        ->type_name("D");
+    app->add_option("--light-coefficients", options->light_coefficients,
+                    "Wavelets kept a cubemap face, of lighting; 0: all")
+        ->check(CLI::Range(0, 65536))
+        ->capture_default_str()
+        ->type_name("M");
+    app->add_option("--evaluator", options->evaluator,
+                    "tree: wavelet product integrals; dense: plain sums, slow")
+        ->check(CLI::IsMember({"tree", "dense"}))
+        ->capture_default_str();
+    app->add_option("--antialiasing", options->antialiasing, "POV-Ray traces N x N rays a pixel; 0: one")
+        ->check(CLI::Range(0, 9))
+        ->capture_default_str()
+        ->type_name("N");
+    app->footer(
+        "Example:\n  haarfield bake scenes/single_chair.toml -o out/chair\n"
+        "ends with out/chair/baked.png, and out/chair/single_chair_chair.inc for a scene of your own.");
+    return {app, [options](Session& session) { return run(*options, session); }};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,113 @@
+#include "tools/command.h"
+
+#include "bridge/image.h"
+#include "tools/interrupt.h"
+#include "tools/progress_bar.h"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+
+#include <new>
+
+namespace haarfield {
+
+namespace {
+
+// Leaves the program's own errors (out of memory, a library's exception) as messages, not as aborts.
+Result<ExitCode> guarded_run(const Command& command, Session& session) {
+    try {
+        return command.run(session);
+    } catch (const std::bad_alloc&) {
+        return Error{"", "not enough memory"};
+    } catch (const std::exception& exception) {
+        return Error{"", exception.what()};
+    }
+}
+
+}  // namespace
+
+void Session::warn(const std::string& text) {
+    report["warnings"].push_back(text);
+    message("warning: " + text);
+}
+
+void add_common_options(CLI::App& command, CommonOptions& options) {
+    command.add_option("--threads", options.threads, "Threads to use (default: one per core)")
+        ->check(CLI::Range(1, 1024))
+        ->type_name("N");
+    command.add_flag("--quiet", options.quiet, "No progress and no messages but errors");
+    command.add_option("--report", options.report, "Write what was done as JSON, with counts and times")
+        ->type_name("FILE.json");
+}
+
+ExitCode run_command(const Command& command, const CommonOptions& options, const std::string& command_line) {
+    const std::string name = "haarfield " + command.app->get_name();
+    std::stop_source stop;
+    stop_on_interrupt(stop);
+    ProgressBar bar(options.quiet);
+    const int threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(threads));
+
+    Session session;
+    session.threads = threads;
+    session.progress.stop = stop.get_token();
+    session.progress.report = [&bar](std::string_view stage, std::uint64_t done, std::uint64_t total) {
+        bar.report(stage, done, total);
+    };
+    session.command_line = command_line;
+    session.message = [&](const std::string& text) {
+        if (!options.quiet) bar.message(name + ": " + text);
+    };
+    session.report = {{"command", command.app->get_name()},
+                      {"command_line", command_line},
+                      {"version", HAARFIELD_VERSION},
+                      {"threads", threads},
+                      {"warnings", nlohmann::json::array()}};
+
+    const auto start = std::chrono::steady_clock::now();
+    const Result<ExitCode> result = guarded_run(command, session);
+    ExitCode code = result ? *result : ExitCode::failed;
+    if (!result && (stop.stop_requested() || result.error().what == interrupted)) {
+        bar.message(name + ": interrupted");
+        return ExitCode::interrupted;
+    }
+    if (!result) {
+        session.report["error"] = result.error().message();
+        bar.message(name + ": " + result.error().message());
+    }
+    if (!options.report.empty()) {
+        session.report["seconds"] = seconds_since(start);
+        session.report["exit_code"] = static_cast<int>(code);
+        // Names of files may be any bytes; JSON must be UTF-8.
+        const std::string text =
+            session.report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+        if (const Result<Done> written = write_file(options.report, text); !written) {
+            bar.message(name + ": " + written.error().message());
+            if (code == ExitCode::done) code = ExitCode::failed;
+        }
+    }
+    return code;
+}
+
+std::string quoted_command_line(int count, const char* const* arguments) {
+    std::string line;
+    for (int i = 0; i < count; ++i) {
+        const std::string_view argument = arguments[i];
+        const bool plain = !argument.empty() && argument.find_first_not_of(
+                                                    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                                    "0123456789_-+=.,:/@%") == std::string_view::npos;
+        if (i > 0) line += ' ';
+        if (plain) {
+            line += argument;
+            continue;
+        }
+        line += '\'';
+        for (const char c : argument) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+        line += '\'';
+    }
+    return line;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,70 @@
+#pragma once
+/// What all commands have in common: exit codes, common options, messages and the --report file.
+
+#include "fields/progress.h"
+#include "fields/result.h"
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace haarfield {
+
+enum class ExitCode : int {
+    done = 0,
+    failed = 1,         ///< Bad input, or work that could not be done.
+    bad_usage = 2,      ///< Of the command line.
+    images_differ = 3,  ///< More than `compare --min-psnr` allows.
+    interrupted = 130,  ///< As a shell reports SIGINT.
+};
+
+/// What a command is given when it runs.
+struct Session {
+    int threads = 0;  ///< In use, > 0.
+    Progress progress;
+    std::string command_line;                              ///< As a person would type it.
+    nlohmann::ordered_json report;                         ///< What --report writes; commands add their keys.
+    std::function<void(const std::string& text)> message;  ///< To stderr; nothing if --quiet.
+
+    /// To stderr and into the report.
+    void warn(const std::string& text);
+};
+
+/// A subcommand: its options are parsed into what `run` holds.
+struct Command {
+    CLI::App* app = nullptr;
+    /// Does the work; results go to stdout. An Error is reported by the caller.
+    std::function<Result<ExitCode>(Session&)> run;
+};
+
+/// Each adds its subcommand to the program; the file of the same name holds its options, help and work.
+Command precompute_command(CLI::App& program);
+Command bake_command(CLI::App& program);
+Command reference_command(CLI::App& program);
+Command compare_command(CLI::App& program);
+Command info_command(CLI::App& program);
+Command verify_command(CLI::App& program);
+
+/// Options that every subcommand has.
+struct CommonOptions {
+    int threads = 0;  ///< 0: all cores.
+    bool quiet = false;
+    std::string report;
+};
+void add_common_options(CLI::App& command, CommonOptions& options);
+
+/// Runs a command whose options have been parsed: threads, progress, Ctrl-C, messages, report, exit code.
+ExitCode run_command(const Command& command, const CommonOptions& options, const std::string& command_line);
+
+/// The command line, quoted where a shell wants it.
+std::string quoted_command_line(int count, const char* const* arguments);
+
+inline double seconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace haarfield

@@ -1,0 +1,126 @@
+#include "bridge/comparison_report.h"
+#include "tools/command.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+
+namespace haarfield {
+
+namespace {
+
+struct CompareOptions {
+    std::string image, reference;
+    std::string output;
+    std::string mask;
+    double min_psnr = 0;  // [dB]
+};
+
+// How a picture was made, if bake or reference left a --report of the picture's name beside it.
+nlohmann::json report_beside(const std::filesystem::path& image) {
+    std::ifstream file(std::filesystem::path(image).replace_extension(".json"));
+    nlohmann::json report = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+    return report.is_object() ? report : nlohmann::json::object();
+}
+
+void add_fact(ComparisonReport& page, const nlohmann::json& report, const char* key, const char* name,
+              const char* format) {
+    if (const auto value = report.find(key); value != report.end() && value->is_number())
+        page.facts.emplace_back(name, fmt::format(fmt::runtime(format), value->get<double>()));
+}
+
+ComparisonReport report_page(const CompareOptions& options, const Session& session) {
+    ComparisonReport page;
+    page.title = std::filesystem::absolute(options.output).lexically_normal().filename().string();
+    page.image_name = std::filesystem::path(options.image).stem().string();
+    page.reference_name = std::filesystem::path(options.reference).stem().string();
+    const nlohmann::json image = report_beside(options.image), reference = report_beside(options.reference);
+    add_fact(page, image, "vertices", "vertices", "{:.0f}");
+    add_fact(page, image, "shade_seconds", "vertices shaded in", "{:.2f} s");
+    add_fact(page, image, "seconds", "first picture, all in all", "{:.1f} s");
+    add_fact(page, reference, "lights", "lights of the second picture", "{:.0f}");
+    add_fact(page, reference, "seconds", "second picture, all in all", "{:.1f} s");
+    for (const nlohmann::json* report : {&image, &reference})
+        if (const auto line = report->find("command_line"); line != report->end() && line->is_string())
+            page.commands.push_back(line->get<std::string>());
+    page.commands.push_back(session.command_line);
+    return page;
+}
+
+Result<ExitCode> run(const CompareOptions& options, Session& session) {
+    const Result<Image> image = read_image(options.image);
+    if (!image) return image.error();
+    const Result<Image> reference = read_image(options.reference);
+    if (!reference) return reference.error();
+    ImageDifferenceOptions wanted;
+    if (!options.mask.empty()) {
+        Result<Image> mask = read_image(options.mask);
+        if (!mask) return mask.error();
+        wanted.mask = std::move(*mask);
+    }
+    const Result<ImageDifference> difference = image_difference(*image, *reference, wanted);
+    if (!difference) return difference.error();
+
+    if (session.progress.stop.stop_requested()) return Error{"", interrupted};
+    const std::filesystem::path output = options.output;
+    std::error_code failure;
+    std::filesystem::create_directories(output, failure);
+    if (failure) return Error{output.string(), "can not make the folder: " + failure.message()};
+    // The brightest colour is for what a hundredth of the pixels exceed; but noise shall not look like
+    // errors.
+    const float brightest = std::max(0.05f, static_cast<float>(difference->flip_99));
+    const Image picture = difference_picture(*difference, image->width, image->height, brightest);
+    if (const Result<Done> written = write_image(picture, output / "difference.png"); !written)
+        return written.error();
+    ComparisonReport page = report_page(options, session);
+    page.image = &*image;
+    page.reference = &*reference;
+    page.difference = &*difference;
+    if (const Result<Done> written = write_comparison_report(page, output / "report.html"); !written)
+        return written.error();
+
+    session.report["image"] = options.image;
+    session.report["reference"] = options.reference;
+    session.report["pixels"] = difference->pixels;
+    session.report["psnr_db"] = difference->psnr_db;
+    session.report["rmse"] = difference->rmse;
+    session.report["relative_rmse"] = difference->relative_rmse;
+    session.report["bias"] = difference->bias;
+    session.report["ssim"] = difference->ssim;
+    session.report["flip"] = difference->flip;
+    session.report["flip_99"] = difference->flip_99;
+    fmt::print(
+        "psnr           {:.2f} dB\nrelative rmse  {:.4f}\nrmse           {:.6f}\nbias           {:+.4f}\n"
+        "ssim           {:.4f}\nflip           {:.4f}\npixels         {}\nreport         {}\n",
+        difference->psnr_db, difference->relative_rmse, difference->rmse, difference->bias, difference->ssim,
+        difference->flip, difference->pixels, (output / "report.html").string());
+    if (difference->psnr_db >= options.min_psnr) return ExitCode::done;
+    session.message(
+        fmt::format("PSNR is {:.2f} dB; wanted {} dB or more", difference->psnr_db, options.min_psnr));
+    return ExitCode::images_differ;
+}
+
+}  // namespace
+
+Command compare_command(CLI::App& program) {
+    CLI::App* app = program.add_subcommand("compare", "Compare a picture with a reference");
+    const auto options = std::make_shared<CompareOptions>();
+    app->add_option("A", options->image, "The picture")->required()->type_name("");
+    app->add_option("B", options->reference, "The reference")->required()->type_name("");
+    app->add_option("-o,--output", options->output, "Folder for difference.png and report.html")
+        ->required()
+        ->type_name("DIR");
+    app->add_option("--mask", options->mask, "Count only pixels where this picture is bright")
+        ->type_name("FILE");
+    app->add_option("--min-psnr", options->min_psnr, "Exit code 3 if the PSNR is less [dB]")
+        ->check(CLI::Range(0.0, 99.0))
+        ->type_name("X");
+    app->footer(
+        "Pixels count where both pictures are covered. What made a picture is quoted in the page, if its\n"
+        "--report lies beside it (baked.json beside baked.exr).\n"
+        "Example:\n  haarfield compare out/chair/baked.exr out/chair/reference.exr -o out/chair --min-psnr "
+        "30");
+    return {app, [options](Session& session) { return run(*options, session); }};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,91 @@
+#include "fields/vdb_store.h"
+#include "tools/command.h"
+
+#include <fmt/format.h>
+
+namespace haarfield {
+
+namespace {
+
+struct InfoOptions {
+    std::string field;
+    bool json = false;
+};
+
+nlohmann::ordered_json vector_json(const Vec3f& v) {
+    return {v.x, v.y, v.z};
+}
+
+nlohmann::ordered_json summary_json(const FieldSummary& field) {
+    return {
+        {"entity", field.entity},
+        {"key", field.key.hex()},
+        {"bytes", field.file_bytes},
+        {"samples", field.planar.sample_count() + field.spherical.sample_count() + field.local_samples},
+        {"planar",
+         {{"samples", field.planar.sample_count()},
+          {"rings", field.planar.rings},
+          {"angles", field.planar.angles},
+          {"outer_radius", field.planar.outer_radius}}},
+        {"spherical",
+         {{"samples", field.spherical.sample_count()},
+          {"shells", field.spherical.shells},
+          {"polar", field.spherical.polar},
+          {"azimuths", field.spherical.azimuths},
+          {"outer_radius", field.spherical.outer_radius}}},
+        {"local", {{"samples", field.local_samples}, {"buried", field.buried_vertices}}},
+        {"cubemaps", field.cubemaps},
+        {"faces", field.faces},
+        {"nodes", field.nodes},
+        {"face_size", field.settings.face_size},
+        {"coefficients", field.settings.coefficients},
+        {"relative_l2_error", field.settings.relative_l2_error},
+        {"bounds", {{"lower", vector_json(field.bounds.lower)}, {"upper", vector_json(field.bounds.upper)}}}};
+}
+
+void print_summary(const FieldSummary& field) {
+    const Vec3f size = field.bounds.upper - field.bounds.lower;
+    fmt::print("entity      {}\n", field.entity);
+    fmt::print("size        {:.3g} x {:.3g} x {:.3g} m\n", size.x, size.y, size.z);
+    fmt::print("planar      {} samples: {} rings of {}, to {:.3g} m\n", field.planar.sample_count(),
+               field.planar.rings, field.planar.angles, field.planar.outer_radius);
+    fmt::print("spherical   {} samples: {} shells of {} x {}, to {:.3g} m\n", field.spherical.sample_count(),
+               field.spherical.shells, field.spherical.polar, field.spherical.azimuths,
+               field.spherical.outer_radius);
+    fmt::print("local       {} samples, {} of them buried\n", field.local_samples, field.buried_vertices);
+    fmt::print("cubemaps    {} different ones, of {} different faces, with {} nodes\n", field.cubemaps,
+               field.faces, field.nodes);
+    fmt::print("kept        {} of {} wavelets a face",
+               field.settings.coefficients == 0 ? std::string("all")
+                                                : fmt::format("at most {}", field.settings.coefficients),
+               field.settings.face_size * field.settings.face_size - 1);
+    if (field.settings.relative_l2_error > 0)
+        fmt::print(", dropping up to {:g} of the L2 norm", field.settings.relative_l2_error);
+    fmt::print("\nfile        {:.2f} MB\nhash        {}\n", static_cast<double>(field.file_bytes) / 1e6,
+               field.key.hex());
+}
+
+Result<ExitCode> run(const InfoOptions& options, Session& session) {
+    const Result<FieldSummary> field = read_field_summary(options.field);
+    if (!field) return field.error();
+    const nlohmann::ordered_json summary = summary_json(*field);
+    session.report["field"] = summary;
+    if (options.json)
+        fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    else
+        print_summary(*field);
+    return ExitCode::done;
+}
+
+}  // namespace
+
+Command info_command(CLI::App& program) {
+    CLI::App* app = program.add_subcommand("info", "Say what is in a visibility field");
+    const auto options = std::make_shared<InfoOptions>();
+    app->add_option("FIELD", options->field, "The field (.vdb)")->required()->type_name("");
+    app->add_flag("--json", options->json, "As JSON");
+    app->footer("Example:\n  haarfield info out/chair/fields/chair.vdb");
+    return {app, [options](Session& session) { return run(*options, session); }};
+}
+
+}  // namespace haarfield

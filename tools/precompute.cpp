@@ -1,0 +1,37 @@
+#include "tools/command.h"
+#include "tools/scene_options.h"
+
+namespace haarfield {
+
+namespace {
+
+struct PrecomputeOptions {
+    SceneOptions scene;
+    FieldOptions fields;
+    std::string output = ".";
+};
+
+Result<ExitCode> run(const PrecomputeOptions& options, Session& session) {
+    const Result<Scene> scene = opened_scene(options.scene);
+    if (!scene) return scene.error();
+    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, options.output, session);
+    if (!entities) return entities.error();
+    return ExitCode::done;
+}
+
+}  // namespace
+
+Command precompute_command(CLI::App& program) {
+    CLI::App* app = program.add_subcommand("precompute", "Make or reuse the visibility field of each entity");
+    const auto options = std::make_shared<PrecomputeOptions>();
+    add_scene_option(*app, options->scene);
+    app->add_option("-o,--output", options->output, "Folder of a later bake (default: the current one)")
+        ->type_name("DIR");
+    add_field_options(*app, options->fields);
+    app->footer(
+        "A field is reused if its mesh and settings are unchanged; a stale or damaged one is made anew.\n"
+        "Example:\n  haarfield precompute scenes/table_and_chairs.toml --fields out/fields");
+    return {app, [options](Session& session) { return run(*options, session); }};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,140 @@
+#include "tools/scene_options.h"
+
+#include "bridge/image.h"
+#include "scenes/scene_reader.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+namespace haarfield {
+
+namespace {
+
+constexpr int sky_width = 1024;  // pixels; the sun's disc is spread over those that it covers
+
+// CLI::Range lets NaN through.
+std::string coordinate_trouble(const std::string& text) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error == std::errc() && end == text.data() + text.size() && value >= -1e6 && value <= 1e6) return {};
+    return fmt::format("{} is no coordinate; wanted X,Y,Z in metres", text);
+}
+
+std::string face_size_trouble(const std::string& text) {
+    for (const char* size : {"16", "32", "64", "128", "256"})
+        if (text == size) return {};
+    return fmt::format("{} is no face size; wanted 16, 32, 64, 128 or 256", text);
+}
+
+}  // namespace
+
+void add_scene_option(CLI::App& command, SceneOptions& options) {
+    command.add_option("SCENE", options.scene, "The scene file (TOML)")->required()->type_name("");
+}
+
+void add_picture_options(CLI::App& command, SceneOptions& options) {
+    command
+        .add_option("--environment", options.environment,
+                    "Light from this lat-long image instead of the scene's")
+        ->type_name("FILE");
+    command.add_option("--view", options.view, "Move the camera here; it keeps looking at its target")
+        ->delimiter(',')
+        ->expected(3)
+        ->check(coordinate_trouble)
+        ->type_name("X,Y,Z");
+}
+
+Result<Scene> opened_scene(const SceneOptions& options) {
+    Result<Scene> scene = read_scene(options.scene);
+    if (!scene) return scene;
+    if (!options.environment.empty()) {
+        scene->environment.image = options.environment;
+        scene->environment.sky.reset();
+    }
+    if (options.view.size() == 3) {
+        scene->camera.position = Vec3f(options.view[0], options.view[1], options.view[2]);
+        if (!((scene->camera.target - scene->camera.position).length() > 1e-6f))
+            return Error{"--view", "is the camera's target; wanted another place"};
+    }
+    return scene;
+}
+
+Result<LatLongImage> opened_environment(const Scene& scene, Session& session) {
+    const EnvironmentDescription& description = scene.environment;
+    Result<LatLongImage> image = description.sky
+                                     ? Result<LatLongImage>(sky_image(*description.sky, sky_width))
+                                     : read_environment_image(description.image);
+    if (!image) return image;
+    const EnvironmentFindings findings = clean_environment(*image);
+    if (findings.negative_values + findings.non_finite_values > 0)
+        session.warn(fmt::format("{}: {} negative and {} non-finite values clamped",
+                                 description.image.string(), findings.negative_values,
+                                 findings.non_finite_values));
+    return turned_environment(*image, description.rotation, description.exposure);
+}
+
+std::string file_stem(const Scene& scene) {
+    std::string stem = scene.name;
+    for (char& c : stem) {
+        const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                           c == '_' || c == '-' || c == '.';
+        if (!plain) c = '_';
+    }
+    return stem;
+}
+
+void add_field_options(CLI::App& command, FieldOptions& options) {
+    command
+        .add_option("--fields", options.folder,
+                    "Folder of the visibility fields (default: fields/ in the output)")
+        ->type_name("DIR");
+    command
+        .add_option("--face-size", options.face_size,
+                    "Texels along an edge of the cubemaps: 16, 32, 64, 128 or 256")
+        ->check(face_size_trouble)
+        ->capture_default_str()
+        ->type_name("N");
+    command
+        .add_option("--coefficients", options.coefficients,
+                    "Wavelets kept a cubemap face, of visibility and of BRDF lobes; 0: all")
+        ->check(CLI::Range(0, 65536))
+        ->capture_default_str()
+        ->type_name("M");
+}
+
+Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
+                                      const std::filesystem::path& output, Session& session) {
+    SceneEntityOptions wanted;
+    wanted.fields_folder = options.folder.empty() ? output / "fields" : std::filesystem::path(options.folder);
+    wanted.face_size = options.face_size;
+    wanted.coefficients = options.coefficients;
+    Result<SceneEntities> entities = prepare_scene_entities(scene, wanted, session.progress);
+    if (!entities) return entities;
+    for (const std::string& warning : entities->warnings) session.warn(warning);
+
+    session.report["fields"] = nlohmann::json::array();
+    for (const auto& entity : entities->entities) {
+        const VisibilityField& field = entity->field;
+        const std::size_t samples =
+            field.planar_handles.size() + field.spherical_handles.size() + field.local_handles.size();
+        std::error_code unknown;
+        const std::uintmax_t bytes = std::filesystem::file_size(entity->field_file, unknown);
+        if (!entity->remade_because.empty()) session.message("field remade: " + entity->remade_because);
+        session.report["fields"].push_back({{"entity", entity->name},
+                                            {"reused", entity->reused},
+                                            {"samples", samples},
+                                            {"nodes", field.pool.nodes.size()},
+                                            {"bytes", unknown ? 0 : bytes},
+                                            {"seconds", entity->field_seconds},
+                                            {"mesh_seconds", entity->mesh_seconds},
+                                            {"remade_because", entity->remade_because},
+                                            {"file", entity->field_file.string()}});
+        fmt::print("field  {:<24} {}  {} samples, {} nodes, {:.1f} MB, {:.2f} s\n", entity->name,
+                   entity->reused ? "reused" : "made  ", samples, field.pool.nodes.size(),
+                   unknown ? 0.0 : static_cast<double>(bytes) / 1e6, entity->field_seconds);
+    }
+    return entities;
+}
+
+}  // namespace haarfield

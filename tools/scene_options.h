@@ -1,0 +1,47 @@
+#pragma once
+/// What precompute, bake and reference share: the scene, what the command line changes in it, its light.
+
+#include "scenes/scene.h"
+#include "scenes/scene_entities.h"
+#include "tools/command.h"
+
+#include <vector>
+
+namespace haarfield {
+
+struct SceneOptions {
+    std::string scene;        ///< The file.
+    std::string environment;  ///< Instead of the scene's own, if not empty.
+    std::vector<float> view;  ///< Instead of the camera's position, if not empty: x, y, z. [m]
+};
+
+/// Adds SCENE.
+void add_scene_option(CLI::App& command, SceneOptions& options);
+
+/// Adds --environment and --view.
+void add_picture_options(CLI::App& command, SceneOptions& options);
+
+/// Reads the scene and applies the options.
+Result<Scene> opened_scene(const SceneOptions& options);
+
+/// The scene's light: read or made, cleaned (with a warning that counts), turned and exposed.
+Result<LatLongImage> opened_environment(const Scene& scene, Session& session);
+
+/// The scene's name as POV-Ray's files take it: letters, digits, `_`, `-` and `.`; others become `_`.
+std::string file_stem(const Scene& scene);
+
+/// What precompute and bake ask of fields.
+struct FieldOptions {
+    std::string folder;  ///< Empty: `fields` in the output folder.
+    int face_size = 64;
+    int coefficients = 70;
+};
+
+/// Adds --fields, --face-size and --coefficients.
+void add_field_options(CLI::App& command, FieldOptions& options);
+
+/// prepare_scene_entities, with warnings, messages and the report's `fields`; a line for each on stdout.
+Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
+                                      const std::filesystem::path& output, Session& session);
+
+}  // namespace haarfield
