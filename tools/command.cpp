@@ -71,7 +71,7 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
     ExitCode code = result ? *result : ExitCode::failed;
     if (!result && (stop.stop_requested() || result.error().what == interrupted)) {
         bar.message(name + ": interrupted");
-        return ExitCode::interrupted;
+        return ExitCode::stopped;
     }
     if (!result) {
         session.report["error"] = result.error().message();

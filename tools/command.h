@@ -19,7 +19,7 @@ enum class ExitCode : int {
     failed = 1,         ///< Bad input, or work that could not be done.
     bad_usage = 2,      ///< Of the command line.
     images_differ = 3,  ///< More than `compare --min-psnr` allows.
-    interrupted = 130,  ///< As a shell reports SIGINT.
+    stopped = 130,      ///< As a shell reports SIGINT.
 };
 
 /// What a command is given when it runs.

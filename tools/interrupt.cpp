@@ -22,7 +22,7 @@ void stop_on_interrupt(std::stop_source source) {
         source.request_stop();
         const timespec patience{1, 0};
         sigtimedwait(&signals, nullptr, &patience);
-        _exit(static_cast<int>(ExitCode::interrupted));
+        _exit(static_cast<int>(ExitCode::stopped));
     }).detach();
 }
 
