@@ -1,0 +1,308 @@
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+extern char** environ;
+
+namespace {
+
+constexpr const char* all_commands[] = {"precompute", "bake", "reference", "compare", "info", "verify"};
+
+std::string text_of(const std::filesystem::path& file) {
+    std::ostringstream text;
+    text << std::ifstream(file, std::ios::binary).rdbuf();
+    return text.str();
+}
+
+struct Outcome {
+    int code = -1;  // exit code; -signal if ended by one
+    std::string out, err;
+};
+
+/// Runs the program in a folder of its own.
+class Commands : public testing::Test {
+protected:
+    void SetUp() override {
+        const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+        folder_ =
+            std::filesystem::path(testing::TempDir()) / fmt::format("commands_{}_{}", test->name(), getpid());
+        std::filesystem::create_directories(folder_);
+    }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    pid_t start(std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), HAARFIELD_PROGRAM);
+        std::vector<char*> pointers;
+        for (std::string& argument : arguments) pointers.push_back(argument.data());
+        pointers.push_back(nullptr);
+        posix_spawn_file_actions_t actions;
+        posix_spawn_file_actions_init(&actions);
+        posix_spawn_file_actions_addchdir_np(&actions, folder_.c_str());
+        constexpr int flags = O_WRONLY | O_CREAT | O_TRUNC;
+        posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "stdout.txt", flags, 0600);
+        posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "stderr.txt", flags, 0600);
+        pid_t child = -1;
+        EXPECT_EQ(posix_spawn(&child, HAARFIELD_PROGRAM, &actions, nullptr, pointers.data(), environ), 0);
+        posix_spawn_file_actions_destroy(&actions);
+        return child;
+    }
+
+    Outcome finish(pid_t child) {
+        int status = 0;
+        waitpid(child, &status, 0);
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), text_of(folder_ / "stdout.txt"),
+                text_of(folder_ / "stderr.txt")};
+    }
+
+    Outcome run(std::vector<std::string> arguments) { return finish(start(std::move(arguments))); }
+
+    nlohmann::json report(const char* name) {
+        return nlohmann::json::parse(text_of(folder_ / name), nullptr, false);
+    }
+
+    /// A box on a floor under a sky: seconds at most.
+    void write_scene(int spherical_samples = 60, int fine_vertices = 300) {
+        std::ofstream(folder_ / "box.obj")
+            << "v -.5 0 -.5\nv .5 0 -.5\nv .5 0 .5\nv -.5 0 .5\n"
+               "v -.5 1 -.5\nv .5 1 -.5\nv .5 1 .5\nv -.5 1 .5\n"
+               "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
+        std::ofstream(folder_ / "floor.obj") << "v -3 0 -3\nv 3 0 -3\nv 3 0 3\nv -3 0 3\nf 4 3 2 1\n";
+        std::ofstream(folder_ / "room.toml") << fmt::format(R"(
+[camera]
+position = [2.5, 2, 3]
+target = [0, 0.4, 0]
+vertical_fov = 40
+resolution = [64, 48]
+[environment]
+sky = {{ turbidity = 6, sun_elevation = 50, sun_azimuth = 20, sun_angular_radius = 5 }}
+[materials.clay]
+diffuse = [0.6, 0.5, 0.4]
+convention = "povray"
+[entities.box]
+mesh = "box.obj"
+material = "clay"
+fine_vertices = {1}
+coarse_triangles = 0
+planar_samples = 60
+spherical_samples = {0}
+[entities.floor]
+mesh = "floor.obj"
+material = "clay"
+fine_vertices = 2000
+coarse_triangles = 0
+planar_samples = 20
+spherical_samples = 20
+[[instances]]
+entity = "floor"
+[[instances]]
+entity = "box"
+translate = [0, 0.001, 0]
+)",
+                                                            spherical_samples, fine_vertices);
+    }
+
+    std::filesystem::path folder_;
+};
+
+TEST_F(Commands, HelpShowsEveryCommandWithAnExample) {
+    const Outcome help = run({"--help"});
+    EXPECT_EQ(help.code, 0);
+    for (const char* command : all_commands) {
+        EXPECT_NE(help.out.find(command), std::string::npos) << command;
+        const Outcome own = run({command, "--help"});
+        EXPECT_EQ(own.code, 0) << command;
+        EXPECT_EQ(own.err, "") << command;
+        for (const char* part : {"Example:", "--threads", "--quiet", "--report"})
+            EXPECT_NE(own.out.find(part), std::string::npos) << command << " " << part;
+        EXPECT_NE(own.out.find(fmt::format("  haarfield {} ", command)), std::string::npos) << own.out;
+    }
+    EXPECT_EQ(run({"--version"}).out.substr(0, 10), "haarfield ");
+}
+
+TEST_F(Commands, BadUsageExitsWithTwo) {
+    write_scene();
+    using Arguments = std::vector<std::string>;
+    for (const Arguments& arguments : {Arguments{},
+                                       {"polish"},
+                                       {"bake"},
+                                       {"bake", "room.toml"},
+                                       {"bake", "room.toml", "-o"},
+                                       {"bake", "room.toml", "-o", "out", "--shiny"},
+                                       {"bake", "room.toml", "room.toml", "-o", "out"},
+                                       {"bake", "room.toml", "-o", "out", "--threads", "0"},
+                                       {"bake", "room.toml", "-o", "out", "--threads", "two"},
+                                       {"bake", "room.toml", "-o", "out", "--face-size", "48"},
+                                       {"bake", "room.toml", "-o", "out", "--depth", "-1"},
+                                       {"bake", "room.toml", "-o", "out", "--evaluator", "magic"},
+                                       {"bake", "room.toml", "-o", "out", "--view", "1,2"},
+                                       {"bake", "room.toml", "-o", "out", "--view", "1,nan,2"},
+                                       {"reference", "room.toml", "-o", "out", "--lights", "0"},
+                                       {"compare", "a.exr", "-o", "out"},
+                                       {"compare", "a.exr", "b.exr", "-o", "out", "--min-psnr", "much"},
+                                       {"info"},
+                                       {"verify", "a.vdb", "b.vdb"}}) {
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 2) << fmt::format("{}", fmt::join(arguments, " "));
+        EXPECT_EQ(outcome.out, "") << fmt::format("{}", fmt::join(arguments, " "));
+        EXPECT_NE(outcome.err, "") << fmt::format("{}", fmt::join(arguments, " "));
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+TEST_F(Commands, BadInputExitsWithOneAndSaysWhere) {
+    write_scene();
+    std::ofstream(folder_ / "broken.toml") << "[camera\n";
+    std::ofstream(folder_ / "broken.vdb") << "no field";
+    std::ofstream(folder_ / "broken.exr") << "no picture";
+    using Arguments = std::vector<std::string>;
+    for (const auto& [arguments, where] :
+         {std::pair<Arguments, const char*>{{"precompute", "missing.toml"}, "missing.toml"},
+          {{"precompute", "broken.toml"}, "broken.toml:1:"},
+          {{"bake", "broken.toml", "-o", "out"}, "broken.toml:1:"},
+          {{"bake", "room.toml", "-o", "out", "--environment", "broken.exr"}, "broken.exr"},
+          {{"bake", "room.toml", "-o", "out", "--view", "0,0.4,0"}, "--view"},
+          {{"reference", "broken.toml", "-o", "out"}, "broken.toml:1:"},
+          {{"compare", "broken.exr", "missing.exr", "-o", "out"}, "broken.exr"},
+          {{"info", "broken.vdb"}, "broken.vdb"},
+          {{"verify", "broken.vdb"}, "broken.vdb"},
+          {{"verify", "missing.vdb"}, "missing.vdb"}}) {
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 1) << fmt::format("{}", fmt::join(arguments, " "));
+        EXPECT_EQ(outcome.out, "") << fmt::format("{}", fmt::join(arguments, " "));
+        EXPECT_NE(outcome.err.find(where), std::string::npos) << outcome.err;
+    }
+    EXPECT_EQ(run({"bake", "broken.toml", "-o", "out", "--report", "report.json"}).code, 1);
+    EXPECT_NE(report("report.json").value("error", "").find("broken.toml:1:"), std::string::npos);
+    EXPECT_EQ(report("report.json").value("exit_code", 0), 1);
+}
+
+TEST_F(Commands, ABoxOnAFloorLooksAsItsReference) {
+    write_scene();
+    const std::vector<std::string> bake{"bake", "room.toml", "-o", "out",      "--face-size",
+                                        "32",   "--threads", "2",  "--report", "out/baked.json"};
+    const Outcome baked = run(bake);
+    ASSERT_EQ(baked.code, 0) << baked.err;
+    for (const char* file : {"baked.exr", "baked.png", "room.pov", "room_box.inc", "room_floor.inc",
+                             "room.ply", "fields/box.vdb", "fields/floor.vdb"})
+        EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / "out" / file)) << file;
+
+    const nlohmann::json made = report("out/baked.json");
+    ASSERT_TRUE(made.is_object());
+    EXPECT_EQ(made.value("command", ""), "bake");
+    EXPECT_EQ(made.value("threads", 0), 2);
+    EXPECT_EQ(made.value("exit_code", -1), 0);
+    EXPECT_TRUE(made.contains("version") && made["version"].is_string());
+    EXPECT_TRUE(made.contains("warnings") && made["warnings"].is_array());
+    EXPECT_GE(made.value("seconds", 0.0), made.value("shade_seconds", 1e9));
+    EXPECT_GE(made.value("vertices", 0), 2300);
+    ASSERT_EQ(made["fields"].size(), 2u);
+    for (const nlohmann::json& field : made["fields"]) {
+        EXPECT_TRUE(field["entity"] == "box" || field["entity"] == "floor");
+        EXPECT_EQ(field["reused"], false);
+        EXPECT_GT(field["samples"], 300);
+        EXPECT_GT(field["nodes"], 0);
+        EXPECT_GT(field["bytes"], 1000);
+        EXPECT_GE(field["seconds"], 0.0);
+    }
+
+    // Fields are reused, and say what is in them.
+    const Outcome again =
+        run({"precompute", "room.toml", "-o", "out", "--face-size", "32", "--report", "again.json"});
+    ASSERT_EQ(again.code, 0) << again.err;
+    for (const nlohmann::json& field : report("again.json")["fields"]) EXPECT_EQ(field["reused"], true);
+    EXPECT_EQ(run({"verify", "out/fields/box.vdb"}).code, 0);
+    const nlohmann::json info =
+        nlohmann::json::parse(run({"info", "out/fields/box.vdb", "--json"}).out, nullptr, false);
+    EXPECT_EQ(info.value("entity", ""), "box");
+    EXPECT_EQ(info.value("face_size", 0), 32);
+    EXPECT_NE(run({"info", "out/fields/box.vdb"}).out.find("box"), std::string::npos);
+
+    // A damaged field is noticed, and made anew.
+    std::filesystem::resize_file(folder_ / "out/fields/box.vdb", 1000);
+    EXPECT_EQ(run({"verify", "out/fields/box.vdb"}).code, 1);
+    const Outcome remade = run({"precompute", "room.toml", "-o", "out", "--face-size", "32"});
+    EXPECT_EQ(remade.code, 0);
+    EXPECT_NE(remade.err.find("field remade"), std::string::npos) << remade.err;
+
+    // The two renderers share nothing but scene, light and camera.
+    const Outcome traced = run({"reference", "room.toml", "-o", "out", "--lights", "256"});
+    ASSERT_EQ(traced.code, 0) << traced.err;
+    const std::vector<std::string> compare{"compare", "out/baked.exr", "out/reference.exr", "-o",
+                                           "out",     "--report",      "out/compare.json",  "--min-psnr"};
+    std::vector<std::string> lenient = compare, strict = compare;
+    lenient.push_back("25");
+    strict.push_back("98");
+    const Outcome compared = run(lenient);
+    EXPECT_EQ(compared.code, 0) << compared.out << compared.err;
+    const nlohmann::json difference = report("out/compare.json");
+    for (const char* key : {"psnr_db", "relative_rmse", "rmse", "ssim", "flip"})
+        EXPECT_TRUE(difference.contains(key) && difference[key].is_number()) << key;
+    EXPECT_LT(difference.value("psnr_db", 99.0), 60.0);
+    EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / "out/difference.png"));
+    EXPECT_NE(text_of(folder_ / "out/report.html").find("haarfield bake room.toml"), std::string::npos);
+    const Outcome refused = run(strict);
+    EXPECT_EQ(refused.code, 3) << refused.err;
+    EXPECT_NE(refused.err.find("PSNR"), std::string::npos);
+}
+
+TEST_F(Commands, ThePictureDoesNotDependOnTheNumberOfThreads) {
+    write_scene();
+    for (const char* threads : {"1", "3"}) {
+        const Outcome outcome = run({"bake", "room.toml", "-o", threads, "--face-size", "16", "--no-render",
+                                     "--quiet", "--threads", threads});
+        ASSERT_EQ(outcome.code, 0) << outcome.err;
+        EXPECT_EQ(outcome.err, "");
+        EXPECT_FALSE(std::filesystem::exists(folder_ / threads / "baked.exr"));
+    }
+    for (const char* file :
+         {"room_box.inc", "room_floor.inc", "room.ply", "fields/box.vdb", "fields/floor.vdb"})
+        EXPECT_EQ(text_of(folder_ / "1" / file), text_of(folder_ / "3" / file)) << file;
+}
+
+TEST_F(Commands, ViewMovesTheCameraAndDenseAgreesWithTree) {
+    write_scene();
+    const std::vector<std::string> common{
+        "bake",        "room.toml", "--face-size", "16", "--coefficients", "0", "--light-coefficients", "0",
+        "--no-render", "--fields",  "fields",      "-o"};
+    const auto bake = [&](std::vector<std::string> more) {
+        std::vector<std::string> arguments = common;
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+    };
+    bake({"tree"});
+    bake({"moved", "--view", "-1,2.5,-3"});
+    bake({"dense", "--evaluator", "dense"});
+    EXPECT_NE(text_of(folder_ / "tree/room.pov"), text_of(folder_ / "moved/room.pov"));
+    // Diffuse: the same from everywhere.
+    EXPECT_EQ(text_of(folder_ / "tree/room_box.inc"), text_of(folder_ / "moved/room_box.inc"));
+    EXPECT_NE(text_of(folder_ / "tree/room_box.inc"), text_of(folder_ / "dense/room_box.inc"));
+}
+
+TEST_F(Commands, CtrlCEndsABakeWithNothingHalfWritten) {
+    write_scene(/*spherical_samples=*/2'000'000);
+    for (const int signal : {SIGINT, SIGTERM}) {
+        const pid_t child = start({"bake", "room.toml", "-o", "out"});
+        // Until the long stage says how far it is.
+        for (int i = 0; i < 600 && text_of(folder_ / "stderr.txt").find("left") == std::string::npos; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        kill(child, signal);
+        const Outcome outcome = finish(child);
+        EXPECT_EQ(outcome.code, 130) << outcome.err;
+        EXPECT_NE(outcome.err.find("left"), std::string::npos) << outcome.err;
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / "out"))
+            EXPECT_TRUE(entry.is_directory() || entry.path().filename() == "floor.vdb") << entry.path();
+    }
+}
+
+}  // namespace

@@ -1,0 +1,120 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+// A folder may include itself and what stands before it. Tests may include everything.
+constexpr std::array folders{"fields", "shading", "scenes", "bridge", "tools"};
+
+// Libraries that one file alone may know, and that file.
+const std::map<std::string, std::string> only_known_to{
+    {"openvdb/", "fields/vdb_store.cpp"},  {"CGAL/", "fields/mesh_preparation.cpp"},
+    {"assimp/", "fields/mesh_reader.cpp"}, {"toml++/", "scenes/toml_table.h"},
+    {"OpenImageIO/", "bridge/image.cpp"},
+};
+
+struct Include {
+    std::string file;      // relative to the project's root
+    std::string included;  // as written
+    bool quoted;
+};
+
+std::vector<Include> includes_of(const std::string& file, std::istream& text) {
+    static const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+    std::vector<Include> includes;
+    for (std::string line; std::getline(text, line);) {
+        std::smatch match;
+        if (std::regex_search(line, match, pattern)) includes.push_back({file, match[2], match[1] == "\""});
+    }
+    return includes;
+}
+
+std::vector<Include> project_includes() {
+    const std::filesystem::path root = HAARFIELD_SOURCE_DIR;
+    std::vector<Include> includes;
+    for (const std::string folder : folders)
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
+            const std::filesystem::path& path = entry.path();
+            if (path.extension() != ".h" && path.extension() != ".cpp") continue;
+            std::ifstream text(path);
+            const auto found = includes_of(path.lexically_relative(root).generic_string(), text);
+            includes.insert(includes.end(), found.begin(), found.end());
+        }
+    return includes;
+}
+
+// Position in `folders`; past them if the path is in none.
+std::size_t layer(const std::string& path) {
+    const std::string folder = path.substr(0, path.find('/'));
+    return static_cast<std::size_t>(std::ranges::find(folders, folder) - folders.begin());
+}
+
+// What is wrong with an include; empty if nothing.
+std::string objection(const Include& include) {
+    const std::size_t from = layer(include.file), to = layer(include.included);
+    if (include.quoted && to >= folders.size())
+        return fmt::format("{} includes \"{}\", which names no folder of the project", include.file,
+                           include.included);
+    if (include.quoted && to > from)
+        return fmt::format("{} includes \"{}\", which is above it", include.file, include.included);
+    if (!include.quoted && to < folders.size())
+        return fmt::format("{} includes <{}>; wanted quotes", include.file, include.included);
+    for (const auto& [library, file] : only_known_to)
+        if (include.included.starts_with(library) && include.file != file)
+            return fmt::format("{} includes <{}>, which {} alone may", include.file, include.included, file);
+    return {};
+}
+
+TEST(Layering, IncludesPointDownwardsOnly) {
+    const std::vector<Include> includes = project_includes();
+    EXPECT_GT(includes.size(), 200u);
+    for (const Include& include : includes) EXPECT_EQ(objection(include), "");
+}
+
+TEST(Layering, ObjectsToIncludesThatPointUpwardsOrAcross) {
+    EXPECT_EQ(objection({"tools/bake.cpp", "fields/mesh.h", true}), "");
+    EXPECT_EQ(objection({"fields/mesh.h", "fields/vector.h", true}), "");
+    EXPECT_EQ(objection({"fields/mesh.h", "vector", false}), "");
+    EXPECT_NE(objection({"fields/mesh.h", "shading/sky.h", true}), "");
+    EXPECT_NE(objection({"shading/sky.h", "scenes/scene.h", true}), "");
+    EXPECT_NE(objection({"scenes/scene.h", "bridge/image.h", true}), "");
+    EXPECT_NE(objection({"bridge/image.h", "tools/command.h", true}), "");
+    EXPECT_NE(objection({"bridge/image.h", "light_dome.h", true}), "");
+    EXPECT_NE(objection({"bridge/image.h", "fields/mesh.h", false}), "");
+    EXPECT_NE(objection({"fields/mesh.cpp", "openvdb/openvdb.h", false}), "");
+    EXPECT_NE(objection({"bridge/image.cpp", "CGAL/Surface_mesh.h", false}), "");
+}
+
+TEST(Layering, LibrariesStayInTheirFile) {
+    std::set<std::string> used;
+    for (const Include& include : project_includes())
+        for (const auto& [library, file] : only_known_to)
+            if (include.included.starts_with(library)) used.insert(library);
+    for (const auto& [library, file] : only_known_to)
+        EXPECT_TRUE(used.contains(library)) << library << " is included nowhere: the rule for it is void";
+}
+
+TEST(Layering, FindsIncludesHoweverTheyAreSpaced) {
+    std::istringstream text(
+        "#include \"a/b.h\"\n  #  include <c>\n#include<d.h> // why\n// #include \"e\"\nint x;\n");
+    const std::vector<Include> found = includes_of("f", text);
+    ASSERT_EQ(found.size(), 3u);
+    EXPECT_EQ(found[0].included, "a/b.h");
+    EXPECT_TRUE(found[0].quoted);
+    EXPECT_EQ(found[1].included, "c");
+    EXPECT_FALSE(found[1].quoted);
+    EXPECT_EQ(found[2].included, "d.h");
+}
+
+}  // namespace

@@ -1,0 +1,20 @@
+# Installs the project into a folder of its own, then configures, builds and runs a program that uses it.
+# Wanted: BUILD (the project's build folder), SOURCE (tests/installed_package), SCRATCH, COMPILER, FLAGS.
+file(REMOVE_RECURSE ${SCRATCH})
+
+function(run)
+    execute_process(COMMAND ${ARGV} RESULT_VARIABLE code OUTPUT_VARIABLE said ERROR_VARIABLE said)
+    message("${said}")
+    if(NOT code EQUAL 0)
+        list(JOIN ARGV " " command)
+        message(FATAL_ERROR "${command}\nended with ${code}")
+    endif()
+endfunction()
+
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${SCRATCH}/prefix)
+run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE} -B ${SCRATCH}/build -DCMAKE_PREFIX_PATH=${SCRATCH}/prefix
+    -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS})
+run(${CMAKE_COMMAND} --build ${SCRATCH}/build)
+run(${SCRATCH}/build/consumer ${SCRATCH}/prefix/share/haarfield/scenes/single_chair.toml)
+run(${SCRATCH}/prefix/bin/haarfield --version)
+file(REMOVE_RECURSE ${SCRATCH})

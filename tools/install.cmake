@@ -1,0 +1,38 @@
+# `cmake --install`: the program, the libraries with their headers as a CMake package, the shipped scenes.
+#
+#     find_package(haarfield) gives haarfield::fields, ::shading, ::scenes and ::bridge.
+include(CMakePackageConfigHelpers)
+include(GNUInstallDirs)
+
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/haarfield)
+set(libraries fields shading scenes bridge)
+
+foreach(library IN LISTS libraries)
+    add_library(haarfield::${library} ALIAS haarfield_${library})
+    set_target_properties(haarfield_${library} PROPERTIES EXPORT_NAME ${library})
+    # Includes name the folder, as in the source: "fields/mesh.h".
+    target_include_directories(haarfield_${library} INTERFACE
+        $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/haarfield>)
+    target_compile_features(haarfield_${library} INTERFACE cxx_std_20)
+    install(TARGETS haarfield_${library} EXPORT haarfieldTargets ARCHIVE)
+    install(DIRECTORY ${library} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/haarfield
+        FILES_MATCHING PATTERN "*.h"
+        PATTERN "toml_table.h" EXCLUDE  # of use to the scene reader only
+        PATTERN "meshes" EXCLUDE)
+endforeach()
+
+# Static libraries name what they were linked with, and so it has to be there; it asks nothing of users.
+install(TARGETS haarfield_flags EXPORT haarfieldTargets)
+set_target_properties(haarfield_flags PROPERTIES EXPORT_NAME flags)
+install(EXPORT haarfieldTargets NAMESPACE haarfield:: DESTINATION ${package_folder})
+
+configure_package_config_file(tools/haarfieldConfig.cmake.in haarfieldConfig.cmake
+    INSTALL_DESTINATION ${package_folder})
+write_basic_package_version_file(haarfieldConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/haarfieldConfig.cmake ${PROJECT_BINARY_DIR}/haarfieldConfigVersion.cmake
+    DESTINATION ${package_folder})
+
+install(TARGETS haarfield RUNTIME)
+install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/haarfield/scenes
+    FILES_MATCHING PATTERN "*.toml" PATTERN "*.obj")
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
