@@ -130,7 +130,7 @@ Command bake_command(CLI::App& program) {
         ->type_name("N");
     app->footer(
         "Example:\n  haarfield bake scenes/single_chair.toml -o out/chair\n"
-        "ends with out/chair/baked.png, and out/chair/single_chair_chair.inc for a scene of your own.");
+        "ends with out/chair/baked.png, and out/chair/single_chair_Chair.inc for a scene of your own.");
     return {app, [options](Session& session) { return run(*options, session); }};
 }
 
