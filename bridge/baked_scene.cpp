@@ -81,10 +81,13 @@ std::string include_text(const BakedInstance& instance, const Palette& colours, 
         fmt::format_to(out, ",\ntexture{{pigment{{rgb<{:.6g},{:.6g},{:.6g}>}}finish{{{}_Finish}}}}", c[0],
                        c[1], c[2], object);
     fmt::format_to(out, " }}\nface_indices {{ {}", mesh.triangles.size());
-    // Three textures a face, always: with two, POV-Ray 3.7 crashes.
-    for (const auto& [a, b, c] : mesh.triangles)
-        fmt::format_to(out, ",\n<{},{},{}>,{},{},{}", a, b, c, colours.of_vertex[a], colours.of_vertex[b],
-                       colours.of_vertex[c]);
+    // Three textures a face, or one: with two, POV-Ray 3.7 crashes.
+    for (const auto& triangle : mesh.triangles) {
+        const auto& [a, b, c] = triangle;
+        fmt::format_to(out, ",\n<{},{},{}>,{}", a, b, c, colours.of_vertex[a]);
+        if (!is_sliver(mesh, triangle, magnified))
+            fmt::format_to(out, ",{},{}", colours.of_vertex[b], colours.of_vertex[c]);
+    }
     // The vertices are magnified so that POV-Ray's interpolation is exact on small triangles.
     fmt::format_to(out,
                    " }}\n"

@@ -12,6 +12,8 @@ namespace {
 
 constexpr float largest_coordinate = 1e6f;         // [m]
 constexpr double shortest_edge = 0.1;              // POV-Ray units that it interpolates over well
+constexpr double smallest_parallelogram = 1e-2;    // the same: |(b - a) x (c - a)| of a triangle
+constexpr double sliver_parallelogram = 1e-4;      // below it the colours come out wrong
 constexpr double largest_scaled_coordinate = 5e5;  // leaves a camera room below POV-Ray's 1e7
 
 bool is_letter_or_digit(char c) {
@@ -123,18 +125,28 @@ Result<std::string> write_background(const std::filesystem::path& folder, const 
 }
 
 double small_triangle_scale(const Mesh& mesh) {
-    double shortest = INFINITY, largest = 0;
-    for (const auto& triangle : mesh.triangles)
-        for (int k = 0; k < 3; ++k) {
-            const Vec3d a(mesh.positions[triangle[k]]), b(mesh.positions[triangle[(k + 1) % 3]]);
-            const double edge = (b - a).length();
+    double shortest = INFINITY, smallest = INFINITY, largest = 0;
+    for (const auto& triangle : mesh.triangles) {
+        const Vec3d a(mesh.positions[triangle[0]]), b(mesh.positions[triangle[1]]),
+            c(mesh.positions[triangle[2]]);
+        for (const double edge : {(b - a).length(), (c - b).length(), (a - c).length()})
             if (edge > 0) shortest = std::min(shortest, edge);
-            for (int axis = 0; axis < 3; ++axis) largest = std::max(largest, std::abs(a[axis]));
-        }
+        if (const double area = (b - a).cross(c - a).length(); area > 0) smallest = std::min(smallest, area);
+        for (int axis = 0; axis < 3; ++axis)
+            largest = std::max({largest, std::abs(a[axis]), std::abs(b[axis]), std::abs(c[axis])});
+    }
     if (!std::isfinite(shortest)) return 1;
     double wanted = std::ceil(std::log2(shortest_edge / shortest));
+    if (std::isfinite(smallest))
+        wanted = std::max(wanted, std::ceil(std::log2(smallest_parallelogram / smallest) / 2));
     if (largest > 0) wanted = std::min(wanted, std::floor(std::log2(largest_scaled_coordinate / largest)));
     return std::exp2(std::clamp(wanted, -20.0, 40.0));
+}
+
+bool is_sliver(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, double scale) {
+    const Vec3d a(mesh.positions[triangle[0]]), b(mesh.positions[triangle[1]]),
+        c(mesh.positions[triangle[2]]);
+    return (b - a).cross(c - a).length() * scale * scale < sliver_parallelogram;
 }
 
 Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where) {

@@ -64,12 +64,16 @@ Result<std::string> povray_camera(const Camera& camera, double scale = 1);
 Result<std::string> write_background(const std::filesystem::path& folder, const std::string& stem,
                                      const BackgroundDescription& background);
 
-/// 2^k such that the mesh's edges, magnified so, are large enough for POV-Ray to interpolate over:
-/// the shortest of them 0.1 where the coordinates' size allows it.
+/// 2^k such that the mesh's triangles, magnified so, are large enough for POV-Ray to interpolate over:
+/// the shortest edge 0.1, the smallest area 0.005, where the coordinates' size allows it.
 ///
 /// POV-Ray 3.7 loses the barycentric weights of triangles with edges below about 0.1 units, and rays of
 /// more than 1e7 units. A power of two is lossless.
 double small_triangle_scale(const Mesh& mesh);
+
+/// Whether a triangle is too narrow for POV-Ray to interpolate over, even magnified by `scale`: it needs one
+/// texture for all of it, or its colours come out wrong.
+bool is_sliver(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, double scale);
 
 /// errors    non-finite positions, or beyond 1e6 m; no triangle; an index out of range. `where` is put
 ///           first in the message. POV-Ray would accept the first and show nothing.

@@ -1,19 +1,70 @@
 #include "fields/local_samples.h"
 
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <memory>
+
 namespace haarfield {
+namespace {
 
-LocalSamples local_samples(const PreparedMesh& prepared, const Occluder& occluder) {
-    constexpr float bulging_offset = 1e-3f;
-    constexpr float inwards = 0.05f;  // of the way to the middle of the triangles
-    const Mesh& mesh = prepared.fine;
-    const Occluder original = make_occluder(prepared.original);
-    const InsideTest is_inside(original);
-    const bool may_bulge = occluder.one_sided < occluder.triangles.size() &&
-                           prepared.coarse.triangles.size() != prepared.original.triangles.size();
-    const float offset = occluder.bounds.radius() * (may_bulge ? bulging_offset : surface_offset);
+/// Rays against an occluder.
+class SurfaceRays {
+public:
+    explicit SurfaceRays(const Occluder& occluder)
+        : device_(rtcNewDevice("threads=1"), &rtcReleaseDevice),
+          scene_(rtcNewScene(device_.get()), &rtcReleaseScene) {
+        const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+        auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                                      RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                                      occluder.positions.size()));
+        for (const Vec3f& p : occluder.positions)
+            for (int axis = 0; axis < 3; ++axis) *positions++ = p[axis];
+        auto* indices = static_cast<std::uint32_t*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                    3 * sizeof(std::uint32_t), occluder.triangles.size()));
+        for (const auto& triangle : occluder.triangles)
+            indices = std::copy(triangle.begin(), triangle.end(), indices);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(scene_.get(), geometry);
+        rtcReleaseGeometry(geometry);
+        rtcCommitScene(scene_.get());
+    }
 
-    std::vector<Vec3f> sum(mesh.positions.size(), Vec3f(0.0f));
-    std::vector<std::uint32_t> count(mesh.positions.size(), 0);
+    /// How far along a unit direction the surface is met from behind, within a range; 0 if it is not.
+    float distance_to_back(const Vec3f& from, const Vec3f& direction, float range) const {
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        RTCRayHit ray{};
+        ray.ray.org_x = from.x;
+        ray.ray.org_y = from.y;
+        ray.ray.org_z = from.z;
+        ray.ray.dir_x = direction.x;
+        ray.ray.dir_y = direction.y;
+        ray.ray.dir_z = direction.z;
+        ray.ray.tfar = range;
+        ray.ray.mask = ~0u;
+        ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect1(scene_.get(), &context, &ray);
+        if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return 0;
+        // Embree's normal has the triangle's own orientation: counter-clockwise seen from its tip.
+        return Vec3f(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z).dot(direction) > 0 ? ray.ray.tfar : 0;
+    }
+
+private:
+    std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device_;
+    std::unique_ptr<RTCSceneTy, decltype(&rtcReleaseScene)> scene_;
+};
+
+/// Of each vertex, the middle of its triangles that are not buried in another piece.
+struct VisibleMiddles {
+    std::vector<Vec3f> sum;
+    std::vector<std::uint32_t> count;
+};
+
+VisibleMiddles visible_middles(const Mesh& mesh, const InsideTest& is_inside, float offset) {
+    VisibleMiddles middles{std::vector<Vec3f>(mesh.positions.size(), Vec3f(0.0f)),
+                           std::vector<std::uint32_t>(mesh.positions.size(), 0)};
     for (const auto& triangle : mesh.triangles) {
         const Vec3f &a = mesh.positions[triangle[0]], &b = mesh.positions[triangle[1]],
                     &c = mesh.positions[triangle[2]];
@@ -21,21 +72,48 @@ LocalSamples local_samples(const PreparedMesh& prepared, const Occluder& occlude
         const Vec3f normal = (b - a).cross(c - a).normalized();
         if (is_inside(middle + normal * offset)) continue;
         for (const std::uint32_t v : triangle) {
-            sum[v] += middle;
-            ++count[v];
+            middles.sum[v] += middle;
+            ++middles.count[v];
         }
     }
+    return middles;
+}
+
+}  // namespace
+
+LocalSamples local_samples(const PreparedMesh& prepared, const Occluder& occluder) {
+    constexpr float inwards = 0.05f;  // of the way to the middle of the triangles
+    constexpr float bulge_limit =
+        0.02f;  // beyond it, what lies over a vertex is no error of simplification [radii]
+    const Mesh& mesh = prepared.fine;
+    const Occluder original = make_occluder(prepared.original);
+    const float radius = occluder.bounds.radius(), offset = radius * surface_offset;
+    const VisibleMiddles middles = visible_middles(mesh, InsideTest(original), offset);
+
+    // One-sided pieces are open from below, so that only two-sided ones can hide a vertex under their bulges.
+    std::unique_ptr<SurfaceRays> rays;
+    if (occluder.one_sided < occluder.triangles.size() &&
+        prepared.coarse.triangles.size() != prepared.original.triangles.size())
+        rays = std::make_unique<SurfaceRays>(occluder);
+
     LocalSamples samples;
     samples.points = mesh.positions;
     samples.buried.assign(mesh.positions.size(), 0);
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
         const Vec3f& normal = mesh.normals[v];
-        if (count[v] == 0) {
+        if (middles.count[v] == 0) {
             samples.buried[v] = 1;
             continue;
         }
-        const Vec3f towards = sum[v] / static_cast<float>(count[v]) - mesh.positions[v];
-        samples.points[v] += (towards - normal * normal.dot(towards)) * inwards + normal * offset;
+        Vec3f& point = samples.points[v];
+        const Vec3f towards = middles.sum[v] / static_cast<float>(middles.count[v]) - point;
+        point += (towards - normal * normal.dot(towards)) * inwards + normal * offset;
+        if (!rays) continue;
+        for (int layer = 0; layer < 3; ++layer) {
+            const float bulge = rays->distance_to_back(point, normal, radius * bulge_limit);
+            if (bulge == 0) break;
+            point += normal * (bulge + offset);
+        }
     }
     return samples;
 }

@@ -12,15 +12,15 @@ struct LocalSamples {
 };
 
 /// A vertex lies on the surface, and on a crease, at a contact or where two pieces meet on other surfaces
-/// too, which would be seen edge-on, that is, not at all. So its sample is offset along the normal (by 1e-4
-/// radii of the mesh; by 1e-3 where the occluder is two-sided and simplified, since it may bulge over fine
-/// vertices), and moved by a twentieth of the way towards the middle of the vertex's own triangles that are
-/// not buried in another piece.
+/// too, which would be seen edge-on, that is, not at all. So its sample is offset along the normal by
+/// surface_offset, and moved by a twentieth of the way towards the middle of the vertex's own triangles that
+/// are not buried in another piece. Where a simplified two-sided occluder bulges over the vertex (its back is
+/// met along the normal within a fiftieth of the radius), the sample is lifted above the bulge.
 ///
 /// occluder  of mesh.coarse.
 LocalSamples local_samples(const PreparedMesh& mesh, const Occluder& occluder);
 
-/// The offset of a sample above the surface, where there is no more to know. [radii]
+/// The offset of a sample above the surface. [radii]
 inline constexpr float surface_offset = 1e-4f;
 
 }  // namespace haarfield
