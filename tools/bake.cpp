@@ -1,6 +1,5 @@
 #include "bridge/baked_scene.h"
 #include "bridge/mesh_file.h"
-#include "bridge/povray_process.h"
 #include "shading/dense_renderer.h"
 #include "tools/command.h"
 #include "tools/scene_options.h"
@@ -17,29 +16,9 @@ struct BakeOptions {
     std::string output;
     int depth = full_depth;
     int light_coefficients = RenderSettings().light_coefficients;
-    int antialiasing = 0;
     std::string evaluator = "tree";
     bool no_render = false;
 };
-
-Result<Done> render(const BakeOptions& options, const Scene& scene, const std::filesystem::path& scene_file,
-                    Session& session) {
-    const std::filesystem::path exr = std::filesystem::path(options.output) / "baked.exr";
-    PovrayOptions povray;
-    povray.width = scene.camera.width;
-    povray.height = scene.camera.height;
-    povray.threads = session.threads;
-    povray.antialiasing = options.antialiasing;
-    const Result<RenderedScene> picture = render_scene(scene_file, exr, povray, session.progress);
-    if (!picture) return picture.error();
-    for (const std::string& warning : picture->run.warnings) session.warn("POV-Ray: " + warning);
-    session.report["povray"] = {{"command_line", picture->run.command_line},
-                                {"parse_seconds", picture->run.parse_seconds},
-                                {"trace_seconds", picture->run.trace_seconds}};
-    session.report["image"] = exr.string();
-    fmt::print("image  {} (and .png)\n", exr.string());
-    return Done{};
-}
 
 Result<ExitCode> run(const BakeOptions& options, Session& session) {
     const std::filesystem::path output = options.output;
@@ -91,9 +70,10 @@ Result<ExitCode> run(const BakeOptions& options, Session& session) {
     fmt::print("scene  {} with {} includes\nmesh   {}\n", files->scene.string(), files->includes.size(),
                ply.string());
 
-    if (!options.no_render)
-        if (const Result<Done> done = render(options, *scene, files->scene, session); !done)
-            return done.error();
+    if (options.no_render) return ExitCode::done;
+    const Result<Done> rendered =
+        rendered_picture(*scene, options.scene, files->scene, output / "baked.exr", session);
+    if (!rendered) return rendered.error();
     return ExitCode::done;
 }
 
@@ -124,10 +104,6 @@ Command bake_command(CLI::App& program) {
                     "tree: wavelet product integrals; dense: plain sums, slow")
         ->check(CLI::IsMember({"tree", "dense"}))
         ->capture_default_str();
-    app->add_option("--antialiasing", options->antialiasing, "POV-Ray traces N x N rays a pixel; 0: one")
-        ->check(CLI::Range(0, 9))
-        ->capture_default_str()
-        ->type_name("N");
     app->footer(
         "Example:\n  haarfield bake scenes/single_chair.toml -o out/chair\n"
         "ends with out/chair/baked.png, and out/chair/single_chair_Chair.inc for a scene of your own.");

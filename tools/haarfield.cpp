@@ -45,6 +45,8 @@ ExitCode run_program(int argument_count, const char* const* arguments) {
 }  // namespace haarfield
 
 int main(int argument_count, char** arguments) {
+    // Line by line, so that results and messages stay in order in a log that takes both.
+    std::setvbuf(stdout, nullptr, _IOLBF, 1 << 16);
     const haarfield::ExitCode code = haarfield::run_program(argument_count, arguments);
     // A full disk or a closed pipe shows only now.
     if (std::fflush(stdout) != 0 && code == haarfield::ExitCode::done) {

@@ -1,4 +1,3 @@
-#include "bridge/povray_process.h"
 #include "bridge/reference_scene.h"
 #include "tools/command.h"
 #include "tools/scene_options.h"
@@ -13,7 +12,6 @@ struct ReferenceOptions {
     SceneOptions scene;
     std::string output;
     int lights = LightDomeOptions().lights;
-    int antialiasing = 0;
 };
 
 Result<ExitCode> run(const ReferenceOptions& options, Session& session) {
@@ -54,20 +52,9 @@ Result<ExitCode> run(const ReferenceOptions& options, Session& session) {
     session.report["scene"] = files->scene.string();
     fmt::print("scene  {} with {} lights\n", files->scene.string(), files->lights);
 
-    PovrayOptions povray;
-    povray.width = scene->camera.width;
-    povray.height = scene->camera.height;
-    povray.threads = session.threads;
-    povray.antialiasing = options.antialiasing;
-    const std::filesystem::path exr = output / "reference.exr";
-    const Result<RenderedScene> picture = render_scene(files->scene, exr, povray, session.progress);
-    if (!picture) return picture.error();
-    for (const std::string& warning : picture->run.warnings) session.warn("POV-Ray: " + warning);
-    session.report["povray"] = {{"command_line", picture->run.command_line},
-                                {"parse_seconds", picture->run.parse_seconds},
-                                {"trace_seconds", picture->run.trace_seconds}};
-    session.report["image"] = exr.string();
-    fmt::print("image  {} (and .png), traced in {:.1f} s\n", exr.string(), picture->run.trace_seconds);
+    const Result<Done> rendered =
+        rendered_picture(*scene, options.scene, files->scene, output / "reference.exr", session);
+    if (!rendered) return rendered.error();
     return ExitCode::done;
 }
 
@@ -86,10 +73,6 @@ Command reference_command(CLI::App& program) {
         ->capture_default_str()
         ->type_name("N");
     add_picture_options(*app, options->scene);
-    app->add_option("--antialiasing", options->antialiasing, "POV-Ray traces N x N rays a pixel; 0: one")
-        ->check(CLI::Range(0, 9))
-        ->capture_default_str()
-        ->type_name("N");
     app->footer("Example:\n  haarfield reference scenes/single_chair.toml -o out/chair --lights 256");
     return {app, [options](Session& session) { return run(*options, session); }};
 }

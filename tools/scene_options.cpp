@@ -1,6 +1,6 @@
 #include "tools/scene_options.h"
 
-#include "bridge/image.h"
+#include "bridge/povray_process.h"
 #include "scenes/scene_reader.h"
 
 #include <fmt/format.h>
@@ -11,14 +11,24 @@ namespace haarfield {
 
 namespace {
 
+// Pixels that differ less from their neighbours gain nothing from more rays. [sRGB-encoded]
+constexpr double antialiasing_threshold = 0.05;
+
 constexpr int sky_width = 1024;  // pixels; the sun's disc is spread over those that it covers
 
-// CLI::Range lets NaN through.
+// Here and below: CLI::Range lets NaN through.
 std::string coordinate_trouble(const std::string& text) {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error == std::errc() && end == text.data() + text.size() && value >= -1e6 && value <= 1e6) return {};
     return fmt::format("{} is no coordinate; wanted X,Y,Z in metres", text);
+}
+
+std::string exposure_trouble(const std::string& text) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error == std::errc() && end == text.data() + text.size() && value >= -60 && value <= 60) return {};
+    return fmt::format("{} is no exposure; wanted stops in [-60, 60]", text);
 }
 
 std::string face_size_trouble(const std::string& text) {
@@ -38,11 +48,22 @@ void add_picture_options(CLI::App& command, SceneOptions& options) {
         .add_option("--environment", options.environment,
                     "Light from this lat-long image instead of the scene's")
         ->type_name("FILE");
+    command
+        .add_option("--exposure", options.exposure,
+                    "Instead of the scene's: the light is multiplied by 2^STOPS")
+        ->check(exposure_trouble)
+        ->type_name("STOPS");
     command.add_option("--view", options.view, "Move the camera here; it keeps looking at its target")
         ->delimiter(',')
         ->expected(3)
         ->check(coordinate_trouble)
         ->type_name("X,Y,Z");
+    command
+        .add_option("--antialiasing", options.antialiasing,
+                    "POV-Ray traces N x N rays a pixel at edges; 0: one")
+        ->check(CLI::Range(0, 9))
+        ->capture_default_str()
+        ->type_name("N");
 }
 
 Result<Scene> opened_scene(const SceneOptions& options) {
@@ -52,6 +73,7 @@ Result<Scene> opened_scene(const SceneOptions& options) {
         scene->environment.image = options.environment;
         scene->environment.sky.reset();
     }
+    if (options.exposure) scene->environment.exposure = *options.exposure;
     if (options.view.size() == 3) {
         scene->camera.position = Vec3f(options.view[0], options.view[1], options.view[2]);
         if (!((scene->camera.target - scene->camera.position).length() > 1e-6f))
@@ -72,6 +94,26 @@ Result<LatLongImage> opened_environment(const Scene& scene, Session& session) {
                                  description.image.string(), findings.negative_values,
                                  findings.non_finite_values));
     return turned_environment(*image, description.rotation, description.exposure);
+}
+
+Result<Done> rendered_picture(const Scene& scene, const SceneOptions& options,
+                              const std::filesystem::path& pov, const std::filesystem::path& exr,
+                              Session& session) {
+    PovrayOptions povray;
+    povray.width = scene.camera.width;
+    povray.height = scene.camera.height;
+    povray.threads = session.threads;
+    povray.antialiasing = options.antialiasing;
+    povray.antialiasing_threshold = antialiasing_threshold;
+    const Result<RenderedScene> picture = render_scene(pov, exr, povray, session.progress);
+    if (!picture) return picture.error();
+    for (const std::string& warning : picture->run.warnings) session.warn("POV-Ray: " + warning);
+    session.report["image"] = exr.string();
+    session.report["povray"] = {{"command_line", picture->run.command_line},
+                                {"parse_seconds", picture->run.parse_seconds},
+                                {"trace_seconds", picture->run.trace_seconds}};
+    fmt::print("image  {} (and .png), traced in {:.1f} s\n", exr.string(), picture->run.trace_seconds);
+    return Done{};
 }
 
 std::string file_stem(const Scene& scene) {

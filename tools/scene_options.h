@@ -5,20 +5,23 @@
 #include "scenes/scene_entities.h"
 #include "tools/command.h"
 
+#include <optional>
 #include <vector>
 
 namespace haarfield {
 
 struct SceneOptions {
-    std::string scene;        ///< The file.
-    std::string environment;  ///< Instead of the scene's own, if not empty.
-    std::vector<float> view;  ///< Instead of the camera's position, if not empty: x, y, z. [m]
+    std::string scene;              ///< The file.
+    std::string environment;        ///< Instead of the scene's own, if not empty.
+    std::optional<float> exposure;  ///< Instead of the scene's own. [stops]
+    std::vector<float> view;        ///< Instead of the camera's position, if not empty: x, y, z. [m]
+    int antialiasing = 3;           ///< As PovrayOptions has it.
 };
 
 /// Adds SCENE.
 void add_scene_option(CLI::App& command, SceneOptions& options);
 
-/// Adds --environment and --view.
+/// Adds --environment, --exposure, --view and --antialiasing.
 void add_picture_options(CLI::App& command, SceneOptions& options);
 
 /// Reads the scene and applies the options.
@@ -26,6 +29,12 @@ Result<Scene> opened_scene(const SceneOptions& options);
 
 /// The scene's light: read or made, cleaned (with a warning that counts), turned and exposed.
 Result<LatLongImage> opened_environment(const Scene& scene, Session& session);
+
+/// Renders a scene file to `exr` and a .png beside it, with the scene's resolution; into the report go
+/// `image` and `povray`.
+Result<Done> rendered_picture(const Scene& scene, const SceneOptions& options,
+                              const std::filesystem::path& pov, const std::filesystem::path& exr,
+                              Session& session);
 
 /// The scene's name as POV-Ray's files take it: letters, digits, `_`, `-` and `.`; others become `_`.
 std::string file_stem(const Scene& scene);
