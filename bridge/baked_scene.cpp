@@ -51,6 +51,11 @@ std::string include_text(const BakedInstance& instance, const Palette& colours, 
                          const std::string& file_name) {
     const Mesh& mesh = *instance.mesh;
     const double magnified = small_triangle_scale(mesh);
+    const std::array<Vec3d, 3> rotation = interpolation_rotation(mesh);
+    std::vector<Vec3f> positions;
+    for (const Vec3f& p : mesh.positions)
+        positions.emplace_back(
+            Vec3d(rotation[0].dot(Vec3d(p)), rotation[1].dot(Vec3d(p)), rotation[2].dot(Vec3d(p))));
     std::string text;
     text.reserve(64 * (mesh.positions.size() + mesh.triangles.size() + colours.colours.size()));
     auto out = std::back_inserter(text);
@@ -75,7 +80,7 @@ std::string include_text(const BakedInstance& instance, const Palette& colours, 
         "#declare {1}_Finish = finish {{ emission 1 ambient 0 diffuse 0 }}\n"
         "#declare {1} = mesh2 {{\n",
         file_name, object, mesh.positions.size(), mesh.triangles.size(), colours.colours.size());
-    append_povray_vectors(text, "vertex_vectors", mesh.positions, static_cast<float>(magnified));
+    append_povray_vectors(text, "vertex_vectors", positions, static_cast<float>(magnified));
     fmt::format_to(out, "texture_list {{ {}", colours.colours.size());
     for (const auto& c : colours.colours)
         fmt::format_to(out, ",\ntexture{{pigment{{rgb<{:.6g},{:.6g},{:.6g}>}}finish{{{}_Finish}}}}", c[0],
@@ -88,16 +93,19 @@ std::string include_text(const BakedInstance& instance, const Palette& colours, 
         if (!is_sliver(mesh, triangle, magnified))
             fmt::format_to(out, ",{},{}", colours.of_vertex[b], colours.of_vertex[c]);
     }
-    // The vertices are magnified so that POV-Ray's interpolation is exact on small triangles.
-    fmt::format_to(out,
-                   " }}\n"
-                   "scale {:.17g}\n"
-                   "translate {}\n"
-                   "}}\n\n"
-                   "#version {}_Version;\n"
-                   "#end\n",
-                   static_cast<double>(instance.scale) / magnified, povray_vector(instance.translate),
-                   object);
+    // The vertices are magnified and turned so that POV-Ray's interpolation is exact.
+    fmt::format_to(
+        out,
+        " }}\n"
+        "matrix <{:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, 0,0,0>\n"
+        "scale {:.17g}\n"
+        "translate {}\n"
+        "}}\n\n"
+        "#version {}_Version;\n"
+        "#end\n",
+        rotation[0].x, rotation[0].y, rotation[0].z, rotation[1].x, rotation[1].y, rotation[1].z,
+        rotation[2].x, rotation[2].y, rotation[2].z, static_cast<double>(instance.scale) / magnified,
+        povray_vector(instance.translate), object);
     return text;
 }
 

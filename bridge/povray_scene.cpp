@@ -143,6 +143,36 @@ double small_triangle_scale(const Mesh& mesh) {
     return std::exp2(std::clamp(wanted, -20.0, 40.0));
 }
 
+std::array<Vec3d, 3> interpolation_rotation(const Mesh& mesh) {
+    std::vector<Vec3d> normals;
+    for (const auto& triangle : mesh.triangles) {
+        const Vec3d a(mesh.positions[triangle[0]]), b(mesh.positions[triangle[1]]),
+            c(mesh.positions[triangle[2]]);
+        const Vec3d normal = (b - a).cross(c - a);
+        if (const double length = normal.length(); length > 0) normals.push_back(normal / length);
+    }
+    // Candidates for the new z axis, spread evenly over half of the sphere.
+    constexpr int candidates = 97;
+    const double golden_angle = pi * (3 - std::sqrt(5.0));
+    Vec3d best(0, 0, 1);
+    double best_least = -1;
+    for (int k = 0; k < candidates; ++k) {
+        const double z = (k + 0.5) / candidates, across = std::sqrt(1 - z * z), angle = k * golden_angle;
+        const Vec3d axis(across * std::cos(angle), across * std::sin(angle), z);
+        double least = 1;
+        for (const Vec3d& normal : normals) {
+            least = std::min(least, std::abs(normal.dot(axis)));
+            if (least <= best_least) break;
+        }
+        if (least > best_least) {
+            best_least = least;
+            best = axis;
+        }
+    }
+    const Vec3d x = best.cross(std::abs(best.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).normalized();
+    return {x, best.cross(x), best};
+}
+
 bool is_sliver(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, double scale) {
     const Vec3d a(mesh.positions[triangle[0]]), b(mesh.positions[triangle[1]]),
         c(mesh.positions[triangle[2]]);

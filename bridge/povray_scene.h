@@ -71,6 +71,15 @@ Result<std::string> write_background(const std::filesystem::path& folder, const 
 /// more than 1e7 units. A power of two is lossless.
 double small_triangle_scale(const Mesh& mesh);
 
+/// A rotation for a mesh that POV-Ray interpolates colours over, as the rows of its matrix: write R v for
+/// each vertex v, and `matrix <R, 0,0,0>` behind the mesh, which takes it back.
+///
+/// POV-Ray 3.7 finds the barycentric weights in the projection of a triangle along z, however narrow that is,
+/// unless it vanishes: a triangle that is almost parallel to z gets wild colours, as they occur in every
+/// surface that is extruded along z. So the mesh is turned such that the triangle most parallel to z is as
+/// far from it as can be had.
+std::array<Vec3d, 3> interpolation_rotation(const Mesh& mesh);
+
 /// Whether a triangle is too narrow for POV-Ray to interpolate over, even magnified by `scale`: it needs one
 /// texture for all of it, or its colours come out wrong.
 bool is_sliver(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, double scale);

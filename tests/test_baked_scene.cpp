@@ -249,6 +249,20 @@ TEST(BakedPly, HoldsWorldPositionsAndBothKindsOfColour) {
     EXPECT_EQ(back->mesh.triangles.size(), 4u);
 }
 
+TEST(InterpolationRotation, TurnsNoTriangleEdgeOn) {
+    // A wavy board, extruded along z: every triangle is parallel to z.
+    Mesh mesh = square_mesh(2, 40);
+    for (Vec3f& p : mesh.positions) p.y = 0.2f * std::sin(3 * p.x);
+    const std::array<Vec3d, 3> r = interpolation_rotation(mesh);
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) EXPECT_NEAR(r[i].dot(r[j]), i == j ? 1 : 0, 1e-12);
+    EXPECT_GT(r[0].cross(r[1]).dot(r[2]), 0);
+    for (const auto& t : mesh.triangles) {
+        const Vec3d a(mesh.positions[t[0]]), b(mesh.positions[t[1]]), c(mesh.positions[t[2]]);
+        EXPECT_GT(std::abs((b - a).cross(c - a).normalized().dot(r[2])), 0.05);
+    }
+}
+
 TEST(SmallTriangleScale, IsAPowerOfTwoThatMakesEdgesLargeEnough) {
     for (float size : {1e-5f, 1e-3f, 0.3f, 1.0f, 40.0f, 5e5f}) {
         const double scale = small_triangle_scale(square_mesh(size, 8));
