@@ -55,7 +55,8 @@ std::string include_text(const BakedInstance& instance, const Palette& colours, 
     std::vector<Vec3f> positions;
     for (const Vec3f& p : mesh.positions)
         positions.emplace_back(
-            Vec3d(rotation[0].dot(Vec3d(p)), rotation[1].dot(Vec3d(p)), rotation[2].dot(Vec3d(p))));
+            Vec3d(rotation[0].dot(Vec3d(p)), rotation[1].dot(Vec3d(p)), rotation[2].dot(Vec3d(p))) +
+            Vec3d(0.0));
     std::string text;
     text.reserve(64 * (mesh.positions.size() + mesh.triangles.size() + colours.colours.size()));
     auto out = std::back_inserter(text);

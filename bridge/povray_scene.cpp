@@ -151,6 +151,12 @@ std::array<Vec3d, 3> interpolation_rotation(const Mesh& mesh) {
         const Vec3d normal = (b - a).cross(c - a);
         if (const double length = normal.length(); length > 0) normals.push_back(normal / length);
     }
+    // Triangles that are exactly parallel to z do no harm, and what need not be turned stays as it is.
+    const auto harm = [](const Vec3d& normal) {
+        return std::abs(normal.z) > 1e-9 && std::abs(normal.z) < 0.01;
+    };
+    if (std::none_of(normals.begin(), normals.end(), harm))
+        return {Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
     // Candidates for the new z axis, spread evenly over half of the sphere.
     constexpr int candidates = 97;
     const double golden_angle = pi * (3 - std::sqrt(5.0));

@@ -76,8 +76,8 @@ double small_triangle_scale(const Mesh& mesh);
 ///
 /// POV-Ray 3.7 finds the barycentric weights in the projection of a triangle along z, however narrow that is,
 /// unless it vanishes: a triangle that is almost parallel to z gets wild colours, as they occur in every
-/// surface that is extruded along z. So the mesh is turned such that the triangle most parallel to z is as
-/// far from it as can be had.
+/// surface that is extruded along z. So a mesh that has any is turned such that the triangle most parallel to
+/// z is as far from it as can be had.
 std::array<Vec3d, 3> interpolation_rotation(const Mesh& mesh);
 
 /// Whether a triangle is too narrow for POV-Ray to interpolate over, even magnified by `scale`: it needs one

@@ -42,15 +42,14 @@ public:
     }
 
     void operator()(std::span<float> texels, const Vec3f& normal) {
-        // A texel counts if any of it may lie above the horizon: half its diagonal is at most sqrt(2) / size.
-        const float margin = -1.5f / static_cast<float>(face_size_);
+        // A texel counts if its centre lies above: of those on the horizon the cosine leaves next to nothing.
         const std::size_t face_texels = std::size_t(face_size_) * std::size_t(face_size_);
         for (std::size_t face = 0; face < cubemap_faces; ++face) {
             levels_.assign(1, {});
             Level& finest = levels_.front();
             bool any_below = false;
             for (std::size_t i = 0; i < face_texels; ++i) {
-                const bool above = directions_[face * face_texels + i].dot(normal) > margin;
+                const bool above = directions_[face * face_texels + i].dot(normal) > 0;
                 any_below |= !above;
                 finest.push_back(above ? Block{texels[face * face_texels + i], 1} : Block{0, 0});
             }

@@ -132,8 +132,11 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
             FieldSettings settings;
             settings.face_size = options.face_size;
             settings.coefficients = options.coefficients;
-            settings.planar_samples = description.planar_samples;
-            settings.spherical_samples = description.spherical_samples;
+            // What is rasterized at the vertex itself needs no samples around it, beyond the fewest there can
+            // be.
+            const bool is_exact = entity->occluder.triangles.size() <= RenderSettings().exact_triangles;
+            settings.planar_samples = is_exact ? 0 : description.planar_samples;
+            settings.spherical_samples = is_exact ? 0 : description.spherical_samples;
             const Result<Done> done = find_or_make_field(*entity, settings, progress);
             if (!done) return done.error();
             entity->field_seconds = seconds_since(field_start);
