@@ -106,7 +106,41 @@ Occluder make_occluder(const Mesh& mesh) {
             if (is_one_sided(t) == wanted) occluder.triangles.push_back(triangles[t]);
         if (wanted) occluder.one_sided = static_cast<std::uint32_t>(occluder.triangles.size());
     }
+    prepare_occluder(occluder);
     return occluder;
+}
+
+void prepare_occluder(Occluder& occluder) {
+    constexpr std::size_t widest_vector = 16, word = 64;
+    SoaPoints& points = occluder.soa_positions;
+    const std::size_t padded_points = occluder.positions.size() + widest_vector;
+    for (std::vector<float>* coordinate : {&points.x, &points.y, &points.z})
+        coordinate->assign(padded_points, 0.0f);
+    for (std::size_t v = 0; v < occluder.positions.size(); ++v) {
+        points.x[v] = occluder.positions[v].x;
+        points.y[v] = occluder.positions[v].y;
+        points.z[v] = occluder.positions[v].z;
+    }
+
+    // Relative to the middle, so that offsets keep their digits in a mesh far from the origin.
+    occluder.planes_centre = occluder.positions.empty() ? Vec3d(0.0) : Vec3d(occluder.bounds.centre());
+    SoaPlanes& planes = occluder.planes;
+    const std::size_t padded_planes = (occluder.triangles.size() + word - 1) / word * word;
+    for (std::vector<float>* coordinate : {&planes.x, &planes.y, &planes.z, &planes.offset})
+        coordinate->assign(padded_planes, 0.0f);
+    for (std::size_t t = 0; t < occluder.triangles.size(); ++t) {
+        const auto& [i, j, k] = occluder.triangles[t];
+        const Vec3d a = Vec3d(occluder.positions[i]) - occluder.planes_centre,
+                    b = Vec3d(occluder.positions[j]) - occluder.planes_centre,
+                    c = Vec3d(occluder.positions[k]) - occluder.planes_centre;
+        const Vec3d normal = (b - a).cross(c - a).normalized();
+        planes.x[t] = static_cast<float>(normal.x);
+        planes.y[t] = static_cast<float>(normal.y);
+        planes.z[t] = static_cast<float>(normal.z);
+        // Of the rounded normal, through the middle.
+        const Vec3d rounded(planes.x[t], planes.y[t], planes.z[t]);
+        planes.offset[t] = static_cast<float>(rounded.dot((a + b + c) / 3.0));
+    }
 }
 
 namespace {

@@ -5,6 +5,18 @@
 
 namespace haarfield {
 
+/// Points by coordinate, padded to whole vectors. [m]
+struct SoaPoints {
+    std::vector<float> x, y, z;
+};
+
+/// Planes of triangles by coordinate, padded to multiples of 64 (with planes that nothing is in front of). A
+/// point p is in front where  (x, y, z) . (p - centre) > offset;  (x, y, z) is a unit vector, or zero for a
+/// triangle without area.
+struct SoaPlanes {
+    std::vector<float> x, y, z, offset;
+};
+
 /// Triangles ready for the visibility rasterizer.
 ///
 /// A closed piece (every edge shared by exactly two triangles that agree in orientation, positive
@@ -16,7 +28,15 @@ struct Occluder {
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< One-sided first, then two-sided.
     std::uint32_t one_sided = 0;                          ///< How many of them are one-sided.
     Bounds bounds;
+
+    // What follows is derived from it by prepare_occluder.
+    SoaPoints soa_positions;
+    SoaPlanes planes;
+    Vec3d planes_centre;
 };
+
+/// Fills what the rasterizer wants to have at hand; needed after any change to the triangles or positions.
+void prepare_occluder(Occluder& occluder);
 
 /// From any mesh; normals and materials do not matter. Equal positions are merged first.
 Occluder make_occluder(const Mesh& mesh);

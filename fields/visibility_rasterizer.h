@@ -5,8 +5,8 @@
 #include "fields/occluder.h"
 
 #include <cstdint>
+#include <memory>
 #include <span>
-#include <vector>
 
 namespace haarfield {
 
@@ -29,6 +29,9 @@ class VisibilityRasterizer {
 public:
     /// face_size  texels along an edge, is_face_size.
     explicit VisibilityRasterizer(int face_size);
+    ~VisibilityRasterizer();
+    VisibilityRasterizer(VisibilityRasterizer&&) noexcept;
+    VisibilityRasterizer& operator=(VisibilityRasterizer&&) noexcept;
 
     /// What can be seen past the occluder: counts of open samples, 0 to samples_per_texel, face by face
     /// and row by row, 6 * face_size^2 of them; valid until the next call.
@@ -42,13 +45,8 @@ public:
                                                const Vec3f* horizon = nullptr);
 
 private:
-    void block_triangle(const Vec3d& a, const Vec3d& b, const Vec3d& c, bool both_sides);
-
-    int face_size_;
-    int words_per_row_;
-    std::vector<std::uint64_t> blocked_;  ///< Bit per sample: face, sub-row, 64 columns a word.
-    std::vector<std::uint8_t> open_;
-    std::vector<Vec3d> relative_;  ///< Vertices, seen from the view point.
+    struct Buffers;
+    std::unique_ptr<Buffers> buffers_;
 };
 
 }  // namespace haarfield

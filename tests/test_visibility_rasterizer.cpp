@@ -329,6 +329,7 @@ TEST(VisibilityRasterizer, HorizonLeavesOutWhatLiesBelowItAndNothingElse) {
         above.triangles.push_back(triangle);
         above.one_sided += t < occluder.one_sided;
     }
+    prepare_occluder(above);
     ASSERT_LT(above.triangles.size(), occluder.triangles.size());
     ASSERT_GT(above.one_sided, 0u);
     const auto found = rasterizer.open_samples(occluder, point, &normal);
