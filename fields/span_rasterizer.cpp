@@ -86,6 +86,12 @@ struct RowOffsets {
 };
 inline constexpr RowOffsets row_offsets;
 
+/// The bits of a word whose numbers, counted from `start`, are below `end`.
+constexpr std::uint64_t bits_below(std::uint32_t end, std::uint32_t start) {
+    if (end <= start) return 0;
+    return end - start >= 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (end - start)) - 1;
+}
+
 /// Triangles wait in a queue per face until there are enough for full vectors.
 inline constexpr std::size_t queue_length = 64;
 inline constexpr std::size_t queue_floats = queue_length * 4;  ///< Of one of the three vertices.
@@ -144,27 +150,31 @@ void relative_vertices(const Occluder& occluder, const Vec3f& view_point, const 
     }
 }
 
-/// Bit per triangle: whether the view point is in front of it.
+/// Two words per 64 triangles: those that the view point is in front of, and those that it is behind.
 void facing_bits(const Occluder& occluder, const Vec3f& view_point, std::uint64_t* bits) {
     const Floats d;
     const std::size_t lanes = hn::Lanes(d);
     const Vec3f from_centre(Vec3d(view_point) - occluder.planes_centre);
     const VF px = hn::Set(d, from_centre.x), py = hn::Set(d, from_centre.y), pz = hn::Set(d, from_centre.z);
     const SoaPlanes& planes = occluder.planes;
-    for (std::size_t first = 0; first < occluder.triangles.size(); first += 64) {
-        std::uint64_t word = 0;
+    const auto word_part = [&](auto mask) {
+        std::uint8_t bytes[8] = {};
+        hn::StoreMaskBits(d, mask, bytes);
+        std::uint64_t part;
+        std::memcpy(&part, bytes, sizeof part);
+        return part;
+    };
+    for (std::size_t first = 0; first < occluder.triangles.size(); first += 64, bits += 2) {
+        bits[0] = bits[1] = 0;
         for (std::size_t i = 0; i < 64; i += lanes) {
             const std::size_t t = first + i;
             const VF height = hn::Add(hn::Add(hn::Mul(hn::LoadU(d, planes.x.data() + t), px),
                                               hn::Mul(hn::LoadU(d, planes.y.data() + t), py)),
                                       hn::Mul(hn::LoadU(d, planes.z.data() + t), pz));
-            std::uint8_t mask[8] = {};
-            hn::StoreMaskBits(d, hn::Gt(height, hn::LoadU(d, planes.offset.data() + t)), mask);
-            std::uint64_t part;
-            std::memcpy(&part, mask, sizeof part);
-            word |= part << i;
+            const VF offset = hn::LoadU(d, planes.offset.data() + t);
+            bits[0] |= word_part(hn::Gt(height, offset)) << i;
+            bits[1] |= word_part(hn::Lt(height, offset)) << i;
         }
-        bits[first / 64] = word;
     }
 }
 
@@ -332,7 +342,7 @@ void block_queue(SpanScratch& scratch, std::size_t count, int face, BlockedSampl
 void block_spans(const Occluder& occluder, std::uint32_t first, std::uint32_t last, const Vec3f& view_point,
                  const Vec3f* horizon, SpanScratch& scratch, BlockedSamples& blocked) {
     scratch.vertices.reserve(4 * (occluder.positions.size() + 16));
-    scratch.facing.reserve(occluder.triangles.size() / 64 + 1);
+    scratch.facing.reserve(2 * (occluder.triangles.size() / 64 + 1));
     scratch.queue.reserve(cubemap_faces * 3 * queue_floats);
     scratch.edges.reserve(edge_data_count * queue_length);
     relative_vertices(occluder, view_point, horizon, scratch.vertices.data());
@@ -359,16 +369,18 @@ void block_spans(const Occluder& occluder, std::uint32_t first, std::uint32_t la
             }
         }
     };
-    const std::uint64_t* facing = scratch.facing.data();
-    const std::uint32_t one_sided = std::clamp(occluder.one_sided, first, last);
-    for (std::uint32_t t = first; t < one_sided; t = (t | 63) + 1) {
-        std::uint64_t word = facing[t / 64] >> (t % 64) << (t % 64);
-        const std::uint32_t start = t & ~63u;
-        if (one_sided - start < 64) word &= (std::uint64_t(1) << (one_sided - start)) - 1;
-        for (; word != 0; word &= word - 1)
-            block(start + static_cast<std::uint32_t>(std::countr_zero(word)), true);
+    for (std::uint32_t start = first & ~63u; start < last; start += 64) {
+        const std::uint64_t front = scratch.facing.data()[start / 32],
+                            back = scratch.facing.data()[start / 32 + 1];
+        // A triangle seen edge-on is neither.
+        const std::uint64_t two_sided = ~bits_below(occluder.one_sided, start);
+        std::uint64_t drawn =
+            (front | (back & two_sided)) & bits_below(last, start) & ~bits_below(first, start);
+        for (; drawn != 0; drawn &= drawn - 1) {
+            const int i = std::countr_zero(drawn);
+            block(start + static_cast<std::uint32_t>(i), front >> i & 1);
+        }
     }
-    for (std::uint32_t t = one_sided; t < last; ++t) block(t, facing[t / 64] >> (t % 64) & 1);
     for (int face = 0; face < cubemap_faces; ++face)
         if (queued[face] != 0) block_queue(scratch, queued[face], face, blocked);
 }

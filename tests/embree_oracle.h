@@ -27,6 +27,8 @@ public:
 
     bool is_open(const Vec3f& origin, const Vec3d& direction) const;
 
+    void* scene() const { return scene_.get(); }  ///< Embree's, an RTCScene.
+
     /// Counts of open sub-samples, laid out as VisibilityRasterizer's.
     std::vector<std::uint8_t> open_samples(const Vec3f& view_point, int face_size) const;
 

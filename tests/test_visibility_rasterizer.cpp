@@ -1,12 +1,14 @@
 #include "fields/visibility_rasterizer.h"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <algorithm>
 #include <random>
 
 #include "tests/embree_oracle.h"
 #include "tests/example_meshes.h"
+#include "tests/plain_rasterizer.h"
 
 namespace haarfield {
 namespace {
@@ -146,6 +148,92 @@ TEST(VisibilityRasterizer, AgreesWithEmbree) {
         all_points += points;
     }
     EXPECT_LE(all_differing, all_points / 10);
+}
+
+/// Sub-samples in which two answers differ.
+int difference(std::span<const std::uint8_t> found, std::span<const std::uint8_t> wanted) {
+    int sum = found.size() == wanted.size() ? 0 : 1 << 20;
+    for (std::size_t i = 0; i < std::min(found.size(), wanted.size()); ++i)
+        sum += std::abs(int(found[i]) - int(wanted[i]));
+    return sum;
+}
+
+TEST(VisibilityRasterizer, AgreesWithThePlainLoop) {
+    for (const int size : {1, 2, 4, 16, 64, 128, 256}) {
+        VisibilityRasterizer rasterizer(size);
+        PlainRasterizer plain(size);
+        int differing = 0;
+        double samples = 0;
+        for (const Example& example : examples()) {
+            const Occluder occluder = make_occluder(example.mesh);
+            std::vector<Vec3f> points = view_points(occluder);
+            if (size > 64) points.erase(points.begin() + 3, points.end() - 3);
+            for (const Vec3f& point : points)
+                for (const Vec3f& normal : {Vec3f(0.0f), Vec3f(0.36f, 0.48f, -0.8f)}) {
+                    const Vec3f* horizon = normal == Vec3f(0.0f) ? nullptr : &normal;
+                    const auto found = rasterizer.open_samples(occluder, point, horizon);
+                    const int here = difference(found, plain.open_samples(occluder, point, horizon));
+                    EXPECT_LE(here, 2) << example.name << " from " << point << ", size " << size;
+                    differing += here;
+                    samples += double(found.size()) * samples_per_texel;
+                }
+        }
+        EXPECT_LE(differing, 2e-6 * samples) << "size " << size;
+    }
+}
+
+TEST(VisibilityRasterizer, HasTheSameBitsWithEveryInstructionSet) {
+    const std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
+    for (const int size : {4, 64, 128})
+        for (const Example& example : examples()) {
+            const Occluder occluder = make_occluder(example.mesh);
+            std::vector<Vec3f> points = view_points(occluder);
+            points.erase(points.begin() + 5, points.end() - 5);
+            for (const Vec3f& point : points) {
+                std::vector<std::vector<std::uint8_t>> answers;
+                for (const std::int64_t target : targets) {
+                    hwy::SetSupportedTargetsForTest(target);
+                    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+                    VisibilityRasterizer rasterizer(size);
+                    const auto open = rasterizer.open_samples(occluder, point);
+                    answers.emplace_back(open.begin(), open.end());
+                }
+                for (std::size_t i = 1; i < answers.size(); ++i)
+                    EXPECT_EQ(difference(answers[i], answers[0]), 0)
+                        << hwy::TargetName(targets[i]) << ", " << example.name << " from " << point;
+            }
+        }
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+TEST(VisibilityRasterizer, DependsNeitherOnScaleNorMuchOnPlace) {
+    constexpr int size = 64;
+    VisibilityRasterizer rasterizer(size);
+    PlainRasterizer plain(size);
+    for (const Example& example : examples()) {
+        const Occluder unit = make_occluder(example.mesh);
+        for (const Vec3f& point : {Vec3f(1.4f, 0.9f, -0.7f), Vec3f(-0.6f, 1.7f, 2.1f)}) {
+            const auto open = rasterizer.open_samples(unit, point);
+            const std::vector<std::uint8_t> wanted(open.begin(), open.end());
+            // Powers of two, which round nothing.
+            for (const float scale : {0x1p-14f, 0x1p17f}) {
+                Mesh scaled = example.mesh;
+                for (Vec3f& position : scaled.positions) position *= scale;
+                EXPECT_EQ(difference(rasterizer.open_samples(make_occluder(scaled), point * scale), wanted),
+                          0)
+                    << example.name << " times " << scale;
+            }
+            // Far from the origin positions are coarse; the plain loop sees the same ones.
+            Mesh moved = example.mesh;
+            const Vec3f shift(2e4f, -7e3f, 1e5f);
+            for (Vec3f& position : moved.positions) position = position * 100.0f + shift;
+            const Occluder far = make_occluder(moved);
+            const Vec3f eye = point * 100.0f + shift;
+            const auto found = rasterizer.open_samples(far, eye);
+            EXPECT_LE(difference(found, plain.open_samples(far, eye)), 2) << example.name << " from afar";
+        }
+    }
 }
 
 /// [sr]
