@@ -1,5 +1,6 @@
 #include "fields/mesh_reader.h"
 
+#include "fields/mesh_text.h"
 #include "fields/mesh_topology.h"
 #include "fields/polygon_triangulation.h"
 
@@ -295,6 +296,7 @@ Result<ImportedMesh> read_mesh(const std::filesystem::path& file, const MeshRead
         if (declares_more_than_it_holds(file))
             return Error{file.string(), "declares more vertices or faces than it has bytes"};
         Assimp::Importer importer;
+        importer.SetIOHandler(obj_with_leading_zeros(file).release());  // the importer's own from here on
         // no post-processing: it would take indices and coordinates on trust
         const aiScene* scene = importer.ReadFile(file.string(), 0);
         if (!scene)

@@ -78,6 +78,15 @@ TEST(MeshReader, CubeKeepsItsEdgesSharp) {
     }
 }
 
+TEST(MeshReader, ObjNumbersNeedNoLeadingZero) {
+    const Mesh mesh =
+        read("dots.obj", "v -.5 0 -.5\nv .5 0 -.5\nv .5 0 .5\nv -.5 0 +.5\nusemtl .5\nf 1 4 3 2\n").mesh;
+    const Bounds bounds = mesh_bounds(mesh);
+    EXPECT_EQ(bounds.lower, Vec3f(-0.5f, 0, -0.5f));
+    EXPECT_EQ(bounds.upper, Vec3f(0.5f, 0, 0.5f));
+    EXPECT_EQ(mesh.material_names, std::vector<std::string>{".5"});
+}
+
 TEST(MeshReader, CreaseAngleDecidesWhatIsSmooth) {
     const MeshReaderOptions sharp{0.30f};  // faces of the tube meet at 30 degrees, 0.52 rad
     const ImportedMesh smooth_tube = read("smooth.obj", tube_obj(12));
