@@ -52,6 +52,41 @@ std::vector<EdgeUse> sorted_edge_uses(const std::vector<Triangle>& triangles) {
     return uses;
 }
 
+/// Bits of a number below 1024, two places apart.
+std::uint32_t spread_bits(std::uint32_t i) {
+    i = (i | i << 16) & 0x030000ffu;
+    i = (i | i << 8) & 0x0300f00fu;
+    i = (i | i << 4) & 0x030c30c3u;
+    return (i | i << 2) & 0x09249249u;
+}
+
+/// Puts one-sided triangles beside each other that lie close and face alike, so that many groups of 64 are
+/// seen wholly from the front or from the back.
+void sort_by_facing_and_place(Occluder& occluder) {
+    std::vector<std::pair<std::uint64_t, Triangle>> keyed;
+    keyed.reserve(occluder.one_sided);
+    const Vec3f lower = occluder.bounds.lower;
+    const float size = 2 * occluder.bounds.radius(), scale = size > 0 ? 1023 / size : 0;
+    for (std::uint32_t i = 0; i < occluder.one_sided; ++i) {
+        const Triangle& t = occluder.triangles[i];
+        const Vec3f &a = occluder.positions[t[0]], &b = occluder.positions[t[1]],
+                    &c = occluder.positions[t[2]];
+        const Vec3f normal = (b - a).cross(c - a), place = ((a + b + c) / 3.0f - lower) * scale;
+        std::uint64_t facing = 0;
+        for (int k = 1; k < 3; ++k)
+            if (std::abs(normal[k]) > std::abs(normal[int(facing)])) facing = std::uint64_t(k);
+        facing = 2 * facing + (normal[int(facing)] < 0);
+        const auto coordinate = [&](float x) {
+            return spread_bits(static_cast<std::uint32_t>(std::clamp(x, 0.0f, 1023.0f)));
+        };
+        keyed.emplace_back(
+            facing << 32 | coordinate(place.x) | coordinate(place.y) << 1 | coordinate(place.z) << 2, t);
+    }
+    std::stable_sort(keyed.begin(), keyed.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (std::uint32_t i = 0; i < occluder.one_sided; ++i) occluder.triangles[i] = keyed[i].second;
+}
+
 }  // namespace
 
 Occluder make_occluder(const Mesh& mesh) {
@@ -106,9 +141,51 @@ Occluder make_occluder(const Mesh& mesh) {
             if (is_one_sided(t) == wanted) occluder.triangles.push_back(triangles[t]);
         if (wanted) occluder.one_sided = static_cast<std::uint32_t>(occluder.triangles.size());
     }
+    sort_by_facing_and_place(occluder);
     prepare_occluder(occluder);
     return occluder;
 }
+
+namespace {
+
+OccluderEdges one_sided_edges(const Occluder& occluder) {
+    constexpr std::uint32_t cluster_size = 64;
+    OccluderEdges found;
+    const std::vector<EdgeUse> uses = sorted_edge_uses(
+        {occluder.triangles.begin(), occluder.triangles.begin() + std::ptrdiff_t(occluder.one_sided)});
+    if (uses.size() % 2 != 0) return found;
+    std::vector<OccluderEdge> within, between;
+    for (std::size_t i = 0; i < uses.size(); i += 2) {
+        const EdgeUse &one = uses[i], &other = uses[i + 1];
+        const bool pair = one.low == other.low && one.high == other.high && one.forward != other.forward;
+        const bool more = i + 2 < uses.size() && uses[i + 2].low == one.low && uses[i + 2].high == one.high;
+        if (!pair || more) return found;
+        const OccluderEdge edge{one.low, one.high, one.forward ? one.triangle : other.triangle,
+                                one.forward ? other.triangle : one.triangle};
+        (edge.forward / cluster_size == edge.backward / cluster_size ? within : between).push_back(edge);
+    }
+    std::stable_sort(within.begin(), within.end(), [](const OccluderEdge& a, const OccluderEdge& b) {
+        return a.forward / cluster_size < b.forward / cluster_size;
+    });
+    const std::uint32_t clusters = (occluder.one_sided + cluster_size - 1) / cluster_size;
+    found.first.assign(clusters + 1, 0);
+    for (const OccluderEdge& edge : within) ++found.first[edge.forward / cluster_size + 1];
+    std::partial_sum(found.first.begin(), found.first.end(), found.first.begin());
+    found.edges = std::move(within);
+    found.edges.insert(found.edges.end(), between.begin(), between.end());
+    found.clusters.resize(clusters);
+    for (std::uint32_t t = 0; t < occluder.one_sided; ++t)
+        for (const std::uint32_t v : occluder.triangles[t]) {
+            Bounds& box = found.clusters[t / cluster_size];
+            for (int k = 0; k < 3; ++k) {
+                box.lower[k] = std::min(box.lower[k], occluder.positions[v][k]);
+                box.upper[k] = std::max(box.upper[k], occluder.positions[v][k]);
+            }
+        }
+    return found;
+}
+
+}  // namespace
 
 void prepare_occluder(Occluder& occluder) {
     constexpr std::size_t widest_vector = 16, word = 64;
@@ -141,6 +218,7 @@ void prepare_occluder(Occluder& occluder) {
         const Vec3d rounded(planes.x[t], planes.y[t], planes.z[t]);
         planes.offset[t] = static_cast<float>(rounded.dot((a + b + c) / 3.0));
     }
+    occluder.one_sided_edges = one_sided_edges(occluder);
 }
 
 namespace {

@@ -17,6 +17,20 @@ struct SoaPlanes {
     std::vector<float> x, y, z, offset;
 };
 
+/// An edge of the one-sided triangles: from vertex low to high in one of them, back in the other.
+struct OccluderEdge {
+    std::uint32_t low, high, forward, backward;
+};
+
+/// The edges of the one-sided triangles, by clusters of 64 triangles: those within cluster c are
+/// [first[c], first[c + 1]), those between clusters come last. Empty if any edge has not exactly two
+/// triangles that agree.
+struct OccluderEdges {
+    std::vector<OccluderEdge> edges;
+    std::vector<std::uint32_t> first;
+    std::vector<Bounds> clusters;
+};
+
 /// Triangles ready for the visibility rasterizer.
 ///
 /// A closed piece (every edge shared by exactly two triangles that agree in orientation, positive
@@ -33,6 +47,7 @@ struct Occluder {
     SoaPoints soa_positions;
     SoaPlanes planes;
     Vec3d planes_centre;
+    OccluderEdges one_sided_edges;
 };
 
 /// Fills what the rasterizer wants to have at hand; needed after any change to the triangles or positions.

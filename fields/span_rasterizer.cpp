@@ -5,8 +5,7 @@
 #include <cassert>
 #include <cstring>
 
-#include "fields/cubemap.h"
-#include "fields/visibility_rasterizer.h"
+#include "fields/view_frame.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fields/span_rasterizer.cpp"
@@ -18,79 +17,18 @@
 
 namespace haarfield {
 
-/// A face's frame (cubemap.h) as components: u = sign * direction[component], and so on.
-struct FaceComponents {
-    int component[3];  ///< Of u, v, and w, which is along the axis.
-    float sign[3];
-};
-
-inline FaceComponents face_components(int face) {
-    const auto axis = cubemap_direction<Vec3f>(face, 0, 0);
-    const Vec3f frame[3] = {cubemap_direction<Vec3f>(face, 1, 0) - axis,
-                            cubemap_direction<Vec3f>(face, 0, 1) - axis, axis};
-    FaceComponents found{};
-    for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k)
-            if (frame[i][k] != 0) {
-                found.component[i] = k;
-                found.sign[i] = frame[i][k];
-            }
-    return found;
-}
-
-inline const FaceComponents all_face_components[cubemap_faces] = {face_components(0), face_components(1),
-                                                                  face_components(2), face_components(3),
-                                                                  face_components(4), face_components(5)};
-
-// Outcodes. The pyramids of all faces have six planes, one for a sum and one for a difference of two
-// coordinates; a bit for each side of them: bits 4 p to 4 p + 3 of pair p (xy, xz, yz) tell  a > b,  a < b,
-// a > -b,  a < -b.  A triangle misses a face if all of its vertices are outside of one plane of its pyramid.
-inline constexpr int below_horizon = 1 << 12;
-
 /// By the bits that all vertices have in common: the faces that the triangle may touch.
 struct FacesByOutcode {
     std::array<std::uint8_t, 4096> faces{};
     FacesByOutcode() {
-        // The side of a plane is found from a direction outside of the pyramid by no other plane.
-        std::array<unsigned, cubemap_faces> outside{};
-        for (int face = 0; face < cubemap_faces; ++face)
-            for (const auto& [u, v] : {std::array{1.5f, 0.0f}, {-1.5f, 0.0f}, {0.0f, 1.5f}, {0.0f, -1.5f}}) {
-                const auto inner = cubemap_direction<Vec3f>(face, u / 2, v / 2),
-                           outer = cubemap_direction<Vec3f>(face, u, v);
-                outside[std::size_t(face)] |= bits(outer) & ~bits(inner);
-            }
         for (unsigned common = 0; common < faces.size(); ++common)
             for (unsigned face = 0; face < cubemap_faces; ++face)
-                if ((common & outside[face]) == 0) faces[common] |= static_cast<std::uint8_t>(1u << face);
-    }
-    static unsigned bits(const Vec3f& p) {
-        const auto pair = [](float a, float b) {
-            return unsigned(a > b) | unsigned(a < b) << 1 | unsigned(a > -b) << 2 | unsigned(a < -b) << 3;
-        };
-        return pair(p.x, p.y) | pair(p.x, p.z) << 4 | pair(p.y, p.z) << 8;
+                if ((common & (outside_left_or_right(int(face)) | outside_above(int(face)) |
+                               outside_below(int(face)))) == 0)
+                    faces[common] |= static_cast<std::uint8_t>(1u << face);
     }
 };
 inline const FacesByOutcode faces_by_outcode;
-
-/// Where in its texel column the sample of a sub-column lies, in texel rows; the inverse of the pattern's
-/// sub-row offsets. Twice, so that a vector of 8 may start anywhere.
-struct RowOffsets {
-    std::array<float, 32> rows{};
-    constexpr RowOffsets() {
-        for (int sub_row = 0; sub_row < samples_per_texel; ++sub_row)
-            for (std::size_t repeat = 0; repeat < 32; repeat += samples_per_texel) {
-                const auto sub_column = static_cast<std::size_t>(sample_offset(sub_row) * samples_per_texel);
-                rows[repeat + sub_column] = (static_cast<float>(sub_row) + 0.5f) / samples_per_texel;
-            }
-    }
-};
-inline constexpr RowOffsets row_offsets;
-
-/// The bits of a word whose numbers, counted from `start`, are below `end`.
-constexpr std::uint64_t bits_below(std::uint32_t end, std::uint32_t start) {
-    if (end <= start) return 0;
-    return end - start >= 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (end - start)) - 1;
-}
 
 /// Triangles wait in a queue per face until there are enough for full vectors.
 inline constexpr std::size_t queue_length = 64;
@@ -339,16 +277,20 @@ void block_queue(SpanScratch& scratch, std::size_t count, int face, BlockedSampl
     blocked.touched |= 1u << face;
 }
 
-void block_spans(const Occluder& occluder, std::uint32_t first, std::uint32_t last, const Vec3f& view_point,
-                 const Vec3f* horizon, SpanScratch& scratch, BlockedSamples& blocked) {
-    scratch.vertices.reserve(4 * (occluder.positions.size() + 16));
-    scratch.facing.reserve(2 * (occluder.triangles.size() / 64 + 1));
+void look_at(const Occluder& occluder, const Vec3f& view_point, const Vec3f* horizon,
+             ViewedOccluder& viewed) {
+    viewed.vertices.reserve(4 * (occluder.positions.size() + 16));
+    viewed.facing.reserve(2 * (occluder.triangles.size() / 64 + 1));
+    viewed.horizon = horizon != nullptr;
+    relative_vertices(occluder, view_point, horizon, viewed.vertices.data());
+    facing_bits(occluder, view_point, viewed.facing.data());
+}
+
+void block_spans(const Occluder& occluder, std::uint32_t first, std::uint32_t last,
+                 const ViewedOccluder& viewed, SpanScratch& scratch, BlockedSamples& blocked) {
     scratch.queue.reserve(cubemap_faces * 3 * queue_floats);
     scratch.edges.reserve(edge_data_count * queue_length);
-    relative_vertices(occluder, view_point, horizon, scratch.vertices.data());
-    facing_bits(occluder, view_point, scratch.facing.data());
-
-    const float* vertices = scratch.vertices.data();
+    const float* vertices = viewed.vertices.data();
     std::size_t queued[cubemap_faces] = {};
     const auto block = [&](std::uint32_t t, bool front) {
         const auto& [i, j, k] = occluder.triangles[t];
@@ -370,8 +312,8 @@ void block_spans(const Occluder& occluder, std::uint32_t first, std::uint32_t la
         }
     };
     for (std::uint32_t start = first & ~63u; start < last; start += 64) {
-        const std::uint64_t front = scratch.facing.data()[start / 32],
-                            back = scratch.facing.data()[start / 32 + 1];
+        const std::uint64_t front = viewed.facing.data()[start / 32],
+                            back = viewed.facing.data()[start / 32 + 1];
         // A triangle seen edge-on is neither.
         const std::uint64_t two_sided = ~bits_below(occluder.one_sided, start);
         std::uint64_t drawn =
@@ -471,6 +413,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace haarfield {
 
+HWY_EXPORT(look_at);
 HWY_EXPORT(block_spans);
 HWY_EXPORT(count_open);
 
@@ -482,9 +425,14 @@ BlockedSamples::BlockedSamples(int size)
     std::memset(bits.data(), 0, cubemap_faces * strips * stride * sizeof(std::uint64_t));
 }
 
-void block_spans(const Occluder& occluder, std::uint32_t first, std::uint32_t last, const Vec3f& view_point,
-                 const Vec3f* horizon, SpanScratch& scratch, BlockedSamples& blocked) {
-    HWY_DYNAMIC_DISPATCH(block_spans)(occluder, first, last, view_point, horizon, scratch, blocked);
+void look_at(const Occluder& occluder, const Vec3f& view_point, const Vec3f* horizon,
+             ViewedOccluder& viewed) {
+    HWY_DYNAMIC_DISPATCH(look_at)(occluder, view_point, horizon, viewed);
+}
+
+void block_spans(const Occluder& occluder, std::uint32_t first, std::uint32_t last,
+                 const ViewedOccluder& viewed, SpanScratch& scratch, BlockedSamples& blocked) {
+    HWY_DYNAMIC_DISPATCH(block_spans)(occluder, first, last, viewed, scratch, blocked);
 }
 
 void count_open_samples(BlockedSamples& blocked, std::uint8_t* open) {

@@ -2,6 +2,7 @@
 
 #include <cassert>
 
+#include "fields/contour_rasterizer.h"
 #include "fields/span_rasterizer.h"
 
 namespace haarfield {
@@ -10,7 +11,9 @@ struct VisibilityRasterizer::Buffers {
     explicit Buffers(int face_size) : blocked(face_size) {}
 
     BlockedSamples blocked;
+    ViewedOccluder viewed;
     SpanScratch spans;
+    ContourScratch contours;
     std::vector<std::uint8_t> open;
 };
 
@@ -28,9 +31,14 @@ std::span<const std::uint8_t> VisibilityRasterizer::open_samples(const Occluder&
                                                                  const Vec3f& view_point,
                                                                  const Vec3f* horizon) {
     const auto count = static_cast<std::uint32_t>(occluder.triangles.size());
-    block_spans(occluder, 0, count, view_point, horizon, buffers_->spans, buffers_->blocked);
-    count_open_samples(buffers_->blocked, buffers_->open.data());
-    return buffers_->open;
+    auto& [blocked, viewed, spans, contours, open] = *buffers_;
+    look_at(occluder, view_point, horizon, viewed);
+    if (occluder.one_sided == count &&
+        open_samples_by_contour(occluder, viewed, view_point, contours, blocked.face_size, open))
+        return open;
+    block_spans(occluder, 0, count, viewed, spans, blocked);
+    count_open_samples(blocked, open.data());
+    return open;
 }
 
 }  // namespace haarfield
