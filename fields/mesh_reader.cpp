@@ -1,16 +1,21 @@
 #include "fields/mesh_reader.h"
 
-#include "fields/mesh_text.h"
 #include "fields/mesh_topology.h"
+#include "fields/obj_text.h"
 #include "fields/polygon_triangulation.h"
 
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/material.h>
 #include <assimp/scene.h>
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <bit>
+#include <cctype>
 #include <fstream>
+#include <iterator>
 #include <map>
+#include <memory>
 #include <set>
 #include <sstream>
 #include <system_error>
@@ -21,6 +26,37 @@ namespace haarfield {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
+
+/// The file system, but for one file, whose text was mended.
+///
+/// The text outlives the streams over it, as assimp closes them before it lets go of the system.
+class ObjIoSystem : public Assimp::DefaultIOSystem {
+public:
+    ObjIoSystem(const std::filesystem::path& file, std::string text)
+        : file_(file.string()), text_(std::move(text)) {}
+
+    Assimp::IOStream* Open(const char* name, const char* mode) override {
+        if (file_ == name && mode[0] == 'r')
+            return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(text_.data()),
+                                              text_.size());
+        return DefaultIOSystem::Open(name, mode);
+    }
+
+private:
+    std::string file_, text_;
+};
+
+std::unique_ptr<Assimp::IOSystem> file_system_for(const std::filesystem::path& file) {
+    std::string ending = file.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    if (ending != ".obj") return std::make_unique<Assimp::DefaultIOSystem>();
+    std::ifstream stream(file, std::ios::binary);
+    const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+    std::string mended = with_leading_zeros(text);
+    if (!stream || mended == text) return std::make_unique<Assimp::DefaultIOSystem>();
+    return std::make_unique<ObjIoSystem>(file, std::move(mended));
+}
 
 constexpr float farthest_coordinate = 1e6f;  // [m]; beyond, float steps are 6 cm and more
 
@@ -296,7 +332,7 @@ Result<ImportedMesh> read_mesh(const std::filesystem::path& file, const MeshRead
         if (declares_more_than_it_holds(file))
             return Error{file.string(), "declares more vertices or faces than it has bytes"};
         Assimp::Importer importer;
-        importer.SetIOHandler(obj_with_leading_zeros(file).release());  // the importer's own from here on
+        importer.SetIOHandler(file_system_for(file).release());  // the importer's own from here on
         // no post-processing: it would take indices and coordinates on trust
         const aiScene* scene = importer.ReadFile(file.string(), 0);
         if (!scene)
