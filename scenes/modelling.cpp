@@ -322,8 +322,8 @@ std::string obj_text(const Mesh& mesh) {
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
         std::string place, normal;
         for (int axis = 0; axis < 3; ++axis) {
-            place += " " + decimal(mesh.positions[i][axis], 1e-6, 6);
-            normal += " " + decimal(mesh.normals[i][axis], 1e-4, 4);
+            place += fmt::format(" {}", decimal(mesh.positions[i][axis], 1e-6, 6));
+            normal += fmt::format(" {}", decimal(mesh.normals[i][axis], 1e-4, 4));
         }
         const std::size_t p = numbered(places, place_lines, "v", place);
         const std::size_t n = numbered(normals, normal_lines, "vn", normal);
