@@ -15,7 +15,7 @@ namespace haarfield {
 namespace {
 
 /// Raised whenever the same mesh and settings would give another field.
-constexpr std::uint32_t field_version = 3;
+constexpr std::uint32_t field_version = 4;
 
 template <class T>
 void hash_vector(XXH3_state_t& state, const std::vector<T>& values) {
@@ -178,7 +178,8 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
 
     const Occluder original = make_occluder(mesh.original);
     const InsideTest is_inside(original);
-    const LocalSamples local = local_samples(mesh, occluder);
+    const Occluder own = own_occluder(mesh, occluder);
+    const LocalSamples local = local_samples(mesh, own);
     field.buried_vertices = local.buried;
 
     const std::uint64_t planar_count = field.planar.sample_count(),
@@ -192,7 +193,7 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
         if (index >= planar_count + spherical_count) {
             const auto v = static_cast<std::size_t>(index - planar_count - spherical_count);
             if (local.buried[v]) return constant_cubemap(0);
-            return worker.sample(occluder, local.points[v], &mesh.fine.normals[v], settings);
+            return worker.sample(own, local.points[v], &mesh.fine.normals[v], settings);
         }
         Vec3f point;
         if (index < planar_count)

@@ -81,6 +81,13 @@ VisibleMiddles visible_middles(const Mesh& mesh, const InsideTest& is_inside, fl
 
 }  // namespace
 
+Occluder own_occluder(const PreparedMesh& mesh, const Occluder& coarse) {
+    constexpr std::size_t largest_original = 100000;  // triangles
+    const bool is_two_sided = coarse.one_sided < coarse.triangles.size();
+    return is_two_sided && mesh.original.triangles.size() <= largest_original ? make_occluder(mesh.original)
+                                                                              : coarse;
+}
+
 LocalSamples local_samples(const PreparedMesh& prepared, const Occluder& occluder) {
     constexpr float inwards = 0.05f;  // of the way to the middle of the triangles
     constexpr float bulge_limit =
@@ -93,7 +100,7 @@ LocalSamples local_samples(const PreparedMesh& prepared, const Occluder& occlude
     // One-sided pieces are open from below, so that only two-sided ones can hide a vertex under their bulges.
     std::unique_ptr<SurfaceRays> rays;
     if (occluder.one_sided < occluder.triangles.size() &&
-        prepared.coarse.triangles.size() != prepared.original.triangles.size())
+        occluder.triangles.size() != original.triangles.size())
         rays = std::make_unique<SurfaceRays>(occluder);
 
     LocalSamples samples;

@@ -118,7 +118,8 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         entity->mesh = std::move(*prepared);
         entity->occluder = make_occluder(entity->mesh.coarse);
         entity->is_inside.emplace(entity->occluder);
-        entity->samples = local_samples(entity->mesh, entity->occluder);
+        entity->own_occluder = own_occluder(entity->mesh, entity->occluder);
+        entity->samples = local_samples(entity->mesh, entity->own_occluder);
         entity->materials = mesh_materials(scene, description, entity->mesh.fine);
         entity->mesh_seconds = seconds_since(mesh_start);
         if (progress.report) progress.report("mesh of " + entity->name, 1, 1);
@@ -149,8 +150,8 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
 ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, LatLongImage environment) {
     ShadedScene shaded;
     for (const auto& entity : entities.entities)
-        shaded.entities.push_back({&entity->mesh.fine, &entity->occluder, &*entity->is_inside, &entity->field,
-                                   &entity->samples, entity->materials});
+        shaded.entities.push_back({&entity->mesh.fine, &entity->occluder, &entity->own_occluder,
+                                   &*entity->is_inside, &entity->field, &entity->samples, entity->materials});
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
         shaded.instances.push_back(
             {entities.entity_of_instance[i], scene.instances[i].translate, scene.instances[i].scale});

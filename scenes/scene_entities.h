@@ -19,6 +19,7 @@ struct SceneEntity {
     std::size_t entity = 0;  ///< Index in Scene::entities.
     PreparedMesh mesh;       ///< Rotated.
     Occluder occluder;       ///< Of the coarse mesh.
+    Occluder own_occluder;   ///< What its own vertices see.
     std::optional<InsideTest> is_inside;  ///< Of the occluder.
     LocalSamples samples;
     VisibilityField field;

@@ -38,7 +38,7 @@ Rgb dense_vertex(const DenseFrame& frame, std::size_t instance_index, std::uint3
 
     worker.visibility.assign(frame.directions.size(), 1.0f);
     worker.multiply(
-        worker.rasterizer.open_samples(*entity.occluder, entity.samples->points[vertex], &view.normal));
+        worker.rasterizer.open_samples(*entity.own_occluder, entity.samples->points[vertex], &view.normal));
     for (std::size_t other = 0; other < scene.instances.size(); ++other) {
         if (other == instance_index) continue;
         const ShadedEntity& occluder = scene.entities[scene.instances[other].entity];

@@ -12,8 +12,10 @@ namespace haarfield {
 
 /// One kind of object. The pointers must outlive the rendering.
 struct ShadedEntity {
-    const Mesh* mesh = nullptr;              ///< The fine mesh.
-    const Occluder* occluder = nullptr;      ///< Of the coarse mesh.
+    const Mesh* mesh = nullptr;          ///< The fine mesh.
+    const Occluder* occluder = nullptr;  ///< Of the coarse mesh.
+    const Occluder* own_occluder =
+        nullptr;  ///< What the vertices see of their own entity; see own_occluder().
     const InsideTest* is_inside = nullptr;   ///< Of the occluder.
     const VisibilityField* field = nullptr;  ///< Of the same mesh.
     const LocalSamples* samples = nullptr;   ///< Of the same mesh.

@@ -110,6 +110,23 @@ TEST(LocalSamples, FindsVerticesBuriedInAnotherPiece) {
     }
 }
 
+TEST(LocalSamples, ASimplifiedOpenSurfaceDoesNotDarkenItsVertices) {
+    // The coarse mesh passes over the hollow of an open sheet, whose vertices would lie in the dark under it.
+    PreparedMesh mesh = prepared_as_is(square_mesh(2, 0, 8));
+    for (Mesh* m : {&mesh.original, &mesh.fine})
+        for (Vec3f& p : m->positions) p.y = 0.02f * (p.x * p.x + p.z * p.z);
+    mesh.coarse = square_mesh(2, 0.04f);
+    const Occluder coarse = make_occluder(mesh.coarse);
+    EXPECT_EQ(own_occluder(mesh, coarse).triangles.size(), mesh.original.triangles.size());
+    const VisibilityField field = *precompute_field("sheet", mesh, coarse, {32, 0, 0, 6, 18});
+    for (std::size_t v = 0; v < mesh.fine.positions.size(); ++v)
+        EXPECT_GT(openness_above(field, v), 0.95f) << v;
+    // A closed mesh is seen from outside only, so that the coarse one serves.
+    const PreparedMesh box = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
+    const Occluder closed = make_occluder(box_mesh({0, 0, 0}, {1, 1, 1}));
+    EXPECT_EQ(own_occluder(box, closed).triangles.size(), 12u);
+}
+
 TEST(FieldKey, ChangesWithMeshAndSettings) {
     const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}));
     const FieldSettings settings;

@@ -32,8 +32,13 @@ public:
         part.is_inside.emplace(part.occluder);
         part.samples = local_samples(part.mesh, part.occluder);
         part.field = *precompute_field("example", part.mesh, part.occluder, {size, 0, 0, planar, spherical});
-        scene.entities.push_back(
-            {&part.mesh.fine, &part.occluder, &*part.is_inside, &part.field, &part.samples, {material}});
+        scene.entities.push_back({&part.mesh.fine,
+                                  &part.occluder,
+                                  &part.occluder,
+                                  &*part.is_inside,
+                                  &part.field,
+                                  &part.samples,
+                                  {material}});
         return scene.entities.size() - 1;
     }
 
