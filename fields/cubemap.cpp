@@ -25,6 +25,15 @@ Vec3f texel_direction(int face, int column, int row, int size) {
     return Vec3f(cubemap_direction<Vec3d>(face, u, v).normalized());
 }
 
+std::vector<Vec3f> texel_directions(int size) {
+    std::vector<Vec3f> directions;
+    for (int face = 0; face < cubemap_faces; ++face)
+        for (int row = 0; row < size; ++row)
+            for (int column = 0; column < size; ++column)
+                directions.push_back(texel_direction(face, column, row, size));
+    return directions;
+}
+
 namespace {
 
 /// Solid angle of the rectangle from the face's centre (0,0) to (u,v), signed. [sr]

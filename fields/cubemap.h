@@ -13,6 +13,7 @@
 #include "fields/vector.h"
 
 #include <cstddef>
+#include <vector>
 
 namespace haarfield {
 
@@ -48,6 +49,9 @@ CubemapPoint cubemap_point(const Vec3d& direction);
 
 /// The centre of a texel, as a unit vector.
 Vec3f texel_direction(int face, int column, int row, int size);
+
+/// The centres of all texels, face by face and row by row: 6 * size^2 unit vectors.
+std::vector<Vec3f> texel_directions(int size);
 
 /// Solid angle of a texel, exact. The texels of a cubemap add up to 4 pi. [sr]
 double texel_solid_angle(int column, int row, int size);

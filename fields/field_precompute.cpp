@@ -34,12 +34,7 @@ void hash_mesh(XXH3_state_t& state, const Mesh& mesh) {
 /// above it. They are multiplied by zero later.
 class HorizonFill {
 public:
-    explicit HorizonFill(int face_size) : face_size_(face_size) {
-        for (int face = 0; face < cubemap_faces; ++face)
-            for (int row = 0; row < face_size; ++row)
-                for (int column = 0; column < face_size; ++column)
-                    directions_.push_back(texel_direction(face, column, row, face_size));
-    }
+    explicit HorizonFill(int face_size) : face_size_(face_size), directions_(texel_directions(face_size)) {}
 
     void operator()(std::span<float> texels, const Vec3f& normal) {
         // A texel counts if its centre lies above: of those on the horizon the cosine leaves next to nothing.

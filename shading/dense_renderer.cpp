@@ -73,11 +73,8 @@ Rgb dense_vertex(const DenseFrame& frame, std::size_t instance_index, std::uint3
 Result<std::vector<std::vector<Rgb>>> dense_vertex_radiance(const ShadedScene& scene,
                                                             const RenderSettings& settings,
                                                             const Progress& progress) {
-    DenseFrame frame{scene, lighting_texels(scene.environment, settings.face_size), {}};
-    for (int face = 0; face < cubemap_faces; ++face)
-        for (int row = 0; row < settings.face_size; ++row)
-            for (int column = 0; column < settings.face_size; ++column)
-                frame.directions.push_back(texel_direction(face, column, row, settings.face_size));
+    const DenseFrame frame{scene, lighting_texels(scene.environment, settings.face_size),
+                           texel_directions(settings.face_size)};
     return shaded_vertices(
         scene,
         [&]() -> VertexShader {

@@ -53,19 +53,10 @@ void fill_lobe_texels(float exponent, const Vec3f& direction, int size, const st
     }
 }
 
-std::vector<Vec3f> texel_centres(int size) {
-    std::vector<Vec3f> centres;
-    for (int face = 0; face < cubemap_faces; ++face)
-        for (int row = 0; row < size; ++row)
-            for (int column = 0; column < size; ++column)
-                centres.push_back(texel_direction(face, column, row, size));
-    return centres;
-}
-
 }  // namespace
 
 std::vector<float> lobe_texels(float exponent, const Vec3f& direction, int size) {
-    const std::vector<Vec3f> centres = texel_centres(size);
+    const std::vector<Vec3f> centres = texel_directions(size);
     std::vector<float> texels(centres.size());
     fill_lobe_texels(exponent, direction, size, centres, texels);
     return texels;
@@ -79,7 +70,7 @@ Result<LobeTable> lobe_table(float exponent, int size, const Truncation& truncat
     table.steps = table_steps(exponent);
     const auto side = static_cast<std::size_t>(table.steps) + 1;
     table.lobes.resize(cubemap_faces * side * side);
-    const std::vector<Vec3f> centres = texel_centres(size);
+    const std::vector<Vec3f> centres = texel_directions(size);
     tbb::parallel_for(std::size_t(0), cubemap_faces * side, [&](std::size_t line) {
         std::vector<float> texels(centres.size());
         for (std::size_t column = 0; column < side; ++column) {
