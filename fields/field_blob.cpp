@@ -12,7 +12,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "tables are stored as they lie in memory");
 
 constexpr std::string_view blob_magic = "HAARBLOB", seal_magic = "HAARSEAL";
-constexpr std::uint32_t blob_version = 1, seal_version = 1;
+constexpr std::uint32_t blob_version = 2, seal_version = 1;
 
 struct BlobHeader {
     char magic[8];
@@ -27,10 +27,10 @@ struct Section {
 };
 static_assert(sizeof(Section) == 32);
 
-enum SectionIndex : std::size_t { entity, record, buried, cubemaps, faces, nodes, section_count };
+enum SectionIndex : std::size_t { entity, record, cubemaps, faces, nodes, section_count };
 
-constexpr std::array<std::string_view, section_count> section_names{"entity",   "record", "buried",
-                                                                    "cubemaps", "faces",  "nodes"};
+constexpr std::array<std::string_view, section_count> section_names{"entity", "record", "cubemaps", "faces",
+                                                                    "nodes"};
 constexpr std::size_t table_size = sizeof(BlobHeader) + section_count * sizeof(Section);
 
 /// Words of four bytes only, so that there is no padding.
@@ -100,7 +100,7 @@ void apply_record(const FieldRecord& record, VisibilityField& field) {
     field.pool.face_size = record.face_size;
 }
 
-/// Bytes of a struct or of the elements of a vector.
+/// Bytes of a struct or of the elements of an array.
 template <class T>
 std::string_view bytes_of(const T& value) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -108,7 +108,7 @@ std::string_view bytes_of(const T& value) {
 }
 
 template <class T>
-std::string_view bytes_of(const std::vector<T>& values) {
+std::string_view bytes_of(const SharedArray<T>& values) {
     static_assert(std::is_trivially_copyable_v<T>);
     return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
@@ -122,10 +122,11 @@ T value_at(std::string_view bytes, std::size_t offset) {
 
 /// Whether the bytes are a whole number of elements.
 template <class T>
-bool read_table(std::string_view bytes, std::vector<T>& values) {
+bool read_table(std::string_view bytes, SharedArray<T>& table) {
     if (bytes.size() % sizeof(T) != 0) return false;
-    values.resize(bytes.size() / sizeof(T));
+    std::vector<T> values(bytes.size() / sizeof(T));
     if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
+    table = std::move(values);
     return true;
 }
 
@@ -180,7 +181,6 @@ std::string field_blob(const VisibilityField& field) {
     std::array<std::string_view, section_count> sections;
     sections[entity] = field.entity;
     sections[record] = bytes_of(words_of_field);
-    sections[buried] = bytes_of(field.buried_vertices);
     sections[cubemaps] = bytes_of(field.pool.cubemaps);
     sections[faces] = bytes_of(field.pool.faces);
     sections[nodes] = bytes_of(field.pool.nodes);
@@ -216,8 +216,7 @@ Result<VisibilityField> blob_field(std::string_view blob) {
         return Error{"", fmt::format("table \"record\" of the field has {} bytes; wanted {}",
                                      (*sections)[record].size(), sizeof(FieldRecord))};
     apply_record(value_at<FieldRecord>((*sections)[record], 0), field);
-    if (!read_table((*sections)[buried], field.buried_vertices) ||
-        !read_table((*sections)[cubemaps], field.pool.cubemaps) ||
+    if (!read_table((*sections)[cubemaps], field.pool.cubemaps) ||
         !read_table((*sections)[faces], field.pool.faces) ||
         !read_table((*sections)[nodes], field.pool.nodes))
         return Error{"", "a table of the field ends within an element"};

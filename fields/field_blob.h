@@ -8,7 +8,6 @@
 ///     u64 XXH3-64 of all that before                                             8 bytes
 ///     "entity"    the entity's name, UTF-8
 ///     "record"    settings, bounds, samplers: 26 words of 4 bytes
-///     "buried"    u8 per fine vertex: its flag in VisibilityField::buried_vertices
 ///     "cubemaps"  u32[6] each: face indices
 ///     "faces"     u32 first node, u16 nodes, u16 mean (half float) each
 ///     "nodes"     u16[3] wavelets (half floats), u16 children each, as PackedNode

@@ -175,7 +175,6 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
     const InsideTest is_inside(original);
     const Occluder own = own_occluder(mesh, occluder);
     const LocalSamples local = local_samples(mesh, own);
-    field.buried_vertices = local.buried;
 
     const std::uint64_t planar_count = field.planar.sample_count(),
                         spherical_count = field.spherical.sample_count();

@@ -35,7 +35,10 @@ struct CubemapHash {
 }  // namespace
 
 struct QuadtreePoolBuilder::State {
-    QuadtreePool pool;
+    int face_size = 0;
+    std::vector<PackedNode> nodes;
+    std::vector<PackedFace> faces;
+    std::vector<PackedCubemap> cubemaps;
     std::unordered_multimap<std::uint64_t, std::uint32_t> face_by_content;
     std::unordered_map<PackedCubemap, std::int32_t, CubemapHash> handle_by_faces;
     std::vector<PackedNode> packed;  ///< Of the face at hand.
@@ -56,22 +59,22 @@ struct QuadtreePoolBuilder::State {
             XXH3_64bits_withSeed(packed.data(), packed.size() * sizeof(PackedNode), face.scaling);
         const auto [first, last] = face_by_content.equal_range(content);
         for (auto candidate = first; candidate != last; ++candidate) {
-            const PackedFace& known = pool.faces[candidate->second];
+            const PackedFace& known = faces[candidate->second];
             if (known.scaling == face.scaling && known.node_count == face.node_count &&
-                std::equal(packed.begin(), packed.end(), pool.nodes.begin() + known.first_node))
+                std::equal(packed.begin(), packed.end(), nodes.begin() + known.first_node))
                 return candidate->second;
         }
-        face.first_node = static_cast<std::uint32_t>(pool.nodes.size());
-        pool.nodes.insert(pool.nodes.end(), packed.begin(), packed.end());
-        pool.faces.push_back(face);
-        const auto index = static_cast<std::uint32_t>(pool.faces.size() - 1);
+        face.first_node = static_cast<std::uint32_t>(nodes.size());
+        nodes.insert(nodes.end(), packed.begin(), packed.end());
+        faces.push_back(face);
+        const auto index = static_cast<std::uint32_t>(faces.size() - 1);
         face_by_content.emplace(content, index);
         return index;
     }
 };
 
 QuadtreePoolBuilder::QuadtreePoolBuilder(int face_size) : state_(new State) {
-    state_->pool.face_size = face_size;
+    state_->face_size = face_size;
 }
 
 QuadtreePoolBuilder::~QuadtreePoolBuilder() = default;
@@ -80,15 +83,16 @@ std::int32_t QuadtreePoolBuilder::add(const CubemapTree& tree) {
     PackedCubemap cubemap;
     for (std::size_t face = 0; face < cubemap_faces; ++face)
         cubemap[face] = state_->add_face(tree.faces[face]);
-    const auto next = static_cast<std::int32_t>(state_->pool.cubemaps.size());
+    const auto next = static_cast<std::int32_t>(state_->cubemaps.size());
     const auto [entry, is_new] = state_->handle_by_faces.emplace(cubemap, next);
-    if (is_new) state_->pool.cubemaps.push_back(cubemap);
+    if (is_new) state_->cubemaps.push_back(cubemap);
     return entry->second;
 }
 
 QuadtreePool QuadtreePoolBuilder::finish() && {
-    state_->pool.nodes.shrink_to_fit();
-    return std::move(state_->pool);
+    state_->nodes.shrink_to_fit();
+    return {state_->face_size, std::move(state_->nodes), std::move(state_->faces),
+            std::move(state_->cubemaps)};
 }
 
 void unpack_face(const QuadtreePool& pool, std::uint32_t face, Quadtree& tree) {

@@ -2,6 +2,7 @@
 /// Many cubemaps of visibility in little memory: packed nodes, with equal faces stored once.
 
 #include "fields/quadtree.h"
+#include "fields/shared_array.h"
 
 #include <compare>
 #include <memory>
@@ -36,9 +37,9 @@ using PackedCubemap = std::array<std::uint32_t, cubemap_faces>;
 /// Cubemaps by handle: the index in `cubemaps`. Equal cubemaps and equal faces are stored once.
 struct QuadtreePool {
     int face_size = 64;  ///< Texels along an edge that the trees were made from.
-    std::vector<PackedNode> nodes;
-    std::vector<PackedFace> faces;
-    std::vector<PackedCubemap> cubemaps;
+    SharedArray<PackedNode> nodes;
+    SharedArray<PackedFace> faces;
+    SharedArray<PackedCubemap> cubemaps;
 };
 
 /// Adds cubemaps in the order of the calls; the handles and the pool depend on that order alone.

@@ -223,6 +223,11 @@ typename Grid::Ptr named_grid(const vdb::GridPtrVec& grids, const char* name) {
     return nullptr;
 }
 
+std::size_t active_voxels(const vdb::GridPtrVec& grids, const char* name) {
+    const auto grid = named_grid<vdb::Int32Grid>(grids, name);
+    return grid ? grid->activeVoxelCount() : 0;
+}
+
 Result<std::vector<std::int32_t>> grid_handles(const vdb::GridPtrVec& grids, const char* name,
                                                const Chart& chart) {
     const auto grid = named_grid<vdb::Int32Grid>(grids, name);
@@ -265,7 +270,7 @@ Result<VisibilityField> decoded_file(std::string bytes, const ContentHash& key) 
         const std::tuple<const char*, Chart, std::vector<std::int32_t>&> tables[] = {
             {planar_name, planar_chart(field->planar), field->planar_handles},
             {spherical_name, spherical_chart(field->spherical), field->spherical_handles},
-            {local_name, local_chart(field->buried_vertices.size()), field->local_handles}};
+            {local_name, local_chart(active_voxels(*grids, local_name)), field->local_handles}};
         for (const auto& [name, chart, table] : tables) {
             Result<std::vector<std::int32_t>> handles = grid_handles(*grids, name, chart);
             if (!handles) return handles.error();
@@ -400,8 +405,6 @@ Result<FieldSummary> read_field_summary(const path& file) {
     summary.planar = field.planar;
     summary.spherical = field.spherical;
     summary.local_samples = field.local_handles.size();
-    summary.buried_vertices = static_cast<std::uint64_t>(std::count_if(
-        field.buried_vertices.begin(), field.buried_vertices.end(), [](auto b) { return b != 0; }));
     summary.cubemaps = field.pool.cubemaps.size();
     summary.faces = field.pool.faces.size();
     summary.nodes = field.pool.nodes.size();

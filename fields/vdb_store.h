@@ -52,7 +52,6 @@ struct FieldSummary {
     PlanarSampler planar;
     SphericalSampler spherical;
     std::uint64_t local_samples = 0;                   ///< Vertices of the fine mesh.
-    std::uint64_t buried_vertices = 0;                 ///< Of these, inside the entity.
     std::uint64_t cubemaps = 0, faces = 0, nodes = 0;  ///< Stored, equal ones once.
     std::uint64_t file_bytes = 0;
 };

@@ -80,9 +80,6 @@ std::string field_defect(const VisibilityField& field) {
         !is_positive(spherical.growth) || !is_finite(planar.centre) || !is_finite(spherical.centre))
         return "a sampler's radius, growth or centre is not a positive, finite number";
     if (!is_finite(field.bounds.lower) || !is_finite(field.bounds.upper)) return "the bounds are not finite";
-    if (field.buried_vertices.size() != field.local_handles.size())
-        return fmt::format("{} local handles, but {} flags of buried vertices", field.local_handles.size(),
-                           field.buried_vertices.size());
     if (field.pool.face_size != field.settings.face_size)
         return fmt::format("face size is {} in the pool, {} in the settings", field.pool.face_size,
                            field.settings.face_size);

@@ -43,7 +43,6 @@ struct VisibilityField {
     std::vector<std::int32_t> planar_handles;     ///< One per sample of `planar`.
     std::vector<std::int32_t> spherical_handles;  ///< One per sample of `spherical`.
     std::vector<std::int32_t> local_handles;      ///< One per vertex of the fine mesh.
-    std::vector<std::uint8_t> buried_vertices;    ///< One per vertex: 1 where it lies inside the entity.
     QuadtreePool pool;
 };
 

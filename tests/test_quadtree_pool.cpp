@@ -63,13 +63,28 @@ TEST(QuadtreePool, DefectsAreFound) {
     };
     EXPECT_NE(defect_after([](QuadtreePool& p) { p.face_size = 48; }), "");
     EXPECT_NE(defect_after([](QuadtreePool& p) { p.face_size = 2; }), "");
-    EXPECT_NE(defect_after([](QuadtreePool& p) { p.cubemaps[0][2] = 6; }), "");
-    EXPECT_NE(defect_after([](QuadtreePool& p) { p.faces[1].first_node = 0xffffffff; }), "");
-    EXPECT_NE(defect_after([](QuadtreePool& p) { --p.faces[0].node_count; }), "");
-    EXPECT_NE(defect_after([](QuadtreePool& p) { p.nodes[0].children ^= 16; }), "");
-    EXPECT_NE(defect_after([](QuadtreePool& p) { p.nodes[1].wavelet[1] = 0x7c00; }), "");
-    EXPECT_NE(defect_after([](QuadtreePool& p) { p.faces[2].scaling = 0x7e00; }), "");
-    EXPECT_NE(defect_after([](QuadtreePool& p) { p.nodes.pop_back(); }), "");
+    const auto change = [](auto& table, auto edit) {
+        std::vector values(table.begin(), table.end());
+        edit(values);
+        table = std::move(values);
+    };
+    const auto defect_of_cubemaps = [&](auto edit) {
+        return defect_after([&](QuadtreePool& p) { change(p.cubemaps, edit); });
+    };
+    const auto defect_of_faces = [&](auto edit) {
+        return defect_after([&](QuadtreePool& p) { change(p.faces, edit); });
+    };
+    const auto defect_of_nodes = [&](auto edit) {
+        return defect_after([&](QuadtreePool& p) { change(p.nodes, edit); });
+    };
+    EXPECT_EQ(defect_of_nodes([](auto&) {}), "");
+    EXPECT_NE(defect_of_cubemaps([](auto& cubemaps) { cubemaps[0][2] = 6; }), "");
+    EXPECT_NE(defect_of_faces([](auto& faces) { faces[1].first_node = 0xffffffff; }), "");
+    EXPECT_NE(defect_of_faces([](auto& faces) { --faces[0].node_count; }), "");
+    EXPECT_NE(defect_of_nodes([](auto& nodes) { nodes[0].children ^= 16; }), "");
+    EXPECT_NE(defect_of_nodes([](auto& nodes) { nodes[1].wavelet[1] = 0x7c00; }), "");
+    EXPECT_NE(defect_of_faces([](auto& faces) { faces[2].scaling = 0x7e00; }), "");
+    EXPECT_NE(defect_of_nodes([](auto& nodes) { nodes.pop_back(); }), "");
 }
 
 }  // namespace

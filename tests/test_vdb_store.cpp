@@ -97,8 +97,6 @@ VisibilityField random_field(std::uint32_t seed, std::size_t vertices) {
     field.local_handles.resize(vertices);
     for (auto* handles : {&field.planar_handles, &field.spherical_handles, &field.local_handles})
         std::generate(handles->begin(), handles->end(), handle);
-    field.buried_vertices.resize(vertices);
-    for (std::uint8_t& buried : field.buried_vertices) buried = static_cast<std::uint8_t>(below(2));
     return field;
 }
 
@@ -118,7 +116,6 @@ void expect_same(const VisibilityField& a, const VisibilityField& b, const std::
     EXPECT_EQ(a.planar_handles, b.planar_handles);
     EXPECT_EQ(a.spherical_handles, b.spherical_handles);
     EXPECT_EQ(a.local_handles, b.local_handles);
-    EXPECT_EQ(a.buried_vertices, b.buried_vertices);
     EXPECT_EQ(a.pool.face_size, b.pool.face_size);
     EXPECT_EQ(a.pool.nodes, b.pool.nodes);
     EXPECT_EQ(a.pool.faces, b.pool.faces);
@@ -175,8 +172,6 @@ TEST(VdbStore, SummaryCountsWhatIsInTheFile) {
     EXPECT_EQ(summary->planar.rings, field.planar.rings);
     EXPECT_EQ(summary->spherical.azimuths, field.spherical.azimuths);
     EXPECT_EQ(summary->local_samples, 700u);
-    EXPECT_EQ(summary->buried_vertices,
-              std::size_t(std::count(field.buried_vertices.begin(), field.buried_vertices.end(), 1)));
     EXPECT_EQ(summary->nodes, field.pool.nodes.size());
     EXPECT_EQ(summary->faces, field.pool.faces.size());
     EXPECT_EQ(summary->cubemaps, 50u);
@@ -280,13 +275,13 @@ struct ForgedFile {
             const std::uint64_t hash = XXH3_64bits(forged_blob.data() + from, size);
             std::memcpy(forged_blob.data() + at, &hash, sizeof hash);
         };
-        for (std::size_t s = 0; s < 6; ++s) {
+        for (std::size_t s = 0; s < 5; ++s) {
             std::uint64_t offset, size;
             std::memcpy(&offset, forged_blob.data() + 24 + 32 * s + 8, sizeof offset);
             std::memcpy(&size, forged_blob.data() + 24 + 32 * s + 16, sizeof size);
             set_hash(24 + 32 * s + 24, offset, size);
         }
-        set_hash(24 + 32 * 6, 0, 24 + 32 * 6);
+        set_hash(24 + 32 * 5, 0, 24 + 32 * 5);
         const std::string bytes = before + forged_blob + after;
         write_bytes(file, bytes + field_seal(bytes, key));
     }
@@ -305,16 +300,16 @@ TEST(VdbStore, RefusesForgedTables) {
     whole.write(folder.file(), whole.blob);
     ASSERT_TRUE(read_field(folder.file())) << "not forged at all";
 
-    enum Table : std::size_t { entity, record, buried, cubemaps, faces, nodes };
+    enum Table : std::size_t { entity, record, cubemaps, faces, nodes };
     const auto at = [&](Table table, std::size_t offset = 0) { return whole.section(table) + offset; };
     const std::size_t list = 24;
     const std::pair<const char*, std::string> forgeries[] = {
-        {"another version", with_value<std::uint32_t>(whole.blob, 8, 2)},
-        {"more sections", with_value<std::uint32_t>(whole.blob, 12, 7)},
+        {"another version", with_value<std::uint32_t>(whole.blob, 8, 1)},
+        {"more sections", with_value<std::uint32_t>(whole.blob, 12, 6)},
         {"a longer blob", with_value<std::uint64_t>(whole.blob, 16, ~0ull)},
-        {"a section elsewhere", with_value<std::uint64_t>(whole.blob, list + 32 * 5 + 8, 1ull << 60)},
-        {"a section of 2^64 bytes", with_value<std::uint64_t>(whole.blob, list + 32 * 5 + 16, ~0ull)},
-        {"a section of 2^63 bytes", with_value<std::uint64_t>(whole.blob, list + 32 * 3 + 16, 1ull << 63)},
+        {"a section elsewhere", with_value<std::uint64_t>(whole.blob, list + 32 * 4 + 8, 1ull << 60)},
+        {"a section of 2^64 bytes", with_value<std::uint64_t>(whole.blob, list + 32 * 4 + 16, ~0ull)},
+        {"a section of 2^63 bytes", with_value<std::uint64_t>(whole.blob, list + 32 * 2 + 16, 1ull << 63)},
         {"face size 0", with_value<std::int32_t>(whole.blob, at(record), 0)},
         {"face size 2", with_value<std::int32_t>(whole.blob, at(record), 2)},
         {"face size 48", with_value<std::int32_t>(whole.blob, at(record), 48)},

@@ -33,7 +33,7 @@ nlohmann::ordered_json summary_json(const FieldSummary& field) {
           {"polar", field.spherical.polar},
           {"azimuths", field.spherical.azimuths},
           {"outer_radius", field.spherical.outer_radius}}},
-        {"local", {{"samples", field.local_samples}, {"buried", field.buried_vertices}}},
+        {"local", {{"samples", field.local_samples}}},
         {"cubemaps", field.cubemaps},
         {"faces", field.faces},
         {"nodes", field.nodes},
@@ -52,7 +52,7 @@ void print_summary(const FieldSummary& field) {
     fmt::print("spherical   {} samples: {} shells of {} x {}, to {:.3g} m\n", field.spherical.sample_count(),
                field.spherical.shells, field.spherical.polar, field.spherical.azimuths,
                field.spherical.outer_radius);
-    fmt::print("local       {} samples, {} of them buried\n", field.local_samples, field.buried_vertices);
+    fmt::print("local       {} samples\n", field.local_samples);
     fmt::print("cubemaps    {} different ones, of {} different faces, with {} nodes\n", field.cubemaps,
                field.faces, field.nodes);
     fmt::print("kept        {} of {} wavelets a face",
