@@ -1,0 +1,136 @@
+// The sixteen cells of a block (wide_tree.h) in as many vectors as the instruction set needs. Included once
+// per instruction set, inside Highway's foreach_target.
+
+#if defined(HAARFIELD_CELLS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef HAARFIELD_CELLS_INL_H
+#undef HAARFIELD_CELLS_INL_H
+#else
+#define HAARFIELD_CELLS_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include "shading/wide_tree.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace haarfield {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, wide_cells>;
+inline constexpr std::size_t cells_a_part = hn::MaxLanes(Floats());
+inline constexpr std::size_t parts = wide_cells / cells_a_part;
+
+struct Cells {
+    hn::Vec<Floats> part[parts];
+};
+
+HWY_INLINE Cells all_cells(float value) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::Set(Floats(), value);
+    return result;
+}
+
+HWY_INLINE Cells load_cells(const float* from) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::LoadU(Floats(), from + i * cells_a_part);
+    return result;
+}
+
+HWY_INLINE Cells load_cells(const std::uint8_t* from) {
+    const hn::Rebind<std::uint8_t, Floats> bytes;
+    const hn::Rebind<std::int32_t, Floats> words;
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i)
+        result.part[i] =
+            hn::ConvertTo(Floats(), hn::PromoteTo(words, hn::LoadU(bytes, from + i * cells_a_part)));
+    return result;
+}
+
+HWY_INLINE void store_cells(const Cells& cells, float* to) {
+    for (std::size_t i = 0; i < parts; ++i) hn::StoreU(cells.part[i], Floats(), to + i * cells_a_part);
+}
+
+HWY_INLINE Cells operator*(const Cells& a, const Cells& b) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::Mul(a.part[i], b.part[i]);
+    return result;
+}
+
+HWY_INLINE Cells operator+(const Cells& a, const Cells& b) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::Add(a.part[i], b.part[i]);
+    return result;
+}
+
+/// a b + c
+HWY_INLINE Cells multiply_add(const Cells& a, const Cells& b, const Cells& c) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::MulAdd(a.part[i], b.part[i], c.part[i]);
+    return result;
+}
+
+/// A vector's share of a mask of cells.
+HWY_INLINE hn::Mask<Floats> part_of(unsigned cells, std::size_t part) {
+    const std::uint64_t bits = cells >> (part * cells_a_part);
+    std::uint8_t bytes[8];
+    hwy::CopyBytes<8>(&bits, bytes);
+    return hn::LoadMaskBits(Floats(), bytes);
+}
+
+/// The chosen cells, and zero elsewhere.
+HWY_INLINE Cells only(unsigned cells, const Cells& values) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i)
+        result.part[i] = hn::IfThenElseZero(part_of(cells, i), values.part[i]);
+    return result;
+}
+
+HWY_INLINE Cells choose(unsigned cells, const Cells& if_set, const Cells& if_clear) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i)
+        result.part[i] = hn::IfThenElse(part_of(cells, i), if_set.part[i], if_clear.part[i]);
+    return result;
+}
+
+HWY_INLINE unsigned bits_of(const hn::Mask<Floats>* masks) {
+    unsigned result = 0;
+    for (std::size_t i = 0; i < parts; ++i) {
+        std::uint8_t bytes[8] = {};
+        hn::StoreMaskBits(Floats(), masks[i], bytes);
+        result |= (bytes[0] | unsigned(bytes[1]) << 8) << (i * cells_a_part);
+    }
+    return result;
+}
+
+HWY_INLINE unsigned cells_that_are_zero(const Cells& values) {
+    hn::Mask<Floats> masks[parts];
+    for (std::size_t i = 0; i < parts; ++i) masks[i] = hn::Eq(values.part[i], hn::Zero(Floats()));
+    return bits_of(masks);
+}
+
+/// Of each quadrant's four cells, in all four.
+HWY_INLINE Cells quadrant_means(const Cells& values) {
+    alignas(64) float cell[wide_cells];
+    store_cells(values, cell);
+    for (std::size_t q = 0; q < wide_cells; q += 4)
+        cell[q] = cell[q + 1] = cell[q + 2] = cell[q + 3] =
+            ((cell[q] + cell[q + 1]) + (cell[q + 2] + cell[q + 3])) * 0.25f;
+    return load_cells(cell);
+}
+
+/// Added in one order, whatever the vectors' length.
+HWY_INLINE float sum_of(const Cells& values) {
+    alignas(64) float cell[wide_cells];
+    store_cells(values, cell);
+    for (std::size_t half = wide_cells / 2; half > 0; half /= 2)
+        for (std::size_t i = 0; i < half; ++i) cell[i] += cell[i + half];
+    return cell[0];
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace haarfield
+HWY_AFTER_NAMESPACE();
+
+#endif

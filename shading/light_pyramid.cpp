@@ -1,0 +1,49 @@
+#include "shading/light_pyramid.h"
+
+#include <cassert>
+
+namespace haarfield {
+
+BlockNumbers::BlockNumbers(int face_size) : levels_(wide_levels(face_size)) {
+    assert(is_face_size(face_size));
+    for (int level = 0; level < levels_; ++level)
+        first_[std::size_t(level) + 1] =
+            first_[std::size_t(level)] + (std::size_t(cubemap_faces) << (4 * level));
+}
+
+LightPyramid::LightPyramid(const RgbCubemapTree& light, int face_size) : numbers_(face_size) {
+    blocks_.resize(numbers_.count());
+    varying_.resize(numbers_.count());
+    for (std::size_t face = 0; face < cubemap_faces; ++face) {
+        const RgbQuadtree& tree = light.faces[face];
+        means_[face] = tree.scaling;
+        constant_[face] = tree.nodes.empty();
+        if (numbers_.levels() > 0) fill(tree, face, 0, 0, tree.nodes.empty() ? no_node : 0, tree.scaling);
+    }
+}
+
+void LightPyramid::fill(const RgbQuadtree& tree, std::size_t face, int level, std::size_t block,
+                        std::int32_t node, const Rgb& mean) {
+    const std::size_t place = numbers_(level, face, block);
+    for (unsigned cell = 0; cell < wide_cells; ++cell) {
+        Rgb value = mean;
+        std::int32_t below = no_node;
+        if (node != no_node) {
+            const RgbQuadtree::Node& square = tree.nodes[std::size_t(node)];
+            value = quadrant_mean(value, square.wavelet, cell / 4);
+            if (const std::int32_t child = child_of(square, cell / 4); child != no_node) {
+                const RgbQuadtree::Node& quadrant = tree.nodes[std::size_t(child)];
+                value = quadrant_mean(value, quadrant.wavelet, cell % 4);
+                below = child_of(quadrant, cell % 4);
+            }
+        }
+        blocks_[place].red[cell] = value.x;
+        blocks_[place].green[cell] = value.y;
+        blocks_[place].blue[cell] = value.z;
+        if (level + 1 == numbers_.levels()) continue;
+        if (below != no_node) varying_[place] |= static_cast<std::uint16_t>(1u << cell);
+        fill(tree, face, level + 1, block * wide_cells + cell, below, value);
+    }
+}
+
+}  // namespace haarfield

@@ -1,0 +1,56 @@
+#pragma once
+/// Lighting with all its levels at hand, for a walk that shares it between all vertices.
+
+#include "shading/wide_tree.h"
+
+namespace haarfield {
+
+/// The lighting over the sixteen cells of one square (wide_tree.h), by channel.
+struct LightBlock {
+    alignas(64) std::array<float, wide_cells> red{}, green{}, blue{};
+};
+
+/// Blocks of all levels and faces, numbered. Block b of level l on a face covers the square whose path of
+/// cells from the root is b in base 16, l digits.
+class BlockNumbers {
+public:
+    /// face_size  texels along an edge, is_face_size (asserted).
+    explicit BlockNumbers(int face_size);
+
+    int levels() const { return levels_; }  ///< wide_levels(face_size); 0 for a single texel.
+    std::size_t count() const { return first_[std::size_t(levels_)]; }
+    std::size_t operator()(int level, std::size_t face, std::size_t block) const {
+        return first_[std::size_t(level)] + (face << (4 * level)) + block;
+    }
+
+private:
+    int levels_;
+    std::array<std::size_t, 5> first_{};  ///< Block of each level.
+};
+
+/// A lighting tree (lighting.h) with every block of every level present: no search, at the price of memory
+/// that fits a core's L2 cache for faces of 64 (320 KB).
+class LightPyramid {
+public:
+    /// face_size  texels along an edge that the tree was made from, is_face_size. Finer nodes are averaged
+    /// out.
+    LightPyramid(const RgbCubemapTree& light, int face_size);
+
+    const BlockNumbers& numbers() const { return numbers_; }
+    const LightBlock& block(std::size_t index) const { return blocks_[index]; }
+    std::uint16_t varying(std::size_t index) const { return varying_[index]; }  ///< As in WideNode.
+    const Rgb& mean(std::size_t face) const { return means_[face]; }
+    bool is_constant(std::size_t face) const { return constant_[face]; }
+
+private:
+    void fill(const RgbQuadtree& tree, std::size_t face, int level, std::size_t block, std::int32_t node,
+              const Rgb& mean);
+
+    BlockNumbers numbers_;
+    std::vector<LightBlock> blocks_;
+    std::vector<std::uint16_t> varying_;
+    std::array<Rgb, cubemap_faces> means_;
+    std::array<bool, cubemap_faces> constant_{};
+};
+
+}  // namespace haarfield

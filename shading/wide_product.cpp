@@ -1,0 +1,224 @@
+#include "shading/wide_product.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "shading/wide_product.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "shading/wide_walk-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace haarfield {
+namespace HWY_NAMESPACE {
+
+struct Light {
+    const LightPyramid& pyramid;
+
+    bool is_constant(std::size_t face) const { return pyramid.is_constant(face); }
+    float mean(std::size_t face, int channel) const { return pyramid.mean(face)[channel]; }
+
+    HWY_INLINE HeadCells<3> operator()(int level, std::size_t face, std::size_t block) const {
+        const std::size_t index = pyramid.numbers()(level, face, block);
+        const LightBlock& light = pyramid.block(index);
+        return {{load_cells(light.red.data()), load_cells(light.green.data()), load_cells(light.blue.data())},
+                pyramid.varying(index)};
+    }
+};
+
+/// No lighting.
+struct One {
+    bool is_constant(std::size_t) const { return true; }
+    float mean(std::size_t, int) const { return 1; }
+
+    HWY_INLINE HeadCells<1> operator()(int, std::size_t, std::size_t) const { return {{all_cells(1)}}; }
+};
+
+struct Integral {
+    static constexpr unsigned needed = 2;
+    static constexpr float cell_share = 1.0f / wide_cells;
+
+    Cells sum[3];
+
+    Integral() {
+        for (Cells& channel : sum) channel = all_cells(0);
+    }
+    HWY_INLINE void visit(int, std::size_t, std::size_t, unsigned done, const Cells& product,
+                          const HeadCells<3>& head) {
+        const Cells share = only(done, product);
+        for (int c = 0; c < 3; ++c) sum[c] = multiply_add(share, head.value[c], sum[c]);
+    }
+};
+
+template <int channels>
+struct BlockWriter {
+    static constexpr unsigned needed = 1;
+    static constexpr float cell_share = 1;
+
+    BlockNumbers numbers;
+    std::vector<WaveletBlock<channels>>& blocks;
+    std::array<std::size_t, 4> place{};  ///< Of the block at hand and those above, by level.
+
+    HWY_INLINE void visit(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
+                          const HeadCells<channels>& head) {
+        const std::size_t here = place[std::size_t(level)] = blocks.size();
+        const std::size_t parent = level == 0 ? here : place[std::size_t(level) - 1];
+        WaveletBlock<channels>& added = blocks.emplace_back();
+        added.block = static_cast<std::uint32_t>(numbers(level, face, block));
+        added.parent = static_cast<std::uint32_t>(parent);
+        added.cell = static_cast<std::uint32_t>(block % wide_cells);
+        const Cells share = only(done, product);
+        for (std::size_t c = 0; c < channels; ++c)
+            store_cells(share * head.value[c], added.amplitude[c].data());
+    }
+};
+
+struct FaceFactors {
+    float constant = 1;  ///< Product of the factors that do not vary on the face.
+    float mean = 1;      ///< Product of all factors' means.
+};
+
+/// Lists the factors that vary on a face.
+FaceFactors list_factors(std::span<const WeightedTrees> factors, std::size_t face,
+                         VaryingFactors<float>& varying) {
+    varying.clear();
+    FaceFactors result;
+    for (const WeightedTrees& factor : factors) {
+        float constant = factor.constant, mean = constant;
+        varying.add_factor();
+        for (const WeightedTrees::Part& part : factor.parts) {
+            const WideFace<float>& tree = (*part.tree)[face];
+            mean += part.weight * tree.mean;
+            if (tree.root)
+                varying.add_node(tree.root, part.weight);
+            else
+                constant += part.weight * tree.mean;
+        }
+        result.mean *= mean;
+        if (!varying.set_constant(constant)) result.constant *= constant;
+    }
+    return result;
+}
+
+/// How far down trees are walked.
+struct Depth {
+    int levels;   ///< Of wide nodes.
+    bool halved;  ///< Of the last of them, only the first of its two levels.
+
+    Depth(int depth, int face_levels)
+        : levels(std::min((depth + 1) / 2, face_levels)), halved(depth < 2 * levels) {}
+};
+
+Rgb integral(const LightPyramid& light, std::span<const WeightedTrees> factors, int depth,
+             WalkMemory<float>& memory) {
+    const auto [levels, halved] = Depth(depth, light.numbers().levels());
+    const Light head{light};
+    Integral sum;
+    Walk<float, Light, Integral> walk(head, sum, memory, levels - 1, halved);
+    Rgb constant_faces(0.0f);
+    for (std::size_t face = 0; face < cubemap_faces; ++face) {
+        const FaceFactors on_face = list_factors(factors, face, memory.varying[0]);
+        if (on_face.constant == 0) continue;
+        const std::size_t varying = memory.varying[0].factor_count + (light.is_constant(face) ? 0 : 1);
+        if (levels > 0 && varying >= Integral::needed)
+            walk.visit(0, face, 0, on_face.constant * Integral::cell_share);
+        else
+            constant_faces += light.mean(face) * on_face.mean;
+    }
+    return constant_faces + Rgb(sum_of(sum.sum[0]), sum_of(sum.sum[1]), sum_of(sum.sum[2]));
+}
+
+/// The Haar transform of a block's cells, into the slots of WaveletBlock. Returns their mean.
+float transform_cells(std::array<float, wide_cells>& cell) {
+    const auto transform = [&](std::size_t first, std::size_t step) {
+        float &a = cell[first], &b = cell[first + step], &c = cell[first + 2 * step],
+              &d = cell[first + 3 * step];
+        const float upper = a + b, lower = c + d, upper_slope = a - b, lower_slope = c - d;
+        a = (upper + lower) * 0.25f;
+        b = (upper_slope + lower_slope) * 0.25f;
+        c = (upper - lower) * 0.25f;
+        d = (upper_slope - lower_slope) * 0.25f;
+    };
+    for (std::size_t quadrant = 0; quadrant < wide_cells; quadrant += 4) transform(quadrant, 1);
+    transform(0, 4);
+    return cell[0];
+}
+
+template <int channels, class Head>
+void write_product(const Head& head, const BlockNumbers& numbers, std::span<const WeightedTrees> factors,
+                   int depth, WalkMemory<float>& memory, std::vector<WaveletBlock<channels>>& blocks) {
+    const auto [levels, halved] = Depth(depth, numbers.levels());
+    BlockWriter<channels> writer{numbers, blocks};
+    Walk<float, Head, BlockWriter<channels>> walk(head, writer, memory, levels - 1, halved);
+    blocks.clear();
+    for (std::size_t face = 0; face < cubemap_faces; ++face) {
+        const FaceFactors on_face = list_factors(factors, face, memory.varying[0]);
+        const bool varies = memory.varying[0].factor_count > 0 || !head.is_constant(face);
+        if (levels > 0 && varies && on_face.constant != 0) {
+            walk.visit(0, face, 0, on_face.constant);
+            continue;
+        }
+        const auto place = static_cast<std::uint32_t>(blocks.size());
+        WaveletBlock<channels>& root = blocks.emplace_back();
+        root = {static_cast<std::uint32_t>(face), place, 0, {}};
+        // All cells alike, which is transformed below.
+        for (int c = 0; c < channels; ++c)
+            root.amplitude[std::size_t(c)].fill(on_face.mean * head.mean(face, c));
+    }
+    for (std::size_t i = blocks.size(); i-- > 0;)
+        for (std::size_t c = 0; c < channels; ++c) {
+            const float mean = transform_cells(blocks[i].amplitude[c]);
+            if (blocks[i].parent != i) blocks[blocks[i].parent].amplitude[c][blocks[i].cell] = mean;
+        }
+}
+
+void product_with_light(const LightPyramid& light, std::span<const WeightedTrees> factors, int depth,
+                        WalkMemory<float>& memory, std::vector<WaveletBlock<3>>& blocks) {
+    write_product(Light{light}, light.numbers(), factors, depth, memory, blocks);
+}
+
+void product_alone(const BlockNumbers& numbers, std::span<const WeightedTrees> factors, int depth,
+                   WalkMemory<float>& memory, std::vector<WaveletBlock<1>>& blocks) {
+    write_product(One{}, numbers, factors, depth, memory, blocks);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace haarfield
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace haarfield {
+
+HWY_EXPORT(integral);
+HWY_EXPORT(product_with_light);
+HWY_EXPORT(product_alone);
+
+namespace {
+
+void reserve(std::span<const WeightedTrees> factors, WalkMemory<float>& memory) {
+    std::size_t nodes = 0;
+    for (const WeightedTrees& factor : factors) nodes += factor.parts.size();
+    memory.reserve(factors.size(), nodes);
+}
+
+}  // namespace
+
+Rgb product_integral(const LightPyramid& light, std::span<const WeightedTrees> factors, int depth,
+                     WalkMemory<float>& memory) {
+    reserve(factors, memory);
+    return HWY_DYNAMIC_DISPATCH(integral)(light, factors, depth, memory);
+}
+
+void function_product(const LightPyramid& light, std::span<const WeightedTrees> factors, int depth,
+                      WalkMemory<float>& memory, std::vector<WaveletBlock<3>>& product) {
+    reserve(factors, memory);
+    HWY_DYNAMIC_DISPATCH(product_with_light)(light, factors, depth, memory, product);
+}
+
+void function_product(int face_size, std::span<const WeightedTrees> factors, int depth,
+                      WalkMemory<float>& memory, std::vector<WaveletBlock<1>>& product) {
+    reserve(factors, memory);
+    HWY_DYNAMIC_DISPATCH(product_alone)(BlockNumbers(face_size), factors, depth, memory, product);
+}
+
+}  // namespace haarfield
+#endif

@@ -1,0 +1,153 @@
+// The walk down the trees of all factors. Included once per instruction set, inside Highway's foreach_target.
+
+#if defined(HAARFIELD_WIDE_WALK_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef HAARFIELD_WIDE_WALK_INL_H
+#undef HAARFIELD_WIDE_WALK_INL_H
+#else
+#define HAARFIELD_WIDE_WALK_INL_H
+#endif
+
+#include <type_traits>
+
+#include "shading/cells-inl.h"
+#include "shading/wide_walk.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace haarfield {
+namespace HWY_NAMESPACE {
+
+/// The mean over a block's cells of what is not a tree: lighting, and what a vertex does with it.
+template <int channel_count>
+struct HeadCells {
+    static constexpr int channels = channel_count;
+
+    Cells value[channels];  ///< Per channel.
+    unsigned once = 0;      ///< Cells on which at least one of its functions varies,
+    unsigned twice = 0;     ///< and at least two.
+    unsigned zero = 0;      ///< Cells on which it vanishes.
+};
+
+template <class Cell>
+HWY_INLINE Cells factor_cells(const VaryingFactor& factor, const WeightedNode<Cell>* nodes) {
+    Cells value = all_cells(factor.constant);
+    for (std::uint32_t i = 0; i < factor.nodes; ++i)
+        value = multiply_add(all_cells(nodes[i].weight), load_cells(nodes[i].node->mean.data()), value);
+    return value;
+}
+
+/// Goes down a face, cell by cell, while at least Sink::needed functions vary and no constant factor is zero.
+///
+/// Where fewer than two functions vary the mean of the product is the product of the means: a function times
+/// constants averages to its mean times the constants. Constants are passed down as one number.
+///
+/// Head  HeadCells operator()(int level, std::size_t face, std::size_t block): see HeadCells.
+/// Sink  is told of each block, parents first: visit(level, face, block, cells that are done, product of the
+///       constants and trees, head). `constant` of the root is what that product is multiplied by, on each
+///       level once more by Sink::cell_share.
+template <class Cell, class Head, class Sink>
+class Walk {
+    using HeadValue = std::invoke_result_t<const Head&, int, std::size_t, std::size_t>;
+
+public:
+    /// last_level  whose nodes are the last to take part; on it, cells are averaged over quadrants if
+    /// `halved`.
+    Walk(const Head& head, Sink& sink, WalkMemory<Cell>& memory, int last_level, bool halved)
+        : head_(head), sink_(sink), memory_(memory), last_level_(last_level), halved_(halved) {}
+
+    /// memory.varying[level] holds the factors that vary on the block.
+    void visit(int level, std::size_t face, std::size_t block, float constant) {
+        auto head = head_(level, face, block);
+        if (level == last_level_)
+            finish(level, face, block, constant, head);
+        else
+            descend(level, face, block, constant, head);
+    }
+
+private:
+    void finish(int level, std::size_t face, std::size_t block, float constant, HeadValue& head) {
+        const VaryingFactors<Cell>& varying = memory_.varying[std::size_t(level)];
+        if (halved_)
+            for (Cells& channel : head.value) channel = quadrant_means(channel);
+        Cells product = all_cells(constant);
+        const WeightedNode<Cell>* nodes = varying.nodes.data();
+        for (std::size_t f = 0; f < varying.factor_count; ++f) {
+            Cells value = factor_cells(varying.factors[f], nodes);
+            if (halved_) value = quadrant_means(value);
+            product = product * value;
+            nodes += varying.factors[f].nodes;
+        }
+        sink_.visit(level, face, block, 0xffffu, product, head);
+    }
+
+    void descend(int level, std::size_t face, std::size_t block, float constant, const HeadValue& head) {
+        const VaryingFactors<Cell>& varying = memory_.varying[std::size_t(level)];
+        auto* evaluated = memory_.evaluated[std::size_t(level)].data();
+        Cells product = all_cells(constant), constants = product;
+        unsigned once = head.once, twice = head.twice;
+        const WeightedNode<Cell>* nodes = varying.nodes.data();
+        for (std::size_t f = 0; f < varying.factor_count; ++f) {
+            Cells value = all_cells(varying.factors[f].constant), constant_part = value;
+            unsigned cells = 0;
+            for (std::uint32_t i = 0; i < varying.factors[f].nodes; ++i, ++nodes) {
+                const WideNode<Cell>& node = *nodes->node;
+                const Cells share = all_cells(nodes->weight) * load_cells(node.mean.data());
+                value = value + share;
+                constant_part = constant_part + only(~unsigned(node.varying), share);
+                cells |= node.varying;
+            }
+            store_cells(constant_part, evaluated[f].constant.data());
+            evaluated[f].varying = cells;
+            product = product * value;
+            constants = constants * choose(cells, all_cells(1), value);
+            twice |= once & cells;
+            once |= cells;
+        }
+        const unsigned zero = head.zero | cells_that_are_zero(constants);
+        const unsigned more = (Sink::needed == 2 ? twice : once) & ~zero;
+        sink_.visit(level, face, block, 0xffffu & ~(more | zero), product, head);
+        if (more == 0) return;
+        alignas(64) float cell_constants[wide_cells];
+        store_cells(constants, cell_constants);
+        for (unsigned left = more; left != 0; left &= left - 1) {
+            const auto cell = static_cast<unsigned>(std::countr_zero(left));
+            list_children(level, cell);
+            visit(level + 1, face, block * wide_cells + cell, cell_constants[cell] * Sink::cell_share);
+        }
+    }
+
+    /// The factors that vary on a cell.
+    void list_children(int level, unsigned cell) {
+        const VaryingFactors<Cell>& varying = memory_.varying[std::size_t(level)];
+        const auto* evaluated = memory_.evaluated[std::size_t(level)].data();
+        VaryingFactors<Cell>& below = memory_.varying[std::size_t(level) + 1];
+        VaryingFactor* factor = below.factors.data();
+        WeightedNode<Cell>* end = below.nodes.data();
+        const WeightedNode<Cell>* node = varying.nodes.data();
+        for (std::size_t f = 0; f < varying.factor_count; ++f) {
+            const std::uint32_t count = varying.factors[f].nodes;
+            if (evaluated[f].varying >> cell & 1u) {
+                const WeightedNode<Cell>* first = end;
+                for (std::uint32_t i = 0; i < count; ++i) {
+                    // Written always, kept if it varies.
+                    *end = {child_of(node[i].node, cell), node[i].weight};
+                    end += node[i].node->varying >> cell & 1u;
+                }
+                *factor++ = {evaluated[f].constant[cell], static_cast<std::uint32_t>(end - first)};
+            }
+            node += count;
+        }
+        below.factor_count = std::size_t(factor - below.factors.data());
+    }
+
+    const Head& head_;
+    Sink& sink_;
+    WalkMemory<Cell>& memory_;
+    const int last_level_;
+    const bool halved_;
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace haarfield
+HWY_AFTER_NAMESPACE();
+
+#endif
