@@ -64,6 +64,30 @@ HWY_INLINE Cells operator+(const Cells& a, const Cells& b) {
     return result;
 }
 
+HWY_INLINE Cells operator-(const Cells& a, const Cells& b) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::Sub(a.part[i], b.part[i]);
+    return result;
+}
+
+HWY_INLINE Cells operator/(const Cells& a, const Cells& b) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::Div(a.part[i], b.part[i]);
+    return result;
+}
+
+HWY_INLINE Cells larger(const Cells& a, const Cells& b) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::Max(a.part[i], b.part[i]);
+    return result;
+}
+
+HWY_INLINE Cells smaller(const Cells& a, const Cells& b) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::Min(a.part[i], b.part[i]);
+    return result;
+}
+
 /// a b + c
 HWY_INLINE Cells multiply_add(const Cells& a, const Cells& b, const Cells& c) {
     Cells result;
@@ -110,13 +134,19 @@ HWY_INLINE unsigned cells_that_are_zero(const Cells& values) {
     return bits_of(masks);
 }
 
-/// Of each quadrant's four cells, in all four.
-HWY_INLINE Cells quadrant_means(const Cells& values) {
+HWY_INLINE unsigned cells_above(const Cells& values, float bound) {
+    hn::Mask<Floats> masks[parts];
+    for (std::size_t i = 0; i < parts; ++i) masks[i] = hn::Gt(values.part[i], hn::Set(Floats(), bound));
+    return bits_of(masks);
+}
+
+/// Means over runs of 4 cells, that is, quadrants, or of all 16, in place of each of them.
+HWY_INLINE Cells means_of(const Cells& values, int run) {
     alignas(64) float cell[wide_cells];
     store_cells(values, cell);
-    for (std::size_t q = 0; q < wide_cells; q += 4)
-        cell[q] = cell[q + 1] = cell[q + 2] = cell[q + 3] =
-            ((cell[q] + cell[q + 1]) + (cell[q + 2] + cell[q + 3])) * 0.25f;
+    for (int step = 1; step < run; step *= 2)
+        for (int i = 0; i < int(wide_cells); i += 2 * step)
+            for (int k = i; k < i + step; ++k) cell[k] = cell[k + step] = (cell[k] + cell[k + step]) * 0.5f;
     return load_cells(cell);
 }
 

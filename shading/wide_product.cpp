@@ -72,54 +72,18 @@ struct BlockWriter {
     }
 };
 
-struct FaceFactors {
-    float constant = 1;  ///< Product of the factors that do not vary on the face.
-    float mean = 1;      ///< Product of all factors' means.
-};
-
-/// Lists the factors that vary on a face.
-FaceFactors list_factors(std::span<const WeightedTrees> factors, std::size_t face,
-                         VaryingFactors<float>& varying) {
-    varying.clear();
-    FaceFactors result;
-    for (const WeightedTrees& factor : factors) {
-        float constant = factor.constant, mean = constant;
-        varying.add_factor();
-        for (const WeightedTrees::Part& part : factor.parts) {
-            const WideFace<float>& tree = (*part.tree)[face];
-            mean += part.weight * tree.mean;
-            if (tree.root)
-                varying.add_node(tree.root, part.weight);
-            else
-                constant += part.weight * tree.mean;
-        }
-        result.mean *= mean;
-        if (!varying.set_constant(constant)) result.constant *= constant;
-    }
-    return result;
-}
-
-/// How far down trees are walked.
-struct Depth {
-    int levels;   ///< Of wide nodes.
-    bool halved;  ///< Of the last of them, only the first of its two levels.
-
-    Depth(int depth, int face_levels)
-        : levels(std::min((depth + 1) / 2, face_levels)), halved(depth < 2 * levels) {}
-};
-
-Rgb integral(const LightPyramid& light, std::span<const WeightedTrees> factors, int depth,
+Rgb integral(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
              WalkMemory<float>& memory) {
-    const auto [levels, halved] = Depth(depth, light.numbers().levels());
+    const Depth levels(depth, light.numbers().levels());
     const Light head{light};
     Integral sum;
-    Walk<float, Light, Integral> walk(head, sum, memory, levels - 1, halved);
+    Walk<float, Light, Integral> walk(head, sum, memory, levels);
     Rgb constant_faces(0.0f);
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const FaceFactors on_face = list_factors(factors, face, memory.varying[0]);
         if (on_face.constant == 0) continue;
         const std::size_t varying = memory.varying[0].factor_count + (light.is_constant(face) ? 0 : 1);
-        if (levels > 0 && varying >= Integral::needed)
+        if (levels.levels > 0 && varying >= Integral::needed)
             walk.visit(0, face, 0, on_face.constant * Integral::cell_share);
         else
             constant_faces += light.mean(face) * on_face.mean;
@@ -144,16 +108,17 @@ float transform_cells(std::array<float, wide_cells>& cell) {
 }
 
 template <int channels, class Head>
-void write_product(const Head& head, const BlockNumbers& numbers, std::span<const WeightedTrees> factors,
-                   int depth, WalkMemory<float>& memory, std::vector<WaveletBlock<channels>>& blocks) {
-    const auto [levels, halved] = Depth(depth, numbers.levels());
+void write_product(const Head& head, const BlockNumbers& numbers,
+                   std::span<const WeightedTrees<float>> factors, int depth, WalkMemory<float>& memory,
+                   std::vector<WaveletBlock<channels>>& blocks) {
+    const Depth levels(depth, numbers.levels());
     BlockWriter<channels> writer{numbers, blocks};
-    Walk<float, Head, BlockWriter<channels>> walk(head, writer, memory, levels - 1, halved);
+    Walk<float, Head, BlockWriter<channels>> walk(head, writer, memory, levels);
     blocks.clear();
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const FaceFactors on_face = list_factors(factors, face, memory.varying[0]);
         const bool varies = memory.varying[0].factor_count > 0 || !head.is_constant(face);
-        if (levels > 0 && varies && on_face.constant != 0) {
+        if (levels.levels > 0 && varies && on_face.constant != 0) {
             walk.visit(0, face, 0, on_face.constant);
             continue;
         }
@@ -171,12 +136,12 @@ void write_product(const Head& head, const BlockNumbers& numbers, std::span<cons
         }
 }
 
-void product_with_light(const LightPyramid& light, std::span<const WeightedTrees> factors, int depth,
+void product_with_light(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
                         WalkMemory<float>& memory, std::vector<WaveletBlock<3>>& blocks) {
     write_product(Light{light}, light.numbers(), factors, depth, memory, blocks);
 }
 
-void product_alone(const BlockNumbers& numbers, std::span<const WeightedTrees> factors, int depth,
+void product_alone(const BlockNumbers& numbers, std::span<const WeightedTrees<float>> factors, int depth,
                    WalkMemory<float>& memory, std::vector<WaveletBlock<1>>& blocks) {
     write_product(One{}, numbers, factors, depth, memory, blocks);
 }
@@ -192,31 +157,21 @@ HWY_EXPORT(integral);
 HWY_EXPORT(product_with_light);
 HWY_EXPORT(product_alone);
 
-namespace {
-
-void reserve(std::span<const WeightedTrees> factors, WalkMemory<float>& memory) {
-    std::size_t nodes = 0;
-    for (const WeightedTrees& factor : factors) nodes += factor.parts.size();
-    memory.reserve(factors.size(), nodes);
-}
-
-}  // namespace
-
-Rgb product_integral(const LightPyramid& light, std::span<const WeightedTrees> factors, int depth,
+Rgb product_integral(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
                      WalkMemory<float>& memory) {
-    reserve(factors, memory);
+    memory.reserve(factors);
     return HWY_DYNAMIC_DISPATCH(integral)(light, factors, depth, memory);
 }
 
-void function_product(const LightPyramid& light, std::span<const WeightedTrees> factors, int depth,
+void function_product(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
                       WalkMemory<float>& memory, std::vector<WaveletBlock<3>>& product) {
-    reserve(factors, memory);
+    memory.reserve(factors);
     HWY_DYNAMIC_DISPATCH(product_with_light)(light, factors, depth, memory, product);
 }
 
-void function_product(int face_size, std::span<const WeightedTrees> factors, int depth,
+void function_product(int face_size, std::span<const WeightedTrees<float>> factors, int depth,
                       WalkMemory<float>& memory, std::vector<WaveletBlock<1>>& product) {
-    reserve(factors, memory);
+    memory.reserve(factors);
     HWY_DYNAMIC_DISPATCH(product_alone)(BlockNumbers(face_size), factors, depth, memory, product);
 }
 

@@ -7,17 +7,6 @@
 
 namespace haarfield {
 
-/// A function of direction:  constant + sum of weight * tree. A tree by itself has constant 0 and weight 1; a
-/// visibility interpolated between samples has the samples' weights.
-struct WeightedTrees {
-    struct Part {
-        const WideCubemap<float>* tree;
-        float weight;
-    };
-    float constant = 0;
-    std::span<const Part> parts;
-};
-
 /// I = int light f_1 ... f_k dw over the sphere, per channel, in one walk (the lighting holds the solid
 /// angle).
 ///
@@ -32,7 +21,7 @@ struct WeightedTrees {
 /// the
 ///           integral over a square is the sum over its cells, and where at most one function varies it is
 ///           the product of the means.
-Rgb product_integral(const LightPyramid& light, std::span<const WeightedTrees> factors, int depth,
+Rgb product_integral(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
                      WalkMemory<float>& memory);
 
 /// Haar amplitudes (quadtree.h) of one square and its quadrants, by channel.
@@ -55,11 +44,11 @@ struct WaveletBlock {
 /// cost    O(blocks on which any function varies and none is zero).
 /// source  Sun and Mukherjee 2006, section 5.2. Means of the product are written top-down, then transformed
 ///         bottom-up; this needs no scatter to the ancestors of every node.
-void function_product(const LightPyramid& light, std::span<const WeightedTrees> factors, int depth,
+void function_product(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
                       WalkMemory<float>& memory, std::vector<WaveletBlock<3>>& product);
 
 /// T = f_1 ... f_k. face_size: that the factors were made from.
-void function_product(int face_size, std::span<const WeightedTrees> factors, int depth,
+void function_product(int face_size, std::span<const WeightedTrees<float>> factors, int depth,
                       WalkMemory<float>& memory, std::vector<WaveletBlock<1>>& product);
 
 }  // namespace haarfield

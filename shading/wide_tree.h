@@ -32,6 +32,19 @@ struct WideFace {
 template <class Cell>
 using WideCubemap = std::array<WideFace<Cell>, cubemap_faces>;
 
+/// A function of direction as a sum:  constant + sum of weight * tree. A tree by itself has constant 0 and
+/// weight 1; a visibility interpolated between samples has the samples' weights, and the weight of "nothing
+/// in the way" as the constant.
+template <class Cell>
+struct WeightedTrees {
+    struct Part {
+        const WideCubemap<Cell>* tree;
+        float weight;
+    };
+    float constant = 0;
+    std::span<const Part> parts;
+};
+
 /// A node's child in a cell that varies.
 template <class Cell>
 const WideNode<Cell>* child_of(const WideNode<Cell>* node, unsigned cell) {

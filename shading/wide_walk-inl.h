@@ -16,6 +16,8 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
+inline constexpr unsigned all_sixteen = 0xffff;
+
 /// The mean over a block's cells of what is not a tree: lighting, and what a vertex does with it.
 template <int channel_count>
 struct HeadCells {
@@ -49,14 +51,17 @@ class Walk {
     using HeadValue = std::invoke_result_t<const Head&, int, std::size_t, std::size_t>;
 
 public:
-    /// last_level  whose nodes are the last to take part; on it, cells are averaged over quadrants if
-    /// `halved`.
-    Walk(const Head& head, Sink& sink, WalkMemory<Cell>& memory, int last_level, bool halved)
-        : head_(head), sink_(sink), memory_(memory), last_level_(last_level), halved_(halved) {}
+    Walk(const Head& head, Sink& sink, WalkMemory<Cell>& memory, const Depth& depth)
+        : head_(head),
+          sink_(sink),
+          memory_(memory),
+          last_level_(depth.levels - 1),
+          average_(depth.average) {}
 
     /// memory.varying[level] holds the factors that vary on the block.
     void visit(int level, std::size_t face, std::size_t block, float constant) {
-        auto head = head_(level, face, block);
+        HeadValue head = head_(level, face, block);
+        if (head.zero == all_sixteen) return;
         if (level == last_level_)
             finish(level, face, block, constant, head);
         else
@@ -66,17 +71,17 @@ public:
 private:
     void finish(int level, std::size_t face, std::size_t block, float constant, HeadValue& head) {
         const VaryingFactors<Cell>& varying = memory_.varying[std::size_t(level)];
-        if (halved_)
-            for (Cells& channel : head.value) channel = quadrant_means(channel);
+        if (average_ > 1)
+            for (Cells& channel : head.value) channel = means_of(channel, average_);
         Cells product = all_cells(constant);
         const WeightedNode<Cell>* nodes = varying.nodes.data();
         for (std::size_t f = 0; f < varying.factor_count; ++f) {
             Cells value = factor_cells(varying.factors[f], nodes);
-            if (halved_) value = quadrant_means(value);
+            if (average_ > 1) value = means_of(value, average_);
             product = product * value;
             nodes += varying.factors[f].nodes;
         }
-        sink_.visit(level, face, block, 0xffffu, product, head);
+        sink_.visit(level, face, block, all_sixteen, product, head);
     }
 
     void descend(int level, std::size_t face, std::size_t block, float constant, const HeadValue& head) {
@@ -104,7 +109,7 @@ private:
         }
         const unsigned zero = head.zero | cells_that_are_zero(constants);
         const unsigned more = (Sink::needed == 2 ? twice : once) & ~zero;
-        sink_.visit(level, face, block, 0xffffu & ~(more | zero), product, head);
+        sink_.visit(level, face, block, all_sixteen & ~(more | zero), product, head);
         if (more == 0) return;
         alignas(64) float cell_constants[wide_cells];
         store_cells(constants, cell_constants);
@@ -143,7 +148,7 @@ private:
     Sink& sink_;
     WalkMemory<Cell>& memory_;
     const int last_level_;
-    const bool halved_;
+    const int average_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -1,7 +1,7 @@
 #pragma once
 /// What the walk down n trees keeps of the factors, and its memory.
 
-#include <cassert>
+#include <algorithm>
 
 #include "shading/wide_tree.h"
 
@@ -37,8 +37,14 @@ struct VaryingFactors {
     void add_factor() { factors[factor_count++] = {0, 0}; }
     /// To the factor added last.
     void add_node(const WideNode<Cell>* node, float weight) {
+        VaryingFactor& factor = factors[factor_count - 1];
+        for (std::size_t i = node_count - factor.nodes; i < node_count; ++i)
+            if (nodes[i].node == node) {
+                nodes[i].weight += weight;
+                return;
+            }
         nodes[node_count++] = {node, weight};
-        ++factors[factor_count - 1].nodes;
+        ++factor.nodes;
     }
     /// Completes the factor added last; false if it has no nodes: then it is taken from the list.
     bool set_constant(float constant) {
@@ -58,11 +64,63 @@ struct WalkMemory {
         unsigned varying;                                    ///< Cells.
     };
     std::array<std::vector<Evaluated>, 4> evaluated;  ///< By level and factor.
+    std::vector<Vec3f> sides;  ///< Of near occluders, in the frame of the face at hand.
 
-    void reserve(std::size_t most_factors, std::size_t most_nodes) {
-        for (auto& level : varying) level.reserve(most_factors, most_nodes);
+    /// Room for a walk with these factors.
+    void reserve(std::span<const WeightedTrees<Cell>> factors) {
+        std::size_t nodes = 0;
+        for (const auto& factor : factors) nodes += factor.parts.size();
+        for (auto& level : varying) level.reserve(factors.size(), nodes);
         for (auto& level : evaluated)
-            if (level.size() < most_factors) level.resize(most_factors);
+            if (level.size() < factors.size()) level.resize(factors.size());
+    }
+};
+
+/// What a cell of 1 stands for.
+template <class Cell>
+inline constexpr float cell_unit = 1;
+template <>
+inline constexpr float cell_unit<std::uint8_t> = 1.0f / 255;
+
+struct FaceFactors {
+    float constant = 1;  ///< Product of the factors that do not vary on the face.
+    float mean = 1;      ///< Product of all factors' means.
+};
+
+/// Lists the factors that vary on a face. Parts that share a tree there become one.
+template <class Cell>
+FaceFactors list_factors(std::span<const WeightedTrees<Cell>> factors, std::size_t face,
+                         VaryingFactors<Cell>& varying) {
+    varying.clear();
+    FaceFactors result;
+    for (const WeightedTrees<Cell>& factor : factors) {
+        float constant = factor.constant, mean = constant;
+        varying.add_factor();
+        for (const auto& part : factor.parts) {
+            const WideFace<Cell>& tree = (*part.tree)[face];
+            mean += part.weight * tree.mean;
+            if (tree.root)
+                varying.add_node(tree.root, part.weight * cell_unit<Cell>);
+            else
+                constant += part.weight * tree.mean;
+        }
+        result.mean *= mean;
+        if (!varying.set_constant(constant)) result.constant *= constant;
+    }
+    return result;
+}
+
+/// How far down trees are walked.
+struct Depth {
+    int levels;   ///< Of wide nodes.
+    int average;  ///< On the last of them, over how many cells each factor is averaged: 1, 4 or 16.
+
+    /// depth of quadtree levels, on faces with so many levels of wide nodes.
+    Depth(int depth, int face_levels)
+        : levels(std::min((depth + 1) / 2, face_levels)), average(depth < 2 * levels ? 4 : 1) {
+        if (levels > 0 || face_levels == 0) return;
+        levels = 1;
+        average = wide_cells;
     }
 };
 

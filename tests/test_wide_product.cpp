@@ -18,8 +18,8 @@ using reference::Texels;
 struct ExampleFactors {
     int size;
     std::vector<std::unique_ptr<WideCubemapTree>> trees;
-    std::vector<std::vector<WeightedTrees::Part>> parts;
-    std::vector<WeightedTrees> factors;
+    std::vector<std::vector<WeightedTrees<float>::Part>> parts;
+    std::vector<WeightedTrees<float>> factors;
     std::array<std::vector<Texels>, cubemap_faces> texels;
 
     /// Of `count` factors the i-th has i % 3 + 1 trees, some of them constant on some faces.
@@ -124,8 +124,8 @@ TEST(WideProduct, IntegralOfHalfSpacesIsZeroWhereTheyExcludeEachOther) {
         right_tree.faces[face] = haar_quadtree<float>(right, 64);
     }
     const WideCubemapTree a(left_tree), b(right_tree);
-    const WeightedTrees::Part parts[] = {{&a.faces(), 1}, {&b.faces(), 1}};
-    const WeightedTrees factors[] = {{0, {&parts[0], 1}}, {0, {&parts[1], 1}}};
+    const WeightedTrees<float>::Part parts[] = {{&a.faces(), 1}, {&b.faces(), 1}};
+    const WeightedTrees<float> factors[] = {{0, {&parts[0], 1}}, {0, {&parts[1], 1}}};
     WalkMemory<float> memory;
     EXPECT_EQ(product_integral(LightPyramid(random_light(3, 6, 0.7), 64), factors, full_depth, memory),
               Rgb(0.0f));
