@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <memory>
 
-#include "fields/local_samples.h"
 #include "fields/visibility_rasterizer.h"
 
 namespace haarfield {
@@ -158,7 +157,7 @@ ContentHash field_key(const PreparedMesh& mesh, const FieldSettings& settings) {
 }
 
 Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh,
-                                         const Occluder& occluder, const FieldSettings& settings,
+                                         const EntityOcclusion& occlusion, const FieldSettings& settings,
                                          const Progress& progress) {
     VisibilityField field;
     field.entity = std::move(entity);
@@ -171,10 +170,7 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
     field.planar = planar_sampler(ground_centre, radius, settings.planar_samples);
     field.spherical = spherical_sampler(centre, radius, settings.spherical_samples);
 
-    const Occluder original = make_occluder(mesh.original);
-    const InsideTest is_inside(original);
-    const Occluder own = own_occluder(mesh, occluder);
-    const LocalSamples local = local_samples(mesh, own);
+    const LocalSamples& local = occlusion.samples();
 
     const std::uint64_t planar_count = field.planar.sample_count(),
                         spherical_count = field.spherical.sample_count();
@@ -187,7 +183,7 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
         if (index >= planar_count + spherical_count) {
             const auto v = static_cast<std::size_t>(index - planar_count - spherical_count);
             if (local.buried[v]) return constant_cubemap(0);
-            return worker.sample(own, local.points[v], &mesh.fine.normals[v], settings);
+            return worker.sample(occlusion.own(), local.points[v], &mesh.fine.normals[v], settings);
         }
         Vec3f point;
         if (index < planar_count)
@@ -196,8 +192,8 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
                     Vec3f(0, radius * surface_offset, 0);
         else
             point = field.spherical.sample_position(static_cast<std::uint32_t>(index - planar_count));
-        if (is_inside(point)) return constant_cubemap(0);
-        return worker.sample(occluder, point, nullptr, settings);
+        if (occlusion.in_original()(point)) return constant_cubemap(0);
+        return worker.sample(occlusion.coarse(), point, nullptr, settings);
     };
 
     // Trees are made in parallel and packed in order, a chunk at a time, so that memory stays bounded and the

@@ -1,9 +1,9 @@
 #pragma once
 /// Making a visibility field: rasterize, transform, truncate, pack.
 
+#include "fields/entity_occlusion.h"
 #include "fields/haar_transform.h"
 #include "fields/mesh_preparation.h"
-#include "fields/occluder.h"
 #include "fields/progress.h"
 #include "fields/result.h"
 #include "fields/visibility_field.h"
@@ -17,12 +17,13 @@ ContentHash field_key(const PreparedMesh& mesh, const FieldSettings& settings);
 /// against occlusion (1 - visibility), since a far object blocks little of a texel that is open elsewhere.
 CubemapTree visibility_tree(std::span<const float> visibility, int face_size, const Truncation& truncation);
 
-/// The field of an entity. Uses all of oneTBB's threads; the result does not depend on their number.
+/// The field of an entity; mesh and occlusion are of one entity. Uses all of oneTBB's threads; the result
+/// does not depend on their number.
 ///
 /// cost    one rasterization and transform per planar, spherical and fine-mesh sample.
 /// errors  interrupted; more than 2^31 samples.
 Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh,
-                                         const Occluder& occluder, const FieldSettings& settings,
+                                         const EntityOcclusion& occlusion, const FieldSettings& settings,
                                          const Progress& progress = {});
 
 }  // namespace haarfield

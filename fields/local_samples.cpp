@@ -81,33 +81,24 @@ VisibleMiddles visible_middles(const Mesh& mesh, const InsideTest& is_inside, fl
 
 }  // namespace
 
-Occluder own_occluder(const PreparedMesh& mesh, const Occluder& coarse) {
-    constexpr std::size_t largest_original = 100000;  // triangles
-    const bool is_two_sided = coarse.one_sided < coarse.triangles.size();
-    return is_two_sided && mesh.original.triangles.size() <= largest_original ? make_occluder(mesh.original)
-                                                                              : coarse;
-}
-
-LocalSamples local_samples(const PreparedMesh& prepared, const Occluder& occluder) {
+LocalSamples local_samples(const Mesh& fine, const Occluder& original, const InsideTest& in_original,
+                           const Occluder& own) {
     constexpr float inwards = 0.05f;  // of the way to the middle of the triangles
     constexpr float bulge_limit =
         0.02f;  // beyond it, what lies over a vertex is no error of simplification [radii]
-    const Mesh& mesh = prepared.fine;
-    const Occluder original = make_occluder(prepared.original);
-    const float radius = occluder.bounds.radius(), offset = radius * surface_offset;
-    const VisibleMiddles middles = visible_middles(mesh, InsideTest(original), offset);
+    const float radius = own.bounds.radius(), offset = radius * surface_offset;
+    const VisibleMiddles middles = visible_middles(fine, in_original, offset);
 
     // One-sided pieces are open from below, so that only two-sided ones can hide a vertex under their bulges.
     std::unique_ptr<SurfaceRays> rays;
-    if (occluder.one_sided < occluder.triangles.size() &&
-        occluder.triangles.size() != original.triangles.size())
-        rays = std::make_unique<SurfaceRays>(occluder);
+    if (own.one_sided < own.triangles.size() && own.triangles.size() != original.triangles.size())
+        rays = std::make_unique<SurfaceRays>(own);
 
     LocalSamples samples;
-    samples.points = mesh.positions;
-    samples.buried.assign(mesh.positions.size(), 0);
-    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-        const Vec3f& normal = mesh.normals[v];
+    samples.points = fine.positions;
+    samples.buried.assign(fine.positions.size(), 0);
+    for (std::size_t v = 0; v < fine.positions.size(); ++v) {
+        const Vec3f& normal = fine.normals[v];
         if (middles.count[v] == 0) {
             samples.buried[v] = 1;
             continue;

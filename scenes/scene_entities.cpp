@@ -76,7 +76,7 @@ Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settin
         }
     }
     Result<VisibilityField> field =
-        precompute_field(entity.name, entity.mesh, entity.occluder, settings, progress);
+        precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress);
     if (!field) return field.error();
     entity.field = std::move(*field);
     return write_field(entity.field, entity.field_file);
@@ -116,10 +116,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
             std::move(*imported), {description.fine_vertices, description.coarse_triangles}, progress);
         if (!prepared) return Error{description.mesh.string(), prepared.error().message()};
         entity->mesh = std::move(*prepared);
-        entity->occluder = make_occluder(entity->mesh.coarse);
-        entity->is_inside.emplace(entity->occluder);
-        entity->own_occluder = own_occluder(entity->mesh, entity->occluder);
-        entity->samples = local_samples(entity->mesh, entity->own_occluder);
+        entity->occlusion.emplace(entity->mesh);
         entity->materials = mesh_materials(scene, description, entity->mesh.fine);
         entity->mesh_seconds = seconds_since(mesh_start);
         if (progress.report) progress.report("mesh of " + entity->name, 1, 1);
@@ -135,7 +132,8 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
             settings.coefficients = options.coefficients;
             // What is rasterized at the vertex itself needs no samples around it, beyond the fewest there can
             // be.
-            const bool is_exact = entity->occluder.triangles.size() <= RenderSettings().exact_triangles;
+            const bool is_exact =
+                entity->occlusion->coarse().triangles.size() <= RenderSettings().exact_triangles;
             settings.planar_samples = is_exact ? 0 : description.planar_samples;
             settings.spherical_samples = is_exact ? 0 : description.spherical_samples;
             const Result<Done> done = find_or_make_field(*entity, settings, progress);
@@ -150,8 +148,8 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
 ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, LatLongImage environment) {
     ShadedScene shaded;
     for (const auto& entity : entities.entities)
-        shaded.entities.push_back({&entity->mesh.fine, &entity->occluder, &entity->own_occluder,
-                                   &*entity->is_inside, &entity->field, &entity->samples, entity->materials});
+        shaded.entities.push_back(
+            {&entity->mesh.fine, &*entity->occlusion, &entity->field, entity->materials});
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
         shaded.instances.push_back(
             {entities.entity_of_instance[i], scene.instances[i].translate, scene.instances[i].scale});

@@ -18,10 +18,7 @@ struct SceneEntity {
     std::string name;        ///< The entity's, with the rotation in degrees if there is one: `chair-r0-90-0`.
     std::size_t entity = 0;  ///< Index in Scene::entities.
     PreparedMesh mesh;       ///< Rotated.
-    Occluder occluder;       ///< Of the coarse mesh.
-    Occluder own_occluder;   ///< What its own vertices see.
-    std::optional<InsideTest> is_inside;  ///< Of the occluder.
-    LocalSamples samples;
+    std::optional<EntityOcclusion> occlusion;  ///< Of the mesh; always there once prepared.
     VisibilityField field;
     std::vector<Material> materials;  ///< By the mesh's material index.
     std::filesystem::path field_file;

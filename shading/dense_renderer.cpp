@@ -37,14 +37,14 @@ Rgb dense_vertex(const DenseFrame& frame, std::size_t instance_index, std::uint3
     const VertexView view = vertex_view(scene, instance, vertex);
 
     worker.visibility.assign(frame.directions.size(), 1.0f);
-    worker.multiply(
-        worker.rasterizer.open_samples(*entity.own_occluder, entity.samples->points[vertex], &view.normal));
+    worker.multiply(worker.rasterizer.open_samples(entity.occlusion->own(),
+                                                   entity.occlusion->samples().points[vertex], &view.normal));
     for (std::size_t other = 0; other < scene.instances.size(); ++other) {
         if (other == instance_index) continue;
-        const ShadedEntity& occluder = scene.entities[scene.instances[other].entity];
+        const EntityOcclusion& occlusion = *scene.entities[scene.instances[other].entity].occlusion;
         const Vec3f point = (view.point - scene.instances[other].translate) / scene.instances[other].scale;
-        if ((*occluder.is_inside)(point)) return Rgb(0.0f);
-        worker.multiply(worker.rasterizer.open_samples(*occluder.occluder, point));
+        if (occlusion.in_coarse()(point)) return Rgb(0.0f);
+        worker.multiply(worker.rasterizer.open_samples(occlusion.coarse(), point));
     }
 
     const bool physical = material.convention == LobeConvention::physical;

@@ -69,9 +69,10 @@ CubemapTree visibility_past(const Frame& frame, const ShadedInstance& other, con
                             Worker& worker) {
     const ShadedEntity& entity = frame.scene.entities[other.entity];
     const Vec3f point = (view.point - other.translate) / other.scale;
-    if (entity.occluder->triangles.size() <= frame.settings.exact_triangles) {
-        if ((*entity.is_inside)(point)) return {};
-        const std::span<const std::uint8_t> open = worker.rasterizer.open_samples(*entity.occluder, point);
+    const Occluder& occluder = entity.occlusion->coarse();
+    if (occluder.triangles.size() <= frame.settings.exact_triangles) {
+        if (entity.occlusion->in_coarse()(point)) return {};
+        const std::span<const std::uint8_t> open = worker.rasterizer.open_samples(occluder, point);
         worker.visibility.resize(open.size());
         for (std::size_t i = 0; i < open.size(); ++i)
             worker.visibility[i] = static_cast<float>(open[i]) / samples_per_texel;

@@ -1,8 +1,7 @@
 #pragma once
 /// A scene as shading sees it: meshes with their fields, where they stand, light and eye.
 
-#include "fields/local_samples.h"
-#include "fields/occluder.h"
+#include "fields/entity_occlusion.h"
 #include "fields/visibility_field.h"
 #include "shading/environment.h"
 #include "shading/material.h"
@@ -12,14 +11,10 @@ namespace haarfield {
 
 /// One kind of object. The pointers must outlive the rendering.
 struct ShadedEntity {
-    const Mesh* mesh = nullptr;          ///< The fine mesh.
-    const Occluder* occluder = nullptr;  ///< Of the coarse mesh.
-    const Occluder* own_occluder =
-        nullptr;  ///< What the vertices see of their own entity; see own_occluder().
-    const InsideTest* is_inside = nullptr;   ///< Of the occluder.
-    const VisibilityField* field = nullptr;  ///< Of the same mesh.
-    const LocalSamples* samples = nullptr;   ///< Of the same mesh.
-    std::vector<Material> materials;         ///< By the mesh's material index.
+    const Mesh* mesh = nullptr;                  ///< The fine mesh.
+    const EntityOcclusion* occlusion = nullptr;  ///< Of the same mesh.
+    const VisibilityField* field = nullptr;      ///< Of the same mesh.
+    std::vector<Material> materials;             ///< By the mesh's material index.
 };
 
 /// world = translate + scale * entity.

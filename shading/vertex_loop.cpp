@@ -18,10 +18,10 @@ VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance,
     const float facing = to_eye.dot(view.normal);
     if (facing < 0) to_eye = (to_eye - view.normal * facing).normalized();
     view.mirror = (view.normal * (2 * std::max(facing, 0.0f)) - to_eye).normalized();
-    const Vec3f inner = entity.samples->points[vertex];
-    const Vec3f towards = entity.occluder->bounds.centre() - inner;
+    const Vec3f inner = entity.occlusion->samples().points[vertex];
+    const Vec3f towards = entity.occlusion->coarse().bounds.centre() - inner;
     const float distance = towards.length(),
-                step = std::min(distance, 1e-3f * entity.occluder->bounds.radius());
+                step = std::min(distance, 1e-3f * entity.occlusion->coarse().bounds.radius());
     const Vec3f drawn = distance > 0 ? inner + towards * (step / distance) : inner;
     view.point = drawn * instance.scale + instance.translate;
     return view;
@@ -74,7 +74,8 @@ Result<std::vector<std::vector<Rgb>>> shaded_vertices(const ShadedScene& scene,
             const VertexShader& shader = shaders.local();
             for (std::size_t v = range.begin(); v != range.end(); ++v) {
                 if (progress.stop.stop_requested()) return;
-                if (!entity.samples->buried[v]) radiance[i][v] = shader(i, static_cast<std::uint32_t>(v));
+                if (!entity.occlusion->samples().buried[v])
+                    radiance[i][v] = shader(i, static_cast<std::uint32_t>(v));
             }
             if (!progress.report) return;
             const std::lock_guard lock(progress_mutex);
@@ -82,7 +83,7 @@ Result<std::vector<std::vector<Rgb>>> shaded_vertices(const ShadedScene& scene,
             progress.report("shading", done, total);
         });
         if (progress.stop.stop_requested()) return Error{"", interrupted};
-        fill_buried(*entity.mesh, entity.samples->buried, radiance[i]);
+        fill_buried(*entity.mesh, entity.occlusion->samples().buried, radiance[i]);
     }
     return radiance;
 }

@@ -9,7 +9,7 @@
 #include <map>
 #include <string>
 
-#include "fields/local_samples.h"
+#include "fields/entity_occlusion.h"
 #include "fields/mesh_preparation.h"
 #include "fields/samplers.h"
 #include "fields/visibility_rasterizer.h"
@@ -112,7 +112,7 @@ const Subject& subject(const std::string& name) {
     const SphericalSampler spherical = spherical_sampler(centre, radius, 10000);
     for (std::uint32_t i = 0; i < wanted; ++i)
         add("spherical", spherical.sample_position(spherical.sample_count() / wanted * i), nullptr);
-    const LocalSamples local = local_samples(found.mesh, found.closed);
+    const LocalSamples local = EntityOcclusion(found.mesh).samples();
     for (std::size_t i = 0; i < wanted; ++i) {
         const std::size_t v = local.points.size() / wanted * i;
         if (!local.buried[v]) add("local", local.points[v], &found.mesh.fine.normals[v]);

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "fields/local_samples.h"
+#include "fields/entity_occlusion.h"
 #include "tests/example_meshes.h"
 
 namespace haarfield {
@@ -11,7 +11,7 @@ namespace {
 
 VisibilityField field_of(const Mesh& mesh, const FieldSettings& settings) {
     const PreparedMesh prepared = prepared_as_is(mesh);
-    return *precompute_field("example", prepared, make_occluder(prepared.coarse), settings);
+    return *precompute_field("example", prepared, EntityOcclusion(prepared), settings);
 }
 
 /// Openness of the upper half of a local sample: mean of the face +y.
@@ -98,7 +98,7 @@ TEST(LocalSamples, FindsVerticesBuriedInAnotherPiece) {
                inner = box_mesh({-0.2f, 0.2f, -0.2f}, {0.2f, 0.8f, 0.2f}, 1),
                through = box_mesh({-0.1f, 0.5f, -0.1f}, {0.1f, 2, 0.1f}, 6);
     const PreparedMesh mesh = prepared_as_is(joined_meshes(joined_meshes(outer, inner), through));
-    const LocalSamples samples = local_samples(mesh, make_occluder(mesh.coarse));
+    const LocalSamples samples = EntityOcclusion(mesh).samples();
     for (std::size_t v = 0; v < outer.positions.size(); ++v) EXPECT_FALSE(samples.buried[v]);
     for (std::size_t v = outer.positions.size(); v < outer.positions.size() + inner.positions.size(); ++v)
         EXPECT_TRUE(samples.buried[v]);
@@ -116,15 +116,15 @@ TEST(LocalSamples, ASimplifiedOpenSurfaceDoesNotDarkenItsVertices) {
     for (Mesh* m : {&mesh.original, &mesh.fine})
         for (Vec3f& p : m->positions) p.y = 0.02f * (p.x * p.x + p.z * p.z);
     mesh.coarse = square_mesh(2, 0.04f);
-    const Occluder coarse = make_occluder(mesh.coarse);
-    EXPECT_EQ(own_occluder(mesh, coarse).triangles.size(), mesh.original.triangles.size());
-    const VisibilityField field = *precompute_field("sheet", mesh, coarse, {32, 0, 0, 6, 18});
+    const EntityOcclusion occlusion(mesh);
+    EXPECT_EQ(occlusion.own().triangles.size(), mesh.original.triangles.size());
+    const VisibilityField field = *precompute_field("sheet", mesh, occlusion, {32, 0, 0, 6, 18});
     for (std::size_t v = 0; v < mesh.fine.positions.size(); ++v)
         EXPECT_GT(openness_above(field, v), 0.95f) << v;
     // A closed mesh is seen from outside only, so that the coarse one serves.
-    const PreparedMesh box = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
-    const Occluder closed = make_occluder(box_mesh({0, 0, 0}, {1, 1, 1}));
-    EXPECT_EQ(own_occluder(box, closed).triangles.size(), 12u);
+    PreparedMesh box = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
+    box.coarse = box_mesh({0, 0, 0}, {1, 1, 1});
+    EXPECT_EQ(EntityOcclusion(box).own().triangles.size(), 12u);
 }
 
 TEST(FieldKey, ChangesWithMeshAndSettings) {
@@ -150,7 +150,7 @@ TEST(FieldPrecompute, StopsWhenAsked) {
     const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
     std::stop_source stop;
     stop.request_stop();
-    const auto field = precompute_field("box", mesh, make_occluder(mesh.coarse), {}, {{}, stop.get_token()});
+    const auto field = precompute_field("box", mesh, EntityOcclusion(mesh), {}, {{}, stop.get_token()});
     ASSERT_FALSE(field);
     EXPECT_EQ(field.error().what, interrupted);
 }

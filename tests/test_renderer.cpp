@@ -28,17 +28,10 @@ public:
         parts_.push_back(std::make_unique<Part>());
         Part& part = *parts_.back();
         part.mesh = mesh;
-        part.occluder = make_occluder(part.mesh.coarse);
-        part.is_inside.emplace(part.occluder);
-        part.samples = local_samples(part.mesh, part.occluder);
-        part.field = *precompute_field("example", part.mesh, part.occluder, {size, 0, 0, planar, spherical});
-        scene.entities.push_back({&part.mesh.fine,
-                                  &part.occluder,
-                                  &part.occluder,
-                                  &*part.is_inside,
-                                  &part.field,
-                                  &part.samples,
-                                  {material}});
+        part.occlusion.emplace(part.mesh);
+        part.field =
+            *precompute_field("example", part.mesh, *part.occlusion, {size, 0, 0, planar, spherical});
+        scene.entities.push_back({&part.mesh.fine, &*part.occlusion, &part.field, {material}});
         return scene.entities.size() - 1;
     }
 
@@ -59,9 +52,7 @@ public:
 private:
     struct Part {
         PreparedMesh mesh;
-        Occluder occluder;
-        std::optional<InsideTest> is_inside;
-        LocalSamples samples;
+        std::optional<EntityOcclusion> occlusion;
         VisibilityField field;
     };
     std::vector<std::unique_ptr<Part>> parts_;

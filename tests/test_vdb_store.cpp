@@ -58,8 +58,7 @@ const VisibilityField& example_field() {
     static const VisibilityField field = [] {
         const PreparedMesh mesh = prepared_as_is(joined_meshes(
             box_mesh({-0.5f, 0, -0.5f}, {0.5f, 1, 0.5f}, 3), sphere_mesh({0, 1.2f, 0}, 0.4f, 8)));
-        return *precompute_field("a chair: \xc3\xa9", mesh, make_occluder(mesh.coarse),
-                                 {16, 10, 0, 100, 150});
+        return *precompute_field("a chair: \xc3\xa9", mesh, EntityOcclusion(mesh), {16, 10, 0, 100, 150});
     }();
     return field;
 }
@@ -501,7 +500,7 @@ TEST(AmbientVisibility, OfASphereIsWhatItsConeLeavesOpen) {
     const Vec3f centre(1, 2, 3);
     const PreparedMesh mesh = prepared_as_is(sphere_mesh(centre, radius, 16));
     const VisibilityField field =
-        *precompute_field("sphere", mesh, make_occluder(mesh.coarse), {32, 0, 0, 6, 4000});
+        *precompute_field("sphere", mesh, EntityOcclusion(mesh), {32, 0, 0, 6, 4000});
     const AmbientVisibility volume = ambient_visibility(field);
     ASSERT_EQ(volume.size, (std::array<std::int32_t, 3>{41, 41, 41}));
     ASSERT_EQ(volume.values.size(), 41u * 41 * 41);

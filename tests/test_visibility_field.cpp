@@ -17,13 +17,13 @@ const PreparedMesh& example_mesh() {
 
 const VisibilityField& example_field() {
     static const VisibilityField field =
-        *precompute_field("box", example_mesh(), make_occluder(example_mesh().coarse), {16, 0, 0, 800, 900});
+        *precompute_field("box", example_mesh(), EntityOcclusion(example_mesh()), {16, 0, 0, 800, 900});
     return field;
 }
 
 std::vector<float> exact_visibility(const Vec3f& point) {
     VisibilityRasterizer rasterizer(16);
-    const Occluder occluder = make_occluder(example_mesh().coarse);
+    const Occluder occluder = EntityOcclusion(example_mesh());
     std::vector<float> visibility;
     for (const std::uint8_t open : rasterizer.open_samples(occluder, point))
         visibility.push_back(static_cast<float>(open) / 8);
