@@ -23,7 +23,7 @@ const VisibilityField& example_field() {
 
 std::vector<float> exact_visibility(const Vec3f& point) {
     VisibilityRasterizer rasterizer(16);
-    const Occluder occluder = EntityOcclusion(example_mesh());
+    const Occluder occluder = make_occluder(example_mesh().coarse);
     std::vector<float> visibility;
     for (const std::uint8_t open : rasterizer.open_samples(occluder, point))
         visibility.push_back(static_cast<float>(open) / 8);
