@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::uint64_t largest_image = std::uint64_t{1} << 28;  // pixels
 constexpr float largest_half = 65000.0f;                         // below 65504, the end of half floats
+constexpr const char* error_attribute = "haarfield:relative_error";
 
 std::string open_image_error(std::string words) {
     while (!words.empty() && (words.back() == '\n' || words.back() == ' ')) words.pop_back();
@@ -58,6 +59,7 @@ Result<std::string> exr_bytes(const Image& image, const std::string& where) {
     }
     OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::HALF);
     spec.attribute("compression", "zip");
+    if (image.relative_error) spec.attribute(error_attribute, *image.relative_error);
     return encoded_file("openexr", spec, OIIO::TypeDesc::FLOAT, values.data(), where);
 }
 
@@ -137,6 +139,8 @@ Result<Image> read_image(const std::filesystem::path& file) {
 
     // An EXR's data window may be smaller or larger than the picture: what it lacks is black background.
     Image image{spec.full_width, spec.full_height, {}, {}};
+    if (const float error = spec.get_float_attribute(error_attribute, -1); error >= 0)
+        image.relative_error = error;
     const std::size_t pixels = static_cast<std::size_t>(image.width) * image.height;
     image.pixels.resize(pixels, Rgb(0, 0, 0));
     if (has_alpha) image.coverage.resize(pixels, 0.0f);

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct Image {
     int width = 0, height = 0;
     std::vector<Rgb> pixels;      ///< Row by row from the top, width * height; linear radiance.
     std::vector<float> coverage;  ///< 0 background to 1 object, per pixel; empty if there is no alpha.
+    /// What its maker estimates its own error to be: RMS of the error / RMS of the radiance, over the
+    /// objects.
+    std::optional<float> relative_error = std::nullopt;
 };
 
 /// Reads any format that OpenImageIO knows.
@@ -31,6 +35,7 @@ Result<Image> read_image(const std::filesystem::path& file);
 /// Writes an image by the file's ending; anything but .exr and .png is an error.
 ///
 /// .exr      linear, half floats, with alpha if there is coverage. Radiance beyond 65000 is clamped.
+///           relative_error becomes an attribute of the file, and read_image finds it again.
 /// .png      8 bit, sRGB-encoded, clamped to [0, 1]; alpha is left out: see over().
 /// atomic    written beside the file under another name, then renamed: never half a file.
 /// errors    non-finite radiance or coverage; what the disk says.

@@ -52,19 +52,18 @@ struct Region {
     }
 };
 
-/// Where to cut between begin and end so that the parts are as equal as can be.
+/// Where to cut between begin and end so that the lower part is as near to `wanted` as can be.
 template <class LowerPart>
-int balanced_cut(int begin, int end, double whole, const LowerPart& lower_part) {
+int nearest_cut(int begin, int end, double wanted, const LowerPart& lower_part) {
     int low = begin + 1, high = end - 1;
-    while (low < high) {  // the first cut at which the lower part is half the whole or more
+    while (low < high) {  // the first cut at which the lower part is as much or more
         const int middle = (low + high) / 2;
-        if (lower_part(middle) < 0.5 * whole)
+        if (lower_part(middle) < wanted)
             low = middle + 1;
         else
             high = middle;
     }
-    if (low > begin + 1 &&
-        std::abs(lower_part(low - 1) - 0.5 * whole) <= std::abs(lower_part(low) - 0.5 * whole))
+    if (low > begin + 1 && std::abs(lower_part(low - 1) - wanted) <= std::abs(lower_part(low) - wanted))
         --low;
     return low;
 }
@@ -73,6 +72,7 @@ int balanced_cut(int begin, int end, double whole, const LowerPart& lower_part) 
 
 std::vector<DomeLight> light_dome(const LatLongImage& environment, const LightDomeOptions& options) {
     assert(options.lights >= 8 && options.uniform_share >= 0 && options.uniform_share <= 1);
+    assert(options.cut_share >= 0.2 && options.cut_share <= 0.8);
     assert(environment.width >= 1 && environment.height >= 1);
     const int width = environment.width, height = environment.height;
     const ImportanceSums importance(environment, options.uniform_share);
@@ -91,13 +91,14 @@ std::vector<DomeLight> light_dome(const LatLongImage& environment, const LightDo
         }
         const double latitude = pi * (0.5 - 0.5 * (region.y0 + region.y1) / height);
         const double breadth = 2 * pi * columns / width * std::cos(latitude), length = pi * rows / height;
+        const double wanted = options.cut_share * region.importance;
         Region first = region, second = region;
         if (rows == 1 || (columns > 1 && breadth >= length))
-            first.x1 = second.x0 = balanced_cut(region.x0, region.x1, region.importance, [&](int cut) {
+            first.x1 = second.x0 = nearest_cut(region.x0, region.x1, wanted, [&](int cut) {
                 return importance(region.x0, region.y0, cut, region.y1);
             });
         else
-            first.y1 = second.y0 = balanced_cut(region.y0, region.y1, region.importance, [&](int cut) {
+            first.y1 = second.y0 = nearest_cut(region.y0, region.y1, wanted, [&](int cut) {
                 return importance(region.x0, region.y0, region.x1, cut);
             });
         for (Region* part : {&first, &second}) {

@@ -259,30 +259,41 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
     return run;
 }
 
-Result<RenderedScene> render_scene(const std::filesystem::path& scene, const std::filesystem::path& exr,
-                                   const PovrayOptions& options, const Progress& progress) {
-    PovrayOptions objects = options, behind = options;
-    objects.declarations.push_back(without_background);
-    behind.declarations.push_back(background_alone);
-
-    Result<PovrayRun> run = run_povray(scene, exr, objects, progress);
+Result<RenderedScene> rendered_scene(const std::filesystem::path& scene, const PovrayOptions& options,
+                                     const Progress& progress) {
+    const std::filesystem::path folder = std::filesystem::absolute(scene).parent_path();
+    const TemporaryFolder temporary(folder);
+    if (temporary.path().empty()) return Error{folder.string(), "can not be written to"};
+    const std::filesystem::path exr = temporary.path() / "picture.exr";
+    Result<PovrayRun> run = run_povray(scene, exr, options, progress);
     if (!run) return run.error();
     Result<Image> image = read_image(exr);
     if (!image) return image.error();
+    return RenderedScene{std::move(*image), std::move(*run)};
+}
 
-    const std::filesystem::path folder = std::filesystem::absolute(exr).parent_path();
-    const TemporaryFolder temporary(folder);
-    if (temporary.path().empty()) return Error{folder.string(), "can not be written to"};
-    const std::filesystem::path background_exr = temporary.path() / "background.exr";
-    if (Result<PovrayRun> second = run_povray(scene, background_exr, behind, {{}, progress.stop}); !second)
-        return second.error();
-    const Result<Image> background = read_image(background_exr);
+Result<Done> write_with_background(const Image& objects, const std::filesystem::path& scene,
+                                   const std::filesystem::path& exr, const PovrayOptions& options,
+                                   const Progress& progress) {
+    PovrayOptions behind = options;
+    behind.declarations.push_back(background_alone);
+    const Result<RenderedScene> background = rendered_scene(scene, behind, {{}, progress.stop});
     if (!background) return background.error();
-    if (Result<Done> written =
-            write_image(over(*image, *background), std::filesystem::path(exr).replace_extension(".png"));
+    if (Result<Done> written = write_image(objects, exr); !written) return written;
+    return write_image(over(objects, background->image),
+                       std::filesystem::path(exr).replace_extension(".png"));
+}
+
+Result<RenderedScene> render_scene(const std::filesystem::path& scene, const std::filesystem::path& exr,
+                                   const PovrayOptions& options, const Progress& progress) {
+    PovrayOptions objects = options;
+    objects.declarations.push_back(without_background);
+    Result<RenderedScene> rendered = rendered_scene(scene, objects, progress);
+    if (!rendered) return rendered;
+    if (Result<Done> written = write_with_background(rendered->image, scene, exr, options, progress);
         !written)
         return written.error();
-    return RenderedScene{std::move(*image), std::move(*run)};
+    return rendered;
 }
 
 }  // namespace haarfield

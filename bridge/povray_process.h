@@ -36,13 +36,22 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
                              const PovrayOptions& options = {}, const Progress& progress = {});
 
 struct RenderedScene {
-    Image image;  ///< The objects, with coverage.
+    Image image;
     PovrayRun run;
 };
 
-/// Renders a scene that write_baked_scene or write_reference_scene wrote: `exr` gets the objects with
-/// their coverage, and a .png beside it of the same stem shows them before the background. The second is
-/// a POV-Ray run of its own, without the objects: half a second.
+/// As run_povray, but into memory.
+Result<RenderedScene> rendered_scene(const std::filesystem::path& scene, const PovrayOptions& options = {},
+                                     const Progress& progress = {});
+
+/// Writes `exr`, the rendered objects of a scene with their coverage, and a .png beside it of the same stem
+/// that shows them before the scene's background. That takes a POV-Ray run of its own, without the objects:
+/// half a second.
+Result<Done> write_with_background(const Image& objects, const std::filesystem::path& scene,
+                                   const std::filesystem::path& exr, const PovrayOptions& options = {},
+                                   const Progress& progress = {});
+
+/// Renders the objects of a scene that write_baked_scene wrote, and writes them with their background.
 Result<RenderedScene> render_scene(const std::filesystem::path& scene, const std::filesystem::path& exr,
                                    const PovrayOptions& options = {}, const Progress& progress = {});
 

@@ -150,7 +150,8 @@ void add_warnings(std::vector<std::string>& warnings, std::span<const ReferenceI
 Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder,
                                              const std::string& scene_name, const Camera& camera,
                                              std::span<const ReferenceInstance> instances,
-                                             const LatLongImage& environment, const LightDomeOptions& dome) {
+                                             const LatLongImage& environment, int lights) {
+    assert(lights >= 16);
     if (!is_scene_name(scene_name))
         return Error{scene_name, "is no scene name; wanted letters, digits, _, - and ."};
     if (Result<Done> good = check_instances(instances); !good) return good.error();
@@ -197,13 +198,25 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     text += "\n" + objects + "\n";
 
     const double distance = std::max(1e4, 8 * extent * files.world_scale);  // outside of everything
-    for (const DomeLight& light : light_dome(environment, dome)) {
-        const Vec3d place = Vec3d(light.direction) * distance;
-        const Rgb colour = light.irradiance * static_cast<float>(1 / pi);
-        text += fmt::format(
-            "light_source {{ <{:.9g},{:.9g},{:.9g}> rgb <{:.7g},{:.7g},{:.7g}> parallel point_at 0 }}\n",
-            place.x, place.y, place.z, colour.x, colour.y, colour.z);
-        ++files.lights;
+    text += fmt::format(
+        "// Two sets of lights, each of which is the whole environment: alone, one is twice as bright.\n"
+        "#declare Share = 0.5;\n#ifdef ({0}) #declare Share = 1; #end\n#ifdef ({1}) #declare Share = 1; "
+        "#end\n",
+        first_lights_alone, second_lights_alone);
+    for (const auto& [switched_off_by, cut_share] :
+         {std::pair(second_lights_alone, 0.5), std::pair(first_lights_alone, 0.4)}) {
+        text += fmt::format("#ifndef ({})\n", switched_off_by);
+        for (const DomeLight& light :
+             light_dome(environment, {.lights = lights / 2, .cut_share = cut_share})) {
+            const Vec3d place = Vec3d(light.direction) * distance;
+            const Rgb colour = light.irradiance * static_cast<float>(1 / pi);
+            text += fmt::format(
+                "light_source {{ <{:.9g},{:.9g},{:.9g}> rgb Share*<{:.7g},{:.7g},{:.7g}> parallel point_at 0 "
+                "}}\n",
+                place.x, place.y, place.z, colour.x, colour.y, colour.z);
+            ++files.lights;
+        }
+        text += "#end\n";
     }
     text += "#end\n";
     files.scene = folder / (scene_name + ".pov");

@@ -18,17 +18,25 @@ struct ReferenceInstance {
     float scale = 1;                      ///< > 0.
 };
 
+/// What a scene file may be told by a declaration: to be lit by one of its two sets of lights, twice as
+/// bright. Without either, both light it.
+inline constexpr const char* first_lights_alone = "First_Lights_Alone";
+inline constexpr const char* second_lights_alone = "Second_Lights_Alone";
+
 struct ReferenceFiles {
     std::filesystem::path scene;                  ///< `NAME.pov`
     std::vector<std::filesystem::path> includes;  ///< The meshes, one file each.
-    int lights = 0;                               ///< Written; black ones are not.
+    int lights = 0;                               ///< Written, of both sets; black ones are not.
     double world_scale = 1;                       ///< POV-Ray units per metre, a power of two.
     std::vector<std::string> warnings;            ///< Where POV-Ray can not show a material as meant.
 };
 
 /// Writes `NAME.pov` and `NAME_mesh_<k>.inc`, each atomically, the scene file last.
 ///
-/// light       light_dome(environment) as parallel light sources with shadows, colour irradiance/pi.
+/// light       two domes of half the lights each, independent of each other (LightDomeOptions::cut_share),
+///             as parallel light sources with shadows, colour irradiance/pi: rendered one at a time, they
+///             tell how far the reference itself can be trusted (reference_picture.h).
+/// lights      of both domes together, at most; >= 16 (asserted).
 /// materials   pigment diffuse, `phong` specular, `phong_size` shininess. In the povray convention
 ///             that is exact: POV-Ray's highlight has no cosine. In the physical one the highlight is
 ///             scaled by (n+2)/2 and lacks the cosine: a warning says so. A coloured highlight is
@@ -40,7 +48,6 @@ struct ReferenceFiles {
 Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder,
                                              const std::string& scene_name, const Camera& camera,
                                              std::span<const ReferenceInstance> instances,
-                                             const LatLongImage& environment,
-                                             const LightDomeOptions& dome = {});
+                                             const LatLongImage& environment, int lights = 1024);
 
 }  // namespace haarfield

@@ -236,7 +236,7 @@ TEST_F(Commands, ABoxOnAFloorLooksAsItsReference) {
     EXPECT_NE(remade.err.find("field remade"), std::string::npos) << remade.err;
 
     // The two renderers share nothing but scene, light and camera.
-    const Outcome traced = run({"reference", "room.toml", "-o", "out", "--lights", "256"});
+    const Outcome traced = run({"reference", "room.toml", "-o", "out", "--relative-error", "0.05"});
     ASSERT_EQ(traced.code, 0) << traced.err;
     const std::vector<std::string> compare{"compare", "out/baked.exr", "out/reference.exr", "-o",
                                            "out",     "--report",      "out/compare.json",  "--min-psnr"};
@@ -249,6 +249,7 @@ TEST_F(Commands, ABoxOnAFloorLooksAsItsReference) {
     for (const char* key : {"psnr_db", "relative_rmse", "rmse", "ssim", "flip"})
         EXPECT_TRUE(difference.contains(key) && difference[key].is_number()) << key;
     EXPECT_LT(difference.value("psnr_db", 99.0), 60.0);
+    EXPECT_LT(difference.value("reference_relative_error", 1.0), 0.05);
     EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / "out/difference.png"));
     EXPECT_NE(text_of(folder_ / "out/report.html").find("haarfield bake room.toml"), std::string::npos);
     const Outcome refused = run(strict);

@@ -38,6 +38,16 @@ TEST(Image, ExrKeepsRadianceAndCoverageToHalfPrecision) {
     }
 }
 
+TEST(Image, ExrKeepsTheErrorThatItsMakerEstimates) {
+    const TestFolder folder;
+    Image image = random_image(3, 2, true, 1);
+    ASSERT_TRUE(write_image(image, folder / "a.exr"));
+    EXPECT_FALSE(read_image(folder / "a.exr")->relative_error);
+    image.relative_error = 0.0125f;
+    ASSERT_TRUE(write_image(image, folder / "a.exr"));
+    EXPECT_EQ(read_image(folder / "a.exr")->relative_error, 0.0125f);
+}
+
 TEST(Image, PngHoldsTheSrgbCurve) {
     const TestFolder folder;
     // Codes of the sRGB standard: linear 0.2140411 is code 127.5, 0.0003035 is code 1; beyond 1 is clamped.

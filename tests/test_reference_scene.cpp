@@ -8,9 +8,9 @@ namespace {
 
 Result<Image> rendered(const TestFolder& folder, const Camera& camera,
                        std::span<const ReferenceInstance> instances, const LatLongImage& environment,
-                       const LightDomeOptions& dome) {
+                       int lights) {
     const Result<ReferenceFiles> files =
-        write_reference_scene(folder.path(), "reference", camera, instances, environment, dome);
+        write_reference_scene(folder.path(), "reference", camera, instances, environment, lights);
     if (!files) return files.error();
     PovrayOptions options;
     options.width = camera.width;
@@ -28,7 +28,7 @@ TEST(ReferenceScene, AWhiteFurnaceReflectsTheAlbedo) {
     material.diffuse = Rgb(0.25f, 0.5f, 1);
     const ReferenceInstance instance{"square", &mesh, {&material, 1}, Vec3f(0, 0, 0), 1};
     const Result<Image> image = rendered(folder, frontal_camera(3, 8), {&instance, 1},
-                                         constant_environment(64, Rgb(1, 1, 1)), {.lights = 800});
+                                         constant_environment(64, Rgb(1, 1, 1)), 800);
     ASSERT_TRUE(image) << image.error().message();
     for (const Rgb& pixel : image->pixels)
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(pixel[c] / material.diffuse[c], 1, 0.005);
@@ -86,12 +86,12 @@ TEST(ReferenceScene, ShadesAsTheMaterialSays) {
     const Camera camera = frontal_camera(3, 40);
     const TestFolder folder;
     const Result<ReferenceFiles> files =
-        write_reference_scene(folder.path(), "reference", camera, instances, environment, {.lights = 8});
+        write_reference_scene(folder.path(), "reference", camera, instances, environment, 16);
     ASSERT_TRUE(files) << files.error().message();
-    EXPECT_EQ(files->lights, 1);
+    EXPECT_EQ(files->lights, 2) << "one of each set";
     EXPECT_EQ(files->includes.size(), 4u) << "instances of one mesh and material share a file";
     EXPECT_EQ(files->warnings.size(), 1u);
-    const Result<Image> image = rendered(folder, camera, instances, environment, {.lights = 8});
+    const Result<Image> image = rendered(folder, camera, instances, environment, 16);
     ASSERT_TRUE(image) << image.error().message();
 
     int checked = 0;
@@ -134,7 +134,7 @@ TEST(ReferenceScene, CastsShadowsAtAnyScale) {
         const TestFolder folder;
         Camera camera = frontal_camera(3, 40);
         camera.position *= size;
-        const Result<Image> image = rendered(folder, camera, instances, environment, {.lights = 8});
+        const Result<Image> image = rendered(folder, camera, instances, environment, 16);
         ASSERT_TRUE(image) << image.error().message();
         int dark = 0;
         for (int y = 0; y < 40; ++y)
@@ -162,7 +162,7 @@ TEST(ReferenceScene, RefusesBadMaterialsAndNormals) {
     const auto accepted = [&](const Mesh& m, std::vector<Material> materials) {
         const ReferenceInstance instance{"a", &m, materials, Vec3f(0, 0, 0), 1};
         return static_cast<bool>(write_reference_scene(folder.path(), "s", frontal_camera(3, 8),
-                                                       {&instance, 1}, environment, {.lights = 8}));
+                                                       {&instance, 1}, environment, 16));
     };
     EXPECT_TRUE(accepted(mesh, {Material{}}));
     EXPECT_FALSE(accepted(mesh, {}));

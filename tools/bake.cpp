@@ -71,9 +71,11 @@ Result<ExitCode> run(const BakeOptions& options, Session& session) {
                ply.string());
 
     if (options.no_render) return ExitCode::done;
-    const Result<Done> rendered =
-        rendered_picture(*scene, options.scene, files->scene, output / "baked.exr", session);
+    const std::filesystem::path exr = output / "baked.exr";
+    const Result<RenderedScene> rendered =
+        render_scene(files->scene, exr, povray_options(*scene, options.scene, session), session.progress);
     if (!rendered) return rendered.error();
+    report_picture(exr, {&rendered->run, 1}, session);
     return ExitCode::done;
 }
 

@@ -76,6 +76,9 @@ Result<ExitCode> run(const CompareOptions& options, Session& session) {
     page.image = &*image;
     page.reference = &*reference;
     page.difference = &*difference;
+    if (reference->relative_error)
+        page.facts.emplace_back("relative error of the second picture itself",
+                                fmt::format("{:.2f} %", 100 * *reference->relative_error));
     if (const Result<Done> written = write_comparison_report(page, output / "report.html"); !written)
         return written.error();
 
@@ -89,11 +92,14 @@ Result<ExitCode> run(const CompareOptions& options, Session& session) {
     session.report["ssim"] = difference->ssim;
     session.report["flip"] = difference->flip;
     session.report["flip_99"] = difference->flip_99;
+    if (reference->relative_error) session.report["reference_relative_error"] = *reference->relative_error;
     fmt::print(
         "psnr           {:.2f} dB\nrelative rmse  {:.4f}\nrmse           {:.6f}\nbias           {:+.4f}\n"
         "ssim           {:.4f}\nflip           {:.4f}\npixels         {}\nreport         {}\n",
         difference->psnr_db, difference->relative_rmse, difference->rmse, difference->bias, difference->ssim,
         difference->flip, difference->pixels, (output / "report.html").string());
+    if (reference->relative_error)
+        fmt::print("reference      has a relative error of {:.4f} itself\n", *reference->relative_error);
     if (difference->psnr_db >= options.min_psnr) return ExitCode::done;
     session.message(
         fmt::format("PSNR is {:.2f} dB; wanted {} dB or more", difference->psnr_db, options.min_psnr));

@@ -1,3 +1,4 @@
+#include "bridge/reference_picture.h"
 #include "bridge/reference_scene.h"
 #include "tools/command.h"
 #include "tools/scene_options.h"
@@ -11,8 +12,36 @@ namespace {
 struct ReferenceOptions {
     SceneOptions scene;
     std::string output;
-    int lights = LightDomeOptions().lights;
+    int lights = 1024;
+    double relative_error = 0;  // instead of `lights`, unless 0
 };
+
+/// The number of lights that the wanted error needs, from two small pictures.
+Result<int> chosen_lights(const std::filesystem::path& folder, const std::string& stem, const Camera& camera,
+                          std::span<const ReferenceInstance> instances, const LatLongImage& environment,
+                          const PovrayOptions& options, double wanted, Session& session) {
+    constexpr std::array<int, 2> tried{256, 1024};
+    PovrayOptions small = options;
+    small.width = std::max(1, options.width / 4);
+    small.height = std::max(1, options.height / 4);
+    small.antialiasing = 0;
+    std::array<double, 2> error{};
+    for (std::size_t k = 0; k < tried.size(); ++k) {
+        const Result<ReferenceFiles> files =
+            write_reference_scene(folder, stem, camera, instances, environment, tried[k]);
+        if (!files) return files.error();
+        const Result<ReferencePicture> picture = rendered_reference(files->scene, small, session.progress);
+        if (!picture) return picture.error();
+        error[k] = double(*picture->image.relative_error);
+    }
+    const LightEstimate estimate = estimated_lights(tried[0], error[0], tried[1], error[1], wanted);
+    fmt::print("lights {}, for an expected relative error of {:.4f}\n", estimate.lights,
+               estimate.relative_error);
+    if (estimate.relative_error > wanted)
+        session.warn(
+            fmt::format("a relative error of {} needs more than {} lights", wanted, estimate.lights));
+    return estimate.lights;
+}
 
 Result<ExitCode> run(const ReferenceOptions& options, Session& session) {
     const std::filesystem::path output = options.output;
@@ -40,21 +69,33 @@ Result<ExitCode> run(const ReferenceOptions& options, Session& session) {
         instances.push_back(
             {instance.name, &entity.mesh.original, entity.materials, instance.translate, instance.scale});
     }
-    LightDomeOptions dome;
-    dome.lights = options.lights;
     if (session.progress.stop.stop_requested()) return Error{"", interrupted};
     const std::string stem = file_stem(*scene) + "_reference";
+    const PovrayOptions povray = povray_options(*scene, options.scene, session);
+    Result<int> lights = options.lights;
+    if (options.relative_error > 0)
+        lights = chosen_lights(output, stem, scene->camera, instances, *environment, povray,
+                               options.relative_error, session);
+    if (!lights) return lights.error();
     const Result<ReferenceFiles> files =
-        write_reference_scene(output, stem, scene->camera, instances, *environment, dome);
+        write_reference_scene(output, stem, scene->camera, instances, *environment, *lights);
     if (!files) return files.error();
     for (const std::string& warning : files->warnings) session.warn(warning);
-    session.report["lights"] = files->lights;
-    session.report["scene"] = files->scene.string();
     fmt::print("scene  {} with {} lights\n", files->scene.string(), files->lights);
 
-    const Result<Done> rendered =
-        rendered_picture(*scene, options.scene, files->scene, output / "reference.exr", session);
-    if (!rendered) return rendered.error();
+    const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, session.progress);
+    if (!picture) return picture.error();
+    const std::filesystem::path exr = output / "reference.exr";
+    if (Result<Done> written =
+            write_with_background(picture->image, files->scene, exr, povray, session.progress);
+        !written)
+        return written.error();
+    report_picture(exr, picture->run, session);
+    const double error = double(*picture->image.relative_error);
+    fmt::print("error  {:.4f}, relative, of the reference itself\n", error);
+    session.report["lights"] = files->lights;
+    session.report["scene"] = files->scene.string();
+    session.report["relative_error"] = error;
     return ExitCode::done;
 }
 
@@ -68,12 +109,22 @@ Command reference_command(CLI::App& program) {
     app->add_option("-o,--output", options->output, "Folder for NAME_reference.pov and the picture")
         ->required()
         ->type_name("DIR");
-    app->add_option("--lights", options->lights, "Distant lights that stand for the environment, at most")
-        ->check(CLI::Range(8, 100000))
-        ->capture_default_str()
-        ->type_name("N");
+    CLI::Option* lights =
+        app->add_option("--lights", options->lights, "Distant lights that stand for the environment, at most")
+            ->check(CLI::Range(16, 100000))
+            ->capture_default_str()
+            ->type_name("N");
+    app->add_option("--relative-error", options->relative_error,
+                    "Take as many lights as bring the reference's own relative error down to E")
+        ->check(CLI::Range(1e-4, 1.0))
+        ->excludes(lights)
+        ->type_name("E");
     add_picture_options(*app, options->scene);
-    app->footer("Example:\n  haarfield reference scenes/single_chair.toml -o out/chair --lights 256");
+    app->footer(
+        "Two independent sets of lights are rendered; the reference is their mean, and their difference "
+        "tells\n"
+        "its error, which `compare` prints too.\n"
+        "Example:\n  haarfield reference scenes/single_chair.toml -o out/chair --relative-error 0.01");
     return {app, [options](Session& session) { return run(*options, session); }};
 }
 

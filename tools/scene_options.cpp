@@ -1,6 +1,5 @@
 #include "tools/scene_options.h"
 
-#include "bridge/povray_process.h"
 #include "scenes/scene_reader.h"
 
 #include <fmt/format.h>
@@ -96,24 +95,28 @@ Result<LatLongImage> opened_environment(const Scene& scene, Session& session) {
     return turned_environment(*image, description.rotation, description.exposure);
 }
 
-Result<Done> rendered_picture(const Scene& scene, const SceneOptions& options,
-                              const std::filesystem::path& pov, const std::filesystem::path& exr,
-                              Session& session) {
+PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const Session& session) {
     PovrayOptions povray;
     povray.width = scene.camera.width;
     povray.height = scene.camera.height;
     povray.threads = session.threads;
     povray.antialiasing = options.antialiasing;
     povray.antialiasing_threshold = antialiasing_threshold;
-    const Result<RenderedScene> picture = render_scene(pov, exr, povray, session.progress);
-    if (!picture) return picture.error();
-    for (const std::string& warning : picture->run.warnings) session.warn("POV-Ray: " + warning);
+    return povray;
+}
+
+void report_picture(const std::filesystem::path& exr, std::span<const PovrayRun> runs, Session& session) {
+    double parse_seconds = 0, trace_seconds = 0;
+    for (const PovrayRun& run : runs) {
+        parse_seconds += run.parse_seconds;
+        trace_seconds += run.trace_seconds;
+    }
+    for (const std::string& warning : runs.back().warnings) session.warn("POV-Ray: " + warning);
     session.report["image"] = exr.string();
-    session.report["povray"] = {{"command_line", picture->run.command_line},
-                                {"parse_seconds", picture->run.parse_seconds},
-                                {"trace_seconds", picture->run.trace_seconds}};
-    fmt::print("image  {} (and .png), traced in {:.1f} s\n", exr.string(), picture->run.trace_seconds);
-    return Done{};
+    session.report["povray"] = {{"command_line", runs.back().command_line},
+                                {"parse_seconds", parse_seconds},
+                                {"trace_seconds", trace_seconds}};
+    fmt::print("image  {} (and .png), traced in {:.1f} s\n", exr.string(), trace_seconds);
 }
 
 std::string file_stem(const Scene& scene) {

@@ -1,11 +1,13 @@
 #pragma once
 /// What precompute, bake and reference share: the scene, what the command line changes in it, its light.
 
+#include "bridge/povray_process.h"
 #include "scenes/scene.h"
 #include "scenes/scene_entities.h"
 #include "tools/command.h"
 
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace haarfield {
@@ -30,11 +32,12 @@ Result<Scene> opened_scene(const SceneOptions& options);
 /// The scene's light: read or made, cleaned (with a warning that counts), turned and exposed.
 Result<LatLongImage> opened_environment(const Scene& scene, Session& session);
 
-/// Renders a scene file to `exr` and a .png beside it, with the scene's resolution; into the report go
-/// `image` and `povray`.
-Result<Done> rendered_picture(const Scene& scene, const SceneOptions& options,
-                              const std::filesystem::path& pov, const std::filesystem::path& exr,
-                              Session& session);
+/// How POV-Ray is to render a scene: with its resolution.
+PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const Session& session);
+
+/// Says where a picture is, and what POV-Ray said; into the report go `image` and `povray`: the times of all
+/// runs together, and the command line of the last.
+void report_picture(const std::filesystem::path& exr, std::span<const PovrayRun> runs, Session& session);
 
 /// The scene's name as POV-Ray's files take it: letters, digits, `_`, `-` and `.`; others become `_`.
 std::string file_stem(const Scene& scene);

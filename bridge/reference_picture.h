@@ -1,0 +1,36 @@
+#pragma once
+/// Rendering the reference, and how far it can be trusted itself.
+
+#include "bridge/povray_process.h"
+
+namespace haarfield {
+
+struct ReferencePicture {
+    Image image;                   ///< The objects, with coverage and relative_error.
+    std::array<PovrayRun, 2> run;  ///< One for each set of lights.
+};
+
+/// Renders the objects of a scene that write_reference_scene wrote, once with each of its two sets of lights;
+/// the image is the mean.
+///
+/// relative_error  RMS of half the difference of the two pictures / RMS of their mean, where the objects
+/// cover
+///                 half a pixel or more: as the sets are independent and equally good, the mean's error is
+///                 as large as that. Not in it: what both have in common, such as POV-Ray's own tolerances.
+/// progress, errors  those of run_povray.
+Result<ReferencePicture> rendered_reference(const std::filesystem::path& scene,
+                                            const PovrayOptions& options = {}, const Progress& progress = {});
+
+/// How many lights bring the reference's relative error down to a wanted one.
+struct LightEstimate {
+    int lights = 0;             ///< At most most_reference_lights.
+    double relative_error = 0;  ///< Expected with so many. Above the wanted one only if the most do not do.
+};
+inline constexpr int most_reference_lights = 16384;
+
+/// From the errors that two numbers of lights have, the second larger: errors fall with a power of the number
+/// between -1/2 and -3/2, which they tell; a tenth more lights are taken for safety.
+LightEstimate estimated_lights(int fewer, double error_of_fewer, int more, double error_of_more,
+                               double wanted);
+
+}  // namespace haarfield

@@ -1,0 +1,103 @@
+#include "bridge/reference_picture.h"
+
+#include "bridge/reference_scene.h"
+#include "tests/bridge_fixtures.h"
+
+namespace haarfield {
+namespace {
+
+/// A square in the shadow of a smaller one, under a sky that is brighter at one side.
+class ShadowedSquare {
+public:
+    ShadowedSquare() : environment_(constant_environment(64, Rgb(0.2f, 0.2f, 0.2f))) {
+        for (int row = 0; row < 64; ++row)
+            for (int column = 0; column < 128; ++column) {
+                const Vec3d d = lat_long_direction((column + 0.5) / 128, (row + 0.5) / 64);
+                const auto glow = static_cast<float>(4 * std::exp(8 * (d.dot(Vec3d(0.6, 0, 0.8)) - 1)));
+                environment_.pixels[static_cast<std::size_t>(128 * row + column)] +=
+                    Rgb(glow, glow, 0.5f * glow);
+            }
+    }
+
+    /// The scene file, lit by so many lights.
+    std::filesystem::path scene(int lights) const {
+        const std::vector<ReferenceInstance> instances{
+            {"wall", &mesh_, {&material_, 1}, Vec3f(0, 0, 0), 1},
+            {"blocker", &mesh_, {&material_, 1}, Vec3f(0.2f, 0.1f, 0.3f), 0.3f}};
+        return write_reference_scene(folder_.path(), "shadow", frontal_camera(3, 48), instances, environment_,
+                                     lights)
+            ->scene;
+    }
+
+    static PovrayOptions options(const char* declaration = nullptr) {
+        PovrayOptions options;
+        options.width = options.height = 48;
+        options.declarations = {without_background};
+        if (declaration) options.declarations.push_back(declaration);
+        return options;
+    }
+
+private:
+    TestFolder folder_;
+    Mesh mesh_ = square_mesh(1, 1);
+    Material material_;
+    LatLongImage environment_;
+};
+
+double relative_difference(const Image& a, const Image& b) {
+    double difference = 0, radiance = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
+            difference += std::pow(double(a.pixels[i][c]) - double(b.pixels[i][c]), 2);
+            radiance += std::pow(double(b.pixels[i][c]), 2);
+        }
+    return std::sqrt(difference / radiance);
+}
+
+TEST(ReferencePicture, IsTheMeanOfTwoSetsOfLightsAndOfAllOfThem) {
+    const ShadowedSquare square;
+    const std::filesystem::path scene = square.scene(64);
+    const Result<ReferencePicture> picture = rendered_reference(scene, ShadowedSquare::options());
+    ASSERT_TRUE(picture) << picture.error().message();
+    const Image first = rendered_scene(scene, ShadowedSquare::options(first_lights_alone))->image,
+                second = rendered_scene(scene, ShadowedSquare::options(second_lights_alone))->image,
+                all = rendered_scene(scene, ShadowedSquare::options())->image;
+    EXPECT_GT(relative_difference(first, second), 0.005) << "the sets shall be independent";
+    for (std::size_t i = 0; i < all.pixels.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
+            const float mean = 0.5f * (first.pixels[i][c] + second.pixels[i][c]);
+            EXPECT_NEAR(picture->image.pixels[i][c], mean, 1e-6f);
+            EXPECT_NEAR(all.pixels[i][c], mean, 1e-3f * mean + 1e-6f);
+        }
+    EXPECT_NEAR(*picture->image.relative_error, 0.5 * relative_difference(first, second), 2e-3);
+}
+
+TEST(ReferencePicture, TellsItsOwnError) {
+    const ShadowedSquare square;
+    const Result<ReferencePicture> truth = rendered_reference(square.scene(8192), ShadowedSquare::options());
+    ASSERT_TRUE(truth) << truth.error().message();
+    for (int lights : {32, 128, 512}) {
+        const Result<ReferencePicture> picture =
+            rendered_reference(square.scene(lights), ShadowedSquare::options());
+        ASSERT_TRUE(picture) << picture.error().message();
+        const double error = relative_difference(picture->image, truth->image);
+        EXPECT_GT(*picture->image.relative_error, 0.5 * error) << lights;
+        EXPECT_LT(*picture->image.relative_error, 3 * error) << lights;
+    }
+}
+
+TEST(ReferencePicture, NeedsAsManyLightsAsTheFallOfTheErrorTells) {
+    // Errors of 4 % and 1 % at 256 and 1024 lights fall as 1/n: 0.5 % wants twice as many, and a tenth more.
+    const LightEstimate halved = estimated_lights(256, 0.04, 1024, 0.01, 0.005);
+    EXPECT_NEAR(halved.lights, 2253, 1);
+    EXPECT_NEAR(halved.relative_error, 0.00455, 1e-5);
+    EXPECT_EQ(estimated_lights(256, 0.04, 1024, 0.01, 0.02).lights, 1024);
+    // An error that does not fall is taken to fall with the root.
+    EXPECT_NEAR(estimated_lights(256, 0.01, 1024, 0.01, 0.005).lights, 4506, 1);
+    const LightEstimate too_many = estimated_lights(256, 0.04, 1024, 0.02, 0.0001);
+    EXPECT_EQ(too_many.lights, most_reference_lights);
+    EXPECT_GT(too_many.relative_error, 0.001);
+}
+
+}  // namespace
+}  // namespace haarfield
