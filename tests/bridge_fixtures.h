@@ -11,6 +11,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/example_meshes.h"
+
 namespace haarfield {
 
 /// An empty folder, removed with what is in it.
@@ -49,28 +51,6 @@ inline std::string text_of(const std::filesystem::path& file) {
     std::stringstream text;
     text << stream.rdbuf();
     return text.str();
-}
-
-/// A square in the plane z = 0 that faces +z, `cells` squares of two triangles along an edge.
-inline Mesh square_mesh(float half_edge, int cells) {
-    Mesh mesh;
-    mesh.material_names = {""};
-    for (int j = 0; j <= cells; ++j)
-        for (int i = 0; i <= cells; ++i) {
-            mesh.positions.emplace_back(
-                half_edge * (2.0f * static_cast<float>(i) / static_cast<float>(cells) - 1),
-                half_edge * (2.0f * static_cast<float>(j) / static_cast<float>(cells) - 1), 0);
-            mesh.normals.emplace_back(0, 0, 1);
-            mesh.vertex_materials.push_back(0);
-        }
-    for (int j = 0; j < cells; ++j)
-        for (int i = 0; i < cells; ++i) {
-            const auto a = static_cast<std::uint32_t>(j * (cells + 1) + i),
-                       c = a + static_cast<std::uint32_t>(cells) + 1;
-            mesh.triangles.push_back({a, a + 1, c + 1});
-            mesh.triangles.push_back({a, c + 1, c});
-        }
-    return mesh;
 }
 
 inline LatLongImage constant_environment(int height, const Rgb& radiance) {

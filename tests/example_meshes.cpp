@@ -32,6 +32,13 @@ Mesh square_mesh(float side, float height, int cells) {
     return mesh;
 }
 
+Mesh upright_square_mesh(float half_edge, int cells) {
+    Mesh mesh;
+    mesh.material_names = {""};
+    add_grid(mesh, {-half_edge, -half_edge, 0}, {2 * half_edge, 0, 0}, {0, 2 * half_edge, 0}, cells);
+    return mesh;
+}
+
 Mesh box_mesh(const Vec3f& lower, const Vec3f& upper, int cells) {
     Mesh mesh;
     mesh.material_names = {""};

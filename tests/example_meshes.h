@@ -8,6 +8,9 @@ namespace haarfield {
 /// One square in the plane y = height, facing up, `side` wide; cells x cells, two triangles each.
 Mesh square_mesh(float side, float height, int cells = 1);
 
+/// One square in the plane z = 0, facing +z, with its middle in the origin; cells x cells.
+Mesh upright_square_mesh(float half_edge, int cells = 1);
+
 /// A closed box with sharp edges: four vertices a side, flat normals; each side cells x cells.
 Mesh box_mesh(const Vec3f& lower, const Vec3f& upper, int cells = 1);
 

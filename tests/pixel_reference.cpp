@@ -130,6 +130,19 @@ RgbQuadtree random_rgb_quadtree(std::uint32_t seed, int levels, double density) 
     return any_random_quadtree<Rgb>(seed, levels, density);
 }
 
+std::vector<Quadtree> random_trees(std::uint32_t seed, int count, int levels, double density) {
+    std::vector<Quadtree> trees;
+    for (int i = 0; i < count; ++i)
+        trees.push_back(random_quadtree(100 * seed + std::uint32_t(i), i % 4 == 2 ? 0 : levels, density));
+    return trees;
+}
+
+std::vector<const Quadtree*> pointers(const std::vector<Quadtree>& trees) {
+    std::vector<const Quadtree*> result;
+    for (const Quadtree& tree : trees) result.push_back(&tree);
+    return result;
+}
+
 std::vector<float> half_plane_texels(std::uint32_t seed, int size) {
     Random random(seed);
     const double angle = 2 * pi * random.uniform(), offset = 0.6 * (random.uniform() - 0.5);

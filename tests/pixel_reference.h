@@ -35,6 +35,12 @@ double wavelet_amplitude(const Texels& texels, int size, int level, int x, int y
 Quadtree random_quadtree(std::uint32_t seed, int levels, double density);
 RgbQuadtree random_rgb_quadtree(std::uint32_t seed, int levels, double density);
 
+/// `count` of them, different for different seeds; every fourth one, from the third on, is constant.
+std::vector<Quadtree> random_trees(std::uint32_t seed, int count, int levels, double density);
+
+/// As the product integral takes them. The trees must outlive the result.
+std::vector<const Quadtree*> pointers(const std::vector<Quadtree>& trees);
+
 /// Coverage of a random half plane, in [0, 1]: what visibility looks like. Truly 0 and 1 off the edge.
 std::vector<float> half_plane_texels(std::uint32_t seed, int size);
 

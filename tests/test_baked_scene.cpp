@@ -53,7 +53,7 @@ TEST(BakedScene, VertexColoursComeBackFromPovray) {
     for (float size : {1.0f, 0.004f}) {
         const TestFolder folder;
         const int cells = 4, resolution = 40;
-        const Mesh mesh = square_mesh(size, cells);
+        const Mesh mesh = upright_square_mesh(size, cells);
         const std::vector<Rgb> radiance = random_radiance(mesh.positions.size(), 1);
         Camera camera = frontal_camera(3 * size, resolution);
         camera.vertical_fov = 2 * std::atan(1.0f / 3);
@@ -91,7 +91,7 @@ TEST(BakedScene, VertexColoursComeBackFromPovray) {
 
 TEST(BakedScene, CameraAndBackgroundAgreeWithOurs) {
     const TestFolder folder;
-    const Mesh mesh = square_mesh(0.05f, 1);
+    const Mesh mesh = upright_square_mesh(0.05f, 1);
     const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(3, 2, 1));
     const LatLongImage environment = direction_environment(128);
     Camera camera;
@@ -138,7 +138,7 @@ TEST(BakedScene, CameraAndBackgroundAgreeWithOurs) {
 
 TEST(BakedScene, AnIncludeServesASceneOfOnesOwn) {
     const TestFolder folder;
-    const Mesh mesh = square_mesh(1, 1);
+    const Mesh mesh = upright_square_mesh(1, 1);
     const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.25f, 0.5f, 0.75f));
     const std::vector<BakedInstance> instances{{"x", &mesh, Vec3f(0, 0, 0), 1, radiance},
                                                {"mesh-1", &mesh, Vec3f(0, 0, 0), 1, radiance},
@@ -169,7 +169,7 @@ TEST(BakedScene, AnIncludeServesASceneOfOnesOwn) {
 
 TEST(BakedScene, SharesEqualColoursAndClampsWhatAPictureCanNotHold) {
     const TestFolder folder;
-    const Mesh mesh = square_mesh(1, 2);
+    const Mesh mesh = upright_square_mesh(1, 2);
     std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.5f, 0.5f, 0.5f));
     radiance[4] = Rgb(1e6f, -1, 0.5f);
     radiance[8] = Rgb(-0.0f, 0, 0);
@@ -186,7 +186,7 @@ TEST(BakedScene, SharesEqualColoursAndClampsWhatAPictureCanNotHold) {
 
 TEST(BakedScene, RefusesWhatPovrayWouldShowWronglyAndWritesNothing) {
     const TestFolder folder;
-    const Mesh mesh = square_mesh(1, 1);
+    const Mesh mesh = upright_square_mesh(1, 1);
     const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(1, 1, 1));
     const BakedInstance good{"good", &mesh, Vec3f(0, 0, 0), 1, radiance};
     const auto refused = [&](const BakedInstance& instance, const char* reason) {
@@ -228,7 +228,7 @@ TEST(BakedScene, RefusesWhatPovrayWouldShowWronglyAndWritesNothing) {
 
 TEST(BakedPly, HoldsWorldPositionsAndBothKindsOfColour) {
     const TestFolder folder;
-    const Mesh mesh = square_mesh(1, 1);
+    const Mesh mesh = upright_square_mesh(1, 1);
     const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.2158605f, 7, -1));
     const std::vector<BakedInstance> instances{{"a", &mesh, Vec3f(1, 2, 3), 2, radiance},
                                                {"b", &mesh, Vec3f(0, 0, 0), 1, radiance}};
@@ -251,7 +251,7 @@ TEST(BakedPly, HoldsWorldPositionsAndBothKindsOfColour) {
 
 TEST(InterpolationRotation, TurnsNoTriangleEdgeOn) {
     // A wavy board, extruded along z: every triangle is parallel to z.
-    Mesh mesh = square_mesh(2, 40);
+    Mesh mesh = upright_square_mesh(2, 40);
     for (Vec3f& p : mesh.positions) p.z = p.z + 1e-3f * p.y + 0.2f * std::sin(3 * p.x);
     for (Vec3f& p : mesh.positions) p = Vec3f(p.x, p.z, p.y);
     const std::array<Vec3d, 3> r = interpolation_rotation(mesh);
@@ -266,7 +266,7 @@ TEST(InterpolationRotation, TurnsNoTriangleEdgeOn) {
 
 TEST(SmallTriangleScale, IsAPowerOfTwoThatMakesEdgesLargeEnough) {
     for (float size : {1e-5f, 1e-3f, 0.3f, 1.0f, 40.0f, 5e5f}) {
-        const double scale = small_triangle_scale(square_mesh(size, 8));
+        const double scale = small_triangle_scale(upright_square_mesh(size, 8));
         EXPECT_EQ(std::exp2(std::round(std::log2(scale))), scale);
         EXPECT_GE(scale * size / 4, 0.1);
         EXPECT_LE(scale * size, 5e5);

@@ -8,22 +8,9 @@
 namespace haarfield {
 namespace {
 
+using reference::pointers;
+using reference::random_trees;
 using reference::Texels;
-
-std::vector<const Quadtree*> pointers(const std::vector<Quadtree>& trees) {
-    std::vector<const Quadtree*> result;
-    for (const Quadtree& tree : trees) result.push_back(&tree);
-    return result;
-}
-
-/// Every fourth one is constant.
-std::vector<Quadtree> random_trees(std::uint32_t seed, int count, int levels, double density) {
-    std::vector<Quadtree> trees;
-    for (int i = 0; i < count; ++i)
-        trees.push_back(reference::random_quadtree(1000 + 100 * seed + std::uint32_t(i),
-                                                   i % 4 == 2 ? 0 : levels, density));
-    return trees;
-}
 
 /// Root first, level by level, siblings side by side by quadrant, every node reached once.
 template <class Value>

@@ -39,7 +39,7 @@ public:
 
 private:
     TestFolder folder_;
-    Mesh mesh_ = square_mesh(1, 1);
+    Mesh mesh_ = upright_square_mesh(1, 1);
     Material material_;
     LatLongImage environment_;
 };

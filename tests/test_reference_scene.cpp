@@ -23,7 +23,7 @@ Result<Image> rendered(const TestFolder& folder, const Camera& camera,
 
 TEST(ReferenceScene, AWhiteFurnaceReflectsTheAlbedo) {
     const TestFolder folder;
-    const Mesh mesh = square_mesh(1, 1);
+    const Mesh mesh = upright_square_mesh(1, 1);
     Material material;
     material.diffuse = Rgb(0.25f, 0.5f, 1);
     const ReferenceInstance instance{"square", &mesh, {&material, 1}, Vec3f(0, 0, 0), 1};
@@ -45,7 +45,7 @@ TEST(ReferenceScene, ShadesAsTheMaterialSays) {
     const Vec3d light = lat_long_direction((sun_column + 0.5) / (2 * height), (sun_row + 0.5) / height);
     ASSERT_GT(light.z, 0.2);
 
-    Mesh mesh = square_mesh(0.45f, 2);
+    Mesh mesh = upright_square_mesh(0.45f, 2);
     mesh.material_names = {"left", "right"};
     // Two materials: the columns of cells do not share vertices, so the middle ones are doubled.
     const Mesh plain = mesh;
@@ -125,7 +125,7 @@ TEST(ReferenceScene, CastsShadowsAtAnyScale) {
         LatLongImage environment = constant_environment(64, Rgb(0, 0, 0));
         environment.pixels[static_cast<std::size_t>(20 * 128 + 64)] = Rgb(1, 1, 1);
         const Vec3d light = lat_long_direction(64.5 / 128, 20.5 / 64);
-        const Mesh mesh = square_mesh(1, 1);
+        const Mesh mesh = upright_square_mesh(1, 1);
         Material material;
         const float above = 0.2f;
         const std::vector<ReferenceInstance> instances{
@@ -157,7 +157,7 @@ TEST(ReferenceScene, CastsShadowsAtAnyScale) {
 
 TEST(ReferenceScene, RefusesBadMaterialsAndNormals) {
     const TestFolder folder;
-    const Mesh mesh = square_mesh(1, 1);
+    const Mesh mesh = upright_square_mesh(1, 1);
     const LatLongImage environment = constant_environment(4, Rgb(1, 1, 1));
     const auto accepted = [&](const Mesh& m, std::vector<Material> materials) {
         const ReferenceInstance instance{"a", &m, materials, Vec3f(0, 0, 0), 1};
