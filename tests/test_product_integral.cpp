@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "fields/haar_transform.h"
-#include "shading/integral_coefficient.h"
+#include "tests/general_basis.h"
 #include "tests/paper_product_integral.h"
 #include "tests/pixel_reference.h"
 
@@ -14,22 +14,9 @@ namespace {
 
 using reference::PaperCumulation;
 using reference::PaperFold;
+using reference::pointers;
+using reference::random_trees;
 using reference::Texels;
-
-std::vector<const Quadtree*> pointers(const std::vector<Quadtree>& trees) {
-    std::vector<const Quadtree*> result;
-    for (const Quadtree& tree : trees) result.push_back(&tree);
-    return result;
-}
-
-/// Every fourth one is constant.
-std::vector<Quadtree> random_trees(std::uint32_t seed, int count, int levels, double density) {
-    std::vector<Quadtree> trees;
-    for (int i = 0; i < count; ++i)
-        trees.push_back(
-            reference::random_quadtree(100 * seed + std::uint32_t(i), i % 4 == 2 ? 0 : levels, density));
-    return trees;
-}
 
 /// Visibility-like factors: half planes; products of many of them nearly vanish.
 std::vector<Quadtree> half_plane_trees(std::uint32_t seed, int count, int size, int coefficients) {
@@ -166,11 +153,12 @@ TEST(ProductIntegral, EqualsThePapersAlgorithmCorrected) {
     for (int count = 2; count <= 8; ++count)
         for (std::uint32_t seed = 0; seed < 10; ++seed) {
             const auto trees = random_trees(seed, count, 5, 0.6);
-            const double table = reference::paper_product_integral(pointers(trees), PaperFold::table);
+            const double table = reference::paper_product_integral(pointers(trees));
             EXPECT_NEAR(product_integral(pointers(trees)), table, 2e-6 * std::max(1.0, std::abs(table)))
                 << count << " factors, seed " << seed;
             if (count > 6) continue;
-            const double recursion = reference::paper_product_integral(pointers(trees), PaperFold::recursion);
+            const double recursion =
+                reference::paper_product_integral(pointers(trees), {PaperFold::recursion});
             EXPECT_NEAR(recursion, table, 1e-12 * std::max(1.0, std::abs(table)));
         }
 }
@@ -180,62 +168,20 @@ TEST(ProductIntegral, OfThePaperToTheLetterForgetsTreesThatEndedAbove) {
     Quadtree f{2.0f, {{{0.5f, 0, 0}, 0}}};
     Quadtree g{1.0f, {{{0, 0, 0}, 1 << 4 | 1}, {{0, 0, 0}, 2 << 4 | 1}, {{1.0f, 0, 0}, 0}}};
     const std::vector<const Quadtree*> factors{&f, &g, &g};
-    const double corrected = reference::paper_product_integral(factors, PaperFold::table);
+    const double corrected = reference::paper_product_integral(factors);
     const double printed =
-        reference::paper_product_integral(factors, PaperFold::table, PaperCumulation::as_printed);
+        reference::paper_product_integral(factors, {PaperFold::table, PaperCumulation::as_printed});
     EXPECT_NEAR(product_integral(factors), 2 + 2.5 / 16, 1e-6);
     EXPECT_NEAR(corrected, 2 + 2.5 / 16, 1e-12);
     EXPECT_NEAR(printed, 2 + 1.0 / 16, 1e-12);
 }
 
 TEST(ProductIntegral, EqualsTheSumOverCoefficientsOnSmallTrees) {
-    struct Term {
-        HaarBasisFunction function;
-        double coefficient;
-    };
-    // The orthonormal expansion of a tree: amplitude * 2^-level.
-    const auto expansion = [](const Quadtree& tree) {
-        std::vector<Term> terms{{{}, double(tree.scaling)}};
-        struct Place {
-            std::int32_t node;
-            int level;
-            std::uint32_t x, y;
-        };
-        std::vector<Place> places;
-        if (!tree.nodes.empty()) places.push_back({0, 0, 0, 0});
-        for (std::size_t i = 0; i < places.size(); ++i) {
-            const Place place = places[i];
-            const Quadtree::Node& node = tree.nodes[std::size_t(place.node)];
-            for (std::uint8_t a = 0; a < 3; ++a)
-                terms.push_back({{HaarBasisFunction::Kind(a + 1), place.level, place.x, place.y},
-                                 double(node.wavelet[a]) / (1 << place.level)});
-            for (unsigned q = 0; q < 4; ++q)
-                if (const std::int32_t child = child_of(node, q); child != no_node)
-                    places.push_back({child, place.level + 1, 2 * place.x + q % 2, 2 * place.y + q / 2});
-        }
-        return terms;
-    };
     for (std::uint32_t seed = 0; seed < 8; ++seed)
         for (int count = 2; count <= 4; ++count) {
-            const auto trees = random_trees(seed, count, count == 4 ? 2 : 3, 0.7);
-            std::vector<std::vector<Term>> expansions;
-            for (const Quadtree& tree : trees) expansions.push_back(expansion(tree));
-            double sum = 0;
-            std::vector<std::size_t> index(trees.size(), 0);
-            for (bool more = true; more;) {
-                std::vector<HaarBasisFunction> functions;
-                double value = 1;
-                for (std::size_t i = 0; i < trees.size(); ++i) {
-                    functions.push_back(expansions[i][index[i]].function);
-                    value *= expansions[i][index[i]].coefficient;
-                }
-                sum += value * integral_coefficient(functions);
-                more = false;
-                for (std::size_t i = 0; i < trees.size() && !more; ++i) {
-                    more = ++index[i] < expansions[i].size();
-                    if (!more) index[i] = 0;
-                }
-            }
+            const int levels = count == 4 ? 2 : 3;
+            const auto trees = random_trees(seed, count, levels, 0.7);
+            const double sum = baseline::general_basis_integral(pointers(trees), levels);
             EXPECT_NEAR(product_integral(pointers(trees)), sum, 1e-6 * std::max(1.0, std::abs(sum)))
                 << count << " factors, seed " << seed;
         }

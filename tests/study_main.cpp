@@ -1,0 +1,60 @@
+/// haarfield_study: the measurements of study.h.
+
+#include <fmt/format.h>
+#include <hwy/targets.h>
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+
+#include "tests/study.h"
+
+namespace {
+
+using namespace haarfield::baseline;
+
+/// The best instruction set in use. Its number is the lowest bit.
+std::string instruction_set() {
+    const std::int64_t supported = hwy::SupportedTargets();
+    return hwy::TargetName(supported & -supported);
+}
+
+int write_plot(const std::vector<PlotPanel>& panels, const std::string& file) {
+    if (file.empty()) return 0;
+    std::ofstream stream(file);
+    stream << svg_plot(panels);
+    stream.close();
+    if (stream) return 0;
+    fmt::print(stderr, "{}: can not be written\n", file);
+    return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("Measures the product integral against the baselines, on one thread, on the shipped scene.",
+                 "haarfield_study");
+    app.require_subcommand(1);
+    std::string file;
+    std::size_t vertices = 0;
+    bool avx2 = false;
+    app.add_flag("--avx2", avx2, "No newer instructions than AVX2");
+    app.add_option("--vertices", vertices, "So many; default: 256, for complexity 16")
+        ->check(CLI::Range(1, 10000));
+    app.add_subcommand("baselines", "Time and error of every method");
+    CLI::App* const complexity =
+        app.add_subcommand("complexity", "The paper's complexity table, with exponents");
+    CLI::App* const depth = app.add_subcommand("depth", "The paper's figure 4: time and error against depth");
+    for (CLI::App* const plotted : {complexity, depth})
+        plotted->add_option("-o,--output", file, "Draw it, too: an SVG file");
+    CLI11_PARSE(app, argc, argv);
+
+    if (avx2) hwy::DisableTargets(HWY_AVX2 - 1);
+    fmt::print("{}, {}\n", instruction_set(), __VERSION__);
+    const auto vertices_or = [vertices](std::size_t otherwise) {
+        return vertices > 0 ? vertices : otherwise;
+    };
+    if (complexity->parsed()) return write_plot(study_complexity(vertices_or(16)), file);
+    if (depth->parsed()) return write_plot(study_depth(vertices_or(256)), file);
+    study_baselines(vertices_or(256));
+    return 0;
+}
