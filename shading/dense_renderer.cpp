@@ -75,8 +75,11 @@ Result<std::vector<std::vector<Rgb>>> dense_vertex_radiance(const ShadedScene& s
                                                             const Progress& progress) {
     const DenseFrame frame{scene, lighting_texels(scene.environment, settings.face_size),
                            texel_directions(settings.face_size)};
+    std::vector<std::vector<std::uint32_t>> orders;
+    for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
+    const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
     return shaded_vertices(
-        scene,
+        scene, order_spans,
         [&]() -> VertexShader {
             return [&frame, worker = std::make_shared<DenseWorker>(settings.face_size)](
                        std::size_t instance, std::uint32_t vertex) {

@@ -1,9 +1,10 @@
 #pragma once
-/// Radiance at the vertices of a scene: one product integral per vertex and lobe.
+/// Radiance at the vertices of a scene: one product integral per vertex.
 
 #include "fields/progress.h"
 #include "fields/result.h"
-#include "shading/shaded_scene.h"
+#include "shading/light_pyramid.h"
+#include "shading/shading_geometry.h"
 
 namespace haarfield {
 
@@ -14,6 +15,13 @@ namespace haarfield {
 /// Buried vertices (LocalSamples::buried) take the mean of their nearest unburied neighbours.
 /// Uses all of oneTBB's threads; the result does not depend on their number. errors: interrupted.
 Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
+                                                      const RenderSettings& settings,
+                                                      const Progress& progress = {});
+
+/// The same for new light or a new eye, with what does not depend on them made once.
+Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
+                                                      const ShadingGeometry& geometry,
+                                                      const LightPyramid& light,
                                                       const RenderSettings& settings,
                                                       const Progress& progress = {});
 

@@ -57,7 +57,34 @@ void fill_buried(const Mesh& mesh, std::span<const std::uint8_t> buried, std::sp
     }
 }
 
+std::vector<std::uint32_t> spatial_order(std::span<const Vec3f> points) {
+    Bounds bounds;
+    for (const Vec3f& point : points)
+        for (int axis = 0; axis < 3; ++axis) {
+            bounds.lower[axis] = std::min(bounds.lower[axis], point[axis]);
+            bounds.upper[axis] = std::max(bounds.upper[axis], point[axis]);
+        }
+    constexpr int bits = 20;
+    const Vec3f size = bounds.upper - bounds.lower;
+    const float cells_per_metre = ((1 << bits) - 1) / std::max({size.x, size.y, size.z, 1e-20f});
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> places;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        std::uint64_t place = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto cell =
+                static_cast<std::uint32_t>((points[i][axis] - bounds.lower[axis]) * cells_per_metre);
+            for (int bit = 0; bit < bits; ++bit) place |= std::uint64_t(cell >> bit & 1u) << (3 * bit + axis);
+        }
+        places.emplace_back(place, static_cast<std::uint32_t>(i));
+    }
+    std::sort(places.begin(), places.end());
+    std::vector<std::uint32_t> order;
+    for (const auto& [place, index] : places) order.push_back(index);
+    return order;
+}
+
 Result<std::vector<std::vector<Rgb>>> shaded_vertices(const ShadedScene& scene,
+                                                      std::span<const std::span<const std::uint32_t>> orders,
                                                       const std::function<VertexShader()>& make_shader,
                                                       const Progress& progress) {
     std::vector<std::vector<Rgb>> radiance;
@@ -70,12 +97,17 @@ Result<std::vector<std::vector<Rgb>>> shaded_vertices(const ShadedScene& scene,
     tbb::enumerable_thread_specific<VertexShader> shaders(make_shader);
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
+        const std::span<const std::uint32_t> order = orders[scene.instances[i].entity];
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, radiance[i].size(), 64), [&](const auto& range) {
             const VertexShader& shader = shaders.local();
-            for (std::size_t v = range.begin(); v != range.end(); ++v) {
+            for (const std::uint32_t v : order.subspan(range.begin(), range.size())) {
                 if (progress.stop.stop_requested()) return;
+<<<<<<< HEAD
                 if (!entity.occlusion->samples().buried[v])
                     radiance[i][v] = shader(i, static_cast<std::uint32_t>(v));
+=======
+                if (!entity.samples->buried[v]) radiance[i][v] = shader(i, v);
+>>>>>>> 638ef69 (WIP renderer on the wide engine)
             }
             if (!progress.report) return;
             const std::lock_guard lock(progress_mutex);

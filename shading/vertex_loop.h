@@ -25,15 +25,20 @@ VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance,
 /// turn, until no more can be reached.
 void fill_buried(const Mesh& mesh, std::span<const std::uint8_t> buried, std::span<Rgb> radiance);
 
+/// The points' numbers along a space-filling curve, so that neighbours in the order are neighbours in space.
+std::vector<std::uint32_t> spatial_order(std::span<const Vec3f> points);
+
 /// The radiance of one vertex of an instance.
 using VertexShader = std::function<Rgb(std::size_t instance, std::uint32_t vertex)>;
 
 /// Shades every vertex that is not buried, then fills the buried ones. By instance and vertex.
 ///
+/// orders       of each entity's vertices, in which they are shaded. The result does not depend on them.
 /// make_shader  makes a shader for one thread, with that thread's buffers; its result may depend on nothing
 ///              but its arguments, so that the threads' number changes nothing.
 /// errors       interrupted.
 Result<std::vector<std::vector<Rgb>>> shaded_vertices(const ShadedScene& scene,
+                                                      std::span<const std::span<const std::uint32_t>> orders,
                                                       const std::function<VertexShader()>& make_shader,
                                                       const Progress& progress);
 

@@ -1,0 +1,295 @@
+#include "shading/vertex_shading.h"
+
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "shading/vertex_shading.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <hwy/contrib/math/math-inl.h>
+
+#include "shading/wide_walk-inl.h"
+
+#ifndef HAARFIELD_VERTEX_SHADING_ONCE
+#define HAARFIELD_VERTEX_SHADING_ONCE
+
+namespace haarfield {
+
+/// Below this share of its peak a lobe is zero;
+inline constexpr float lobe_zero = 1e-4f;
+/// and from this on it varies where its cell is not the finest.
+inline constexpr float lobe_varies = 2e-3f;
+
+/// What all faces and blocks of a vertex share.
+struct VertexTerms {
+    const LightPyramid& light;
+    const DirectionPyramid& directions;
+    const VertexBrdf& brdf;
+    const BlockedCones& near;
+    int last_level;
+    bool has_specular;
+    /// By level: sine of the largest angle from a cell's middle to its border; and the cosines, between
+    /// mirror and middle of a cell, above which the lobe is not zero somewhere in it, and above which it
+    /// varies.
+    std::array<float, 4> margin{}, lobe_near{}, lobe_curved{};
+
+    VertexTerms(const LightPyramid& from, const DirectionPyramid& pyramid, const VertexBrdf& what,
+                const BlockedCones& cones, int last)
+        : light(from),
+          directions(pyramid),
+          brdf(what),
+          near(cones),
+          last_level(last),
+          has_specular(what.specular != Rgb(0.0f)) {
+        const float zero_at = std::acos(std::pow(lobe_zero, 1 / brdf.shininess)),
+                    curved_at = std::acos(std::pow(lobe_varies, 1 / brdf.shininess));
+        for (int level = 0; level <= last; ++level) {
+            const float radius = directions.radius(level);
+            margin[std::size_t(level)] = std::sin(radius);
+            lobe_near[std::size_t(level)] = std::cos(std::min(zero_at + radius, float(pi)));
+            lobe_curved[std::size_t(level)] = std::cos(std::min(curved_at + radius, float(pi)));
+        }
+    }
+};
+
+}  // namespace haarfield
+
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace haarfield {
+namespace HWY_NAMESPACE {
+
+/// The directions of a block, at hand.
+struct BlockDirections {
+    Cells x, y, z, length, extent;
+
+    explicit BlockDirections(const DirectionBlock& block)
+        : x(load_cells(block.x.data())),
+          y(load_cells(block.y.data())),
+          z(load_cells(block.z.data())),
+          length(load_cells(block.length.data())),
+          extent(load_cells(block.extent.data())) {}
+
+    /// Products and sums, not fused: what is decided by them is the same for all instruction sets.
+    HWY_INLINE Cells dot(const Vec3f& v) const {
+        return all_cells(v.x) * x + all_cells(v.y) * y + all_cells(v.z) * z;
+    }
+};
+
+/// Lighting times BRDF times what is seen past the near occluders, on one face.
+class FaceShading {
+public:
+    FaceShading(const VertexTerms& terms, std::size_t face, std::vector<Vec3f>& sides)
+        : terms_(terms),
+          normal_(in_face_frame(terms.brdf.normal, int(face))),
+          mirror_(in_face_frame(terms.brdf.mirror, int(face))),
+          sides_(sides) {
+        sides.clear();
+        for (const Vec3f& side : terms.near.sides) sides.push_back(in_face_frame(side, int(face)));
+    }
+
+    /// Whether the face lies below the horizon.
+    bool is_dark() const { return normal_.z + std::abs(normal_.x) + std::abs(normal_.y) <= 0; }
+
+    HWY_INLINE HeadCells<3> operator()(int level, std::size_t face, std::size_t block) const {
+        const auto at = std::size_t(level);
+        const bool last = level == terms_.last_level;
+        HeadCells<3> head;
+        Cells open = all_cells(1);
+        unsigned half_blocked = 0;
+        const BlockDirections d(terms_.directions.block(level, block));
+        const bool has_cones =
+            !terms_.near.end.empty() && block_near(d, level, block, open, half_blocked, head.zero);
+        if (head.zero == all_sixteen) return head;
+
+        const Cells cosine = d.dot(normal_);
+        const unsigned above = cells_above(cosine, terms_.margin[at]),
+                       not_below = cells_above(cosine, -terms_.margin[at]);
+        const unsigned horizon = not_below & ~above;
+        head.zero |= ~not_below & all_sixteen;
+        unsigned varying = last ? 0 : level == 0 ? not_below : horizon;
+        const Cells clamped = clamped_cosine(d, cosine, horizon);
+
+        Cells reflected[3];
+        const Rgb &diffuse = terms_.brdf.diffuse, &specular = terms_.brdf.specular;
+        for (int c = 0; c < 3; ++c) reflected[c] = all_cells(diffuse[c]) * clamped;
+        if (terms_.has_specular && lobe_may_reach(level, block)) {
+            const Cells aligned = d.dot(mirror_);
+            if (cells_above(aligned, terms_.lobe_near[at]) != 0) {
+                Cells lobe = lobe_cells(d, aligned);
+                lobe = lobe * (terms_.brdf.cosine_weighted ? clamped : share_above(d, cosine, horizon));
+                for (int c = 0; c < 3; ++c)
+                    reflected[c] = multiply_add(all_cells(specular[c]), lobe, reflected[c]);
+                if (!last) varying |= cells_above(aligned, terms_.lobe_curved[at]) & not_below;
+            }
+        }
+        const std::size_t index = terms_.light.numbers()(level, face, block);
+        const LightBlock& light = terms_.light.block(index);
+        head.value[0] = load_cells(light.red.data()) * reflected[0];
+        head.value[1] = load_cells(light.green.data()) * reflected[1];
+        head.value[2] = load_cells(light.blue.data()) * reflected[2];
+        if (has_cones)
+            for (Cells& channel : head.value) channel = channel * open;
+        const unsigned lit = terms_.light.varying(index);
+        head.once = lit | varying | half_blocked;
+        head.twice = (lit & varying) | (lit & half_blocked) | (varying & half_blocked);
+        return head;
+    }
+
+private:
+    /// The middle of a block below the root.
+    HWY_INLINE Vec3f middle(int level, std::size_t block) const {
+        const DirectionBlock& above = terms_.directions.block(level - 1, block / wide_cells);
+        const std::size_t cell = block % wide_cells;
+        return {above.x[cell], above.y[cell], above.z[cell]};
+    }
+
+    HWY_INLINE bool lobe_may_reach(int level, std::size_t block) const {
+        return level == 0 || middle(level, block).dot(mirror_) > terms_.lobe_near[std::size_t(level) - 1];
+    }
+
+    /// Mean over the cells of max(0, N.w). Where the horizon crosses a cell the cosine is taken as uniformly
+    /// distributed over -extent to extent about its mean.
+    HWY_INLINE Cells clamped_cosine(const BlockDirections& d, const Cells& cosine, unsigned horizon) const {
+        const Cells zero = all_cells(0);
+        Cells value = larger(cosine, zero);
+        if (horizon != 0) {
+            const Cells over = larger(cosine + d.extent, zero);
+            const Cells crossed = over * over * all_cells(0.25f) / d.extent;
+            // Where it lies wholly above, the parabola has passed its tangent point.
+            value = choose(cells_above(d.extent - cosine, 0), crossed, value);
+        }
+        return value * d.length;
+    }
+
+    /// The share of the cells that a plane through the vertex leaves above it: mean of [cosine > 0].
+    static HWY_INLINE Cells share_above(const BlockDirections& d, const Cells& cosine, unsigned crossed) {
+        const Cells one = all_cells(1);
+        if (crossed == 0) return only(cells_above(cosine, 0), one);
+        const Cells half = all_cells(0.5f);
+        return smaller(larger(half * (cosine / d.extent) + half, all_cells(0)), one);
+    }
+
+    /// Mean over the cells of max(0, R.w)^n; see vertex_shading.h.
+    HWY_INLINE Cells lobe_cells(const BlockDirections& d, const Cells& aligned) const {
+        const Cells n = all_cells(terms_.brdf.shininess), one = all_cells(1);
+        const Cells spread = d.extent * d.extent * all_cells(1.0f / 3);
+        const Cells m = n / (one + n * spread);
+        const Cells scale = (m + one) * all_cells(1 / (terms_.brdf.shininess + 1));
+        const Cells cosine = larger(aligned, all_cells(1e-9f));
+        Cells power;
+        for (std::size_t i = 0; i < parts; ++i)
+            power.part[i] = hn::Exp(Floats(), hn::Mul(m.part[i], hn::Log(Floats(), cosine.part[i])));
+        return scale * power;
+    }
+
+    /// What the near occluders leave open of each cell; the cells that they cover in part, and those that
+    /// they cover wholly. False if they are nowhere near the block.
+    HWY_INLINE bool block_near(const BlockDirections& d, int level, std::size_t block, Cells& open,
+                               unsigned& partly, unsigned& wholly) const {
+        const float margin = terms_.margin[std::size_t(level)];
+        bool found = false;
+        Cells blocked = all_cells(0);
+        std::uint32_t first = 0;
+        for (const std::uint32_t end : terms_.near.end) {
+            const std::span<const Vec3f> sides(sides_.data() + first, end - first);
+            first = end;
+            if (level > 0) {
+                const CellsCovered whole =
+                    covered(middle(level, block), terms_.margin[std::size_t(level) - 1], sides);
+                if (whole == CellsCovered::none) continue;
+                if (whole == CellsCovered::all) {
+                    wholly = all_sixteen;
+                    return true;
+                }
+            }
+            found = true;
+            Cells share = all_cells(1);
+            unsigned inside = all_sixteen, outside = 0;
+            for (const Vec3f& side : sides) {
+                const Cells height = d.dot(side);
+                const unsigned in = cells_above(height, margin), touched = cells_above(height, -margin);
+                inside &= in;
+                outside |= ~touched & all_sixteen;
+                share = share * share_above(d, height, touched & ~in);
+            }
+            blocked = blocked + share;
+            wholly |= inside;
+            partly |= all_sixteen & ~(inside | outside);
+        }
+        partly &= ~wholly;
+        open = larger(all_cells(1) - blocked, all_cells(0));
+        return found;
+    }
+
+    enum class CellsCovered { none, some, all };
+
+    /// A whole block against one cone.
+    static CellsCovered covered(const Vec3f& middle, float margin, std::span<const Vec3f> sides) {
+        bool all = true;
+        for (const Vec3f& side : sides) {
+            const float height = side.dot(middle);
+            if (height < -margin) return CellsCovered::none;
+            all &= height > margin;
+        }
+        return all ? CellsCovered::all : CellsCovered::some;
+    }
+
+    const VertexTerms& terms_;
+    const Vec3f normal_, mirror_;
+    std::vector<Vec3f>& sides_;  ///< Of the cones, in the face's frame.
+};
+
+struct RadianceSum {
+    static constexpr unsigned needed = 2;
+    static constexpr float cell_share = 1.0f / wide_cells;
+
+    Cells sum[3];
+
+    RadianceSum() {
+        for (Cells& channel : sum) channel = all_cells(0);
+    }
+    HWY_INLINE void visit(int, std::size_t, std::size_t, unsigned done, const Cells& product,
+                          const HeadCells<3>& head) {
+        const Cells share = only(done, product);
+        for (int c = 0; c < 3; ++c) sum[c] = multiply_add(share, head.value[c], sum[c]);
+    }
+};
+
+Rgb radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+             const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+             WalkMemory<std::uint8_t>& memory) {
+    const Depth levels(depth, light.numbers().levels());
+    const VertexTerms terms(light, directions, brdf, near, levels.levels - 1);
+    RadianceSum sum;
+    for (std::size_t face = 0; face < cubemap_faces; ++face) {
+        const FaceShading shading(terms, face, memory.sides);
+        if (shading.is_dark()) continue;
+        const FaceFactors factors = list_factors(visibilities, face, memory.varying[0]);
+        if (factors.constant == 0) continue;
+        Walk<std::uint8_t, FaceShading, RadianceSum> walk(shading, sum, memory, levels);
+        walk.visit(0, face, 0, factors.constant * RadianceSum::cell_share);
+    }
+    return Rgb(sum_of(sum.sum[0]), sum_of(sum.sum[1]), sum_of(sum.sum[2]));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace haarfield
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace haarfield {
+
+HWY_EXPORT(radiance);
+
+Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                    int depth, WalkMemory<std::uint8_t>& memory) {
+    memory.reserve(visibilities);
+    return HWY_DYNAMIC_DISPATCH(radiance)(light, directions, brdf, near, visibilities, depth, memory);
+}
+
+}  // namespace haarfield
+#endif

@@ -1,0 +1,43 @@
+#pragma once
+/// The radiance of one vertex: lighting, BRDF, cosine and all visibilities in one walk.
+
+#include "shading/direction_pyramid.h"
+#include "shading/light_pyramid.h"
+#include "shading/near_occluders.h"
+#include "shading/wide_walk.h"
+
+namespace haarfield {
+
+/// What a vertex does with incident radiance L:
+///     outgoing = int L [ diffuse max(0,N.w) + specular max(0,R.w)^shininess c ] dw,
+/// where c is max(0,N.w) if the highlight is cosine-weighted, and otherwise 1 above the horizon and 0 below
+/// it.
+struct VertexBrdf {
+    Vec3f normal;        ///< N.
+    Vec3f mirror;        ///< R: the view direction, mirrored about the normal.
+    Rgb diffuse{0.0f};   ///< Albedo / pi. [1/sr]
+    Rgb specular{0.0f};  ///< With its normalisation. [1/sr]
+    float shininess = 1;
+    bool cosine_weighted = false;
+};
+
+/// Outgoing radiance of a vertex.
+///
+/// near          occluders that are seen exactly.
+/// visibilities  of the vertex's own entity and of other instances.
+/// depth         as in product_integral; of lighting and visibility trees. Cosine and lobe follow.
+/// memory        of one thread, reused.
+/// accuracy      against plain sums over the texels of the same visibility and lighting: cosines 1e-3,
+/// highlights
+///               1 % of their peak where lighting is constant over 4 x 4 texels or the walk stops at them.
+/// cost          some microseconds; see product_integral.
+/// source        as product_integral. Cosine and lobe are evaluated where the walk comes, not stored: the
+/// mean of
+///               a cosine over a cell is the cosine of the mean direction; a lobe cos^n averaged over a cell
+///               that spreads by s is about cos^m of the cell's middle, with 1/m = 1/n + s and the same
+///               energy (variances of narrow functions add when they are convolved).
+Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                    int depth, WalkMemory<std::uint8_t>& memory);
+
+}  // namespace haarfield

@@ -1,0 +1,156 @@
+#include "shading/wide_visibility.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace haarfield {
+namespace {
+
+/// Differences below this do not count: half of what a byte can tell.
+constexpr float negligible = 1.0f / 512;
+
+/// Makes the wide trees of faces, one after the other.
+class FaceConverter {
+public:
+    /// Appends the face's nodes, root first; none if it is constant. Returns its mean.
+    float append(const QuadtreePool& pool, std::uint32_t face, std::vector<WideNode<std::uint8_t>>& nodes) {
+        unpack_face(pool, face, tree_);
+        squares_.clear();
+        if (tree_.nodes.empty()) return std::clamp(tree_.scaling, 0.0f, 1.0f);
+        const Built root = build(0, tree_.scaling);
+        if (root.square != no_node) {
+            nodes.emplace_back();
+            write(std::size_t(root.square), nodes.size() - 1, nodes);
+        }
+        return root.mean;
+    }
+
+private:
+    struct Square {
+        std::array<float, wide_cells> mean;
+        std::array<std::int32_t, wide_cells> child;  ///< In squares_, or no_node.
+    };
+    struct Built {
+        float mean;
+        std::int32_t square;  ///< no_node: constant.
+    };
+
+    /// The square of a node whose mean was given to it by the wavelets above: its mean once all its cells are
+    /// in [0, 1].
+    Built build(std::int32_t index, float mean) {
+        Square square;
+        square.child.fill(no_node);
+        const Quadtree::Node& node = tree_.nodes[std::size_t(index)];
+        float sum = 0;
+        bool has_children = false;
+        for (unsigned cell = 0; cell < wide_cells; ++cell) {
+            const std::int32_t quadrant = child_of(node, cell / 4);
+            float value = quadrant_mean(mean, node.wavelet, cell / 4);
+            std::int32_t below = no_node;
+            if (quadrant != no_node) {
+                const Quadtree::Node& inner = tree_.nodes[std::size_t(quadrant)];
+                value = quadrant_mean(value, inner.wavelet, cell % 4);
+                below = child_of(inner, cell % 4);
+            }
+            if (below != no_node) {
+                const Built built = build(below, value);
+                value = built.mean;
+                square.child[cell] = built.square;
+                has_children |= built.square != no_node;
+            }
+            square.mean[cell] = std::clamp(value, 0.0f, 1.0f);
+            sum += square.mean[cell];
+        }
+        const float own_mean = sum / wide_cells;
+        const auto [least, most] = std::minmax_element(square.mean.begin(), square.mean.end());
+        if (!has_children && *most - *least < negligible) return {own_mean, no_node};
+        squares_.push_back(square);
+        return {own_mean, static_cast<std::int32_t>(squares_.size() - 1)};
+    }
+
+    void write(std::size_t index, std::size_t place, std::vector<WideNode<std::uint8_t>>& nodes) {
+        const Square& square = squares_[index];
+        WideNode<std::uint8_t> wide;
+        std::size_t child = nodes.size();
+        wide.first_child = static_cast<std::uint32_t>(child - place);
+        for (unsigned cell = 0; cell < wide_cells; ++cell) {
+            wide.mean[cell] = static_cast<std::uint8_t>(std::lround(square.mean[cell] * 255));
+            if (square.child[cell] != no_node) wide.varying |= static_cast<std::uint16_t>(1u << cell);
+        }
+        nodes[place] = wide;
+        nodes.resize(child + std::size_t(std::popcount(wide.varying)));
+        for (const std::int32_t below : square.child)
+            if (below != no_node) write(std::size_t(below), child++, nodes);
+    }
+
+    Quadtree tree_;
+    std::vector<Square> squares_;
+};
+
+/// The faces of all samples, each once, by first use.
+std::vector<std::uint32_t> faces_in_use(const VisibilityField& field, std::span<const std::uint32_t> order) {
+    std::vector<std::uint32_t> faces;
+    std::vector<bool> seen(field.pool.faces.size());
+    const auto use = [&](std::int32_t handle) {
+        for (const std::uint32_t face : field.pool.cubemaps[std::size_t(handle)])
+            if (!seen[face]) {
+                seen[face] = true;
+                faces.push_back(face);
+            }
+    };
+    for (const std::uint32_t vertex : order) use(field.local_handles[vertex]);
+    for (const std::int32_t handle : field.planar_handles) use(handle);
+    for (const std::int32_t handle : field.spherical_handles) use(handle);
+    return faces;
+}
+
+}  // namespace
+
+Result<WideVisibility> WideVisibility::make(const VisibilityField& field,
+                                            std::span<const std::uint32_t> order, std::stop_token stop) {
+    constexpr std::size_t chunk_faces = 1024, constant = std::numeric_limits<std::size_t>::max();
+    const std::vector<std::uint32_t> faces = faces_in_use(field, order);
+    const std::size_t chunks = (faces.size() + chunk_faces - 1) / chunk_faces;
+    WideVisibility result;
+    result.nodes_.resize(chunks);
+    std::vector<WideFace<std::uint8_t>> wide(field.pool.faces.size());
+    tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t chunk) {
+        if (stop.stop_requested()) return;
+        auto& nodes = result.nodes_[chunk];
+        FaceConverter converter;
+        std::array<std::size_t, chunk_faces> root;
+        const std::size_t first = chunk * chunk_faces, count = std::min(chunk_faces, faces.size() - first);
+        for (std::size_t i = 0; i < count; ++i) {
+            root[i] = nodes.size();
+            wide[faces[first + i]].mean = converter.append(field.pool, faces[first + i], nodes);
+            if (nodes.size() == root[i]) root[i] = constant;
+        }
+        nodes.shrink_to_fit();
+        for (std::size_t i = 0; i < count; ++i)
+            if (root[i] != constant) wide[faces[first + i]].root = &nodes[root[i]];
+    });
+    if (stop.stop_requested()) return Error{"", interrupted};
+    const auto cubemaps = [&](const std::vector<std::int32_t>& handles) {
+        std::vector<WideCubemap<std::uint8_t>> by_sample(handles.size());
+        for (std::size_t i = 0; i < handles.size(); ++i)
+            for (std::size_t face = 0; face < cubemap_faces; ++face)
+                by_sample[i][face] = wide[field.pool.cubemaps[std::size_t(handles[i])][face]];
+        return by_sample;
+    };
+    result.planar_ = cubemaps(field.planar_handles);
+    result.spherical_ = cubemaps(field.spherical_handles);
+    result.local_ = cubemaps(field.local_handles);
+    return result;
+}
+
+std::size_t WideVisibility::memory() const {
+    std::size_t bytes =
+        (planar_.size() + spherical_.size() + local_.size()) * sizeof(WideCubemap<std::uint8_t>);
+    for (const auto& chunk : nodes_) bytes += chunk.size() * sizeof(chunk[0]);
+    return bytes;
+}
+
+}  // namespace haarfield
