@@ -1,0 +1,251 @@
+#include "shading/vertex_shading.h"
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <numeric>
+#include <optional>
+#include <random>
+
+#include "fields/haar_transform.h"
+#include "shading/wide_visibility.h"
+#include "tests/example_meshes.h"
+#include "tests/pixel_reference.h"
+
+namespace haarfield {
+namespace {
+
+constexpr int size = 64;
+
+/// Lighting, and three visibilities of truncated half planes; what they are as texels, face by face.
+struct Example {
+    RgbCubemapTree light_tree;
+    VisibilityField field;
+    std::vector<WeightedTrees<std::uint8_t>::Part> parts;
+    std::vector<WeightedTrees<std::uint8_t>> visibilities;
+    std::vector<double> visible;
+    std::optional<WideVisibility> wide;
+    std::optional<LightPyramid> light;
+    DirectionPyramid directions{size};
+
+    explicit Example(std::uint32_t seed) {
+        for (std::uint32_t face = 0; face < cubemap_faces; ++face) {
+            const auto a = reference::half_plane_texels(seed + face, size),
+                       b = reference::noise_texels(seed + 50 + face, 64);
+            std::vector<Rgb> texels;
+            for (std::size_t i = 0; i < a.size(); ++i)
+                texels.push_back(Rgb(0.5f + a[i], 1 + 0.3f * a[i], 0.2f) *
+                                 (0.5f + b[(i / 512) * 8 + i % 64 / 8]));
+            light_tree.faces[face] = haar_quadtree<Rgb>(texels, size, {200, 0});
+        }
+        light.emplace(light_tree, size);
+        QuadtreePoolBuilder builder(size);
+        for (std::uint32_t i = 0; i < 5; ++i) {
+            std::vector<float> texels;
+            for (std::uint32_t face = 0; face < cubemap_faces; ++face) {
+                const auto half = face == i ? std::vector<float>(size * size, 1.0f)
+                                            : reference::half_plane_texels(100 * seed + 10 * i + face, size);
+                texels.insert(texels.end(), half.begin(), half.end());
+            }
+            field.local_handles.push_back(builder.add(haar_cubemap<float>(texels, size, {40, 0})));
+        }
+        field.pool = std::move(builder).finish();
+        std::vector<std::uint32_t> order(5);
+        std::iota(order.begin(), order.end(), 0u);
+        wide = *WideVisibility::make(field, order);
+        // One by itself, and two interpolated ones of which one fades to open.
+        parts = {{&wide->local(0), 1},
+                 {&wide->local(1), 0.25f},
+                 {&wide->local(2), 0.75f},
+                 {&wide->local(3), 0.5f},
+                 {&wide->local(4), 0.2f}};
+        const std::span<const WeightedTrees<std::uint8_t>::Part> all(parts);
+        visibilities = {{0, all.subspan(0, 1)}, {0, all.subspan(1, 2)}, {0.3f, all.subspan(3, 2)}};
+        visible.assign(6 * size * size, 1);
+        for (const auto& factor : visibilities) {
+            std::vector<double> sum(visible.size(), double(factor.constant));
+            for (const auto& part : factor.parts)
+                for (std::size_t i = 0; i < sum.size(); ++i)
+                    sum[i] += double(part.weight) * texel(*part.tree, i);
+            for (std::size_t i = 0; i < sum.size(); ++i) visible[i] *= sum[i];
+        }
+    }
+
+    static double texel(const WideCubemap<std::uint8_t>& tree, std::size_t index) {
+        const WideFace<std::uint8_t>& face = tree[index / (size * size)];
+        const std::size_t row = index / size % size, column = index % size;
+        const WideNode<std::uint8_t>* node = face.root;
+        double value = double(face.mean);
+        for (int bit = 4; node; bit -= 2) {
+            const auto digit = [&](int b) { return (row >> b & 1) << 1 | (column >> b & 1); };
+            const auto cell = static_cast<unsigned>(digit(bit + 1) << 2 | digit(bit));
+            value = node->mean[cell] / 255.0;
+            node = node->varying >> cell & 1u ? child_of(node, cell) : nullptr;
+        }
+        return value;
+    }
+
+    /// By sums over 4 x 4 places in each texel.
+    Vec3d expected(const VertexBrdf& brdf, const BlockedCones& cones) const {
+        std::vector<std::vector<Rgb>> radiance;
+        for (const RgbQuadtree& face : light_tree.faces) radiance.push_back(quadtree_texels(face, size));
+        Vec3d sum(0.0);
+        for (std::size_t i = 0; i < visible.size(); ++i) {
+            const int face = int(i) / (size * size), row = int(i) / size % size, column = int(i) % size;
+            Vec3d reflected(0.0);
+            for (int k = 0; k < 16; ++k) {
+                const Vec3f d = texel_direction(face, 4 * column + k % 4, 4 * row + k / 4, 4 * size);
+                const double cosine = double(d.dot(brdf.normal)),
+                             aligned = std::max(0.0, double(d.dot(brdf.mirror)));
+                if (cosine <= 0 || is_blocked(cones, d)) continue;
+                reflected += (Vec3d(brdf.diffuse) * cosine + Vec3d(brdf.specular) *
+                                                                 std::pow(aligned, double(brdf.shininess)) *
+                                                                 (brdf.cosine_weighted ? cosine : 1)) /
+                             16;
+            }
+            sum += Vec3d(radiance[std::size_t(face)][i % (size * size)]) * reflected * visible[i] /
+                   (size * size);
+        }
+        return sum;
+    }
+
+    static bool is_blocked(const BlockedCones& cones, const Vec3f& direction) {
+        std::size_t first = 0;
+        for (const std::uint32_t end : cones.end) {
+            bool inside = true;
+            for (std::size_t i = first; i < end; ++i) inside &= cones.sides[i].dot(direction) > 0;
+            if (inside) return true;
+            first = end;
+        }
+        return false;
+    }
+
+    Rgb found(const VertexBrdf& brdf, const BlockedCones& cones, int depth = full_depth) const {
+        static WalkMemory<std::uint8_t> memory;
+        return vertex_radiance(*light, directions, brdf, cones, visibilities, depth, memory);
+    }
+};
+
+Vec3f random_direction(std::mt19937& random) {
+    std::normal_distribution<float> normal;
+    return Vec3f(normal(random), normal(random), normal(random)).normalized();
+}
+
+void expect_near(const Rgb& found, const Vec3d& wanted, double tolerance) {
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(found[c], wanted[c], tolerance * (wanted[0] + wanted[1] + wanted[2]) / 3);
+}
+
+TEST(VertexShading, DiffuseEqualsTheSumOverTexels) {
+    std::mt19937 random(1);
+    for (std::uint32_t seed = 0; seed < 4; ++seed) {
+        const Example example(seed);
+        for (int i = 0; i < 6; ++i) {
+            VertexBrdf brdf;
+            brdf.normal = random_direction(random);
+            brdf.mirror = brdf.normal;
+            brdf.diffuse = Rgb(0.3f, 0.2f, 0.1f);
+            SCOPED_TRACE(testing::Message() << "seed " << seed << ", normal " << brdf.normal);
+            expect_near(example.found(brdf, {}), example.expected(brdf, {}), 2e-3);
+        }
+    }
+}
+
+TEST(VertexShading, HighlightsEqualTheSumOverTexels) {
+    std::mt19937 random(2);
+    const Example example(7);
+    for (const float shininess : {1.0f, 5.0f, 30.0f, 60.0f, 200.0f, 1000.0f})
+        for (const bool cosine_weighted : {true, false})
+            for (int i = 0; i < 6; ++i) {
+                VertexBrdf brdf;
+                brdf.normal = random_direction(random);
+                brdf.mirror = (random_direction(random) + brdf.normal).normalized();
+                brdf.specular = Rgb(1.0f);
+                brdf.shininess = shininess;
+                brdf.cosine_weighted = cosine_weighted;
+                SCOPED_TRACE(testing::Message() << "shininess " << shininess << ", mirror " << brdf.mirror
+                                                << (cosine_weighted ? ", cosine" : ""));
+                // Of the unoccluded lobe: a vanishing product has no scale of its own.
+                const Vec3d wanted = example.expected(brdf, {});
+                const double scale = 2 * pi / (shininess + 1) * 1.0;
+                const Rgb found = example.found(brdf, {});
+                for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], wanted[c], 0.015 * scale);
+            }
+}
+
+TEST(VertexShading, NearOccludersAreExact) {
+    std::mt19937 random(3);
+    const Example example(9);
+    const Mesh meshes[] = {square_mesh(2, -0.5f), box_mesh({-0.5f, 0.3f, -0.5f}, {0.5f, 1, 0.6f}),
+                           joined_meshes(box_mesh({0.4f, -1, -1}, {0.5f, 1, 1}), square_mesh(3, 1.2f))};
+    for (const Mesh& mesh : meshes) {
+        BlockedCones cones;
+        add_cones(convex_polygons(make_occluder(mesh)), Vec3f(0.1f, 0.05f, -0.08f), cones);
+        ASSERT_FALSE(cones.end.empty());
+        for (int i = 0; i < 6; ++i) {
+            VertexBrdf brdf;
+            brdf.normal = random_direction(random);
+            brdf.mirror = brdf.normal;
+            brdf.diffuse = Rgb(0.3f);
+            expect_near(example.found(brdf, cones), example.expected(brdf, cones), 4e-3);
+        }
+    }
+}
+
+TEST(VertexShading, NothingIsSeenFromUnderACover) {
+    const Example example(4);
+    BlockedCones cones;
+    add_cones(convex_polygons(make_occluder(square_mesh(1000, 1e-3f))), Vec3f(0.0f), cones);
+    VertexBrdf brdf;
+    brdf.normal = {0, 1, 0};
+    brdf.mirror = {0, 1, 0};
+    brdf.diffuse = Rgb(1.0f);
+    EXPECT_NEAR(example.found(brdf, cones).x, 0, 1e-5);
+}
+
+TEST(VertexShading, LessDepthIsCoarserButNear) {
+    std::mt19937 random(5);
+    const Example example(11);
+    double before = 0;
+    for (const int depth : {6, 4, 2, 0}) {
+        double error = 0;
+        random.seed(5);
+        for (int i = 0; i < 10; ++i) {
+            VertexBrdf brdf;
+            brdf.normal = random_direction(random);
+            brdf.mirror = brdf.normal;
+            brdf.diffuse = Rgb(0.3f);
+            error +=
+                std::abs(double(example.found(brdf, {}, depth).x) / example.expected(brdf, {}).x - 1) / 10;
+        }
+        EXPECT_GE(error, before) << depth;
+        EXPECT_LT(error, depth == 6 ? 2e-3 : depth == 4 ? 0.02 : 0.5) << depth;
+        before = error;
+    }
+}
+
+TEST(VertexShading, AgreesBetweenInstructionSets) {
+    const Example example(13);
+    BlockedCones cones;
+    add_cones(convex_polygons(make_occluder(square_mesh(2, -0.5f))), Vec3f(0.1f, 0.05f, -0.08f), cones);
+    VertexBrdf brdf;
+    brdf.normal = Vec3f(0.2f, 0.7f, 0.3f).normalized();
+    brdf.mirror = Vec3f(0.6f, 0.5f, 0.1f).normalized();
+    brdf.diffuse = Rgb(0.3f);
+    brdf.specular = Rgb(1.0f);
+    brdf.shininess = 40;
+    const Rgb wanted = example.found(brdf, cones);
+    const std::int64_t all = hwy::SupportedTargets();
+    for (std::int64_t left = all; left != 0; left &= left - 1) {
+        hwy::SetSupportedTargetsForTest(left & -left);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        const Rgb found = example.found(brdf, cones);
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(found[c], wanted[c], 1e-5 * wanted[c]) << hwy::TargetName(left & -left);
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+}
+
+}  // namespace
+}  // namespace haarfield

@@ -1,0 +1,127 @@
+#include "shading/wide_visibility.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "fields/haar_transform.h"
+#include "tests/pixel_reference.h"
+
+namespace haarfield {
+namespace {
+
+void draw(const WideNode<std::uint8_t>* node, double mean, int x, int y, int side, int size,
+          std::vector<double>& texels) {
+    if (!node || side == 1) {
+        for (int row = y; row < y + side; ++row)
+            for (int column = x; column < x + side; ++column) texels[std::size_t(row * size + column)] = mean;
+        return;
+    }
+    for (unsigned cell = 0; cell < wide_cells; ++cell) {
+        const int cx = int(cell / 4 % 2) * 2 + int(cell % 2), cy = int(cell / 8) * 2 + int(cell % 4 / 2);
+        draw(node->varying >> cell & 1u ? child_of(node, cell) : nullptr, node->mean[cell] / 255.0,
+             x + cx * side / 4, y + cy * side / 4, side / 4, size, texels);
+    }
+}
+
+std::vector<double> texels_of(const WideFace<std::uint8_t>& face, int size) {
+    std::vector<double> texels(std::size_t(size) * std::size_t(size));
+    draw(face.root, face.mean, 0, 0, size, size, texels);
+    return texels;
+}
+
+/// Half planes, truncated: they leave [0, 1].
+struct ExampleField {
+    VisibilityField field;
+    std::vector<std::vector<float>> exact;  ///< By cubemap, all faces.
+
+    explicit ExampleField(std::uint32_t samples, int coefficients = 30) {
+        QuadtreePoolBuilder builder(64);
+        for (std::uint32_t i = 0; i < samples; ++i) {
+            std::vector<float> texels;
+            for (std::uint32_t face = 0; face < cubemap_faces; ++face) {
+                const auto half = face == 5 ? std::vector<float>(64 * 64, float(i % 2))
+                                            : reference::half_plane_texels(10 * i + face, 64);
+                texels.insert(texels.end(), half.begin(), half.end());
+            }
+            const std::int32_t handle = builder.add(haar_cubemap<float>(texels, 64, {coefficients}));
+            exact.push_back(texels);
+            (i % 3 == 0   ? field.local_handles
+             : i % 3 == 1 ? field.planar_handles
+                          : field.spherical_handles)
+                .push_back(handle);
+        }
+        field.pool = std::move(builder).finish();
+    }
+};
+
+TEST(WideVisibility, IsTheTruncatedVisibilityBroughtBackIntoItsRange) {
+    const ExampleField example(30);
+    const VisibilityField& field = example.field;
+    std::vector<std::uint32_t> order(field.local_handles.size());
+    std::iota(order.rbegin(), order.rend(), 0u);
+    const WideVisibility wide = *WideVisibility::make(field, order);
+    const auto expect_cubemap = [&](const WideCubemap<std::uint8_t>& found, std::int32_t handle) {
+        double error = 0, truncation_error = 0;
+        for (std::size_t face = 0; face < cubemap_faces; ++face) {
+            const auto texels = texels_of(found[face], 64);
+            const auto truncated = quadtree_texels(
+                unpacked_face(field.pool, field.pool.cubemaps[std::size_t(handle)][face]), 64);
+            double mean = 0;
+            for (std::size_t t = 0; t < texels.size(); ++t) {
+                ASSERT_NEAR(texels[t], std::clamp(truncated[t], 0.0f, 1.0f), 0.5 / 255 + 1.0 / 512);
+                const double exact = example.exact[std::size_t(handle)][face * texels.size() + t];
+                error += std::pow(texels[t] - exact, 2);
+                truncation_error += std::pow(truncated[t] - exact, 2);
+                mean += texels[t] / double(texels.size());
+            }
+            EXPECT_NEAR(found[face].mean, mean, 0.5 / 255 + 1.0 / 512);
+        }
+        EXPECT_LT(error, truncation_error);
+    };
+    for (std::uint32_t i = 0; i < 10; ++i) {
+        expect_cubemap(wide.local(i), field.local_handles[i]);
+        expect_cubemap(wide.planar(i), field.planar_handles[i]);
+        expect_cubemap(wide.spherical(i), field.spherical_handles[i]);
+    }
+}
+
+TEST(WideVisibility, MeansOfVaryingCellsAreThoseOfTheirChildren) {
+    const ExampleField example(3);
+    const WideVisibility wide = *WideVisibility::make(example.field, std::vector<std::uint32_t>{0});
+    int checked = 0;
+    const auto check = [&](const auto& self, const WideNode<std::uint8_t>* node) -> void {
+        for (unsigned cell = 0; cell < wide_cells; ++cell) {
+            if (!(node->varying >> cell & 1u)) continue;
+            const auto* child = child_of(node, cell);
+            const double sum = std::accumulate(child->mean.begin(), child->mean.end(), 0.0);
+            EXPECT_NEAR(node->mean[cell], sum / wide_cells, 1.0);
+            ++checked;
+            self(self, child);
+        }
+    };
+    for (const auto& face : wide.local(0))
+        if (face.root) check(check, face.root);
+    EXPECT_GT(checked, 50);
+}
+
+TEST(WideVisibility, KeepsOpenAndBlockedFacesWithoutNodes) {
+    const ExampleField example(6);
+    const WideVisibility wide = *WideVisibility::make(example.field, std::vector<std::uint32_t>{0, 1});
+    for (std::uint32_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(wide.local(i)[5].root, nullptr);
+        EXPECT_EQ(wide.local(i)[5].mean, float(3 * i % 2));
+    }
+}
+
+TEST(WideVisibility, StopsWhenAsked) {
+    const ExampleField example(3);
+    std::stop_source stop;
+    stop.request_stop();
+    const auto result = WideVisibility::make(example.field, std::vector<std::uint32_t>{0}, stop.get_token());
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().what, interrupted);
+}
+
+}  // namespace
+}  // namespace haarfield
