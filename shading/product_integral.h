@@ -1,12 +1,9 @@
 #pragma once
 /// The integral of a product of any number of functions, without leaving the wavelet domain.
 
-#include "fields/quadtree.h"
+#include "shading/wide_tree.h"
 
 namespace haarfield {
-
-/// All levels of the trees take part.
-inline constexpr int full_depth = 32;
 
 /// I = int f_1 f_2 ... f_k dA over the unit square of one face.
 ///

@@ -35,7 +35,6 @@ struct RenderSettings {
     int face_size = 64;            ///< As in the fields (asserted).
     int depth = full_depth;        ///< Traversal depth, product_integral.
     int light_coefficients = 300;  ///< Wavelets kept a face; 0: all.
-    int lobe_coefficients = 70;    ///< The same for the BRDF lobes.
     std::uint32_t exact_triangles =
         64;  ///< Occluders of at most so many triangles are rasterized at the vertex.
 };

@@ -16,8 +16,8 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
         Result<WideVisibility> visibility = WideVisibility::make(*entity.field, order, progress.stop);
         if (!visibility) return visibility.error();
         std::vector<ConvexPolygon> polygons;
-        if (entity.occluder->triangles.size() <= settings.exact_triangles)
-            polygons = convex_polygons(*entity.occluder);
+        if (entity.occlusion->coarse().triangles.size() <= settings.exact_triangles)
+            polygons = convex_polygons(entity.occlusion->coarse());
         geometry.entities.push_back({std::move(order), std::move(*visibility), std::move(polygons)});
     }
     return geometry;
@@ -42,7 +42,7 @@ bool VertexVisibility::look(std::size_t instance_index, std::uint32_t vertex, co
         const ShadingGeometry::Entity& prepared = geometry_.entities[other.entity];
         const Vec3f point = (view.point - other.translate) / other.scale;
         if (!prepared.polygons.empty()) {
-            if (entity.occluder->one_sided > 0 && (*entity.is_inside)(point)) return false;
+            if (entity.occlusion->coarse().one_sided > 0 && entity.occlusion->in_coarse()(point)) return false;
             add_cones(prepared.polygons, point, cones_);
             continue;
         }

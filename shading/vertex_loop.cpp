@@ -102,12 +102,7 @@ Result<std::vector<std::vector<Rgb>>> shaded_vertices(const ShadedScene& scene,
             const VertexShader& shader = shaders.local();
             for (const std::uint32_t v : order.subspan(range.begin(), range.size())) {
                 if (progress.stop.stop_requested()) return;
-<<<<<<< HEAD
-                if (!entity.occlusion->samples().buried[v])
-                    radiance[i][v] = shader(i, static_cast<std::uint32_t>(v));
-=======
-                if (!entity.samples->buried[v]) radiance[i][v] = shader(i, v);
->>>>>>> 638ef69 (WIP renderer on the wide engine)
+                if (!entity.occlusion->samples().buried[v]) radiance[i][v] = shader(i, v);
             }
             if (!progress.report) return;
             const std::lock_guard lock(progress_mutex);

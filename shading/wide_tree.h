@@ -13,6 +13,9 @@ namespace haarfield {
 
 inline constexpr std::size_t wide_cells = 16;
 
+/// A depth of walks: all levels of the trees take part.
+inline constexpr int full_depth = 32;
+
 /// Cell: float, or std::uint8_t for functions in [0, 1], counted in 255ths.
 template <class Cell>
 struct WideNode {

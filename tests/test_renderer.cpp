@@ -254,7 +254,6 @@ TEST(Renderer, EqualsTheDenseOracleWhereNothingIsTruncatedOrInterpolated) {
     RenderSettings settings;
     settings.face_size = size;
     settings.light_coefficients = 0;
-    settings.lobe_coefficients = 0;
     settings.exact_triangles = 1000;
     const auto found = *vertex_radiance(furnished().scene, settings), wanted = furnished().dense();
     for (std::size_t i = 0; i < wanted.size(); ++i)

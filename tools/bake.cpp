@@ -34,7 +34,6 @@ Result<ExitCode> run(const BakeOptions& options, Session& session) {
     settings.face_size = options.fields.face_size;
     settings.depth = options.depth;
     settings.light_coefficients = options.light_coefficients;
-    settings.lobe_coefficients = options.fields.coefficients;
     const auto start = std::chrono::steady_clock::now();
     const auto radiance = options.evaluator == "dense"
                               ? dense_vertex_radiance(shaded, settings, session.progress)
