@@ -12,7 +12,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "tables are stored as they lie in memory");
 
 constexpr std::string_view blob_magic = "HAARBLOB", seal_magic = "HAARSEAL";
-constexpr std::uint32_t blob_version = 2, seal_version = 1;
+constexpr std::uint32_t blob_version = 3, seal_version = 1;
 
 struct BlobHeader {
     char magic[8];
@@ -45,8 +45,9 @@ struct FieldRecord {
     std::array<float, 3> spherical_centre;
     std::int32_t shells, polar, azimuths;
     float spherical_outer_radius, spherical_growth;
+    float planar_error, spherical_error;
 };
-static_assert(sizeof(FieldRecord) == 26 * 4);
+static_assert(sizeof(FieldRecord) == 28 * 4);
 
 struct Seal {
     char magic[8];
@@ -86,7 +87,9 @@ FieldRecord field_record(const VisibilityField& field) {
             spherical.polar,
             spherical.azimuths,
             spherical.outer_radius,
-            spherical.growth};
+            spherical.growth,
+            field.error.planar,
+            field.error.spherical};
 }
 
 void apply_record(const FieldRecord& record, VisibilityField& field) {
@@ -97,6 +100,7 @@ void apply_record(const FieldRecord& record, VisibilityField& field) {
                     record.planar_growth};
     field.spherical = {vector(record.spherical_centre), record.shells,          record.polar, record.azimuths,
                        record.spherical_outer_radius,   record.spherical_growth};
+    field.error = {record.planar_error, record.spherical_error};
     field.pool.face_size = record.face_size;
 }
 
@@ -183,7 +187,7 @@ std::string field_blob(const VisibilityField& field) {
     sections[record] = bytes_of(words_of_field);
     sections[cubemaps] = bytes_of(field.pool.cubemaps);
     sections[faces] = bytes_of(field.pool.faces);
-    sections[nodes] = bytes_of(field.pool.nodes);
+    sections[nodes] = bytes_of(field.pool.node_bytes);
 
     BlobHeader header{};
     set_name(header.magic, blob_magic);
@@ -218,7 +222,7 @@ Result<VisibilityField> blob_field(std::string_view blob) {
     apply_record(value_at<FieldRecord>((*sections)[record], 0), field);
     if (!read_table((*sections)[cubemaps], field.pool.cubemaps) ||
         !read_table((*sections)[faces], field.pool.faces) ||
-        !read_table((*sections)[nodes], field.pool.nodes))
+        !read_table((*sections)[nodes], field.pool.node_bytes))
         return Error{"", "a table of the field ends within an element"};
     return field;
 }

@@ -7,10 +7,10 @@
 ///     sections x { char name[8]  u64 offset  u64 bytes  u64 XXH3-64 }           32 bytes each
 ///     u64 XXH3-64 of all that before                                             8 bytes
 ///     "entity"    the entity's name, UTF-8
-///     "record"    settings, bounds, samplers: 26 words of 4 bytes
+///     "record"    settings, bounds, samplers, error: 28 words of 4 bytes
 ///     "cubemaps"  u32[6] each: face indices
-///     "faces"     u32 first node, u16 nodes, u16 mean (half float) each
-///     "nodes"     u16[3] wavelets (half floats), u16 children each, as PackedNode
+///     "faces"     u32 first byte of the nodes, u16 nodes, u16 mean (half float) each
+///     "nodes"     u8: see QuadtreePool
 ///
 /// The seal, the last 64 bytes of a field file:
 ///

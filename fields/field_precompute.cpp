@@ -1,20 +1,22 @@
 #include "fields/field_precompute.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
 #include <xxhash.h>
 
 #include <algorithm>
 #include <memory>
 
+#include "fields/field_error.h"
 #include "fields/visibility_rasterizer.h"
+#include "fields/visibility_transform.h"
 
 namespace haarfield {
 namespace {
 
 /// Raised whenever the same mesh and settings would give another field.
-constexpr std::uint32_t field_version = 4;
+constexpr std::uint32_t field_version = 5;
 
 template <class T>
 void hash_vector(XXH3_state_t& state, const std::vector<T>& values) {
@@ -29,113 +31,75 @@ void hash_mesh(XXH3_state_t& state, const Mesh& mesh) {
     hash_vector(state, mesh.triangles);
 }
 
-/// Gives texels below the horizon what needs fewest wavelets: the mean of the nearest block that has texels
-/// above it. They are multiplied by zero later.
-class HorizonFill {
+/// Makes the samples of a field, numbered in the order planar, spherical, local. From any thread.
+class FieldSampler {
 public:
-    explicit HorizonFill(int face_size) : face_size_(face_size), directions_(texel_directions(face_size)) {}
+    FieldSampler(const VisibilityField& field, const Mesh& fine, const EntityOcclusion& occlusion)
+        : field_(field), fine_(fine), occlusion_(occlusion), threads_(field.settings) {
+        pack_trees(CubemapTree(), closed_);
+    }
 
-    void operator()(std::span<float> texels, const Vec3f& normal) {
-        // A texel counts if its centre lies above: of those on the horizon the cosine leaves next to nothing.
-        const std::size_t face_texels = std::size_t(face_size_) * std::size_t(face_size_);
-        for (std::size_t face = 0; face < cubemap_faces; ++face) {
-            levels_.assign(1, {});
-            Level& finest = levels_.front();
-            bool any_below = false;
-            for (std::size_t i = 0; i < face_texels; ++i) {
-                const bool above = directions_[face * face_texels + i].dot(normal) > 0;
-                any_below |= !above;
-                finest.push_back(above ? Block{texels[face * face_texels + i], 1} : Block{0, 0});
-            }
-            if (!any_below) continue;
-            fill_face(texels.subspan(face * face_texels, face_texels));
-        }
+    std::uint64_t local_begin() const {
+        return std::uint64_t(field_.planar.sample_count()) + field_.spherical.sample_count();
+    }
+    std::uint64_t count() const { return local_begin() + fine_.positions.size(); }
+
+    void sample(std::uint64_t index, PackedTrees& trees) {
+        if (index < local_begin())
+            sample_around(static_cast<std::uint32_t>(index), trees);
+        else
+            sample_local(static_cast<std::size_t>(index - local_begin()), trees);
     }
 
 private:
-    struct Block {
-        float mean, weight;
-    };
-    using Level = std::vector<Block>;
+    /// One thread's buffers.
+    struct Thread {
+        VisibilityRasterizer rasterizer;
+        VisibilityTransform transform;
+        CubemapTree tree;
 
-    void fill_face(std::span<float> texels) {
-        for (std::size_t side = std::size_t(face_size_) / 2; side >= 1; side /= 2) {
-            const Level& fine = levels_.back();
-            Level coarse(side * side);
-            for (std::size_t y = 0; y < side; ++y)
-                for (std::size_t x = 0; x < side; ++x) {
-                    float weight = 0, sum = 0;
-                    for (std::size_t q = 0; q < 4; ++q) {
-                        const Block& block = fine[(2 * y + q / 2) * 2 * side + 2 * x + q % 2];
-                        weight += block.weight;
-                        sum += block.mean * block.weight;
-                    }
-                    coarse[y * side + x] = weight > 0 ? Block{sum / weight, weight} : Block{0, 0};
-                }
-            levels_.push_back(std::move(coarse));
-        }
-        if (levels_.back()[0].weight == 0) levels_.back()[0].mean = 1;
-        std::size_t side = 1;
-        for (std::size_t l = levels_.size() - 1; l-- > 0;) {
-            side *= 2;
-            for (std::size_t y = 0; y < side; ++y)
-                for (std::size_t x = 0; x < side; ++x) {
-                    Block& block = levels_[l][y * side + x];
-                    if (block.weight == 0) block.mean = levels_[l + 1][y / 2 * (side / 2) + x / 2].mean;
-                }
-        }
-        for (std::size_t i = 0; i < texels.size(); ++i) texels[i] = levels_[0][i].mean;
+        explicit Thread(const FieldSettings& settings)
+            : rasterizer(settings.face_size), transform(settings.face_size) {}
+    };
+
+    void sample_around(std::uint32_t index, PackedTrees& trees) {
+        const std::uint32_t planar = field_.planar.sample_count();
+        // Just above the ground, lest what stands on it be seen edge-on.
+        const Vec3f point = index < planar ? field_.planar.sample_position(index) +
+                                                 Vec3f(0, field_.bounds.radius() * surface_offset, 0)
+                                           : field_.spherical.sample_position(index - planar);
+        if (occlusion_.in_original()(point))
+            trees = closed_;
+        else
+            make_trees(occlusion_.coarse(), point, nullptr, trees);
     }
 
-    int face_size_;
-    std::vector<Vec3f> directions_;
-    std::vector<Level> levels_;
+    void sample_local(std::size_t vertex, PackedTrees& trees) {
+        const LocalSamples& samples = occlusion_.samples();
+        if (samples.buried[vertex])
+            trees = closed_;
+        else
+            make_trees(occlusion_.own(), samples.points[vertex], &fine_.normals[vertex], trees);
+    }
+
+    void make_trees(const Occluder& occluder, const Vec3f& point, const Vec3f* horizon, PackedTrees& trees) {
+        auto& [rasterizer, transform, tree] = threads_.local();
+        transform(rasterizer.open_samples(occluder, point, horizon), horizon,
+                  {field_.settings.coefficients, field_.settings.relative_l2_error}, tree);
+        pack_trees(tree, trees);
+    }
+
+    const VisibilityField& field_;
+    const Mesh& fine_;
+    const EntityOcclusion& occlusion_;
+    tbb::enumerable_thread_specific<Thread> threads_;
+    PackedTrees closed_;
 };
 
-CubemapTree constant_cubemap(float value) {
-    CubemapTree cubemap;
-    for (Quadtree& face : cubemap.faces) face.scaling = value;
-    return cubemap;
-}
-
-}  // namespace
-
-CubemapTree visibility_tree(std::span<const float> visibility, int face_size, const Truncation& truncation) {
-    const std::size_t face_texels = std::size_t(face_size) * std::size_t(face_size);
-    CubemapTree cubemap;
-    std::vector<float> occlusion(face_texels);
-    for (std::size_t face = 0; face < cubemap_faces; ++face) {
-        const std::span<const float> texels = visibility.subspan(face * face_texels, face_texels);
-        Quadtree& tree = cubemap.faces[face];
-        std::transform(texels.begin(), texels.end(), occlusion.begin(), [](float v) { return 1 - v; });
-        tree = haar_quadtree<float>(occlusion, face_size, truncation);
-        tree.scaling = 1 - tree.scaling;
-        for (Quadtree::Node& node : tree.nodes)
-            for (float& wavelet : node.wavelet) wavelet = 0 - wavelet;
-    }
-    return cubemap;
-}
-
-namespace {
-
-/// One thread's buffers.
-struct Worker {
-    VisibilityRasterizer rasterizer;
-    HorizonFill fill;
-    std::vector<float> texels;
-
-    explicit Worker(int face_size) : rasterizer(face_size), fill(face_size) {}
-
-    CubemapTree sample(const Occluder& occluder, const Vec3f& point, const Vec3f* normal,
-                       const FieldSettings& settings) {
-        const std::span<const std::uint8_t> open = rasterizer.open_samples(occluder, point, normal);
-        texels.resize(open.size());
-        std::transform(open.begin(), open.end(), texels.begin(),
-                       [](std::uint8_t count) { return static_cast<float>(count) / samples_per_texel; });
-        if (normal) fill(texels, *normal);
-        return visibility_tree(texels, settings.face_size,
-                               {settings.coefficients, settings.relative_l2_error});
-    }
+/// Neighbouring samples on their way to the pool.
+struct Chunk {
+    std::uint64_t first = 0;
+    std::vector<PackedTrees> samples;
 };
 
 }  // namespace
@@ -170,57 +134,53 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
     field.planar = planar_sampler(ground_centre, radius, settings.planar_samples);
     field.spherical = spherical_sampler(centre, radius, settings.spherical_samples);
 
-    const LocalSamples& local = occlusion.samples();
-
-    const std::uint64_t planar_count = field.planar.sample_count(),
-                        spherical_count = field.spherical.sample_count();
-    const std::uint64_t total = planar_count + spherical_count + local.points.size();
+    FieldSampler sampler(field, mesh.fine, occlusion);
+    const std::uint64_t total = sampler.count();
     if (total > 0x7fffffff) return Error{field.entity, "more than 2^31 samples"};
 
-    tbb::enumerable_thread_specific<Worker> workers([&] { return Worker(settings.face_size); });
-    const auto sample = [&](std::uint64_t index) -> CubemapTree {
-        Worker& worker = workers.local();
-        if (index >= planar_count + spherical_count) {
-            const auto v = static_cast<std::size_t>(index - planar_count - spherical_count);
-            if (local.buried[v]) return constant_cubemap(0);
-            return worker.sample(occlusion.own(), local.points[v], &mesh.fine.normals[v], settings);
-        }
-        Vec3f point;
-        if (index < planar_count)
-            // Just above the ground, lest what stands on it be seen edge-on.
-            point = field.planar.sample_position(static_cast<std::uint32_t>(index)) +
-                    Vec3f(0, radius * surface_offset, 0);
-        else
-            point = field.spherical.sample_position(static_cast<std::uint32_t>(index - planar_count));
-        if (occlusion.in_original()(point)) return constant_cubemap(0);
-        return worker.sample(occlusion.coarse(), point, nullptr, settings);
-    };
-
-    // Trees are made in parallel and packed in order, a chunk at a time, so that memory stays bounded and the
-    // pool does not depend on the threads.
-    constexpr std::uint64_t chunk = 2048;
+    // Chunks are made in parallel and put into the pool in order, a few at a time, so that memory stays
+    // bounded and the pool does not depend on the threads.
+    constexpr std::uint64_t chunk_size = 64;
+    std::vector<Chunk> chunks(4 * std::size_t(tbb::this_task_arena::max_concurrency()));
     QuadtreePoolBuilder pool(settings.face_size);
-    std::vector<CubemapTree> trees;
-    for (std::uint64_t first = 0; first < total; first += chunk) {
-        const std::uint64_t last = std::min(total, first + chunk);
-        trees.resize(static_cast<std::size_t>(last - first));
-        tbb::parallel_for(tbb::blocked_range<std::uint64_t>(first, last, 8), [&](const auto& range) {
-            for (std::uint64_t i = range.begin(); i != range.end(); ++i) {
-                if (progress.stop.stop_requested()) return;
-                trees[static_cast<std::size_t>(i - first)] = sample(i);
-            }
-        });
-        if (progress.stop.stop_requested()) return Error{field.entity, interrupted};
-        for (std::uint64_t i = first; i < last; ++i) {
-            const std::int32_t handle = pool.add(trees[static_cast<std::size_t>(i - first)]);
-            (i < planar_count                     ? field.planar_handles
-             : i < planar_count + spherical_count ? field.spherical_handles
-                                                  : field.local_handles)
-                .push_back(handle);
+    std::vector<std::int32_t> handles;
+    std::uint64_t next = 0;
+    const auto next_chunk = [&](tbb::flow_control& control) -> Chunk* {
+        if (next >= total || progress.stop.stop_requested()) {
+            control.stop();
+            return nullptr;
         }
-        if (progress.report) progress.report("visibility of " + field.entity, last, total);
-    }
+        Chunk& chunk = chunks[next / chunk_size % chunks.size()];
+        chunk.first = next;
+        chunk.samples.resize(std::min(chunk_size, total - next));
+        next += chunk_size;
+        return &chunk;
+    };
+    const auto make_samples = [&](Chunk* chunk) {
+        for (std::size_t i = 0; i < chunk->samples.size() && !progress.stop.stop_requested(); ++i)
+            sampler.sample(chunk->first + i, chunk->samples[i]);
+        return chunk;
+    };
+    const auto add_samples = [&](const Chunk* chunk) {
+        if (progress.stop.stop_requested() || pool.is_full()) return;
+        for (const PackedTrees& trees : chunk->samples) handles.push_back(pool.add(trees));
+        if (progress.report) progress.report("visibility of " + field.entity, handles.size(), total);
+    };
+    using tbb::filter_mode;
+    tbb::parallel_pipeline(chunks.size(),
+                           tbb::make_filter<void, Chunk*>(filter_mode::serial_in_order, next_chunk) &
+                               tbb::make_filter<Chunk*, Chunk*>(filter_mode::parallel, make_samples) &
+                               tbb::make_filter<Chunk*, void>(filter_mode::serial_in_order, add_samples));
+    if (progress.stop.stop_requested()) return Error{field.entity, interrupted};
+    if (pool.is_full()) return Error{field.entity, "more than 4 GiB of quadtree nodes"};
+
+    const auto local = handles.begin() + std::ptrdiff_t(sampler.local_begin()),
+               spherical = local - std::ptrdiff_t(field.spherical.sample_count());
+    field.planar_handles.assign(handles.begin(), spherical);
+    field.spherical_handles.assign(spherical, local);
+    field.local_handles.assign(local, handles.end());
     field.pool = std::move(pool).finish();
+    field.error = field_error(field, occlusion);
     return field;
 }
 

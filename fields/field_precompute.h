@@ -2,7 +2,6 @@
 /// Making a visibility field: rasterize, transform, truncate, pack.
 
 #include "fields/entity_occlusion.h"
-#include "fields/haar_transform.h"
 #include "fields/mesh_preparation.h"
 #include "fields/progress.h"
 #include "fields/result.h"
@@ -13,15 +12,12 @@ namespace haarfield {
 /// What the field of this mesh with these settings is called: equal keys, equal fields, bit for bit.
 ContentHash field_key(const PreparedMesh& mesh, const FieldSettings& settings);
 
-/// A cubemap of visibility as trees: 6 * face_size^2 texels, face by face. Truncation errors are measured
-/// against occlusion (1 - visibility), since a far object blocks little of a texel that is open elsewhere.
-CubemapTree visibility_tree(std::span<const float> visibility, int face_size, const Truncation& truncation);
-
 /// The field of an entity; mesh and occlusion are of one entity. Uses all of oneTBB's threads; the result
 /// does not depend on their number.
 ///
 /// cost    one rasterization and transform per planar, spherical and fine-mesh sample.
-/// errors  interrupted; more than 2^31 samples.
+/// memory  the field, and a few hundred samples.
+/// errors  interrupted; more than 2^31 samples, or 4 GiB of nodes.
 Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh,
                                          const EntityOcclusion& occlusion, const FieldSettings& settings,
                                          const Progress& progress = {});

@@ -44,13 +44,20 @@ using RgbQuadtree = BasicQuadtree<Rgb>;
 /// No child: the function is constant on that quadrant.
 inline constexpr std::int32_t no_node = -1;
 
+/// How many quadrants a mask has. (std::popcount is a library call where the baseline has no such
+/// instruction.)
+constexpr std::uint32_t quadrant_count(std::uint32_t mask) {
+    constexpr std::array<std::uint8_t, 16> count{0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
+    return count[mask];
+}
+
 /// Index of a node's child in a quadrant, or no_node.
 template <class Node>
 std::int32_t child_of(const Node& node, unsigned quadrant) {
     const std::uint32_t mask = node.children & 15u;
     if (!(mask >> quadrant & 1u)) return no_node;
     const std::uint32_t before = mask & ((1u << quadrant) - 1u);
-    return static_cast<std::int32_t>((node.children >> 4) + static_cast<unsigned>(std::popcount(before)));
+    return static_cast<std::int32_t>((node.children >> 4) + quadrant_count(before));
 }
 
 /// The mean over a quadrant, from the mean over the square.

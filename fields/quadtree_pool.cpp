@@ -6,11 +6,23 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <unordered_map>
 #include <utility>
 
 namespace haarfield {
 namespace {
+
+constexpr unsigned children_mask = 15, wavelet_bit = 16;  // of a node's first byte
+
+std::uint8_t packed_wavelet(float value) {
+    assert(std::abs(value) <= 0.5f);
+    return static_cast<std::uint8_t>(std::lrint(value / wavelet_step));
+}
+
+float unpacked_wavelet(std::uint8_t byte) {
+    return static_cast<float>(static_cast<std::int8_t>(byte)) * wavelet_step;
+}
 
 std::uint16_t packed_half(float value) {
     return Imath::half(value).bits();
@@ -26,6 +38,38 @@ bool is_finite_half(std::uint16_t bits) {
     return (bits & 0x7c00u) != 0x7c00u;
 }
 
+/// Appends the nodes of a tree that hold or lead to a wavelet that does not round to zero; returns their
+/// number.
+std::size_t append_packed(const Quadtree& tree, std::vector<std::uint8_t>& bytes) {
+    struct Node {
+        unsigned head;
+        std::array<std::uint8_t, 3> wavelet;
+    };
+    std::array<Node, (256 * 256 - 1) / 3> packed;
+    // Children follow their parents, so that backwards they come first.
+    for (std::size_t i = tree.nodes.size(); i-- > 0;) {
+        const Quadtree::Node& node = tree.nodes[i];
+        packed[i].head = 0;
+        for (unsigned kind = 0; kind < 3; ++kind) {
+            packed[i].wavelet[kind] = packed_wavelet(node.wavelet[kind]);
+            if (packed[i].wavelet[kind] != 0) packed[i].head |= wavelet_bit << kind;
+        }
+        for (unsigned q = 0; q < 4; ++q)
+            if (const std::int32_t child = child_of(node, q);
+                child != no_node && packed[std::size_t(child)].head != 0)
+                packed[i].head |= 1u << q;
+    }
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+        if (packed[i].head == 0) continue;
+        ++count;
+        bytes.push_back(static_cast<std::uint8_t>(packed[i].head));
+        for (const std::uint8_t wavelet : packed[i].wavelet)
+            if (wavelet != 0) bytes.push_back(wavelet);
+    }
+    return count;
+}
+
 struct CubemapHash {
     std::size_t operator()(const PackedCubemap& cubemap) const {
         return XXH3_64bits(cubemap.data(), sizeof cubemap);
@@ -34,40 +78,40 @@ struct CubemapHash {
 
 }  // namespace
 
+void pack_trees(const CubemapTree& tree, PackedTrees& packed) {
+    packed.node_bytes.clear();
+    for (std::size_t face = 0; face < cubemap_faces; ++face) {
+        PackedFace& packed_face = packed.faces[face];
+        packed_face.scaling = packed_half(tree.faces[face].scaling);
+        packed_face.first_byte = static_cast<std::uint32_t>(packed.node_bytes.size());
+        packed_face.node_count =
+            static_cast<std::uint16_t>(append_packed(tree.faces[face], packed.node_bytes));
+    }
+}
+
 struct QuadtreePoolBuilder::State {
     int face_size = 0;
-    std::vector<PackedNode> nodes;
+    std::vector<std::uint8_t> node_bytes;
     std::vector<PackedFace> faces;
     std::vector<PackedCubemap> cubemaps;
     std::unordered_multimap<std::uint64_t, std::uint32_t> face_by_content;
     std::unordered_map<PackedCubemap, std::int32_t, CubemapHash> handle_by_faces;
-    std::vector<PackedNode> packed;  ///< Of the face at hand.
 
-    std::uint32_t add_face(const Quadtree& tree) {
-        assert(tree.nodes.size() <= std::size_t(packed_face_nodes));
-        packed.resize(tree.nodes.size());
-        for (std::size_t i = 0; i < packed.size(); ++i) {
-            const Quadtree::Node& node = tree.nodes[i];
-            for (std::size_t a = 0; a < 3; ++a) packed[i].wavelet[a] = packed_half(node.wavelet[a]);
-            packed[i].children = static_cast<std::uint16_t>(node.children);
-        }
-        PackedFace face;
-        face.node_count = static_cast<std::uint16_t>(packed.size());
-        face.scaling = packed_half(tree.scaling);
-
-        const std::uint64_t content =
-            XXH3_64bits_withSeed(packed.data(), packed.size() * sizeof(PackedNode), face.scaling);
+    std::uint32_t add_face(PackedFace face, std::span<const std::uint8_t> bytes) {
+        const std::uint64_t content = XXH3_64bits_withSeed(bytes.data(), bytes.size(), face.scaling);
         const auto [first, last] = face_by_content.equal_range(content);
         for (auto candidate = first; candidate != last; ++candidate) {
             const PackedFace& known = faces[candidate->second];
+            // As many nodes that begin with the same bytes have no further ones.
             if (known.scaling == face.scaling && known.node_count == face.node_count &&
-                std::equal(packed.begin(), packed.end(), nodes.begin() + known.first_node))
+                bytes.size() <= node_bytes.size() - known.first_byte &&
+                std::equal(bytes.begin(), bytes.end(), node_bytes.begin() + known.first_byte))
                 return candidate->second;
         }
-        face.first_node = static_cast<std::uint32_t>(nodes.size());
-        nodes.insert(nodes.end(), packed.begin(), packed.end());
+        face.first_byte = static_cast<std::uint32_t>(node_bytes.size());
+        node_bytes.insert(node_bytes.end(), bytes.begin(), bytes.end());
+        const auto index = static_cast<std::uint32_t>(faces.size());
         faces.push_back(face);
-        const auto index = static_cast<std::uint32_t>(faces.size() - 1);
         face_by_content.emplace(content, index);
         return index;
     }
@@ -79,31 +123,52 @@ QuadtreePoolBuilder::QuadtreePoolBuilder(int face_size) : state_(new State) {
 
 QuadtreePoolBuilder::~QuadtreePoolBuilder() = default;
 
-std::int32_t QuadtreePoolBuilder::add(const CubemapTree& tree) {
+std::int32_t QuadtreePoolBuilder::add(const PackedTrees& trees) {
+    assert(state_->node_bytes.size() + trees.node_bytes.size() <= 0xffffffffu);
     PackedCubemap cubemap;
-    for (std::size_t face = 0; face < cubemap_faces; ++face)
-        cubemap[face] = state_->add_face(tree.faces[face]);
+    for (std::size_t face = 0; face < cubemap_faces; ++face) {
+        const std::size_t first = trees.faces[face].first_byte, last = face + 1 < cubemap_faces
+                                                                           ? trees.faces[face + 1].first_byte
+                                                                           : trees.node_bytes.size();
+        cubemap[face] =
+            state_->add_face(trees.faces[face], std::span(trees.node_bytes).subspan(first, last - first));
+    }
     const auto next = static_cast<std::int32_t>(state_->cubemaps.size());
     const auto [entry, is_new] = state_->handle_by_faces.emplace(cubemap, next);
     if (is_new) state_->cubemaps.push_back(cubemap);
     return entry->second;
 }
 
+bool QuadtreePoolBuilder::is_full() const {
+    // With room for the other faces of a cubemap, and for a few cubemaps of a chunk.
+    constexpr std::uint64_t room = std::uint64_t(1) << 26;
+    return state_->node_bytes.size() > 0xffffffffu - room;
+}
+
 QuadtreePool QuadtreePoolBuilder::finish() && {
-    state_->nodes.shrink_to_fit();
-    return {state_->face_size, std::move(state_->nodes), std::move(state_->faces),
+    state_->node_bytes.shrink_to_fit();
+    return {state_->face_size, std::move(state_->node_bytes), std::move(state_->faces),
             std::move(state_->cubemaps)};
+}
+
+std::uint64_t node_count(const QuadtreePool& pool) {
+    std::uint64_t count = 0;
+    for (const PackedFace& face : pool.faces) count += face.node_count;
+    return count;
 }
 
 void unpack_face(const QuadtreePool& pool, std::uint32_t face, Quadtree& tree) {
     const PackedFace& packed = pool.faces[face];
     tree.scaling = unpacked_half(packed.scaling);
     tree.nodes.resize(packed.node_count);
-    const PackedNode* node = pool.nodes.data() + packed.first_node;
-    for (Quadtree::Node& unpacked : tree.nodes) {
-        for (std::size_t a = 0; a < 3; ++a) unpacked.wavelet[a] = unpacked_half(node->wavelet[a]);
-        unpacked.children = node->children;
-        ++node;
+    const std::uint8_t* byte = pool.node_bytes.data() + packed.first_byte;
+    std::uint32_t next = 1;
+    for (Quadtree::Node& node : tree.nodes) {
+        const unsigned head = *byte++, children = head & children_mask;
+        for (unsigned kind = 0; kind < 3; ++kind)
+            node.wavelet[kind] = head & wavelet_bit << kind ? unpacked_wavelet(*byte++) : 0;
+        node.children = children == 0 ? 0 : next << 4 | children;
+        next += quadrant_count(children);
     }
 }
 
@@ -113,46 +178,40 @@ Quadtree unpacked_face(const QuadtreePool& pool, std::uint32_t face) {
     return tree;
 }
 
+namespace {
+
+/// Reads the nodes of a face level by level: whether all are reached, within `levels` levels and the bytes.
+bool is_whole_tree(std::span<const std::uint8_t> bytes, std::size_t nodes, int levels) {
+    std::size_t at = 0, begin = 0, end = 1;  // byte; nodes of the level
+    for (int level = 0; begin < nodes; ++level) {
+        if (level == levels || end > nodes || begin == end) return false;
+        std::size_t children = 0;
+        for (; begin < end; ++begin) {
+            if (at >= bytes.size() || bytes[at] >= wavelet_bit << 3) return false;
+            children += quadrant_count(bytes[at] & children_mask);
+            at += 1 + quadrant_count(bytes[at] / wavelet_bit);
+        }
+        end += children;
+    }
+    return end == nodes && at <= bytes.size();
+}
+
+}  // namespace
+
 std::string pool_defect(const QuadtreePool& pool) {
     if (!is_face_size(pool.face_size))
         return fmt::format("face size is {}; wanted a power of two up to 256", pool.face_size);
     const int levels = std::countr_zero(unsigned(pool.face_size));
-    std::vector<int> level;
     for (std::size_t f = 0; f < pool.faces.size(); ++f) {
         const PackedFace& face = pool.faces[f];
-        if (face.node_count > packed_face_nodes ||
-            std::size_t(face.first_node) + face.node_count > pool.nodes.size())
-            return fmt::format("face {} has nodes {} to {}; the pool has {}", f, face.first_node,
-                               std::size_t(face.first_node) + face.node_count, pool.nodes.size());
         if (!is_finite_half(face.scaling)) return fmt::format("the mean of face {} is not finite", f);
-        if (face.node_count > 0 && levels == 0) return fmt::format("face {} has nodes, on a single texel", f);
-        // Children lie level by level in the order of their parents, so one counter tells them all.
-        level.assign(face.node_count, 0);
-        std::size_t next = 1;
-        for (std::size_t i = 0; i < face.node_count; ++i) {
-            const PackedNode& node = pool.nodes[face.first_node + i];
-            for (const std::uint16_t wavelet : node.wavelet)
-                if (!is_finite_half(wavelet))
-                    return fmt::format("a wavelet of node {} of face {} is not finite", i, f);
-            const unsigned mask = node.children & 15u, first = node.children >> 4;
-            if (mask == 0) {
-                if (first != 0)
-                    return fmt::format("node {} of face {} has no children, but a place for them", i, f);
-                continue;
-            }
-            if (first != next)
-                return fmt::format("node {} of face {} has its children at {}; wanted {}", i, f, first, next);
-            for (int child = std::popcount(mask); child > 0; --child) {
-                if (next >= face.node_count)
-                    return fmt::format("node {} of face {} has a child beyond the last node", i, f);
-                level[next] = level[i] + 1;
-                if (level[next] >= levels)
-                    return fmt::format("node {} of face {} lies below the texels", next, f);
-                ++next;
-            }
-        }
-        if (face.node_count > 0 && next != face.node_count)
-            return fmt::format("face {} has {} nodes; {} are reached", f, face.node_count, next);
+        if (face.first_byte > pool.node_bytes.size())
+            return fmt::format("face {} begins at byte {}; the pool has {}", f, face.first_byte,
+                               pool.node_bytes.size());
+        if (face.node_count > 0 &&
+            !is_whole_tree(std::span(pool.node_bytes.begin() + face.first_byte, pool.node_bytes.end()),
+                           face.node_count, levels))
+            return fmt::format("the nodes of face {} are no tree of {} levels", f, levels);
     }
     for (std::size_t c = 0; c < pool.cubemaps.size(); ++c)
         for (const std::uint32_t face : pool.cubemaps[c])

@@ -407,7 +407,8 @@ Result<FieldSummary> read_field_summary(const path& file) {
     summary.local_samples = field.local_handles.size();
     summary.cubemaps = field.pool.cubemaps.size();
     summary.faces = field.pool.faces.size();
-    summary.nodes = field.pool.nodes.size();
+    summary.nodes = node_count(field.pool);
+    summary.error = field.error;
     summary.file_bytes = checked->bytes;
     return summary;
 }

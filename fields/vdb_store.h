@@ -53,6 +53,7 @@ struct FieldSummary {
     SphericalSampler spherical;
     std::uint64_t local_samples = 0;                   ///< Vertices of the fine mesh.
     std::uint64_t cubemaps = 0, faces = 0, nodes = 0;  ///< Stored, equal ones once.
+    FieldError error;
     std::uint64_t file_bytes = 0;
 };
 

@@ -57,6 +57,10 @@ bool is_positive(float value) {
     return std::isfinite(value) && value > 0;
 }
 
+bool is_error(float value) {
+    return std::isfinite(value) && value >= 0;
+}
+
 }  // namespace
 
 std::string field_defect(const VisibilityField& field) {
@@ -80,6 +84,8 @@ std::string field_defect(const VisibilityField& field) {
         !is_positive(spherical.growth) || !is_finite(planar.centre) || !is_finite(spherical.centre))
         return "a sampler's radius, growth or centre is not a positive, finite number";
     if (!is_finite(field.bounds.lower) || !is_finite(field.bounds.upper)) return "the bounds are not finite";
+    if (!is_error(field.error.planar) || !is_error(field.error.spherical))
+        return "an error estimate is not a finite number of at least 0";
     if (field.pool.face_size != field.settings.face_size)
         return fmt::format("face size is {} in the pool, {} in the settings", field.pool.face_size,
                            field.settings.face_size);

@@ -20,12 +20,21 @@ struct ContentHash {
 /// What decides a field, beside the mesh.
 struct FieldSettings {
     std::int32_t face_size = 64;     ///< Texels along a cubemap edge: 16, 32, 64, 128 or 256.
-    std::int32_t coefficients = 70;  ///< Wavelets kept a face; 0: all.
-    float relative_l2_error = 0.0f;  ///< See Truncation; of occlusion (1 - visibility).
+    std::int32_t coefficients = 0;   ///< At most so many wavelets a face; 0: no limit.
+    float relative_l2_error = 0.1f;  ///< Of the wavelets that are dropped, to the occlusion (1 - visibility)
+                                     ///< of the cubemap; 0: none are dropped. See VisibilityTransform.
     std::uint32_t planar_samples = 20000;
     std::uint32_t spherical_samples = 10000;
 
     bool operator==(const FieldSettings&) const = default;
+};
+
+/// RMS over points and directions of the error of visibility that is looked up between the samples, relative
+/// to the RMS of the occlusion (1 - visibility) that is really there. See field_error().
+struct FieldError {
+    float planar = 0, spherical = 0;
+
+    bool operator==(const FieldError&) const = default;
 };
 
 /// Handles of cubemaps in a pool, by sample of each sampler and by vertex of the fine mesh.
@@ -44,6 +53,7 @@ struct VisibilityField {
     std::vector<std::int32_t> spherical_handles;  ///< One per sample of `spherical`.
     std::vector<std::int32_t> local_handles;      ///< One per vertex of the fine mesh.
     QuadtreePool pool;
+    FieldError error;
 };
 
 /// A cubemap interpolated from a field, face by face: open where nothing blocks.

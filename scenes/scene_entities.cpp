@@ -130,6 +130,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
             FieldSettings settings;
             settings.face_size = options.face_size;
             settings.coefficients = options.coefficients;
+            settings.relative_l2_error = options.relative_l2_error;
             // What is rasterized at the vertex itself needs no samples around it, beyond the fewest there can
             // be.
             const bool is_exact =

@@ -36,7 +36,8 @@ struct SceneEntities {
 struct SceneEntityOptions {
     std::filesystem::path fields_folder;  ///< Made if missing.
     std::int32_t face_size = 64;
-    std::int32_t coefficients = 70;  ///< Of visibility; see FieldSettings.
+    std::int32_t coefficients = FieldSettings().coefficients;
+    float relative_l2_error = FieldSettings().relative_l2_error;
     bool fields = true;              ///< false: meshes only.
 };
 

@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include "fields/entity_occlusion.h"
+#include "fields/haar_transform.h"
 #include "tests/example_meshes.h"
 
 namespace haarfield {
@@ -28,7 +29,7 @@ TEST(FieldPrecompute, DoesNotDependOnTheNumberOfThreads) {
     for (const std::size_t threads : {1u, 2u, 8u}) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
         const VisibilityField field = field_of(mesh, settings);
-        EXPECT_EQ(field.pool.nodes, wanted.pool.nodes);
+        EXPECT_EQ(field.pool.node_bytes, wanted.pool.node_bytes);
         EXPECT_EQ(field.pool.faces, wanted.pool.faces);
         EXPECT_EQ(field.pool.cubemaps, wanted.pool.cubemaps);
         EXPECT_EQ(field.local_handles, wanted.local_handles);

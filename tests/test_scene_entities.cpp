@@ -53,7 +53,8 @@ TEST_F(SceneEntitiesTest, MakesOneFieldPerEntityAndReusesItByHash) {
     const auto first = prepare_scene_entities(scene, options);
     ASSERT_TRUE(first) << first.error().message();
     ASSERT_EQ(first->entities.size(), 1u);
-    EXPECT_EQ(first->entities[0]->field.planar_handles.size(), 6u);  // twelve triangles are rasterized exactly
+    EXPECT_EQ(first->entities[0]->field.planar_handles.size(),
+              6u);  // twelve triangles are rasterized exactly
     EXPECT_EQ(first->entity_of_instance, (std::vector<std::size_t>{0, 0}));
     EXPECT_FALSE(first->entities[0]->reused);
     EXPECT_EQ(first->entities[0]->remade_because, "");
@@ -63,7 +64,7 @@ TEST_F(SceneEntitiesTest, MakesOneFieldPerEntityAndReusesItByHash) {
     const auto second = prepare_scene_entities(scene, options);
     ASSERT_TRUE(second) << second.error().message();
     EXPECT_TRUE(second->entities[0]->reused);
-    EXPECT_EQ(second->entities[0]->field.pool.nodes, first->entities[0]->field.pool.nodes);
+    EXPECT_EQ(second->entities[0]->field.pool.node_bytes, first->entities[0]->field.pool.node_bytes);
     EXPECT_EQ(second->entities[0]->field.local_handles, first->entities[0]->field.local_handles);
 }
 

@@ -15,6 +15,7 @@
 #include "fields/ambient_visibility.h"
 #include "fields/field_blob.h"
 #include "fields/field_precompute.h"
+#include "fields/haar_transform.h"
 #include "tests/example_meshes.h"
 
 namespace haarfield {
@@ -69,16 +70,18 @@ VisibilityField random_field(std::uint32_t seed, std::size_t vertices) {
     const auto below = [&](std::uint32_t limit) { return static_cast<std::uint32_t>(random() % limit); };
     const auto number = [&] { return static_cast<float>(below(2001)) / 1000 - 1; };
     QuadtreePoolBuilder pool(32);
+    PackedTrees packed;
     for (int i = 0; i < 50; ++i) {
         CubemapTree cubemap;
         for (Quadtree& face : cubemap.faces) {
             face.scaling = number();
             if (below(2) == 0) continue;
             face.nodes.resize(5);
-            for (Quadtree::Node& node : face.nodes) node.wavelet = {number(), number(), number()};
+            for (Quadtree::Node& node : face.nodes) node.wavelet = {number() / 2, number() / 2, number() / 2};
             face.nodes[0].children = 1u << 4 | 15u;
         }
-        pool.add(cubemap);
+        pack_trees(cubemap, packed);
+        pool.add(packed);
     }
     VisibilityField field;
     field.pool = std::move(pool).finish();
@@ -86,6 +89,7 @@ VisibilityField random_field(std::uint32_t seed, std::size_t vertices) {
     field.key = {random() * 0x100000001ull, random() * 0x100000003ull};
     field.settings = {32, static_cast<std::int32_t>(below(100)), number() * number(), below(1000),
                       below(1000)};
+    field.error = {0.25f, 0.0f};
     field.bounds = {Vec3f(-1, number(), -3), Vec3f(2 + number(), 2, -0.0f)};
     const auto count = [&](std::int32_t least) { return static_cast<std::int32_t>(below(20)) + least; };
     field.planar = {Vec3f(number(), number(), number()), count(2), count(3), 1.5f, 2.5f};
@@ -115,8 +119,9 @@ void expect_same(const VisibilityField& a, const VisibilityField& b, const std::
     EXPECT_EQ(a.planar_handles, b.planar_handles);
     EXPECT_EQ(a.spherical_handles, b.spherical_handles);
     EXPECT_EQ(a.local_handles, b.local_handles);
+    EXPECT_EQ(a.error, b.error);
     EXPECT_EQ(a.pool.face_size, b.pool.face_size);
-    EXPECT_EQ(a.pool.nodes, b.pool.nodes);
+    EXPECT_EQ(a.pool.node_bytes, b.pool.node_bytes);
     EXPECT_EQ(a.pool.faces, b.pool.faces);
     EXPECT_EQ(a.pool.cubemaps, b.pool.cubemaps);
 }
@@ -171,7 +176,7 @@ TEST(VdbStore, SummaryCountsWhatIsInTheFile) {
     EXPECT_EQ(summary->planar.rings, field.planar.rings);
     EXPECT_EQ(summary->spherical.azimuths, field.spherical.azimuths);
     EXPECT_EQ(summary->local_samples, 700u);
-    EXPECT_EQ(summary->nodes, field.pool.nodes.size());
+    EXPECT_EQ(summary->nodes, node_count(field.pool));
     EXPECT_EQ(summary->faces, field.pool.faces.size());
     EXPECT_EQ(summary->cubemaps, 50u);
     EXPECT_EQ(summary->file_bytes, std::filesystem::file_size(folder.file()));
@@ -324,8 +329,9 @@ TEST(VdbStore, RefusesForgedTables) {
         {"-3 azimuths", with_value<std::int32_t>(whole.blob, at(record, 92), -3)},
         {"a face beyond the last", with_value<std::uint32_t>(whole.blob, at(cubemaps, 8), 1u << 20)},
         {"a face with nodes beyond the last", with_value<std::uint32_t>(whole.blob, at(faces), ~0u)},
-        {"a node that is its own child", with_value<std::uint16_t>(whole.blob, at(nodes, 6), 15)},
-        {"a child beyond the last", with_value<std::uint16_t>(whole.blob, at(nodes, 6), 0xffff)},
+        {"nodes that nothing leads to", with_value<std::uint8_t>(whole.blob, at(nodes), 0x70)},
+        {"a child beyond the last", with_value<std::uint8_t>(whole.blob, at(nodes, 4), 0x71)},
+        {"a node of no kind", with_value<std::uint8_t>(whole.blob, at(nodes), 0xff)},
     };
     // The last face loses a byte to the nodes, and so on: tables that end within an element.
     for (const std::size_t s : {cubemaps, faces}) {

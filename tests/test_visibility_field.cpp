@@ -98,7 +98,7 @@ TEST(VisibilityField, DefectsAreFound) {
     EXPECT_NE(defect_after([](VisibilityField& f) { f.local_handles[3] = 1 << 30; }), "");
     EXPECT_NE(defect_after([](VisibilityField& f) { f.bounds.lower.x = NAN; }), "");
     EXPECT_NE(defect_after([](VisibilityField& f) { f.settings.face_size = 32; }), "");
-    EXPECT_NE(defect_after([](VisibilityField& f) { f.pool.nodes = {}; }), "");
+    EXPECT_NE(defect_after([](VisibilityField& f) { f.pool.node_bytes = {}; }), "");
 }
 
 }  // namespace

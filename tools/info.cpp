@@ -40,6 +40,7 @@ nlohmann::ordered_json summary_json(const FieldSummary& field) {
         {"face_size", field.settings.face_size},
         {"coefficients", field.settings.coefficients},
         {"relative_l2_error", field.settings.relative_l2_error},
+        {"error", {{"planar", field.error.planar}, {"spherical", field.error.spherical}}},
         {"bounds", {{"lower", vector_json(field.bounds.lower)}, {"upper", vector_json(field.bounds.upper)}}}};
 }
 
@@ -60,7 +61,9 @@ void print_summary(const FieldSummary& field) {
                                                 : fmt::format("at most {}", field.settings.coefficients),
                field.settings.face_size * field.settings.face_size - 1);
     if (field.settings.relative_l2_error > 0)
-        fmt::print(", dropping up to {:g} of the L2 norm", field.settings.relative_l2_error);
+        fmt::print(", dropping up to {:g} of the L2 norm of occlusion", field.settings.relative_l2_error);
+    fmt::print("\nerror       {:.1f} % of occlusion on the ground, {:.1f} % around (RMS between samples)",
+               100 * field.error.planar, 100 * field.error.spherical);
     fmt::print("\nfile        {:.2f} MB\nhash        {}\n", static_cast<double>(field.file_bytes) / 1e6,
                field.key.hex());
 }

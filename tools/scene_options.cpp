@@ -30,6 +30,13 @@ std::string exposure_trouble(const std::string& text) {
     return fmt::format("{} is no exposure; wanted stops in [-60, 60]", text);
 }
 
+std::string fraction_trouble(const std::string& text) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error == std::errc() && end == text.data() + text.size() && value >= 0 && value < 1) return {};
+    return fmt::format("{} is no fraction; wanted one in [0, 1)", text);
+}
+
 std::string face_size_trouble(const std::string& text) {
     for (const char* size : {"16", "32", "64", "128", "256"})
         if (text == size) return {};
@@ -142,10 +149,17 @@ void add_field_options(CLI::App& command, FieldOptions& options) {
         ->type_name("N");
     command
         .add_option("--coefficients", options.coefficients,
-                    "Wavelets kept a cubemap face, of visibility and of BRDF lobes; 0: all")
+                    "At most so many wavelets of visibility a cubemap face; 0: no limit")
         ->check(CLI::Range(0, 65536))
         ->capture_default_str()
         ->type_name("M");
+    command
+        .add_option(
+            "--visibility-error", options.relative_l2_error,
+            "Drop wavelets of visibility up to this part of the blocked light (L2, of each cubemap); 0: none")
+        ->check(fraction_trouble)
+        ->capture_default_str()
+        ->type_name("E");
 }
 
 Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
@@ -154,6 +168,7 @@ Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& op
     wanted.fields_folder = options.folder.empty() ? output / "fields" : std::filesystem::path(options.folder);
     wanted.face_size = options.face_size;
     wanted.coefficients = options.coefficients;
+    wanted.relative_l2_error = options.relative_l2_error;
     Result<SceneEntities> entities = prepare_scene_entities(scene, wanted, session.progress);
     if (!entities) return entities;
     for (const std::string& warning : entities->warnings) session.warn(warning);
@@ -169,14 +184,14 @@ Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& op
         session.report["fields"].push_back({{"entity", entity->name},
                                             {"reused", entity->reused},
                                             {"samples", samples},
-                                            {"nodes", field.pool.nodes.size()},
+                                            {"nodes", node_count(field.pool)},
                                             {"bytes", unknown ? 0 : bytes},
                                             {"seconds", entity->field_seconds},
                                             {"mesh_seconds", entity->mesh_seconds},
                                             {"remade_because", entity->remade_because},
                                             {"file", entity->field_file.string()}});
         fmt::print("field  {:<24} {}  {} samples, {} nodes, {:.1f} MB, {:.2f} s\n", entity->name,
-                   entity->reused ? "reused" : "made  ", samples, field.pool.nodes.size(),
+                   entity->reused ? "reused" : "made  ", samples, node_count(field.pool),
                    unknown ? 0.0 : static_cast<double>(bytes) / 1e6, entity->field_seconds);
     }
     return entities;

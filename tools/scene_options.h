@@ -46,10 +46,11 @@ std::string file_stem(const Scene& scene);
 struct FieldOptions {
     std::string folder;  ///< Empty: `fields` in the output folder.
     int face_size = 64;
-    int coefficients = 70;
+    int coefficients = FieldSettings().coefficients;
+    float relative_l2_error = FieldSettings().relative_l2_error;
 };
 
-/// Adds --fields, --face-size and --coefficients.
+/// Adds --fields, --face-size, --coefficients and --visibility-error.
 void add_field_options(CLI::App& command, FieldOptions& options);
 
 /// prepare_scene_entities, with warnings, messages and the report's `fields`; a line for each on stdout.

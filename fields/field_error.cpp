@@ -1,0 +1,85 @@
+#include "fields/field_error.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+#include <random>
+
+#include "fields/haar_transform.h"
+#include "fields/visibility_rasterizer.h"
+
+namespace haarfield {
+namespace {
+
+/// Points up to three bounding radii from a centre; on its level, or all around.
+std::vector<Vec3f> random_points(const Vec3f& centre, float bounding_radius, bool on_level) {
+    constexpr std::size_t count = 200;
+    std::mt19937 random(1);
+    const auto number = [&] { return static_cast<double>(random()) * 0x1p-32; };
+    std::vector<Vec3f> points;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double radius = 3 * number() * double(bounding_radius), azimuth = 2 * pi * number(),
+                     height = on_level ? 0 : 2 * number() - 1, across = std::sqrt(1 - height * height);
+        const Vec3d direction(across * std::cos(azimuth), height, across * std::sin(azimuth));
+        points.push_back(centre + Vec3f(direction * radius));
+    }
+    return points;
+}
+
+/// Sums over the sphere of directions.
+struct SquaredNorms {
+    double error = 0, occlusion = 0;
+};
+
+SquaredNorms squared_norms(const CubemapTree& found, std::span<const std::uint8_t> open, int face_size) {
+    const std::size_t face_texels = std::size_t(face_size) * std::size_t(face_size);
+    SquaredNorms norms;
+    for (std::size_t face = 0; face < cubemap_faces; ++face) {
+        const std::vector<float> visibility = quadtree_texels(found.faces[face], face_size);
+        for (std::size_t i = 0; i < face_texels; ++i) {
+            const double exact = double(open[face * face_texels + i]) / samples_per_texel,
+                         error = double(visibility[i]) - exact;
+            const double solid_angle = texel_solid_angle(static_cast<int>(i) % face_size,
+                                                         static_cast<int>(i) / face_size, face_size);
+            norms.error += error * error * solid_angle;
+            norms.occlusion += (1 - exact) * (1 - exact) * solid_angle;
+        }
+    }
+    return norms;
+}
+
+/// lift  added to the points for the exact visibility.
+template <class Sampler>
+float relative_error(const VisibilityField& field, const Sampler& sampler,
+                     const std::vector<std::int32_t>& handles, const std::vector<Vec3f>& points,
+                     const Vec3f& lift, const EntityOcclusion& occlusion) {
+    std::vector<SquaredNorms> norms(points.size());
+    tbb::enumerable_thread_specific<VisibilityRasterizer> rasterizers(field.settings.face_size);
+    tbb::parallel_for(std::size_t(0), points.size(), [&](std::size_t i) {
+        if (occlusion.in_original()(points[i] + lift)) return;
+        norms[i] = squared_norms(interpolated_visibility(field, handles, sampler.interpolation(points[i])),
+                                 rasterizers.local().open_samples(occlusion.coarse(), points[i] + lift),
+                                 field.settings.face_size);
+    });
+    SquaredNorms sum;
+    for (const SquaredNorms& point : norms) {
+        sum.error += point.error;
+        sum.occlusion += point.occlusion;
+    }
+    return sum.occlusion > 0 ? static_cast<float>(std::sqrt(sum.error / sum.occlusion)) : 0.0f;
+}
+
+}  // namespace
+
+FieldError field_error(const VisibilityField& field, const EntityOcclusion& occlusion) {
+    const float radius = field.bounds.radius();
+    return {relative_error(field, field.planar, field.planar_handles,
+                           random_points(field.planar.centre, radius, true),
+                           Vec3f(0, radius * surface_offset, 0), occlusion),
+            relative_error(field, field.spherical, field.spherical_handles,
+                           random_points(field.spherical.centre, radius, false), Vec3f(0.0f), occlusion)};
+}
+
+}  // namespace haarfield
