@@ -8,6 +8,7 @@
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
+#include <CGAL/Surface_mesh_simplification/Edge_collapse_visitor_base.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_filter.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Edge_length_cost.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_policies.h>
@@ -27,23 +28,39 @@ using Kernel = CGAL::Simple_cartesian<double>;
 using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Ends the collapsing, and tells how far it is.
+/// Ends the collapsing.
 struct EnoughTriangles {
     std::size_t wanted;
-    std::size_t initial;
     const Surface* surface;
-    const Progress* progress;
-    std::size_t* asked;
 
     template <class Cost, class Profile>
     bool operator()(const Cost&, const Profile&, std::size_t, std::size_t) const {
-        const std::size_t count = surface->number_of_faces();
-        if ((*asked)++ % 512 == 0) {
-            if (progress->stop.stop_requested()) return true;
-            if (progress->report && initial > wanted)
-                progress->report("simplifying", initial - std::max(count, wanted), initial - wanted);
-        }
-        return count <= wanted;
+        return surface->number_of_faces() <= wanted;
+    }
+};
+
+struct Interrupted {};
+
+/// Tells how far the collapsing is, and throws Interrupted when a stop is requested: while the costs of all
+/// edges are found, too.
+struct CollapseProgress : simplification::Edge_collapse_visitor_base<Surface> {
+    std::size_t wanted, initial, selected = 0;
+    const Surface* surface;
+    const Progress* progress;
+
+    CollapseProgress(std::size_t wanted_triangles, const Surface& of, const Progress& to)
+        : wanted(wanted_triangles), initial(of.number_of_faces()), surface(&of), progress(&to) {}
+
+    void OnCollected(const Profile&, const boost::optional<FT>&) { check(); }
+    void OnSelected(const Profile&, const boost::optional<FT>&, std::size_t, std::size_t) {
+        check();
+        if (selected++ % 512 == 0 && progress->report && initial > wanted)
+            progress->report("simplifying",
+                             initial - std::max<std::size_t>(surface->number_of_faces(), wanted),
+                             initial - wanted);
+    }
+    void check() const {
+        if (progress->stop.stop_requested()) throw Interrupted{};
     }
 };
 
@@ -160,27 +177,25 @@ void remove_unused_vertices(Mesh& mesh) {
 }
 
 /// Quadrics cost some 12 microseconds per triangle, so that a scan is first thinned by short edges to
-/// a size at which the difference can not be seen in the few thousand triangles that are left.
+/// a size at which the difference can not be seen in the few thousand triangles that are left. Throws
+/// Interrupted.
 Mesh simplified(const Mesh& mesh, std::size_t wanted, const Progress& progress) {
     const std::size_t thinned = std::max<std::size_t>(100000, 8 * wanted);
     Surface surface = surface_from(mesh);
     const simplification::Bounded_normal_change_filter<> no_fold;
-    std::size_t asked = 0;
     if (surface.number_of_faces() > thinned + thinned / 2)
-        simplification::edge_collapse(
-            surface, EnoughTriangles{thinned, surface.number_of_faces(), &surface, &progress, &asked},
-            CGAL::parameters::get_cost(simplification::Edge_length_cost<Surface>())
-                .get_placement(simplification::Midpoint_placement<Surface>())
-                .filter(no_fold));
-    if (!progress.stop.stop_requested()) {
-        surface.collect_garbage();
-        simplification::GarlandHeckbert_plane_policies<Surface, Kernel> quadrics(surface);
-        simplification::edge_collapse(
-            surface, EnoughTriangles{wanted, surface.number_of_faces(), &surface, &progress, &asked},
-            CGAL::parameters::get_cost(quadrics.get_cost())
-                .get_placement(quadrics.get_placement())
-                .filter(no_fold));
-    }
+        simplification::edge_collapse(surface, EnoughTriangles{thinned, &surface},
+                                      CGAL::parameters::get_cost(simplification::Edge_length_cost<Surface>())
+                                          .get_placement(simplification::Midpoint_placement<Surface>())
+                                          .filter(no_fold)
+                                          .visitor(CollapseProgress(thinned, surface, progress)));
+    surface.collect_garbage();
+    simplification::GarlandHeckbert_plane_policies<Surface, Kernel> quadrics(surface);
+    simplification::edge_collapse(surface, EnoughTriangles{wanted, &surface},
+                                  CGAL::parameters::get_cost(quadrics.get_cost())
+                                      .get_placement(quadrics.get_placement())
+                                      .filter(no_fold)
+                                      .visitor(CollapseProgress(thinned, surface, progress)));
     surface.collect_garbage();
     Mesh coarse = mesh_from(surface);
     remove_empty_triangles(coarse);
@@ -248,8 +263,11 @@ Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& 
     if (wanted.coarse_triangles == 0 || prepared.original.triangles.size() <= wanted.coarse_triangles)
         prepared.coarse = prepared.original;
     else
-        prepared.coarse = simplified(prepared.original, wanted.coarse_triangles, progress);
-    if (progress.stop.stop_requested()) return stopped;
+        try {
+            prepared.coarse = simplified(prepared.original, wanted.coarse_triangles, progress);
+        } catch (const Interrupted&) {
+            return stopped;
+        }
 
     prepared.fine = subdivided(prepared.original, wanted.fine_vertices, progress);
     if (progress.stop.stop_requested()) return stopped;

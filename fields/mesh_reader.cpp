@@ -17,6 +17,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <span>
 #include <sstream>
 #include <system_error>
 #include <unordered_map>
@@ -219,6 +220,38 @@ void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings) {
     mesh.triangles.resize(kept);
 }
 
+/// Corners at one position whose triangles face one way.
+struct FacetGroup {
+    Vec3d normal;                      ///< Unit normal of the first.
+    std::span<std::uint32_t> corners;  ///< 3 * triangle + corner.
+    Vec3d sum{0, 0, 0};                ///< Of their weighted normals.
+};
+
+/// Groups of one corner each; at a fan of very many, of those whose normals differ by less than three degrees
+/// or so, lest the pairs of them be too many. Reorders the corners of such a fan.
+///
+/// unit  normals by triangle.
+std::vector<FacetGroup> facet_groups(std::span<std::uint32_t> corners, const std::vector<Vec3d>& unit) {
+    constexpr std::size_t many = 256;
+    constexpr double cells = 32;  // per unit of length
+    const auto cell = [&](std::uint32_t corner) {
+        const Vec3d at = unit[corner / 3] * cells;
+        return std::array{std::lround(at.x), std::lround(at.y), std::lround(at.z)};
+    };
+    const bool is_large = corners.size() > many;
+    if (is_large)
+        std::sort(corners.begin(), corners.end(), [&](std::uint32_t a, std::uint32_t b) {
+            return std::pair(cell(a), a) < std::pair(cell(b), b);
+        });
+    std::vector<FacetGroup> groups;
+    for (std::size_t begin = 0, end; begin < corners.size(); begin = end) {
+        end = begin + 1;
+        while (is_large && end < corners.size() && cell(corners[end]) == cell(corners[begin])) ++end;
+        groups.push_back({unit[corners[begin] / 3], corners.subspan(begin, end - begin)});
+    }
+    return groups;
+}
+
 /// One normal per corner of every triangle, [3 * triangle + corner].
 ///
 /// A missing one is the mean of the faces round its position that meet its own face at less than the
@@ -255,15 +288,23 @@ std::vector<Vec3f> corner_normals(const Mesh& mesh, float crease_angle) {
     for (std::size_t c = 0; c < corner_count; ++c) around[next[place(c)]++] = static_cast<std::uint32_t>(c);
 
     const double smooth = std::cos(static_cast<double>(crease_angle));
-    for (std::size_t c = 0; c < corner_count; ++c) {
-        if (normals[c].length2() > 0) continue;
-        Vec3d sum(0, 0, 0);
-        for (std::uint32_t i = first[place(c)]; i < first[place(c) + 1]; ++i) {
-            const std::uint32_t other = around[i];
-            if (other / 3 == c / 3 || unit[other / 3].dot(unit[c / 3]) > smooth)
-                sum += area[other / 3] * weight[other];
+    const auto missing = [&](std::uint32_t corner) { return normals[corner].length2() == 0; };
+    const auto set_normal = [&](std::uint32_t corner, const Vec3d& sum) {
+        normals[corner] = Vec3f(sum.length2() > 0 ? sum.normalized() : unit[corner / 3]);
+    };
+    for (std::size_t p = 0; p + 1 < first.size(); ++p) {
+        const std::span<std::uint32_t> corners(around.data() + first[p], first[p + 1] - first[p]);
+        if (std::none_of(corners.begin(), corners.end(), missing)) continue;
+        std::vector<FacetGroup> groups = facet_groups(corners, unit);
+        for (FacetGroup& group : groups)
+            for (const std::uint32_t c : group.corners) group.sum += area[c / 3] * weight[c];
+        for (const FacetGroup& group : groups) {
+            Vec3d sum(0, 0, 0);
+            for (const FacetGroup& other : groups)
+                if (&other == &group || other.normal.dot(group.normal) > smooth) sum += other.sum;
+            for (const std::uint32_t c : group.corners)
+                if (missing(c)) set_normal(c, sum);
         }
-        normals[c] = Vec3f(sum.length2() > 0 ? sum.normalized() : unit[c / 3]);
     }
     return normals;
 }

@@ -99,6 +99,35 @@ TEST(MeshReader, CreaseAngleDecidesWhatIsSmooth) {
     }
 }
 
+TEST(MeshReader, AFanOfVeryManyTrianglesIsSmoothAndStillHasCreases) {
+    // Two discs of many sides share their middle: one level, one upright.
+    for (const int sides : {200, 3000}) {
+        std::string text = "v 0 0 0\n";
+        for (int i = 0; i < sides; ++i) {
+            const double a = 2 * pi * i / sides;
+            const std::string x = std::to_string(std::cos(a)), y = std::to_string(std::sin(a));
+            text += "v " + x + " 0.1 " + y + "\nv " + x + " " + y + " 0\n";
+        }
+        for (int i = 0; i < sides; ++i) {
+            const int a = 2 * i + 2, b = 2 * ((i + 1) % sides) + 2;
+            text += "f 1 " + std::to_string(b) + " " + std::to_string(a) + "\nf 1 " + std::to_string(a + 1) +
+                    " " + std::to_string(b + 1) + "\n";
+        }
+        const ImportedMesh fan = read("fan.obj", text);
+        ASSERT_EQ(fan.mesh.triangles.size(), std::size_t(2 * sides));
+        int level = 0, upright = 0;
+        for (std::size_t v = 0; v < fan.mesh.positions.size(); ++v) {
+            if (fan.mesh.positions[v] != Vec3f(0.0f)) continue;
+            const Vec3f& normal = fan.mesh.normals[v];
+            EXPECT_NEAR(std::max(std::abs(normal.y), std::abs(normal.z)), 1, 1e-3) << sides << ": " << normal;
+            ++(std::abs(normal.y) > 0.5f ? level : upright);
+        }
+        EXPECT_GT(level, 0);
+        EXPECT_GT(upright, 0);
+        EXPECT_LT(level + upright, sides == 200 ? 4 * sides : 64) << sides;
+    }
+}
+
 TEST(MeshReader, NormalsOfTheFileAreKeptAndNormalised) {
     const ImportedMesh one =
         read("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 3 4\nvn 0 0 2\nf 1//1 2//2 3//2\n");
