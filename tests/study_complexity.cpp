@@ -21,6 +21,7 @@ struct Growth {
     const char* claimed;  ///< By the paper.
     int colour;
     std::array<std::vector<std::pair<double, double>>, parameters> times;
+    bool exponential = false;  ///< In n.
 };
 
 /// Slope of the line through the points, in logarithms.
@@ -41,7 +42,7 @@ double exponent(const std::vector<std::pair<double, double>>& points) {
 /// The methods that take the scene as it is.
 class SceneGrowth {
 public:
-    explicit SceneGrowth(std::size_t vertices) : vertices_(vertices) {
+    explicit SceneGrowth(std::size_t vertices) {
         for (const int size : {16, 32, 64, 128, 256})
             add(texels_m, size * size, texel_integrals(size, vertices), 6, {40, 40});
         const TexelIntegrals texels = texel_integrals(64, vertices);
@@ -49,10 +50,16 @@ public:
         for (int functions = 3; functions <= 7; ++functions)
             add(functions_n, functions, texels, functions, {200, 70});
         for (const int order : {2, 3, 4, 5, 6, 8, 10})
-            add_time(harmonics_, wavelets_m, order * order, harmonics_method(texels, 6, order));
+            add_point(harmonics_, wavelets_m, order * order, harmonics_method(texels, 6, order));
         for (int functions = 3; functions <= 7; ++functions)
-            add_time(harmonics_, functions_n, functions, harmonics_method(texels, functions, 10));
+            add_point(harmonics_, functions_n, functions, harmonics_method(texels, functions, 10));
+
+        const std::vector<double> times = least_microseconds(methods_, vertices, DataPlace::cache, 10);
+        for (std::size_t i = 0; i < times.size(); ++i)
+            points_[i].growth->times[points_[i].parameter].emplace_back(points_[i].value, times[i]);
     }
+    SceneGrowth(const SceneGrowth&) = delete;
+    SceneGrowth& operator=(const SceneGrowth&) = delete;
 
     std::vector<Growth> result() const {
         return {scalar_, vectors_, harmonics_, pairwise_, paper_, haarfield_};
@@ -62,20 +69,27 @@ private:
     void add(Parameter parameter, double value, const TexelIntegrals& texels, int functions,
              const KeptWavelets& kept) {
         const TreeIntegrals trees = tree_integrals(texels, functions, kept);
-        add_time(haarfield_, parameter, value, haarfield_method(trees));
-        add_time(paper_, parameter, value, paper_method(trees));
-        add_time(pairwise_, parameter, value, pairwise_method(trees));
+        add_point(haarfield_, parameter, value, haarfield_method(trees));
+        add_point(paper_, parameter, value, paper_method(trees));
+        add_point(pairwise_, parameter, value, pairwise_method(trees));
         if (parameter == wavelets_m) return;  // texels are all kept
-        add_time(scalar_, parameter, value, dense_scalar_method(texels, functions));
-        add_time(vectors_, parameter, value, dense_method(texels, functions));
+        add_point(scalar_, parameter, value, dense_scalar_method(texels, functions));
+        add_point(vectors_, parameter, value, dense_method(texels, functions));
     }
 
-    void add_time(Growth& growth, Parameter parameter, double value, const Method& method) const {
-        growth.times[parameter].emplace_back(
-            value, least_microseconds(std::span(&method, 1), vertices_, DataPlace::cache, 5)[0]);
+    void add_point(Growth& growth, Parameter parameter, double value, Method method) {
+        points_.push_back({&growth, parameter, value});
+        methods_.push_back(std::move(method));
     }
 
-    std::size_t vertices_;
+    /// What each of the methods is measured for.
+    struct Point {
+        Growth* growth;
+        Parameter parameter;
+        double value;
+    };
+    std::vector<Point> points_;
+    std::vector<Method> methods_;
     Growth scalar_{"texels, scalar", "M n", 7, {}}, vectors_{"texels, vectors", "M n", 6, {}},
         harmonics_{"two at a time, harmonics", "m^5/2 n", 3, {}},
         pairwise_{"two at a time, Haar", "M n", 5, {}}, paper_{"paper's algorithm", "m n", 2, {}},
@@ -126,7 +140,7 @@ double recursive_time(const RecursiveGeneralBasis& basis, int levels, int functi
 }
 
 std::vector<Growth> general_growth() {
-    Growth general{"general basis", "M^n", 0, {}}, recursive{"recursive general basis", "M^3 n", 4, {}};
+    Growth general{"general basis", "M^n", 0, {}, true}, recursive{"recursive general basis", "M^3 n", 4, {}};
     for (int levels = 2; levels <= 4; ++levels)
         general.times[texels_m].emplace_back(1 << (2 * levels), general_time(levels, 3));
     for (int functions = 3; functions <= 5; ++functions)
@@ -139,6 +153,16 @@ std::vector<Growth> general_growth() {
             recursive.times[functions_n].emplace_back(functions, recursive_time(basis, levels, functions));
     }
     return {general, recursive};
+}
+
+/// Of a method that is exponential in n: the factor for each function more, to the power of n.
+std::string exponent_text(const Growth& growth, Parameter parameter) {
+    const auto& points = growth.times[parameter];
+    if (points.empty()) return "-";
+    if (parameter != functions_n || !growth.exponential) return fmt::format("{:.2f}", exponent(points));
+    const auto& [first, first_time] = points.front();
+    const auto& [last, last_time] = points.back();
+    return fmt::format("{:.1f}^n", std::pow(last_time / first_time, 1 / (last - first)));
 }
 
 /// A table of the times against one parameter.
@@ -161,27 +185,20 @@ void print_times(const std::vector<Growth>& all, Parameter parameter, const char
 
 void print_tables(const std::vector<Growth>& all, std::size_t vertices) {
     fmt::print(
-        "How the time grows with M (texels a face), m (wavelets kept a face; of harmonics: all coefficients) "
-        "and\n"
-        "n (functions): exponents by least squares in logarithms, over the points below. us per vertex, RGB, "
-        "{}\n"
-        "vertices of the shipped scene, one thread. By M: m = 40, n = 6 (general basis: m = M, n = 3). By "
-        "m:\n"
-        "M = 4096, n = 6. By n: M = 4096, m = 70, of the lighting 200 (general basis: M = 16, recursive: "
-        "64;\n"
+        "How the time grows with M (texels a face), m (wavelets kept a face; of harmonics: coefficients\n"
+        "in all) and n (functions): exponents by least squares in logarithms over the points below.\n"
+        "us per vertex, RGB, one thread, {} vertices of the shipped scene.\n"
+        "By M: m = 40, n = 6 (general basis: m = M, n = 3). By m: M = 4096, n = 6.\n"
+        "By n: M = 4096, m = 70, of the lighting 200 (general basis: M = 16, recursive: 64;\n"
         "harmonics: m = 100).\n\n",
         vertices);
     fmt::print("{:<26} {:<9} {:>6} {:>6} {:>6}\n", "method", "paper", "in M", "in m", "in n");
     for (const Growth& growth : all) {
         fmt::print("{:<26} {:<9}", growth.title, growth.claimed);
-        for (const auto& points : growth.times)
-            fmt::print(" {:>6}", points.empty() ? "-" : fmt::format("{:.2f}", exponent(points)));
+        for (const Parameter parameter : {texels_m, wavelets_m, functions_n})
+            fmt::print(" {:>6}", exponent_text(growth, parameter));
         fmt::print("\n");
     }
-    const auto& general = all.front().times[functions_n];
-    fmt::print("General basis, M = 16: each function more takes {:.1f} times as long (the paper: M times).\n",
-               std::pow(general.back().second / general.front().second,
-                        1 / (general.back().first - general.front().first)));
     print_times(all, texels_m, "us by M");
     print_times(all, wavelets_m, "us by m");
     print_times(all, functions_n, "us by n");
