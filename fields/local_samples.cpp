@@ -1,6 +1,8 @@
 #include "fields/local_samples.h"
 
 #include <embree3/rtcore.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <memory>
@@ -63,16 +65,26 @@ struct VisibleMiddles {
 };
 
 VisibleMiddles visible_middles(const Mesh& mesh, const InsideTest& is_inside, float offset) {
+    struct Middle {
+        Vec3f position;
+        bool buried;
+    };
+    std::vector<Middle> of_triangle(mesh.triangles.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, of_triangle.size(), 64), [&](const auto& range) {
+        for (std::size_t t = range.begin(); t != range.end(); ++t) {
+            const Vec3f &a = mesh.positions[mesh.triangles[t][0]], &b = mesh.positions[mesh.triangles[t][1]],
+                        &c = mesh.positions[mesh.triangles[t][2]];
+            const Vec3f middle = (a + b + c) / 3.0f;
+            const Vec3f normal = (b - a).cross(c - a).normalized();
+            of_triangle[t] = {middle, is_inside(middle + normal * offset)};
+        }
+    });
     VisibleMiddles middles{std::vector<Vec3f>(mesh.positions.size(), Vec3f(0.0f)),
                            std::vector<std::uint32_t>(mesh.positions.size(), 0)};
-    for (const auto& triangle : mesh.triangles) {
-        const Vec3f &a = mesh.positions[triangle[0]], &b = mesh.positions[triangle[1]],
-                    &c = mesh.positions[triangle[2]];
-        const Vec3f middle = (a + b + c) / 3.0f;
-        const Vec3f normal = (b - a).cross(c - a).normalized();
-        if (is_inside(middle + normal * offset)) continue;
-        for (const std::uint32_t v : triangle) {
-            middles.sum[v] += middle;
+    for (std::size_t t = 0; t < of_triangle.size(); ++t) {
+        if (of_triangle[t].buried) continue;
+        for (const std::uint32_t v : mesh.triangles[t]) {
+            middles.sum[v] += of_triangle[t].position;
             ++middles.count[v];
         }
     }

@@ -17,7 +17,9 @@ constexpr unsigned children_mask = 15, wavelet_bit = 16;  // of a node's first b
 
 std::uint8_t packed_wavelet(float value) {
     assert(std::abs(value) <= 0.5f);
-    return static_cast<std::uint8_t>(std::lrint(value / wavelet_step));
+    // Not std::lround: a library call.
+    return static_cast<std::uint8_t>(
+        static_cast<int>(value * (1 / wavelet_step) + std::copysign(0.5f, value)));
 }
 
 float unpacked_wavelet(std::uint8_t byte) {

@@ -147,6 +147,45 @@ TEST(FieldKey, ChangesWithMeshAndSettings) {
     EXPECT_EQ(key.hex().size(), 32u);
 }
 
+TEST(FieldPrecompute, ReportsSteadilyToTheEnd) {
+    const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
+    std::vector<std::uint64_t> reports;
+    Progress progress;
+    std::uint64_t whole = 0;
+    progress.report = [&](std::string_view, std::uint64_t done, std::uint64_t total) {
+        reports.push_back(done);
+        whole = total;
+    };
+    const VisibilityField field =
+        *precompute_field("box", mesh, EntityOcclusion(mesh), {16, 0, 0.1f, 1000, 1000}, progress);
+    ASSERT_FALSE(reports.empty());
+    EXPECT_EQ(whole,
+              field.planar_handles.size() + field.spherical_handles.size() + field.local_handles.size());
+    EXPECT_EQ(reports.back(), whole);
+    std::uint64_t before = 0;
+    for (const std::uint64_t done : reports) {
+        EXPECT_GT(done, before);
+        EXPECT_LE(done - before, 100u);
+        before = done;
+    }
+}
+
+TEST(FieldPrecompute, StopsInTheMiddle) {
+    const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
+    std::stop_source stop;
+    std::uint64_t most = 0;
+    Progress progress;
+    progress.stop = stop.get_token();
+    progress.report = [&](std::string_view, std::uint64_t done, std::uint64_t) {
+        most = done;
+        if (done > 500) stop.request_stop();
+    };
+    const auto field = precompute_field("box", mesh, EntityOcclusion(mesh), {}, progress);
+    ASSERT_FALSE(field);
+    EXPECT_EQ(field.error().what, interrupted);
+    EXPECT_LT(most, 1000u);
+}
+
 TEST(FieldPrecompute, StopsWhenAsked) {
     const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
     std::stop_source stop;

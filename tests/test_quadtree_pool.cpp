@@ -19,7 +19,6 @@ CubemapTree random_cubemap(std::uint32_t seed, int size, int coefficients) {
 
 PackedTrees packed(const CubemapTree& tree) {
     PackedTrees trees;
-    pack_trees(random_cubemap(99, 16, 5), trees);  // what was there must not matter
     pack_trees(tree, trees);
     return trees;
 }
@@ -50,6 +49,16 @@ TEST(QuadtreePool, GivesBackTreesToHalfAStep) {
             }
         }
     EXPECT_EQ(node_count(pool), nodes);
+}
+
+TEST(QuadtreePool, PackingStartsAnew) {
+    PackedTrees once, twice;
+    const CubemapTree tree = random_cubemap(5, 16, 20);
+    pack_trees(tree, once);
+    pack_trees(random_cubemap(6, 16, 40), twice);
+    pack_trees(tree, twice);
+    EXPECT_EQ(twice.faces, once.faces);
+    EXPECT_EQ(twice.node_bytes, once.node_bytes);
 }
 
 TEST(QuadtreePool, HoldsHalfOpenSquaresExactly) {

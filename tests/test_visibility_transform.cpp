@@ -103,6 +103,18 @@ TEST(VisibilityTransform, EqualsTheTransformOfTheTexels) {
         }
 }
 
+TEST(VisibilityTransform, OneTexelOfAFaceMatters) {
+    const int size = 16;
+    for (const std::size_t texel : {0u, 7u, 8u, 136u, 255u}) {
+        Counts open(6 * face_texels(size), samples_per_texel);
+        open[5 * face_texels(size) + texel] = 3;
+        const CubemapTree tree = transformed(open, size);
+        for (std::size_t face = 0; face < cubemap_faces; ++face)
+            expect_equal(tree.faces[face], haar_quadtree<float>(face_visibility(open, face, size), size),
+                         "texel " + std::to_string(texel));
+    }
+}
+
 TEST(VisibilityTransform, KeepsTheLargestWaveletsOfAFace) {
     const int size = 32;
     for (const int kept : {1, 7, 40}) {
