@@ -39,8 +39,8 @@ DirectionPyramid::DirectionPyramid(int face_size) {
                 to.x[cell] = float(along.x);
                 to.y[cell] = float(along.y);
                 to.z[cell] = float(along.z);
-                to.length[cell] = float(mean.length());
                 to.extent[cell] = float(std::sqrt(3 * (1 - mean.length())));
+                to.inverse_extent[cell] = 1 / to.extent[cell];
                 for (const double corner_u : {u, u + side})
                     for (const double corner_v : {v, v + side}) {
                         const double cosine = along.dot(Vec3d(corner_u, corner_v, 1).normalized());

@@ -8,9 +8,9 @@ namespace haarfield {
 /// The directions in the cells of one block, in the face's own frame: (u, v, 1) of cubemap.h, normalised.
 struct DirectionBlock {
     alignas(64) std::array<float, wide_cells> x{}, y{}, z{};  ///< Unit vector along the mean direction.
-    std::array<float, wide_cells> length{};  ///< Of the mean direction (over the face's area): at most 1.
-    std::array<float, wide_cells> extent{};  ///< Half the cell's width, as the angle [rad] that gives the
-                                             ///< same spread:  length = 1 - extent^2 / 3.
+    /// Half a cell's width, as the angle e [rad] that gives the directions their spread: the mean direction
+    /// over the face's area has length 1 - e^2 / 3.
+    std::array<float, wide_cells> extent{}, inverse_extent{};
 };
 
 /// All six faces share one pyramid. Level l has the 16^l blocks of one face.

@@ -1,6 +1,8 @@
 #include "shading/light_pyramid.h"
 
+#include <algorithm>
 #include <cassert>
+#include <cmath>
 
 namespace haarfield {
 
@@ -14,6 +16,7 @@ BlockNumbers::BlockNumbers(int face_size) : levels_(wide_levels(face_size)) {
 LightPyramid::LightPyramid(const RgbCubemapTree& light, int face_size) : numbers_(face_size) {
     blocks_.resize(numbers_.count());
     varying_.resize(numbers_.count());
+    deviations_.resize(numbers_.count());
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const RgbQuadtree& tree = light.faces[face];
         means_[face] = tree.scaling;
@@ -22,9 +25,10 @@ LightPyramid::LightPyramid(const RgbCubemapTree& light, int face_size) : numbers
     }
 }
 
-void LightPyramid::fill(const RgbQuadtree& tree, std::size_t face, int level, std::size_t block,
+Vec3d LightPyramid::fill(const RgbQuadtree& tree, std::size_t face, int level, std::size_t block,
                         std::int32_t node, const Rgb& mean) {
     const std::size_t place = numbers_(level, face, block);
+    Vec3d squares(0.0);
     for (unsigned cell = 0; cell < wide_cells; ++cell) {
         Rgb value = mean;
         std::int32_t below = no_node;
@@ -40,10 +44,18 @@ void LightPyramid::fill(const RgbQuadtree& tree, std::size_t face, int level, st
         blocks_[place].red[cell] = value.x;
         blocks_[place].green[cell] = value.y;
         blocks_[place].blue[cell] = value.z;
-        if (level + 1 == numbers_.levels()) continue;
-        if (below != no_node) varying_[place] |= static_cast<std::uint16_t>(1u << cell);
-        fill(tree, face, level + 1, block * wide_cells + cell, below, value);
+        const Vec3d square_of_mean = Vec3d(value) * Vec3d(value);
+        Vec3d square = square_of_mean;
+        if (level + 1 < numbers_.levels()) {
+            if (below != no_node) varying_[place] |= static_cast<std::uint16_t>(1u << cell);
+            square = fill(tree, face, level + 1, block * wide_cells + cell, below, value);
+        }
+        for (int channel = 0; channel < 3; ++channel)
+            deviations_[place][cell] +=
+                static_cast<float>(std::sqrt(std::max(0.0, square[channel] - square_of_mean[channel])));
+        squares += square / double(wide_cells);
     }
+    return squares;
 }
 
 }  // namespace haarfield

@@ -39,16 +39,20 @@ public:
     const BlockNumbers& numbers() const { return numbers_; }
     const LightBlock& block(std::size_t index) const { return blocks_[index]; }
     std::uint16_t varying(std::size_t index) const { return varying_[index]; }  ///< As in WideNode.
+    /// Root mean square deviation from the mean within each cell, added over the channels.
+    const std::array<float, wide_cells>& deviation(std::size_t index) const { return deviations_[index]; }
     const Rgb& mean(std::size_t face) const { return means_[face]; }
     bool is_constant(std::size_t face) const { return constant_[face]; }
 
 private:
-    void fill(const RgbQuadtree& tree, std::size_t face, int level, std::size_t block, std::int32_t node,
-              const Rgb& mean);
+    /// Returns the mean over the block of the squares, by channel.
+    Vec3d fill(const RgbQuadtree& tree, std::size_t face, int level, std::size_t block, std::int32_t node,
+               const Rgb& mean);
 
     BlockNumbers numbers_;
     std::vector<LightBlock> blocks_;
     std::vector<std::uint16_t> varying_;
+    std::vector<std::array<float, wide_cells>> deviations_;
     std::array<Rgb, cubemap_faces> means_;
     std::array<bool, cubemap_faces> constant_{};
 };

@@ -1,13 +1,12 @@
 #include "shading/vertex_shading.h"
 
+#include <algorithm>
 #include <cmath>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "shading/vertex_shading.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
-
-#include <hwy/contrib/math/math-inl.h>
 
 #include "shading/wide_walk-inl.h"
 
@@ -17,9 +16,9 @@
 namespace haarfield {
 
 /// Below this share of its peak a lobe is zero;
-inline constexpr float lobe_zero = 1e-4f;
+inline constexpr float lobe_zero = 1e-3f;
 /// and from this on it varies where its cell is not the finest.
-inline constexpr float lobe_varies = 2e-3f;
+inline constexpr float lobe_varies = 4e-3f;
 
 /// What all faces and blocks of a vertex share.
 struct VertexTerms {
@@ -63,14 +62,17 @@ namespace HWY_NAMESPACE {
 
 /// The directions of a block, at hand.
 struct BlockDirections {
-    Cells x, y, z, length, extent;
+    Cells x, y, z, extent, inverse_extent;
 
     explicit BlockDirections(const DirectionBlock& block)
         : x(load_cells(block.x.data())),
           y(load_cells(block.y.data())),
           z(load_cells(block.z.data())),
-          length(load_cells(block.length.data())),
-          extent(load_cells(block.extent.data())) {}
+          extent(load_cells(block.extent.data())),
+          inverse_extent(load_cells(block.inverse_extent.data())) {}
+
+    /// What the mean direction lacks of unit length.
+    HWY_INLINE Cells spread() const { return extent * extent * all_cells(1.0f / 3); }
 
     /// Products and sums, not fused: what is decided by them is the same for all instruction sets.
     HWY_INLINE Cells dot(const Vec3f& v) const {
@@ -138,6 +140,43 @@ public:
         return head;
     }
 
+    /// The head's deviation from its value within each cell of a block above the last level. Lighting deviates by what
+    /// the pyramid says. The cosine of unit vectors whose mean has length l has the variance 1 - l^2 at most, and
+    /// clamping does not add to it; where the horizon crosses a cell, its mean may be off by the extent. A lobe that is
+    /// not curved lies below lobe_varies, and below what the cell says.
+    HWY_INLINE HeadErrors errors(int level, std::size_t face, std::size_t block) const {
+        const auto at = std::size_t(level);
+        const BlockDirections d(terms_.directions.block(level, block));
+        const Cells cosine = d.dot(normal_), aligned = d.dot(mirror_);
+        const unsigned horizon = cells_above(cosine, -terms_.margin[at]) & ~cells_above(cosine, terms_.margin[at]);
+        const Rgb &diffuse = terms_.brdf.diffuse, &specular = terms_.brdf.specular;
+        const Cells diffuse_peak = all_cells(std::max({diffuse.x, diffuse.y, diffuse.z}));
+        const Cells spread = d.spread(), at_horizon = only(horizon, d.extent);
+        const Cells cosine_deviation = square_root(spread * (all_cells(2) - spread)) + at_horizon;
+        Cells lobe = all_cells(0);
+        HeadErrors result;
+        if (terms_.has_specular) {
+            lobe = all_cells(std::max({specular.x, specular.y, specular.z})) *
+                   larger(lobe_cells(d, aligned), all_cells(lobe_varies));
+            result.unbounded = cells_above(aligned, terms_.lobe_curved[at]);
+        }
+        if (!terms_.near.end.empty()) {
+            Cells open = all_cells(1);
+            unsigned wholly = 0;
+            block_near(d, level, block, open, result.unbounded, wholly);
+        }
+        const std::size_t index = terms_.light.numbers()(level, face, block);
+        const LightBlock& light = terms_.light.block(index);
+        const Cells light_deviation = load_cells(terms_.light.deviation(index).data());
+        const Cells light_size = magnitude(load_cells(light.red.data())) + magnitude(load_cells(light.green.data())) +
+                                 magnitude(load_cells(light.blue.data()));
+        const Cells largest = diffuse_peak * (larger(cosine, all_cells(0)) + all_cells(2 * terms_.margin[at])) + lobe;
+        const Cells deviation = diffuse_peak * cosine_deviation + lobe;
+        result.deviation = light_deviation * largest + light_size * deviation;
+        result.mean_error = light_deviation * deviation + light_size * (diffuse_peak * at_horizon + lobe);
+        return result;
+    }
+
 private:
     /// The middle of a block below the root.
     HWY_INLINE Vec3f middle(int level, std::size_t block) const {
@@ -157,11 +196,11 @@ private:
         Cells value = larger(cosine, zero);
         if (horizon != 0) {
             const Cells over = larger(cosine + d.extent, zero);
-            const Cells crossed = over * over * all_cells(0.25f) / d.extent;
+            const Cells crossed = over * over * all_cells(0.25f) * d.inverse_extent;
             // Where it lies wholly above, the parabola has passed its tangent point.
             value = choose(cells_above(d.extent - cosine, 0), crossed, value);
         }
-        return value * d.length;
+        return value - value * d.spread();
     }
 
     /// The share of the cells that a plane through the vertex leaves above it: mean of [cosine > 0].
@@ -169,20 +208,15 @@ private:
         const Cells one = all_cells(1);
         if (crossed == 0) return only(cells_above(cosine, 0), one);
         const Cells half = all_cells(0.5f);
-        return smaller(larger(half * (cosine / d.extent) + half, all_cells(0)), one);
+        return smaller(larger(half * cosine * d.inverse_extent + half, all_cells(0)), one);
     }
 
     /// Mean over the cells of max(0, R.w)^n; see vertex_shading.h.
     HWY_INLINE Cells lobe_cells(const BlockDirections& d, const Cells& aligned) const {
         const Cells n = all_cells(terms_.brdf.shininess), one = all_cells(1);
-        const Cells spread = d.extent * d.extent * all_cells(1.0f / 3);
-        const Cells m = n / (one + n * spread);
+        const Cells m = n / (one + n * d.spread());
         const Cells scale = (m + one) * all_cells(1 / (terms_.brdf.shininess + 1));
-        const Cells cosine = larger(aligned, all_cells(1e-9f));
-        Cells power;
-        for (std::size_t i = 0; i < parts; ++i)
-            power.part[i] = hn::Exp(Floats(), hn::Mul(m.part[i], hn::Log(Floats(), cosine.part[i])));
-        return scale * power;
+        return scale * exponential(m * logarithm_near_one(aligned));
     }
 
     /// What the near occluders leave open of each cell; the cells that they cover in part, and those that
@@ -244,13 +278,16 @@ private:
 
 struct RadianceSum {
     static constexpr unsigned needed = 2;
+    static constexpr bool may_prune = true;
     static constexpr float cell_share = 1.0f / wide_cells;
 
     Cells sum[3];
+    float negligible, error = 0;  ///< See Walk.
 
-    RadianceSum() {
+    explicit RadianceSum(float negligible_error) : negligible(negligible_error) {
         for (Cells& channel : sum) channel = all_cells(0);
     }
+    Rgb total() const { return Rgb(sum_of(sum[0]), sum_of(sum[1]), sum_of(sum[2])); }
     HWY_INLINE void visit(int, std::size_t, std::size_t, unsigned done, const Cells& product,
                           const HeadCells<3>& head) {
         const Cells share = only(done, product);
@@ -258,21 +295,45 @@ struct RadianceSum {
     }
 };
 
-Rgb radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-             const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
-             WalkMemory<std::uint8_t>& memory) {
-    const Depth levels(depth, light.numbers().levels());
-    const VertexTerms terms(light, directions, brdf, near, levels.levels - 1);
-    RadianceSum sum;
+/// Walks all faces.
+RadianceSum walked(const VertexTerms& terms, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                   const Depth& depth, float negligible, WalkMemory<std::uint8_t>& memory) {
+    RadianceSum sum(negligible);
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const FaceShading shading(terms, face, memory.sides);
         if (shading.is_dark()) continue;
         const FaceFactors factors = list_factors(visibilities, face, memory.varying[0]);
         if (factors.constant == 0) continue;
-        Walk<std::uint8_t, FaceShading, RadianceSum> walk(shading, sum, memory, levels);
+        Walk<std::uint8_t, FaceShading, RadianceSum> walk(shading, sum, memory, depth);
         walk.visit(0, face, 0, factors.constant * RadianceSum::cell_share);
     }
-    return Rgb(sum_of(sum.sum[0]), sum_of(sum.sum[1]), sum_of(sum.sum[2]));
+    return sum;
+}
+
+float size_of(const Rgb& radiance) {
+    return std::abs(radiance.x) + std::abs(radiance.y) + std::abs(radiance.z);
+}
+
+Rgb radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+             const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+             WalkMemory<std::uint8_t>& memory, float tolerance) {
+    const int face_levels = light.numbers().levels();
+    const Depth levels(depth, face_levels);
+    const VertexTerms terms(light, directions, brdf, near, levels.levels - 1);
+    if (tolerance > 0 && levels.levels > 1) {
+        // Of a coarse guess at the radiance, each of some hundred cells may spoil its share; the sum of the bounds is
+        // checked against what is found, and where it is too much the cells may spoil less.
+        const VertexTerms coarse(light, directions, brdf, near, 0);
+        const Rgb guess = walked(coarse, visibilities, Depth(2, face_levels), 0, memory).total();
+        float negligible = tolerance * size_of(guess) / 128;
+        for (int trial = 0; trial < 3 && negligible > 0; ++trial, negligible /= 8) {
+            const RadianceSum sum = walked(terms, visibilities, levels, negligible, memory);
+            const Rgb total = sum.total();
+            // The full walk's result is at least this less the error, so this is enough:
+            if (sum.error <= tolerance * (size_of(total) - sum.error)) return total;
+        }
+    }
+    return walked(terms, visibilities, levels, 0, memory).total();
 }
 
 }  // namespace HWY_NAMESPACE
@@ -286,9 +347,9 @@ HWY_EXPORT(radiance);
 
 Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
                     const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                    int depth, WalkMemory<std::uint8_t>& memory) {
+                    int depth, WalkMemory<std::uint8_t>& memory, float tolerance) {
     memory.reserve(visibilities);
-    return HWY_DYNAMIC_DISPATCH(radiance)(light, directions, brdf, near, visibilities, depth, memory);
+    return HWY_DYNAMIC_DISPATCH(radiance)(light, directions, brdf, near, visibilities, depth, memory, tolerance);
 }
 
 }  // namespace haarfield

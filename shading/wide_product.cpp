@@ -35,6 +35,7 @@ struct One {
 
 struct Integral {
     static constexpr unsigned needed = 2;
+    static constexpr bool may_prune = false;
     static constexpr float cell_share = 1.0f / wide_cells;
 
     Cells sum[3];
@@ -52,6 +53,7 @@ struct Integral {
 template <int channels>
 struct BlockWriter {
     static constexpr unsigned needed = 1;
+    static constexpr bool may_prune = false;
     static constexpr float cell_share = 1;
 
     BlockNumbers numbers;

@@ -37,6 +37,44 @@ HWY_INLINE Cells factor_cells(const VaryingFactor& factor, const WeightedNode<Ce
     return value;
 }
 
+/// What is known of a head f within each cell, added over the channels; c is its HeadCells::value.
+struct HeadErrors {
+    Cells deviation;        ///< At least the root mean square of f - c.
+    Cells mean_error;       ///< At least the mean of f, less c, as a magnitude.
+    unsigned unbounded = 0; ///< Cells of which nothing is known.
+};
+
+/// A bound on what stopping at a cell changes, built up factor by factor.
+///
+/// Let w be the product of the factors that vary on the cell, each in [0, 1], m the product of their means, and f the
+/// head. Stopping replaces the mean of f w by c m. With u the mean of w,
+///     mean(f w) - c m  =  mean((f - c)(w - u))  +  u (mean(f) - c)  +  c (u - m),
+/// so that by Cauchy and Schwarz its magnitude is at most
+///     deviation(f) s  +  (m + g) mean_error(f)  +  |c| g,       s >= deviation(w),  g >= |u - m|.
+/// A function in [0, 1] with mean v has a deviation of at most t = sqrt(v (1 - v)) (v^2 <= v under the integral).
+/// When such a factor is added,  |mean(w v) - m v| <= s t + g v,  and the deviation of the product is at most
+/// that of w (v - mean v), t as w <= 1, plus that of w times mean v, s v.
+struct ProductErrors {
+    Cells mean, deviation, mean_error;
+
+    ProductErrors() : mean(all_cells(1)), deviation(all_cells(0)), mean_error(all_cells(0)) {}
+
+    HWY_INLINE void add(unsigned varying, const Cells& value) {
+        const Cells zero = all_cells(0), one = all_cells(1);
+        const Cells v = choose(varying, larger(smaller(value, one), zero), one);
+        const Cells t = square_root(v * (one - v));
+        mean_error = mean_error * v + deviation * t;
+        deviation = smaller(t + deviation * v, all_cells(0.5f));
+        mean = mean * v;
+    }
+    template <int channels>
+    HWY_INLINE Cells bound(const HeadCells<channels>& head, const HeadErrors& errors) const {
+        Cells size = magnitude(head.value[0]);
+        for (int c = 1; c < channels; ++c) size = size + magnitude(head.value[c]);
+        return errors.deviation * deviation + (mean + mean_error) * errors.mean_error + size * mean_error;
+    }
+};
+
 /// Goes down a face, cell by cell, while at least Sink::needed functions vary and no constant factor is zero.
 ///
 /// Where fewer than two functions vary the mean of the product is the product of the means: a function times
@@ -45,7 +83,8 @@ HWY_INLINE Cells factor_cells(const VaryingFactor& factor, const WeightedNode<Ce
 /// Head  HeadCells operator()(int level, std::size_t face, std::size_t block): see HeadCells.
 /// Sink  is told of each block, parents first: visit(level, face, block, cells that are done, product of the
 ///       constants and trees, head). `constant` of the root is what that product is multiplied by, on each
-///       level once more by Sink::cell_share.
+///       level once more by Sink::cell_share. If its `negligible` is positive, cells are done early where what that
+///       changes is bounded by less; the bounds add up in `error`.
 template <class Cell, class Head, class Sink>
 class Walk {
     using HeadValue = std::invoke_result_t<const Head&, int, std::size_t, std::size_t>;
@@ -89,6 +128,7 @@ private:
         auto* evaluated = memory_.evaluated[std::size_t(level)].data();
         Cells product = all_cells(constant), constants = product;
         unsigned once = head.once, twice = head.twice;
+        [[maybe_unused]] ProductErrors errors;
         const WeightedNode<Cell>* nodes = varying.nodes.data();
         for (std::size_t f = 0; f < varying.factor_count; ++f) {
             Cells value = all_cells(varying.factors[f].constant), constant_part = value;
@@ -106,9 +146,19 @@ private:
             constants = constants * choose(cells, all_cells(1), value);
             twice |= once & cells;
             once |= cells;
+            if constexpr (Sink::may_prune)
+                if (sink_.negligible > 0) errors.add(cells, value);
         }
         const unsigned zero = head.zero | cells_that_are_zero(constants);
-        const unsigned more = (Sink::needed == 2 ? twice : once) & ~zero;
+        unsigned more = (Sink::needed == 2 ? twice : once) & ~zero;
+        if constexpr (Sink::may_prune)
+            if (sink_.negligible > 0 && more != 0) {
+                const HeadErrors of_head = head_.errors(level, face, block);
+                const Cells bound = magnitude(constants) * errors.bound(head, of_head);
+                const unsigned pruned = more & ~(of_head.unbounded | cells_above(bound, sink_.negligible));
+                if (pruned != 0) sink_.error += sum_of(only(pruned, bound));
+                more &= ~pruned;
+            }
         sink_.visit(level, face, block, all_sixteen & ~(more | zero), product, head);
         if (more == 0) return;
         alignas(64) float cell_constants[wide_cells];
