@@ -26,7 +26,7 @@ LightPyramid::LightPyramid(const RgbCubemapTree& light, int face_size) : numbers
 }
 
 Vec3d LightPyramid::fill(const RgbQuadtree& tree, std::size_t face, int level, std::size_t block,
-                        std::int32_t node, const Rgb& mean) {
+                         std::int32_t node, const Rgb& mean) {
     const std::size_t place = numbers_(level, face, block);
     Vec3d squares(0.0);
     for (unsigned cell = 0; cell < wide_cells; ++cell) {

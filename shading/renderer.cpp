@@ -43,7 +43,7 @@ Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
             if (!worker->visibility.look(instance, vertex, view)) return Rgb(0.0f);
             const Rgb radiance = vertex_radiance(light, geometry.directions, vertex_brdf(material, view),
                                                  worker->visibility.cones(), worker->visibility.trees(),
-                                                 settings.depth, worker->memory);
+                                                 settings.depth, worker->memory, settings.tolerance);
             return Rgb(std::max(radiance.x, 0.0f), std::max(radiance.y, 0.0f), std::max(radiance.z, 0.0f));
         };
     };

@@ -34,9 +34,10 @@ struct ShadedScene {
 struct RenderSettings {
     int face_size = 64;            ///< As in the fields (asserted).
     int depth = full_depth;        ///< Traversal depth, product_integral.
+    float tolerance = 0;           ///< Of a vertex's radiance, for ending walks early; see vertex_radiance.
     int light_coefficients = 300;  ///< Wavelets kept a face; 0: all.
     std::uint32_t exact_triangles =
-        64;  ///< Occluders of at most so many triangles are rasterized at the vertex.
+        64;  ///< Occluders of at most so many triangles are seen exactly from near.
 };
 
 }  // namespace haarfield

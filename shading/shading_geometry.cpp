@@ -1,16 +1,34 @@
 #include "shading/shading_geometry.h"
 
+#include <algorithm>
+
 namespace haarfield {
 namespace {
 
 /// How far from an occluder's ground plane a vertex still counts as on it. [radii of the occluder]
 constexpr float on_ground = 2e-3f;
 
+/// How far from its sampler's centre an instance hides anything. [outer radii]
+constexpr float reach = 1.5f;
+
 }  // namespace
+
+std::vector<Sphere> spheres_of_influence(const ShadedScene& scene) {
+    std::vector<Sphere> spheres;
+    for (const ShadedInstance& instance : scene.instances) {
+        const VisibilityField& field = *scene.entities[instance.entity].field;
+        const Vec3f& centre = field.spherical.centre;
+        const float radius = reach * std::max(field.spherical.outer_radius, field.planar.outer_radius) +
+                             (field.planar.centre - centre).length();
+        spheres.push_back({instance.translate + centre * instance.scale, radius * instance.scale});
+    }
+    return spheres;
+}
 
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          const Progress& progress) {
-    ShadingGeometry geometry{{}, DirectionPyramid(settings.face_size)};
+    ShadingGeometry geometry{
+        {}, DirectionPyramid(settings.face_size), InstanceGrid(spheres_of_influence(scene))};
     for (const ShadedEntity& entity : scene.entities) {
         std::vector<std::uint32_t> order = spatial_order(entity.mesh->positions);
         Result<WideVisibility> visibility = WideVisibility::make(*entity.field, order, progress.stop);
@@ -27,7 +45,8 @@ bool VertexVisibility::look(std::size_t instance_index, std::uint32_t vertex, co
     trees_.clear();
     parts_.clear();
     cones_.clear();
-    parts_.reserve(1 + 8 * scene_.instances.size());  // so that spans of them stay
+    const std::span<const std::uint32_t> near = geometry_.grid.near(view.point);
+    parts_.reserve(1 + 8 * near.size());  // so that spans of them stay
     const auto add_tree = [&](const WideCubemap<std::uint8_t>& tree, float weight) {
         parts_.push_back({&tree, weight});
         trees_.back().parts = {parts_.data() + parts_.size() - trees_.back().parts.size() - 1,
@@ -35,18 +54,20 @@ bool VertexVisibility::look(std::size_t instance_index, std::uint32_t vertex, co
     };
     trees_.emplace_back();
     add_tree(geometry_.entities[scene_.instances[instance_index].entity].visibility.local(vertex), 1);
-    for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+    for (const std::uint32_t i : near) {
         if (i == instance_index) continue;
         const ShadedInstance& other = scene_.instances[i];
         const ShadedEntity& entity = scene_.entities[other.entity];
         const ShadingGeometry::Entity& prepared = geometry_.entities[other.entity];
         const Vec3f point = (view.point - other.translate) / other.scale;
-        if (!prepared.polygons.empty()) {
-            if (entity.occlusion->coarse().one_sided > 0 && entity.occlusion->in_coarse()(point)) return false;
+        const VisibilityField& field = *entity.field;
+        if (!prepared.polygons.empty() && (point - field.spherical.centre).length2() <
+                                              field.spherical.outer_radius * field.spherical.outer_radius) {
+            if (entity.occlusion->coarse().one_sided > 0 && entity.occlusion->in_coarse()(point))
+                return false;
             add_cones(prepared.polygons, point, cones_);
             continue;
         }
-        const VisibilityField& field = *entity.field;
         const float height = (view.position.y - other.translate.y) / other.scale - field.planar.centre.y;
         const bool planar = std::abs(height) <= on_ground * field.bounds.radius();
         const Interpolation samples =

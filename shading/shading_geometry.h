@@ -2,6 +2,7 @@
 /// What shading prepares once for a scene's objects, whatever the light and the view.
 
 #include "shading/direction_pyramid.h"
+#include "shading/instance_grid.h"
 #include "shading/near_occluders.h"
 #include "shading/shaded_scene.h"
 #include "shading/vertex_loop.h"
@@ -14,18 +15,28 @@ struct ShadingGeometry {
     struct Entity {
         std::vector<std::uint32_t> order;  ///< Of the fine vertices: neighbours in space are near each other.
         WideVisibility visibility;         ///< Planar and spherical samples are there if `polygons` is empty.
-        std::vector<ConvexPolygon> polygons;  ///< Of occluders that are seen exactly; else empty.
+        std::vector<ConvexPolygon> polygons;  ///< Of occluders that are seen exactly from near; else empty.
     };
     std::vector<Entity> entities;  ///< As in the scene.
     DirectionPyramid directions;
+    InstanceGrid grid;  ///< Of the places from which the instances can be seen.
 };
 
+/// The geometry holds for these instances: when they change, the grid must be made anew.
+///
 /// cost    some 0.1 s a million nodes of the fields, on all of oneTBB's threads.
 /// errors  interrupted.
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          const Progress& progress = {});
 
+/// By instance: beyond this sphere the samplers of its field say that it hides nothing.
+std::vector<Sphere> spheres_of_influence(const ShadedScene& scene);
+
 /// What a vertex sees past its own and all other instances.
+///
+/// Occluders of few triangles are seen exactly within the outer radius of their samplers, others and from
+/// farther away as their fields have it. Instances that are open cost nothing but their place in the grid's
+/// cell.
 ///
 /// Holds its memory: nothing is allocated per vertex once it has grown.
 class VertexVisibility {

@@ -140,15 +140,16 @@ public:
         return head;
     }
 
-    /// The head's deviation from its value within each cell of a block above the last level. Lighting deviates by what
-    /// the pyramid says. The cosine of unit vectors whose mean has length l has the variance 1 - l^2 at most, and
-    /// clamping does not add to it; where the horizon crosses a cell, its mean may be off by the extent. A lobe that is
-    /// not curved lies below lobe_varies, and below what the cell says.
+    /// The head's deviation from its value within each cell of a block above the last level. Lighting
+    /// deviates by what the pyramid says. The cosine of unit vectors whose mean has length l has the variance
+    /// 1 - l^2 at most, and clamping does not add to it; where the horizon crosses a cell, its mean may be
+    /// off by the extent. A lobe that is not curved lies below lobe_varies, and below what the cell says.
     HWY_INLINE HeadErrors errors(int level, std::size_t face, std::size_t block) const {
         const auto at = std::size_t(level);
         const BlockDirections d(terms_.directions.block(level, block));
         const Cells cosine = d.dot(normal_), aligned = d.dot(mirror_);
-        const unsigned horizon = cells_above(cosine, -terms_.margin[at]) & ~cells_above(cosine, terms_.margin[at]);
+        const unsigned horizon =
+            cells_above(cosine, -terms_.margin[at]) & ~cells_above(cosine, terms_.margin[at]);
         const Rgb &diffuse = terms_.brdf.diffuse, &specular = terms_.brdf.specular;
         const Cells diffuse_peak = all_cells(std::max({diffuse.x, diffuse.y, diffuse.z}));
         const Cells spread = d.spread(), at_horizon = only(horizon, d.extent);
@@ -168,9 +169,11 @@ public:
         const std::size_t index = terms_.light.numbers()(level, face, block);
         const LightBlock& light = terms_.light.block(index);
         const Cells light_deviation = load_cells(terms_.light.deviation(index).data());
-        const Cells light_size = magnitude(load_cells(light.red.data())) + magnitude(load_cells(light.green.data())) +
+        const Cells light_size = magnitude(load_cells(light.red.data())) +
+                                 magnitude(load_cells(light.green.data())) +
                                  magnitude(load_cells(light.blue.data()));
-        const Cells largest = diffuse_peak * (larger(cosine, all_cells(0)) + all_cells(2 * terms_.margin[at])) + lobe;
+        const Cells largest =
+            diffuse_peak * (larger(cosine, all_cells(0)) + all_cells(2 * terms_.margin[at])) + lobe;
         const Cells deviation = diffuse_peak * cosine_deviation + lobe;
         result.deviation = light_deviation * largest + light_size * deviation;
         result.mean_error = light_deviation * deviation + light_size * (diffuse_peak * at_horizon + lobe);
@@ -321,8 +324,8 @@ Rgb radiance(const LightPyramid& light, const DirectionPyramid& directions, cons
     const Depth levels(depth, face_levels);
     const VertexTerms terms(light, directions, brdf, near, levels.levels - 1);
     if (tolerance > 0 && levels.levels > 1) {
-        // Of a coarse guess at the radiance, each of some hundred cells may spoil its share; the sum of the bounds is
-        // checked against what is found, and where it is too much the cells may spoil less.
+        // Of a coarse guess at the radiance, each of some hundred cells may spoil its share; the sum of the
+        // bounds is checked against what is found, and where it is too much the cells may spoil less.
         const VertexTerms coarse(light, directions, brdf, near, 0);
         const Rgb guess = walked(coarse, visibilities, Depth(2, face_levels), 0, memory).total();
         float negligible = tolerance * size_of(guess) / 128;
@@ -349,7 +352,8 @@ Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& direction
                     const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
                     int depth, WalkMemory<std::uint8_t>& memory, float tolerance) {
     memory.reserve(visibilities);
-    return HWY_DYNAMIC_DISPATCH(radiance)(light, directions, brdf, near, visibilities, depth, memory, tolerance);
+    return HWY_DYNAMIC_DISPATCH(radiance)(light, directions, brdf, near, visibilities, depth, memory,
+                                          tolerance);
 }
 
 }  // namespace haarfield

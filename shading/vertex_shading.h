@@ -27,7 +27,8 @@ struct VertexBrdf {
 /// visibilities  of the vertex's own entity and of other instances.
 /// depth         as in product_integral; of lighting and visibility trees. Cosine and lobe follow.
 /// memory        of one thread, reused.
-/// tolerance     0: none. Else the walk ends early where that is harmless: the sum of the channels' errors is at most
+/// tolerance     0: none. Else the walk ends early where that is harmless: the sum of the channels' errors is
+/// at most
 ///               this fraction of the sum of their magnitudes, against the walk that does not end early.
 /// accuracy      against plain sums over the texels of the same visibility and lighting: cosines 1e-3,
 /// highlights

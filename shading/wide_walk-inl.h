@@ -39,21 +39,21 @@ HWY_INLINE Cells factor_cells(const VaryingFactor& factor, const WeightedNode<Ce
 
 /// What is known of a head f within each cell, added over the channels; c is its HeadCells::value.
 struct HeadErrors {
-    Cells deviation;        ///< At least the root mean square of f - c.
-    Cells mean_error;       ///< At least the mean of f, less c, as a magnitude.
-    unsigned unbounded = 0; ///< Cells of which nothing is known.
+    Cells deviation;         ///< At least the root mean square of f - c.
+    Cells mean_error;        ///< At least the mean of f, less c, as a magnitude.
+    unsigned unbounded = 0;  ///< Cells of which nothing is known.
 };
 
 /// A bound on what stopping at a cell changes, built up factor by factor.
 ///
-/// Let w be the product of the factors that vary on the cell, each in [0, 1], m the product of their means, and f the
-/// head. Stopping replaces the mean of f w by c m. With u the mean of w,
+/// Let w be the product of the factors that vary on the cell, each in [0, 1], m the product of their means,
+/// and f the head. Stopping replaces the mean of f w by c m. With u the mean of w,
 ///     mean(f w) - c m  =  mean((f - c)(w - u))  +  u (mean(f) - c)  +  c (u - m),
 /// so that by Cauchy and Schwarz its magnitude is at most
 ///     deviation(f) s  +  (m + g) mean_error(f)  +  |c| g,       s >= deviation(w),  g >= |u - m|.
-/// A function in [0, 1] with mean v has a deviation of at most t = sqrt(v (1 - v)) (v^2 <= v under the integral).
-/// When such a factor is added,  |mean(w v) - m v| <= s t + g v,  and the deviation of the product is at most
-/// that of w (v - mean v), t as w <= 1, plus that of w times mean v, s v.
+/// A function in [0, 1] with mean v has a deviation of at most t = sqrt(v (1 - v)) (v^2 <= v under the
+/// integral). When such a factor is added,  |mean(w v) - m v| <= s t + g v,  and the deviation of the product
+/// is at most that of w (v - mean v), t as w <= 1, plus that of w times mean v, s v.
 struct ProductErrors {
     Cells mean, deviation, mean_error;
 
@@ -83,19 +83,15 @@ struct ProductErrors {
 /// Head  HeadCells operator()(int level, std::size_t face, std::size_t block): see HeadCells.
 /// Sink  is told of each block, parents first: visit(level, face, block, cells that are done, product of the
 ///       constants and trees, head). `constant` of the root is what that product is multiplied by, on each
-///       level once more by Sink::cell_share. If its `negligible` is positive, cells are done early where what that
-///       changes is bounded by less; the bounds add up in `error`.
+///       level once more by Sink::cell_share. If its `negligible` is positive, cells are done early where
+///       what that changes is bounded by less; the bounds add up in `error`.
 template <class Cell, class Head, class Sink>
 class Walk {
     using HeadValue = std::invoke_result_t<const Head&, int, std::size_t, std::size_t>;
 
 public:
     Walk(const Head& head, Sink& sink, WalkMemory<Cell>& memory, const Depth& depth)
-        : head_(head),
-          sink_(sink),
-          memory_(memory),
-          last_level_(depth.levels - 1),
-          average_(depth.average) {}
+        : head_(head), sink_(sink), memory_(memory), last_level_(depth.levels - 1), average_(depth.average) {}
 
     /// memory.varying[level] holds the factors that vary on the block.
     void visit(int level, std::size_t face, std::size_t block, float constant) {

@@ -221,6 +221,40 @@ TEST(VertexShading, LessDepthIsCoarserButNear) {
     }
 }
 
+TEST(VertexShading, NeverErrsByMoreThanTheTolerance) {
+    std::mt19937 random(8);
+    WalkMemory<std::uint8_t> memory;
+    const auto size_of = [](const Rgb& r) { return std::abs(r.x) + std::abs(r.y) + std::abs(r.z); };
+    int changed = 0;
+    for (std::uint32_t seed = 0; seed < 6; ++seed) {
+        const Example example(20 + seed);
+        BlockedCones cones;
+        if (seed % 2)
+            add_cones(convex_polygons(make_occluder(square_mesh(2, -0.5f))), Vec3f(0.1f, 0.05f, -0.08f),
+                      cones);
+        for (int i = 0; i < 40; ++i) {
+            VertexBrdf brdf;
+            brdf.normal = random_direction(random);
+            brdf.mirror = (random_direction(random) + brdf.normal).normalized();
+            brdf.diffuse = i % 4 ? Rgb(0.3f, 0.2f, 0.1f) : Rgb(0.0f);
+            brdf.specular = i % 2 ? Rgb(0.1f, 0.2f, 0.3f) : Rgb(0.0f);
+            brdf.shininess = i % 3 ? 30.0f : 3.0f;
+            for (const int depth : {4, full_depth}) {
+                const Rgb wanted = example.found(brdf, cones, depth);
+                for (const float tolerance : {0.001f, 0.01f, 0.1f, 0.5f}) {
+                    const Rgb found = vertex_radiance(*example.light, example.directions, brdf, cones,
+                                                      example.visibilities, depth, memory, tolerance);
+                    EXPECT_LE(size_of(found - wanted), tolerance * size_of(wanted) + 1e-6f * size_of(wanted))
+                        << "seed " << seed << ", vertex " << i << ", depth " << depth << ", tolerance "
+                        << tolerance;
+                    changed += found != wanted;
+                }
+            }
+        }
+    }
+    EXPECT_GT(changed, 200);
+}
+
 TEST(VertexShading, AgreesBetweenInstructionSets) {
     const Example example(13);
     BlockedCones cones;

@@ -15,6 +15,7 @@ struct BakeOptions {
     FieldOptions fields;
     std::string output;
     int depth = full_depth;
+    float tolerance = 0;
     int light_coefficients = RenderSettings().light_coefficients;
     std::string evaluator = "tree";
     bool no_render = false;
@@ -33,6 +34,7 @@ Result<ExitCode> run(const BakeOptions& options, Session& session) {
     RenderSettings settings;
     settings.face_size = options.fields.face_size;
     settings.depth = options.depth;
+    settings.tolerance = options.tolerance;
     settings.light_coefficients = options.light_coefficients;
     const auto start = std::chrono::steady_clock::now();
     const auto radiance = options.evaluator == "dense"
@@ -96,6 +98,11 @@ Command bake_command(CLI::App& program) {
         ->check(CLI::Range(0, full_depth))
         ->capture_default_str()
         ->type_name("D");
+    app->add_option("--tolerance", options->tolerance,
+                    "Error a vertex may have, relative to its radiance, for speed; bounded, not guessed; 0: none")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str()
+        ->type_name("E");
     app->add_option("--light-coefficients", options->light_coefficients,
                     "Wavelets kept a cubemap face, of lighting; 0: all")
         ->check(CLI::Range(0, 65536))

@@ -1,0 +1,40 @@
+#include "shading/instance_grid.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+namespace haarfield {
+namespace {
+
+TEST(InstanceGrid, FindsEverySphereRoundAPointInOrder) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> place(-20, 20), size(0.1f, 4);
+    for (const int count : {0, 1, 3, 1000}) {
+        std::vector<Sphere> spheres;
+        for (int i = 0; i < count; ++i)
+            spheres.push_back({{place(random), place(random) * 0.1f, place(random)}, size(random)});
+        if (count == 3) spheres[1].radius = 200;  // a floor
+        const InstanceGrid grid(spheres);
+        std::size_t found = 0, wanted = 0;
+        for (int i = 0; i < 2000; ++i) {
+            const Vec3f point(place(random) * 1.5f, place(random) * 0.2f, place(random) * 1.5f);
+            const auto near = grid.near(point);
+            EXPECT_TRUE(std::is_sorted(near.begin(), near.end()));
+            EXPECT_EQ(std::adjacent_find(near.begin(), near.end()), near.end());
+            found += near.size();
+            for (std::uint32_t k = 0; k < spheres.size(); ++k)
+                if ((point - spheres[k].centre).length() <= spheres[k].radius) {
+                    ++wanted;
+                    EXPECT_TRUE(std::binary_search(near.begin(), near.end(), k)) << point << " sphere " << k;
+                }
+        }
+        if (count == 1000) {
+            EXPECT_LT(found, 6 * wanted);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace haarfield
