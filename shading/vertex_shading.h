@@ -41,6 +41,6 @@ struct VertexBrdf {
 ///               energy (variances of narrow functions add when they are convolved).
 Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
                     const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                    int depth, WalkMemory<std::uint8_t>& memory);
+                    int depth, WalkMemory<std::uint8_t>& memory, float tolerance = 0);
 
 }  // namespace haarfield

@@ -39,6 +39,7 @@ struct Example {
             light_tree.faces[face] = haar_quadtree<Rgb>(texels, size, {200, 0});
         }
         light.emplace(light_tree, size);
+        PackedTrees packed;
         QuadtreePoolBuilder builder(size);
         for (std::uint32_t i = 0; i < 5; ++i) {
             std::vector<float> texels;
@@ -47,7 +48,8 @@ struct Example {
                                             : reference::half_plane_texels(100 * seed + 10 * i + face, size);
                 texels.insert(texels.end(), half.begin(), half.end());
             }
-            field.local_handles.push_back(builder.add(haar_cubemap<float>(texels, size, {40, 0})));
+            pack_trees(haar_cubemap<float>(texels, size, {40, 0}), packed);
+            field.local_handles.push_back(builder.add(packed));
         }
         field.pool = std::move(builder).finish();
         std::vector<std::uint32_t> order(5);

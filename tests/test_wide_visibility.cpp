@@ -36,6 +36,7 @@ struct ExampleField {
     std::vector<std::vector<float>> exact;  ///< By cubemap, all faces.
 
     explicit ExampleField(std::uint32_t samples, int coefficients = 30) {
+        PackedTrees packed;
         QuadtreePoolBuilder builder(64);
         for (std::uint32_t i = 0; i < samples; ++i) {
             std::vector<float> texels;
@@ -44,7 +45,8 @@ struct ExampleField {
                                             : reference::half_plane_texels(10 * i + face, 64);
                 texels.insert(texels.end(), half.begin(), half.end());
             }
-            const std::int32_t handle = builder.add(haar_cubemap<float>(texels, 64, {coefficients}));
+            pack_trees(haar_cubemap<float>(texels, 64, {coefficients}), packed);
+            const std::int32_t handle = builder.add(packed);
             exact.push_back(texels);
             (i % 3 == 0   ? field.local_handles
              : i % 3 == 1 ? field.planar_handles
