@@ -33,18 +33,25 @@ struct SquaredNorms {
     double error = 0, occlusion = 0;
 };
 
-SquaredNorms squared_norms(const CubemapTree& found, std::span<const std::uint8_t> open, int face_size) {
-    const std::size_t face_texels = std::size_t(face_size) * std::size_t(face_size);
+/// Of the texels of one face, row by row. [sr]
+std::vector<double> solid_angles(int face_size) {
+    std::vector<double> angles;
+    for (int row = 0; row < face_size; ++row)
+        for (int column = 0; column < face_size; ++column)
+            angles.push_back(texel_solid_angle(column, row, face_size));
+    return angles;
+}
+
+SquaredNorms squared_norms(const CubemapTree& found, std::span<const std::uint8_t> open,
+                           std::span<const double> solid_angle, int face_size) {
     SquaredNorms norms;
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const std::vector<float> visibility = quadtree_texels(found.faces[face], face_size);
-        for (std::size_t i = 0; i < face_texels; ++i) {
-            const double exact = double(open[face * face_texels + i]) / samples_per_texel,
+        for (std::size_t i = 0; i < solid_angle.size(); ++i) {
+            const double exact = double(open[face * solid_angle.size() + i]) / samples_per_texel,
                          error = double(visibility[i]) - exact;
-            const double solid_angle = texel_solid_angle(static_cast<int>(i) % face_size,
-                                                         static_cast<int>(i) / face_size, face_size);
-            norms.error += error * error * solid_angle;
-            norms.occlusion += (1 - exact) * (1 - exact) * solid_angle;
+            norms.error += error * error * solid_angle[i];
+            norms.occlusion += (1 - exact) * (1 - exact) * solid_angle[i];
         }
     }
     return norms;
@@ -55,13 +62,14 @@ template <class Sampler>
 float relative_error(const VisibilityField& field, const Sampler& sampler,
                      const std::vector<std::int32_t>& handles, const std::vector<Vec3f>& points,
                      const Vec3f& lift, const EntityOcclusion& occlusion) {
+    const std::vector<double> solid_angle = solid_angles(field.settings.face_size);
     std::vector<SquaredNorms> norms(points.size());
     tbb::enumerable_thread_specific<VisibilityRasterizer> rasterizers(field.settings.face_size);
     tbb::parallel_for(std::size_t(0), points.size(), [&](std::size_t i) {
         if (occlusion.in_original()(points[i] + lift)) return;
         norms[i] = squared_norms(interpolated_visibility(field, handles, sampler.interpolation(points[i])),
                                  rasterizers.local().open_samples(occlusion.coarse(), points[i] + lift),
-                                 field.settings.face_size);
+                                 solid_angle, field.settings.face_size);
     });
     SquaredNorms sum;
     for (const SquaredNorms& point : norms) {
