@@ -5,22 +5,35 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 #include <random>
 
 namespace haarfield::baseline {
 namespace {
 
+/// Lets rays pass through the backs of triangles.
+void pass_back_faces(const RTCFilterFunctionNArguments* arguments) {
+    for (unsigned i = 0; i < arguments->N; ++i) {
+        const unsigned n = arguments->N;
+        const float facing = RTCRayN_dir_x(arguments->ray, n, i) * RTCHitN_Ng_x(arguments->hit, n, i) +
+                             RTCRayN_dir_y(arguments->ray, n, i) * RTCHitN_Ng_y(arguments->hit, n, i) +
+                             RTCRayN_dir_z(arguments->ray, n, i) * RTCHitN_Ng_z(arguments->hit, n, i);
+        if (facing >= 0) arguments->valid[i] = 0;
+    }
+}
+
 void attach_triangles(RTCDevice device, RTCScene scene, const Occluder& occluder,
-                      const ShadedInstance& instance) {
+                      const ShadedInstance& instance, std::size_t first, std::size_t last, bool one_sided) {
+    if (first == last) return;
     const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), occluder.positions.size()));
     for (std::size_t i = 0; i < occluder.positions.size(); ++i)
         vertices[i] = occluder.positions[i] * instance.scale + instance.translate;
-    void* triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                              3 * sizeof(std::uint32_t), occluder.triangles.size());
-    std::memcpy(triangles, occluder.triangles.data(), occluder.triangles.size() * 3 * sizeof(std::uint32_t));
+    auto* triangles = static_cast<std::array<std::uint32_t, 3>*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), last - first));
+    std::copy(occluder.triangles.begin() + std::ptrdiff_t(first),
+              occluder.triangles.begin() + std::ptrdiff_t(last), triangles);
+    if (one_sided) rtcSetGeometryOccludedFilterFunction(geometry, pass_back_faces);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
@@ -29,8 +42,12 @@ void attach_triangles(RTCDevice device, RTCScene scene, const Occluder& occluder
 std::shared_ptr<void> embree_scene(const ShadedScene& shaded) {
     const RTCDevice device = rtcNewDevice(nullptr);
     const RTCScene scene = rtcNewScene(device);
-    for (const ShadedInstance& instance : shaded.instances)
-        attach_triangles(device, scene, shaded.entities[instance.entity].occlusion->coarse(), instance);
+    for (const ShadedInstance& instance : shaded.instances) {
+        const Occluder& occluder = shaded.entities[instance.entity].occlusion->coarse();
+        attach_triangles(device, scene, occluder, instance, 0, occluder.one_sided, true);
+        attach_triangles(device, scene, occluder, instance, occluder.one_sided, occluder.triangles.size(),
+                         false);
+    }
     rtcCommitScene(scene);
     return std::shared_ptr<void>(scene, [device](void* owned) {
         rtcReleaseScene(static_cast<RTCScene>(owned));

@@ -13,8 +13,8 @@ namespace haarfield::baseline {
 /// the light is drawn once for all vertices, in 64 sets. Directions below the horizon cost no ray.
 class RayCaster {
 public:
-    /// All instances of the scene, as texel_integrals sees them: coarse meshes. Triangles block from both
-    /// sides, which comes to the same for points outside of the closed pieces.
+    /// All instances of the scene, as texel_integrals sees them: coarse meshes, closed pieces by their front
+    /// faces, since some vertices lie a little below a simplified surface.
     RayCaster(const ShippedScene& scene, const TexelIntegrals& integrals);
 
     /// So many rays a vertex from now on, a multiple of 2.

@@ -222,19 +222,20 @@ TEST(DenseProduct, IsExactForAllInstructionSets) {
 }
 
 TEST(RayCaster, ConvergesToTheTexelSums) {
-    const TexelIntegrals texels = texel_integrals(64, 30);
+    constexpr std::uint32_t vertices = 256;  // enough for some below the surface
+    const TexelIntegrals texels = texel_integrals(64, vertices);
     const std::vector<Vec3d> exact = texel_sums(texels, 7);
     RayCaster caster(shipped_scene(), texels);
     double last = INFINITY;
-    for (const int rays : {64, 1024, 16384}) {
+    for (const int rays : {16, 256, 4096}) {
         caster.use_rays(rays);
         std::vector<Rgb> radiance;
-        for (std::uint32_t v = 0; v < 30; ++v) radiance.push_back(caster(texels.vertices[v], v));
+        for (std::uint32_t v = 0; v < vertices; ++v) radiance.push_back(caster(texels.vertices[v], v));
         const double error = relative_rmse(radiance, exact);
         EXPECT_LT(error, last / 2) << rays << " rays";
         last = error;
     }
-    EXPECT_LT(last, 0.002);
+    EXPECT_LT(last, 0.003);
 }
 
 }  // namespace
