@@ -3,6 +3,8 @@
 
 #include "fields/mesh.h"
 
+#include <span>
+
 namespace haarfield {
 
 /// Points by coordinate, padded to whole vectors. [m]
@@ -10,26 +12,52 @@ struct SoaPoints {
     std::vector<float> x, y, z;
 };
 
-/// Planes of triangles by coordinate, padded to multiples of 64 (with planes that nothing is in front of). A
-/// point p is in front where  (x, y, z) . (p - centre) > offset;  (x, y, z) is a unit vector, or zero for a
-/// triangle without area.
+/// Planes of triangles by coordinate, padded to multiples of 64. A point p is in front where
+/// (x, y, z) . (p - centre) > offset;  (x, y, z) is the normal, as long as the triangle's least altitude:
+/// what is compared is a measure of how thick the triangle looks from p. A triangle without area and the
+/// padding have NaN as offset, so that nothing is in front of them or behind.
 struct SoaPlanes {
     std::vector<float> x, y, z, offset;
 };
 
-/// An edge of the one-sided triangles: from vertex low to high in one of them, back in the other.
-struct OccluderEdge {
-    std::uint32_t low, high, forward, backward;
+/// The two vertices of an edge.
+struct EdgeEnds {
+    std::uint32_t low, high;
 };
 
-/// The edges of the one-sided triangles, by clusters of 64 triangles: those within cluster c are
-/// [first[c], first[c + 1]), those between clusters come last. Empty if any edge has not exactly two
-/// triangles that agree.
-struct OccluderEdges {
-    std::vector<OccluderEdge> edges;
-    std::vector<std::uint32_t> first;
-    std::vector<Bounds> clusters;
+/// The triangles on both sides of an edge: in one it runs from its lower vertex to the higher, in the other
+/// back. Where there is no such triangle, the number of all triangles stands in its place.
+struct EdgeSides {
+    std::uint32_t forward, backward;
 };
+
+/// What the contour rasterizer works with: the triangles of those pieces whose edges have two triangles for
+/// the most part. An edge with more triangles, or with two that do not agree, is there more than once.
+struct OccluderEdges {
+    std::vector<EdgeEnds> ends;        ///< Of each edge. Those within cluster c of 64 triangles are
+    std::vector<EdgeSides> sides;      ///< [first[c], first[c + 1]);
+    std::vector<std::uint32_t> first;  ///< those between clusters come last.
+    std::vector<std::uint64_t> loose;  ///< Bit per triangle: set if its piece is left to the span rasterizer.
+};
+
+/// Triangles by the cell of the plane across an axis that their boxes touch.
+struct AxisGrid {
+    int cells = 1;  ///< Along an edge.
+    std::array<float, 2> lower{}, cells_per_metre{};
+    std::vector<std::uint32_t> first,
+        triangle;  ///< Cell c has triangle[first[c]] to triangle[first[c + 1] - 1].
+
+    /// Of a coordinate across the axis (k = 0) or up (k = 1).
+    int cell(float coordinate, std::size_t k) const;
+    /// All triangles whose images along the axis may contain a point.
+    std::span<const std::uint32_t> triangles_at(float across, float up) const;
+};
+
+/// By the axis x, y, z: the axes across it and up, a right-handed frame with it.
+struct AxisFrame {
+    int across, up;
+};
+inline constexpr std::array<AxisFrame, 3> axis_frames{{{1, 2}, {2, 0}, {0, 1}}};
 
 /// Triangles ready for the visibility rasterizer.
 ///
@@ -47,7 +75,8 @@ struct Occluder {
     SoaPoints soa_positions;
     SoaPlanes planes;
     Vec3d planes_centre;
-    OccluderEdges one_sided_edges;
+    OccluderEdges contour_edges;
+    std::array<AxisGrid, 3> grids;  ///< By axis.
 };
 
 /// Fills what the rasterizer wants to have at hand; needed after any change to the triangles or positions.
@@ -61,7 +90,7 @@ Occluder make_occluder(const Mesh& mesh);
 ///
 /// accuracy  the majority of three axis-parallel rays; right but for points within some 1e-6 radii of the
 ///           surface.
-/// cost      O(triangles in one column) a query, through a 2-D grid of triangles per axis.
+/// cost      O(triangles in one column) a query, through the occluder's grids.
 class InsideTest {
 public:
     /// The occluder must outlive the test.
@@ -70,17 +99,7 @@ public:
     bool operator()(const Vec3f& point) const;
 
 private:
-    /// Triangles by the cell of the plane across one axis that their boxes touch.
-    struct Grid {
-        int cells = 1;
-        std::array<float, 2> lower{}, cells_per_metre{};
-        std::vector<std::uint32_t> first, triangle;
-
-        int cell(float coordinate, std::size_t k) const;
-    };
-
     const Occluder& occluder_;
-    std::array<Grid, 3> grids_;
 };
 
 }  // namespace haarfield

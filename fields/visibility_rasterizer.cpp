@@ -1,5 +1,6 @@
 #include "fields/visibility_rasterizer.h"
 
+#include <algorithm>
 #include <cassert>
 
 #include "fields/contour_rasterizer.h"
@@ -12,15 +13,17 @@ struct VisibilityRasterizer::Buffers {
 
     BlockedSamples blocked;
     ViewedOccluder viewed;
+    VisibleContour contour;
+    ContourScratch lines;
     SpanScratch spans;
-    ContourScratch contours;
     std::vector<std::uint8_t> open;
 };
 
 VisibilityRasterizer::VisibilityRasterizer(int face_size) {
     assert(is_face_size(face_size));
     buffers_ = std::make_unique<Buffers>(face_size);
-    buffers_->open.resize(std::size_t(cubemap_faces * face_size) * std::size_t(face_size));
+    constexpr std::size_t widest_vector = 64;
+    buffers_->open.resize(std::size_t(cubemap_faces * face_size) * std::size_t(face_size) + widest_vector);
 }
 
 VisibilityRasterizer::~VisibilityRasterizer() = default;
@@ -30,15 +33,15 @@ VisibilityRasterizer& VisibilityRasterizer::operator=(VisibilityRasterizer&&) no
 std::span<const std::uint8_t> VisibilityRasterizer::open_samples(const Occluder& occluder,
                                                                  const Vec3f& view_point,
                                                                  const Vec3f* horizon) {
-    const auto count = static_cast<std::uint32_t>(occluder.triangles.size());
-    auto& [blocked, viewed, spans, contours, open] = *buffers_;
+    auto& [blocked, viewed, contour, lines, spans, open] = *buffers_;
     look_at(occluder, view_point, horizon, viewed);
-    if (occluder.one_sided == count &&
-        open_samples_by_contour(occluder, viewed, view_point, contours, blocked.face_size, open))
-        return open;
-    block_spans(occluder, 0, count, viewed, spans, blocked);
+    find_contour(occluder, viewed, contour);
+    if (!block_contour(occluder, viewed, contour, lines, blocked))
+        std::fill(contour.left.begin(), contour.left.end(), ~std::uint64_t(0));
+    block_spans(occluder, viewed, contour.left.data(), spans, blocked);
     count_open_samples(blocked, open.data());
-    return open;
+    constexpr std::size_t faces = cubemap_faces;
+    return {open.data(), faces * std::size_t(blocked.face_size) * std::size_t(blocked.face_size)};
 }
 
 }  // namespace haarfield

@@ -20,11 +20,17 @@ constexpr double sample_offset(int sub_row) {
     return (column[sub_row % samples_per_texel] + 0.5) / samples_per_texel;
 }
 
+/// Visibility of a texel from its count of open samples.
+constexpr float open_fraction(std::uint8_t open_samples) {
+    return static_cast<float>(open_samples) / samples_per_texel;
+}
+
 /// Rasterizes one occluder at a time; keeps its buffers, so that repeated use allocates nothing.
 ///
 /// A direction is blocked if any triangle of the occluder meets the ray from the view point; there is no
 /// depth. Triangles that share an edge compute the same crossing, so that no crack appears; nothing is
-/// clipped, so that triangles around and behind the view point are right.
+/// clipped, so that triangles around and behind the view point are right. Which of two ways a piece goes, by
+/// its contour or triangle by triangle, changes no bit of the answer, nor does the instruction set.
 class VisibilityRasterizer {
 public:
     /// face_size  texels along an edge, is_face_size.
@@ -40,7 +46,9 @@ public:
     ///             occluder's radius: on the surface itself the answer is arbitrary.
     /// horizon     unit normal of a surface through the view point; triangles that lie wholly below it
     ///             are left out. Null: none.
-    /// cost        O(triangles + covered sub-rows).
+    /// cost        O(triangles / 16 + contour edges + crossed sub-columns); of pieces whose triangles share
+    /// few
+    ///             edges, O(triangles + covered sub-columns).
     std::span<const std::uint8_t> open_samples(const Occluder& occluder, const Vec3f& view_point,
                                                const Vec3f* horizon = nullptr);
 

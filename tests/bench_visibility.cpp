@@ -2,7 +2,9 @@
 
 #include <benchmark/benchmark.h>
 #include <embree3/rtcore.h>
+#include <hwy/targets.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <ctime>
@@ -26,7 +28,8 @@ constexpr std::size_t texel_count = std::size_t(cubemap_faces) * face_size * fac
 /// Sixteen rays at a time: the sub-samples of two neighbouring texels, which is as coherent as they get.
 class EmbreePackets {
 public:
-    explicit EmbreePackets(const Occluder& occluder) : oracle_(occluder) {
+    EmbreePackets(const Occluder& occluder, const char* device_settings)
+        : oracle_(occluder, device_settings) {
         for (int face = 0; face < cubemap_faces; ++face)
             for (int row = 0; row < face_size; ++row)
                 for (int column = 0; column < face_size; ++column)
@@ -157,13 +160,31 @@ std::int64_t differing_samples(std::span<const std::uint8_t> found, std::span<co
     return differing;
 }
 
-void visibility(benchmark::State& state, const std::string& name, const std::string& kind, bool closed) {
+/// Holds the rasterizer to one instruction set.
+class OneTarget {
+public:
+    explicit OneTarget(std::int64_t target) { choose(target); }
+    ~OneTarget() { choose(0); }
+    OneTarget(const OneTarget&) = delete;
+    OneTarget& operator=(const OneTarget&) = delete;
+
+private:
+    static void choose(std::int64_t target) {
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
+};
+
+/// Embree is held to AVX2 if the rasterizer is.
+void visibility(benchmark::State& state, const std::string& name, const std::string& kind, bool closed,
+                std::int64_t target) {
+    const OneTarget only(target);
     const Subject& of = subject(name);
     const Occluder& occluder = closed ? of.closed : of.soup;
     const std::vector<ViewPoint>& points = of.points.at(kind);
     VisibilityRasterizer rasterizer(face_size);
     PlainRasterizer plain(face_size);
-    EmbreePackets embree(occluder);
+    EmbreePackets embree(occluder, target == HWY_AVX2 ? "isa=avx2" : nullptr);
 
     std::int64_t differing = 0;
     for (const auto& [point, horizon] : points) {
@@ -207,15 +228,26 @@ void visibility(benchmark::State& state, const std::string& name, const std::str
     state.SetItemsProcessed(state.iterations() * std::int64_t(points.size()));  // items: cubemaps
 }
 
+/// The best instruction set of this machine, and AVX2.
+std::vector<std::int64_t> compared_targets() {
+    const std::vector<std::int64_t> all = hwy::SupportedAndGeneratedTargets();  // the best one first
+    std::vector<std::int64_t> compared{all.front()};
+    if (all.front() != HWY_AVX2 && std::find(all.begin(), all.end(), HWY_AVX2) != all.end())
+        compared.push_back(HWY_AVX2);
+    return compared;
+}
+
 const bool registered = [] {
-    for (const char* name : {"table", "chair"})
-        for (const char* kind : {"planar", "spherical", "local"})
-            for (const bool closed : {true, false})
-                benchmark::RegisterBenchmark(
-                    (std::string("visibility/") + name + "/" + kind + (closed ? "/closed" : "/soup")).c_str(),
-                    visibility, name, kind, closed)
-                    ->UseManualTime()
-                    ->Unit(benchmark::kMillisecond);
+    for (const std::int64_t target : compared_targets())
+        for (const char* name : {"table", "chair"})
+            for (const char* kind : {"planar", "spherical", "local"})
+                for (const bool closed : {true, false})
+                    benchmark::RegisterBenchmark((std::string("visibility/") + name + "/" + kind +
+                                                  (closed ? "/closed/" : "/soup/") + hwy::TargetName(target))
+                                                     .c_str(),
+                                                 visibility, name, kind, closed, target)
+                        ->UseManualTime()
+                        ->Unit(benchmark::kMillisecond);
     return true;
 }();
 

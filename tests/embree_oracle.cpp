@@ -22,8 +22,8 @@ Vec3d sub_sample_direction(int face, int column, int row, int sub_sample, int fa
     return frame.axis + frame.right * u + frame.down * v;
 }
 
-EmbreeOracle::EmbreeOracle(const Occluder& occluder) {
-    const RTCDevice device = rtcNewDevice(nullptr);
+EmbreeOracle::EmbreeOracle(const Occluder& occluder, const char* device_settings) {
+    const RTCDevice device = rtcNewDevice(device_settings);
     const RTCScene scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);

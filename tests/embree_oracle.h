@@ -23,7 +23,8 @@ Vec3d sub_sample_direction(int face, int column, int row, int sub_sample, int fa
 class EmbreeOracle {
 public:
     /// All triangles block with both sides: compare from points that are inside of no closed piece.
-    explicit EmbreeOracle(const Occluder& occluder);
+    /// device_settings  Embree's, such as "isa=avx2".
+    explicit EmbreeOracle(const Occluder& occluder, const char* device_settings = nullptr);
 
     bool is_open(const Vec3f& origin, const Vec3d& direction) const;
 

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <random>
 
+#include "fields/contour_rasterizer.h"
+#include "fields/samplers.h"
+#include "fields/span_rasterizer.h"
 #include "tests/embree_oracle.h"
 #include "tests/example_meshes.h"
 #include "tests/plain_rasterizer.h"
@@ -91,6 +94,7 @@ std::vector<Example> examples() {
     all.push_back({"hemisphere", turned(hemisphere_mesh(1, 14)), false});
     all.push_back({"square", turned(square_mesh(1.5f, 0.2f)), false});
     all.push_back({"triangle soup", triangle_soup(150, 2006), false});
+    all.push_back({"fine hemisphere", turned(hemisphere_mesh(1, 30)), false});
     all.push_back({"sphere turned inside out", turned_round(sphere_mesh({0, 0, 0}, 1, 12)), false});
     return all;
 }
@@ -180,6 +184,218 @@ TEST(VisibilityRasterizer, AgreesWithThePlainLoop) {
         }
         EXPECT_LE(differing, 2e-6 * samples) << "size " << size;
     }
+}
+
+/// The span rasterizer alone, on all triangles.
+class SpansAlone {
+public:
+    explicit SpansAlone(int size) : blocked_(size), open_(std::size_t(6 * size * size) + 64), size_(size) {}
+
+    std::span<const std::uint8_t> open_samples(const Occluder& occluder, const Vec3f& point,
+                                               const Vec3f* horizon = nullptr) {
+        const std::vector<std::uint64_t> all(occluder.triangles.size() / 64 + 1, ~std::uint64_t(0));
+        look_at(occluder, point, horizon, viewed_);
+        block_spans(occluder, viewed_, all.data(), scratch_, blocked_);
+        count_open_samples(blocked_, open_.data());
+        return {open_.data(), std::size_t(6 * size_ * size_)};
+    }
+
+private:
+    BlockedSamples blocked_;
+    ViewedOccluder viewed_;
+    SpanScratch scratch_;
+    std::vector<std::uint8_t> open_;
+    int size_;
+};
+
+/// Thin bars that cross each other, along the axes: their edges are parallel to sub-columns, and the axes
+/// through many view points meet their edges.
+Mesh thin_rods() {
+    Mesh rods;
+    for (int i = -3; i <= 3; ++i) {
+        const float at = 0.25f * static_cast<float>(i);
+        rods = joined_meshes(rods, box_mesh({at - 0.004f, -1, -0.004f}, {at + 0.004f, 1, 0.004f}, 2));
+        rods = joined_meshes(rods, box_mesh({-1, at - 0.01f, 0}, {1, at + 0.01f, 0.02f}, 3));
+    }
+    return rods;
+}
+
+/// A closed piece, an open one, and triangles that hang together with nothing.
+Mesh mixed_mesh() {
+    Mesh mesh = joined_meshes(turned(box_mesh({-0.5f, -0.8f, -0.6f}, {0.5f, 0.4f, 0.7f}, 4)),
+                              turned(hemisphere_mesh(1.1f, 24)));
+    mesh = joined_meshes(mesh, turned_round(torus_mesh(0.9f, 0.2f, 16)));
+    return joined_meshes(mesh, triangle_soup(30, 11));
+}
+
+/// Where a field of the occluder has samples: on the ground, around, and over its triangles with horizons.
+struct FieldPoint {
+    Vec3f point;
+    Vec3f normal;  ///< Of the horizon; zero: none.
+};
+
+std::vector<FieldPoint> field_points(const Occluder& occluder, std::uint32_t count) {
+    const Bounds& bounds = occluder.bounds;
+    const Vec3f centre = bounds.centre();
+    const float radius = bounds.radius();
+    std::vector<FieldPoint> points;
+    const PlanarSampler planar = planar_sampler({centre.x, bounds.lower.y, centre.z}, radius, count);
+    for (std::uint32_t i = 0; i < planar.sample_count(); ++i)
+        points.push_back({planar.sample_position(i) + Vec3f(0, 1e-4f * radius, 0), Vec3f(0.0f)});
+    const SphericalSampler spherical = spherical_sampler(centre, radius, count);
+    for (std::uint32_t i = 0; i < spherical.sample_count(); ++i)
+        points.push_back({spherical.sample_position(i), Vec3f(0.0f)});
+    const std::size_t step = std::max<std::size_t>(1, occluder.triangles.size() / count);
+    for (std::size_t t = 0; t < occluder.triangles.size(); t += step) {
+        const auto& [i, j, k] = occluder.triangles[t];
+        const Vec3f &a = occluder.positions[i], &b = occluder.positions[j], &c = occluder.positions[k];
+        const Vec3f normal = (b - a).cross(c - a).normalized();
+        points.push_back({a * 0.41f + b * 0.36f + c * 0.23f + normal * (1e-4f * radius), normal});
+        points.push_back({a + normal * (1e-4f * radius), normal});
+    }
+    return points;
+}
+
+TEST(VisibilityRasterizer, BothPathsHaveTheSameBits) {
+    std::vector<Example> all = examples();
+    all.push_back({"fine sphere", sphere_mesh({0.1f, -0.2f, 0.05f}, 1, 48), true});
+    all.push_back({"torus along the axes", torus_mesh(0.8f, 0.3f, 32), true});
+    all.push_back({"thin rods", thin_rods(), true});
+    all.push_back({"square of many cells", square_mesh(1.5f, 0.25f, 12), false});
+    all.push_back({"mixed", mixed_mesh(), false});
+    VisibilityRasterizer rasterizer(64);
+    SpansAlone spans(64);
+    ViewedOccluder viewed;
+    VisibleContour contour;
+    ContourScratch scratch;
+    std::size_t points = 0, drawn_edges = 0;
+    for (const Example& example : all) {
+        const Occluder occluder = make_occluder(example.mesh);
+        for (const auto& [point, normal] : field_points(occluder, 120)) {
+            const Vec3f* horizon = normal == Vec3f(0.0f) ? nullptr : &normal;
+            ASSERT_EQ(difference(rasterizer.open_samples(occluder, point, horizon),
+                                 spans.open_samples(occluder, point, horizon)),
+                      0)
+                << example.name << " from " << point;
+            look_at(occluder, point, horizon, viewed);
+            find_contour(occluder, viewed, contour);
+            BlockedSamples blocked(64);
+            EXPECT_TRUE(block_contour(occluder, viewed, contour, scratch, blocked)) << example.name;
+            drawn_edges += contour.count;
+            ++points;
+        }
+    }
+    EXPECT_GT(points, 5000u);
+    EXPECT_GT(drawn_edges, 20 * points);
+}
+
+TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereAxesMeetEdgesAndVertices) {
+    // From lattice points of a box every axis runs along edges, through vertices and within faces.
+    const Occluder box = make_occluder(box_mesh({-1, -1, -1}, {1, 1, 1}, 4)),
+                   sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 24));
+    Occluder two_sided = box;
+    two_sided.one_sided = 0;
+    prepare_occluder(two_sided);
+    const std::array<const Occluder*, 3> all{&box, &sphere, &two_sided};
+    for (const int size : {8, 64, 256}) {
+        VisibilityRasterizer rasterizer(size);
+        SpansAlone spans(size);
+        for (int x = -3; x <= 3; ++x)
+            for (int y = -3; y <= 3; y += size == 256 ? 3 : 1)
+                for (int z = -3; z <= 3; z += size == 256 ? 2 : 1) {
+                    const Vec3f point = Vec3f(float(x), float(y), float(z)) * 0.5f;
+                    for (const Occluder* occluder : all)
+                        ASSERT_EQ(difference(rasterizer.open_samples(*occluder, point),
+                                             spans.open_samples(*occluder, point)),
+                                  0)
+                            << "from " << point << ", size " << size;
+                }
+    }
+}
+
+TEST(VisibilityRasterizer, BlocksThroughAnyNumberOfLayers) {
+    for (const int layers : {254, 255, 256, 257, 512}) {
+        Mesh plates;
+        for (int i = 0; i < layers; ++i)
+            plates = joined_meshes(plates, square_mesh(8, -1 - 1e-3f * static_cast<float>(i), 8));
+        const Occluder occluder = make_occluder(plates);
+        VisibilityRasterizer rasterizer(16);
+        SpansAlone spans(16);
+        const Vec3f point(0.113f, 0, 0.217f);
+        const auto open = rasterizer.open_samples(occluder, point);
+        EXPECT_EQ(std::count(open.begin() + 3 * 256, open.begin() + 4 * 256, 0), 256) << layers;
+        EXPECT_EQ(difference(open, spans.open_samples(occluder, point)), 0) << layers;
+    }
+}
+
+TEST(VisibilityRasterizer, TrianglesWithoutAreaChangeNothing) {
+    const Mesh plain = turned(box_mesh({-0.5f, -0.8f, -0.6f}, {0.5f, 0.4f, 0.7f}, 3));
+    Mesh with_needles = plain;
+    const auto first = static_cast<std::uint32_t>(plain.positions.size());
+    for (int i = 0; i < 6; ++i) with_needles.positions.push_back(Vec3f(1, 0.5f, 2) * float(i));
+    for (std::uint32_t i = 0; i < 4; ++i)
+        with_needles.triangles.push_back({first + i, first + i + 1, first + i + 2});
+    with_needles.triangles.push_back({first, first, first + 1});
+    const Occluder wanted = make_occluder(plain), found = make_occluder(with_needles);
+    VisibilityRasterizer one(64), other(64);
+    for (const Vec3f& point : view_points(wanted))
+        EXPECT_EQ(difference(one.open_samples(found, point), other.open_samples(wanted, point)), 0) << point;
+}
+
+TEST(VisibilityRasterizer, ANeedleThatClosesASurfaceLeavesNoLeak) {
+    // A box whose top has a vertex in the middle of an edge on one side only, and a triangle without area
+    // there.
+    Mesh box = box_mesh({-1, -1, -1}, {1, 1, 1});
+    Mesh closed;
+    closed.positions = box.positions;
+    closed.triangles = box.triangles;
+    const Occluder whole = make_occluder(box);
+    closed.positions = whole.positions;
+    closed.triangles = whole.triangles;
+    const auto [a, b, c] = closed.triangles[0];
+    const auto middle = static_cast<std::uint32_t>(closed.positions.size());
+    closed.positions.push_back((closed.positions[a] + closed.positions[b]) * 0.5f);
+    closed.triangles[0] = {a, middle, c};
+    closed.triangles.push_back({middle, b, c});
+    closed.triangles.push_back({a, b, middle});
+    const Occluder occluder = make_occluder(closed);
+    ASSERT_EQ(occluder.one_sided, 14u);
+    VisibilityRasterizer rasterizer(64), other(64);
+    for (const Vec3f& point : view_points(whole))
+        EXPECT_LE(difference(rasterizer.open_samples(occluder, point), other.open_samples(whole, point)), 1)
+            << point;
+}
+
+TEST(VisibilityRasterizer, FromAVertexAnEdgeOrTheSurfaceWhatLiesBehindTheOtherSideIsRight) {
+    constexpr int size = 32;
+    VisibilityRasterizer rasterizer(size);
+    const Occluder box = make_occluder(box_mesh({-1, -1, -1}, {1, 1, 1}, 4));
+    for (const Vec3f& point :
+         {Vec3f(1, 1, 1), Vec3f(1, 1, 0.3f), Vec3f(1, 0.3f, 0.2f), Vec3f(1, 0.5f, 0.5f)}) {
+        const auto open = rasterizer.open_samples(box, point);
+        // No ray that leaves the side x = 1 meets the box.
+        EXPECT_EQ(std::count(open.begin(), open.begin() + size * size, 8), size * size) << point;
+    }
+    const Occluder two = make_occluder(
+        joined_meshes(box_mesh({-1, -1, -1}, {1, 1, 1}, 4), box_mesh({2, -9, -9}, {3, 9, 9}, 4)));
+    for (const Vec3f& point :
+         {Vec3f(1, 1, 1), Vec3f(1, 1, 0.3f), Vec3f(1, 0.3f, 0.2f), Vec3f(1, 0.5f, 0.5f)}) {
+        const auto open = rasterizer.open_samples(two, point);
+        EXPECT_EQ(std::count(open.begin(), open.begin() + size * size, 0), size * size) << point;
+    }
+}
+
+TEST(VisibilityRasterizer, SpeckFromAfarAndWallFromNear) {
+    VisibilityRasterizer rasterizer(64);
+    const Occluder speck = make_occluder(sphere_mesh({0, 0, 0}, 1e-4f, 12));
+    for (const Vec3f& point : {Vec3f(1e5f, 0, 0), Vec3f(-3e4f, 8e4f, 1e5f)}) {
+        const auto open = rasterizer.open_samples(speck, point);
+        EXPECT_GE(std::count(open.begin(), open.end(), 8), std::ptrdiff_t(open.size()) - 1) << point;
+    }
+    const Occluder wall = make_occluder(box_mesh({-1e5f, -1e5f, -1e5f}, {1e5f, -20, 1e5f}, 6));
+    const auto open = rasterizer.open_samples(wall, Vec3f(0.3f, 0, -0.7f));
+    EXPECT_EQ(std::count(open.begin() + 3 * 64 * 64, open.begin() + 4 * 64 * 64, 0), 64 * 64);
+    EXPECT_EQ(std::count(open.begin() + 2 * 64 * 64, open.begin() + 3 * 64 * 64, 8), 64 * 64);
 }
 
 TEST(VisibilityRasterizer, HasTheSameBitsWithEveryInstructionSet) {
