@@ -57,7 +57,7 @@ void relative_vertices(const Occluder& occluder, const Vec3f& view_point, const 
 // between side and ray; by the same sine the triangle's other extent looks shorter, so that of two errors'
 // product with it a comparison of a h with a multiple of r^2 is left.
 void see_facing(const Occluder& occluder, const Vec3f& view_point, ViewedOccluder& viewed) {
-    constexpr double thinnest = 2e-6;  // [rad]
+    constexpr double thinnest = 5e-7;  // [rad]
     const Floats d;
     const std::size_t lanes = hn::Lanes(d);
     const Vec3d from_centre = Vec3d(view_point) - occluder.planes_centre;

@@ -313,6 +313,57 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereAxesMeetEdgesAndVertices
     }
 }
 
+TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereEdgesRunAlongSubColumns) {
+    // The sides z = 1 and z = -1 of x = 1, and lines between them, at the very u of sub-columns of face -x.
+    const Occluder box = make_occluder(box_mesh({-1, -1, -1}, {1, 1, 1}, 4));
+    VisibilityRasterizer rasterizer(64);
+    SpansAlone spans(64);
+    for (int i = -767; i <= 767; i += 2) {
+        const Vec3f point(2, 0.1875f, static_cast<float>(i) / 512);
+        ASSERT_EQ(difference(rasterizer.open_samples(box, point), spans.open_samples(box, point)), 0)
+            << "from " << point;
+    }
+}
+
+TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsInThePlaneOfASide) {
+    // Its upper side is seen as the line v = 77/512 of faces +z and -z, on which samples lie. By rounding
+    // alone, some of its triangles are seen from the front and some from behind, and some images are turned
+    // over.
+    constexpr float slope = 77 / 512.0f;
+    Mesh sheared = box_mesh({-1, -1, -1}, {1, 0, 1}, 16);
+    for (Vec3f& position : sheared.positions) position.y -= slope * position.z;
+    const Occluder box = make_occluder(sheared);
+    Occluder two_sided = box;
+    two_sided.one_sided = 0;
+    prepare_occluder(two_sided);
+    const std::array<const Occluder*, 2> both{&box, &two_sided};
+    VisibilityRasterizer rasterizer(64);
+    SpansAlone spans(64);
+    ViewedOccluder viewed;
+    VisibleContour contour;
+    for (int x = -9; x <= 9; ++x)
+        for (const int z : {-31, -25, -17, 17, 19, 27})
+            for (const Occluder* occluder : both) {
+                const float depth = static_cast<float>(z) / 8;
+                const Vec3f point(static_cast<float>(x) / 8 + 0.013f, -slope * depth, depth);
+                look_at(*occluder, point, nullptr, viewed);
+                find_contour(*occluder, viewed, contour);
+                for (std::size_t t = 0; t < occluder->triangles.size(); ++t) {
+                    const auto& triangle = occluder->triangles[t];
+                    const bool in_plane = std::all_of(triangle.begin(), triangle.end(), [&](auto v) {
+                        return occluder->positions[v].y == -slope * occluder->positions[v].z;
+                    });
+                    if (in_plane) {
+                        ASSERT_EQ(contour.facing[t], 0) << "triangle " << t << " from " << point;
+                    }
+                }
+                ASSERT_EQ(difference(rasterizer.open_samples(*occluder, point),
+                                     spans.open_samples(*occluder, point)),
+                          0)
+                    << "from " << point;
+            }
+}
+
 TEST(VisibilityRasterizer, BlocksThroughAnyNumberOfLayers) {
     for (const int layers : {254, 255, 256, 257, 512}) {
         Mesh plates;
