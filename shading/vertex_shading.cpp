@@ -111,7 +111,8 @@ public:
                        not_below = cells_above(cosine, -terms_.margin[at]);
         const unsigned horizon = not_below & ~above;
         head.zero |= ~not_below & all_sixteen;
-        unsigned varying = last ? 0 : level == 0 ? not_below : horizon;
+        // Below the root the cosine hardly varies, or is next to nothing.
+        unsigned varying = !last && level == 0 ? not_below : 0;
         const Cells clamped = clamped_cosine(d, cosine, horizon);
 
         Cells reflected[3];
