@@ -5,14 +5,14 @@
 
 #include <bit>
 #include <cstring>
+#include <span>
 
 namespace haarfield {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "tables are stored as they lie in memory");
 
-constexpr std::string_view blob_magic = "HAARBLOB", seal_magic = "HAARSEAL";
-constexpr std::uint32_t blob_version = 3, seal_version = 1;
+constexpr std::string_view blob_magic = "HAARBLOB";
 
 struct BlobHeader {
     char magic[8];
@@ -27,14 +27,28 @@ struct Section {
 };
 static_assert(sizeof(Section) == 32);
 
-enum SectionIndex : std::size_t { entity, record, cubemaps, faces, nodes, section_count };
+enum SectionIndex : std::size_t {
+    entity,
+    record,
+    planar_table,
+    spherical_table,
+    local_table,
+    cubemaps,
+    faces,
+    nodes,
+    section_count
+};
 
-constexpr std::array<std::string_view, section_count> section_names{"entity", "record", "cubemaps", "faces",
-                                                                    "nodes"};
+constexpr std::array<std::string_view, section_count> section_names{"entity", "record",   "planar", "spheric",
+                                                                    "local",  "cubemaps", "faces",  "nodes"};
 constexpr std::size_t table_size = sizeof(BlobHeader) + section_count * sizeof(Section);
+constexpr std::size_t head_size = table_size + sizeof(std::uint64_t);
+
+using Sections = std::array<std::string_view, section_count>;
 
 /// Words of four bytes only, so that there is no padding.
 struct FieldRecord {
+    std::array<std::uint32_t, 4> key;  ///< Low word first.
     std::int32_t face_size, coefficients;
     float relative_l2_error;
     std::uint32_t planar_samples, spherical_samples;
@@ -47,17 +61,7 @@ struct FieldRecord {
     float spherical_outer_radius, spherical_growth;
     float planar_error, spherical_error;
 };
-static_assert(sizeof(FieldRecord) == 28 * 4);
-
-struct Seal {
-    char magic[8];
-    std::uint32_t version, zero;
-    std::uint64_t file_bytes;
-    std::array<std::uint64_t, 2> key, content;
-    std::uint64_t hash;
-};
-static_assert(sizeof(Seal) == field_seal_size);
-constexpr std::size_t hashed_seal_size = offsetof(Seal, hash);
+static_assert(sizeof(FieldRecord) == 32 * 4);
 
 std::array<float, 3> words(const Vec3f& v) {
     return {v.x, v.y, v.z};
@@ -70,7 +74,8 @@ Vec3f vector(const std::array<float, 3>& words) {
 FieldRecord field_record(const VisibilityField& field) {
     const PlanarSampler& planar = field.planar;
     const SphericalSampler& spherical = field.spherical;
-    return {field.settings.face_size,
+    return {std::bit_cast<std::array<std::uint32_t, 4>>(std::array{field.key.low, field.key.high}),
+            field.settings.face_size,
             field.settings.coefficients,
             field.settings.relative_l2_error,
             field.settings.planar_samples,
@@ -93,6 +98,8 @@ FieldRecord field_record(const VisibilityField& field) {
 }
 
 void apply_record(const FieldRecord& record, VisibilityField& field) {
+    const auto key = std::bit_cast<std::array<std::uint64_t, 2>>(record.key);
+    field.key = {key[0], key[1]};
     field.settings = {record.face_size, record.coefficients, record.relative_l2_error, record.planar_samples,
                       record.spherical_samples};
     field.bounds = {vector(record.lower), vector(record.upper)};
@@ -104,6 +111,10 @@ void apply_record(const FieldRecord& record, VisibilityField& field) {
     field.pool.face_size = record.face_size;
 }
 
+std::size_t aligned(std::size_t offset) {
+    return (offset + field_blob_alignment - 1) / field_blob_alignment * field_blob_alignment;
+}
+
 /// Bytes of a struct or of the elements of an array.
 template <class T>
 std::string_view bytes_of(const T& value) {
@@ -112,9 +123,9 @@ std::string_view bytes_of(const T& value) {
 }
 
 template <class T>
-std::string_view bytes_of(const SharedArray<T>& values) {
+std::string_view bytes_of(std::span<const T> values) {
     static_assert(std::is_trivially_copyable_v<T>);
-    return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+    return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
 }
 
 template <class T>
@@ -122,16 +133,6 @@ T value_at(std::string_view bytes, std::size_t offset) {
     T value;
     std::memcpy(&value, bytes.data() + offset, sizeof value);
     return value;
-}
-
-/// Whether the bytes are a whole number of elements.
-template <class T>
-bool read_table(std::string_view bytes, SharedArray<T>& table) {
-    if (bytes.size() % sizeof(T) != 0) return false;
-    std::vector<T> values(bytes.size() / sizeof(T));
-    if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
-    table = std::move(values);
-    return true;
 }
 
 std::uint64_t short_hash(std::string_view bytes) {
@@ -144,75 +145,113 @@ void set_name(char (&name)[size], std::string_view text) {
     std::memcpy(name, text.data(), text.size());
 }
 
-/// The blob's sections, once header, table and checksums hold.
-Result<std::array<std::string_view, section_count>> checked_sections(std::string_view blob) {
-    if (blob.size() < table_size + sizeof(std::uint64_t))
-        return Error{"", "the field's tables are cut short"};
-    const auto header = value_at<BlobHeader>(blob, 0);
-    if (std::string_view(header.magic, sizeof header.magic) != blob_magic)
+/// The header of a blob at the begin of some bytes, once its checksum holds.
+Result<BlobHeader> checked_header(std::string_view bytes) {
+    if (!bytes.starts_with(blob_magic))
         return Error{"", "the field's tables do not begin with " + std::string(blob_magic)};
-    if (header.version != blob_version)
-        return Error{"", fmt::format("the field has version {}; wanted {}", header.version, blob_version)};
-    if (header.sections != section_count || header.bytes != blob.size())
-        return Error{"", "the field's tables have another size or number than they say"};
-    if (value_at<std::uint64_t>(blob, table_size) != short_hash(blob.substr(0, table_size)))
+    if (bytes.size() < head_size) return Error{"", "the field's tables are cut short"};
+    const auto header = value_at<BlobHeader>(bytes, 0);
+    if (header.version != field_blob_version)
+        return Error{"",
+                     fmt::format("the field has version {}; wanted {}", header.version, field_blob_version)};
+    if (value_at<std::uint64_t>(bytes, table_size) != short_hash(bytes.substr(0, table_size)))
         return Error{"", "the checksum of the field's list of tables is wrong"};
+    return header;
+}
 
-    std::array<std::string_view, section_count> sections;
-    std::uint64_t offset = table_size + sizeof(std::uint64_t);
+/// The blob's sections, once header, table and checksums hold.
+Result<Sections> checked_sections(std::string_view blob) {
+    const Result<BlobHeader> header = checked_header(blob);
+    if (!header) return header.error();
+    if (header->sections != section_count || header->bytes != blob.size())
+        return Error{"", "the field's tables have another size or number than they say"};
+    Sections sections;
+    std::uint64_t end = head_size;
     for (std::size_t s = 0; s < section_count; ++s) {
         const auto section = value_at<Section>(blob, sizeof(BlobHeader) + s * sizeof(Section));
         char name[sizeof section.name];
         set_name(name, section_names[s]);
-        if (std::memcmp(section.name, name, sizeof name) != 0 || section.offset != offset ||
-            section.bytes > blob.size() - offset)
+        if (std::memcmp(section.name, name, sizeof name) != 0 || section.offset != aligned(end) ||
+            section.offset > blob.size() || section.bytes > blob.size() - section.offset)
             return Error{
                 "", fmt::format("table \"{}\" of the field is not where it should be", section_names[s])};
-        sections[s] = blob.substr(offset, section.bytes);
+        if (blob.substr(end, section.offset - end).find_first_not_of('\0') != std::string_view::npos)
+            return Error{"",
+                         fmt::format("something lies before table \"{}\" of the field", section_names[s])};
+        sections[s] = blob.substr(section.offset, section.bytes);
         if (short_hash(sections[s]) != section.hash)
             return Error{"",
                          fmt::format("the checksum of table \"{}\" of the field is wrong", section_names[s])};
-        offset += section.bytes;
+        end = section.offset + section.bytes;
     }
-    if (offset != blob.size()) return Error{"", "something follows the last of the field's tables"};
+    if (end != blob.size()) return Error{"", "something follows the last of the field's tables"};
     return sections;
+}
+
+/// Copies a section's elements; false if it ends within one.
+template <class T>
+bool read_values(std::string_view bytes, std::vector<T>& values) {
+    if (bytes.size() % sizeof(T) != 0) return false;
+    values.resize(bytes.size() / sizeof(T));
+    if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
+    return true;
+}
+
+/// Likewise, but in place if they are aligned.
+template <class T>
+bool read_table(std::string_view bytes, const std::shared_ptr<const void>& owner, SharedArray<T>& table) {
+    if (bytes.size() % sizeof(T) == 0 && reinterpret_cast<std::uintptr_t>(bytes.data()) % alignof(T) == 0) {
+        table = {std::span(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)), owner};
+        return true;
+    }
+    std::vector<T> values;
+    if (!read_values(bytes, values)) return false;
+    table = std::move(values);
+    return true;
 }
 
 }  // namespace
 
 std::string field_blob(const VisibilityField& field) {
     const FieldRecord words_of_field = field_record(field);
-    std::array<std::string_view, section_count> sections;
+    const QuadtreePool& pool = field.pool;
+    Sections sections;
     sections[entity] = field.entity;
     sections[record] = bytes_of(words_of_field);
-    sections[cubemaps] = bytes_of(field.pool.cubemaps);
-    sections[faces] = bytes_of(field.pool.faces);
-    sections[nodes] = bytes_of(field.pool.node_bytes);
+    sections[planar_table] = bytes_of(std::span(field.planar_handles));
+    sections[spherical_table] = bytes_of(std::span(field.spherical_handles));
+    sections[local_table] = bytes_of(std::span(field.local_handles));
+    sections[cubemaps] = bytes_of(std::span(pool.cubemaps.data(), pool.cubemaps.size()));
+    sections[faces] = bytes_of(std::span(pool.faces.data(), pool.faces.size()));
+    sections[nodes] = bytes_of(std::span(pool.node_bytes.data(), pool.node_bytes.size()));
 
     BlobHeader header{};
     set_name(header.magic, blob_magic);
-    header.version = blob_version;
+    header.version = field_blob_version;
     header.sections = section_count;
-    header.bytes = table_size + sizeof(std::uint64_t);
+    header.bytes = head_size;
     std::array<Section, section_count> table{};
     for (std::size_t s = 0; s < section_count; ++s) {
         set_name(table[s].name, section_names[s]);
-        table[s].offset = header.bytes;
+        table[s].offset = aligned(header.bytes);
         table[s].bytes = sections[s].size();
         table[s].hash = short_hash(sections[s]);
-        header.bytes += sections[s].size();
+        header.bytes = table[s].offset + table[s].bytes;
     }
     std::string blob;
     blob.reserve(header.bytes);
     blob += bytes_of(header);
     blob += bytes_of(table);
     blob += bytes_of(short_hash(blob));
-    for (const std::string_view section : sections) blob += section;
+    for (const std::string_view section : sections) {
+        blob.resize(aligned(blob.size()));
+        blob += section;
+    }
     return blob;
 }
 
-Result<VisibilityField> blob_field(std::string_view blob) {
-    const auto sections = checked_sections(blob);
+Result<VisibilityField> blob_field(std::string_view blob, const std::shared_ptr<const void>& owner) {
+    const Result<Sections> sections = checked_sections(blob);
     if (!sections) return sections.error();
     VisibilityField field;
     field.entity = (*sections)[entity];
@@ -220,41 +259,24 @@ Result<VisibilityField> blob_field(std::string_view blob) {
         return Error{"", fmt::format("table \"record\" of the field has {} bytes; wanted {}",
                                      (*sections)[record].size(), sizeof(FieldRecord))};
     apply_record(value_at<FieldRecord>((*sections)[record], 0), field);
-    if (!read_table((*sections)[cubemaps], field.pool.cubemaps) ||
-        !read_table((*sections)[faces], field.pool.faces) ||
-        !read_table((*sections)[nodes], field.pool.node_bytes))
+    if (!read_values((*sections)[planar_table], field.planar_handles) ||
+        !read_values((*sections)[spherical_table], field.spherical_handles) ||
+        !read_values((*sections)[local_table], field.local_handles) ||
+        !read_table((*sections)[cubemaps], owner, field.pool.cubemaps) ||
+        !read_table((*sections)[faces], owner, field.pool.faces) ||
+        !read_table((*sections)[nodes], owner, field.pool.node_bytes))
         return Error{"", "a table of the field ends within an element"};
     return field;
 }
 
-ContentHash content_hash(std::string_view bytes) {
-    const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
-    return {hash.low64, hash.high64};
-}
-
-std::string field_seal(std::string_view file, const ContentHash& key) {
-    const ContentHash content = content_hash(file);
-    Seal seal{};
-    set_name(seal.magic, seal_magic);
-    seal.version = seal_version;
-    seal.file_bytes = file.size() + sizeof(Seal);
-    seal.key = {key.low, key.high};
-    seal.content = {content.low, content.high};
-    seal.hash = short_hash(bytes_of(seal).substr(0, hashed_seal_size));
-    return std::string(bytes_of(seal));
-}
-
-Result<FieldSeal> read_field_seal(std::string_view end, std::uint64_t file_bytes) {
-    const auto no_seal = Error{"", "no seal at its end: cut short, saved by another program, or not a field"};
-    if (end.size() != sizeof(Seal)) return no_seal;
-    const auto seal = value_at<Seal>(end, 0);
-    if (std::string_view(seal.magic, sizeof seal.magic) != seal_magic) return no_seal;
-    if (seal.version != seal_version)
-        return Error{"", fmt::format("the seal has version {}; wanted {}", seal.version, seal_version)};
-    if (seal.hash != short_hash(end.substr(0, hashed_seal_size))) return Error{"", "the seal is damaged"};
-    if (seal.file_bytes != file_bytes)
-        return Error{"", fmt::format("{} bytes long; sealed with {}", file_bytes, seal.file_bytes)};
-    return FieldSeal{{seal.key[0], seal.key[1]}, {seal.content[0], seal.content[1]}};
+std::string_view find_field_blob(std::string_view file) {
+    for (std::size_t begin = file.find(blob_magic); begin != std::string_view::npos;
+         begin = file.find(blob_magic, begin + 1)) {
+        const std::string_view rest = file.substr(begin);
+        if (const Result<BlobHeader> header = checked_header(rest); header && header->bytes <= rest.size())
+            return rest.substr(0, header->bytes);
+    }
+    return {};
 }
 
 }  // namespace haarfield

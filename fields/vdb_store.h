@@ -1,5 +1,5 @@
 #pragma once
-/// Fields on disk, as OpenVDB files that any OpenVDB program opens.
+/// Fields as OpenVDB files that any OpenVDB program opens.
 ///
 ///     grid                 type       index space              voxel
 ///     ambient_visibility   float      x, y, z                  fraction of all directions that is open; fog
@@ -10,57 +10,42 @@
 ///     local_handles        int32      bricks of 8^3 vertices   vertex i at, in bits from high to low,
 ///                                                              x = i[9..12] i[6..8], y = i[13..16] i[3..5],
 ///                                                              z = i[17..] i[0..2]
-///     quadtree_pool        int32      one voxel                carries the metadata `haarfield_blob`: all
-///     else
-///                                                              (field_blob.h)
-///     after the last grid             64 bytes                 seal over the whole file (field_blob.h)
+///     quadtree_pool        int32      one voxel                carries the metadata `haarfield_blob`: the
+///                                                              field (field_blob.h), between zeros, at a
+///                                                              multiple of 64 in the file
 ///
-/// The maps of the handle grids stretch their charts over the entity's box, so that a viewer that shows all
-/// grids frames the entity. OpenVDB numbers every file at random; the number is replaced by one made from
-/// the content: equal fields, equal files, bit for bit. A program that saves the file again drops the seal:
-/// such a file is refused. Seals guard against accidents, not against forgers; still, nothing in a file whose
-/// seal holds is used before it has been checked (field_defect).
+/// Every grid has the metadata `haarfield_version` (field_blob_version), `haarfield_schema`, this table's
+/// line as text, and `haarfield_xxh3`: XXH3-64 of the values of its active voxels, 4 bytes each, in the order
+/// of x, y, z; of local_handles in the order of the vertices; of quadtree_pool, of the blob.
+///
+/// The grids of handles are there for other programs; their maps stretch them over the entity's box, so that
+/// a viewer that shows all grids frames the entity. haarfield reads the blob alone and in place: no byte of a
+/// file is ever parsed by OpenVDB, whose readers believe what they read. OpenVDB numbers every file at
+/// random; the number is replaced by one made from the content: equal fields, equal bytes.
 
 #include "fields/result.h"
 #include "fields/visibility_field.h"
 
-#include <filesystem>
+#include <string>
+#include <string_view>
 
 namespace haarfield {
 
-/// Writes the field to `file`, atomically: beside it, read back, compared, synced, then renamed.
-///
-/// errors  a defect of the field; tables of 4 GiB or more; what the system said (full disk, read-only
-///         folder ...). The target is then as it was, and nothing lies beside it.
-/// cost    about four times the field's memory.
-Result<Done> write_field(const VisibilityField& field, const std::filesystem::path& file);
+struct VdbFile {
+    std::string bytes;
+    std::size_t blob_offset = 0, blob_bytes = 0;
 
-/// Reads a field. A file that is cut short, changed, of another version or not ours is refused, with
-/// the reason, before OpenVDB sees it.
-Result<VisibilityField> read_field(const std::filesystem::path& file);
-
-/// The field's key, from the seal alone; to decide whether a file can be reused. Whether the rest of the file
-/// is whole, read_field tells.
-Result<ContentHash> read_field_key(const std::filesystem::path& file);
-
-/// What `haarfield info` shows.
-struct FieldSummary {
-    std::string entity;
-    ContentHash key;
-    FieldSettings settings;
-    Bounds bounds;  ///< [m]
-    PlanarSampler planar;
-    SphericalSampler spherical;
-    std::uint64_t local_samples = 0;                   ///< Vertices of the fine mesh.
-    std::uint64_t cubemaps = 0, faces = 0, nodes = 0;  ///< Stored, equal ones once.
-    FieldError error;
-    std::uint64_t file_bytes = 0;
+    std::string_view blob() const { return std::string_view(bytes).substr(blob_offset, blob_bytes); }
 };
 
-/// Reads and checks all of the file.
-Result<FieldSummary> read_field_summary(const std::filesystem::path& file);
+/// The whole file, in memory. The field must be without defect.
+///
+/// errors  (with an empty `where`) tables of 4 GiB or more; a failure of OpenVDB's.
+/// cost    three times the file's size in memory, for a moment.
+Result<VdbFile> vdb_file(const VisibilityField& field);
 
-/// Checks the seal, every checksum, every handle and index. The error gives the reason.
-Result<Done> verify_field(const std::filesystem::path& file);
+/// Whether this program's OpenVDB writes files of the same form as the one that wrote these bytes. If not,
+/// the bytes of equal grids may differ.
+bool same_vdb_library(std::string_view file);
 
 }  // namespace haarfield

@@ -8,7 +8,6 @@
 #include <tuple>
 
 #include "fields/mesh_reader.h"
-#include "fields/vdb_store.h"
 
 namespace haarfield {
 namespace {
@@ -52,34 +51,40 @@ std::vector<Material> mesh_materials(const Scene& scene, const Entity& entity, c
     return materials;
 }
 
-/// Reads the field if the file is there and its key fits; otherwise makes and writes it.
-Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settings,
+/// Reads the field if the file is there, may be used, and has the key.
+bool reuse_field(SceneEntity& entity, const ContentHash& key, Unsealed unsealed) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(entity.field_file, ignored)) return false;
+    Result<VisibilityField> field = read_field(entity.field_file, unsealed);
+    if (!field)
+        entity.remade_because = field.error().message();
+    else if (!(field->key == key))
+        entity.remade_because =
+            fmt::format("{}: made from another mesh or with other settings", entity.field_file.string());
+    else if (field->local_handles.size() != entity.mesh.fine.positions.size())
+        entity.remade_because = fmt::format("{}: not of this mesh", entity.field_file.string());
+    else {
+        entity.field = *std::move(field);
+        entity.reused = true;
+        entity.remade_because.clear();
+    }
+    return entity.reused;
+}
+
+Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settings, Unsealed unsealed,
                                 const Progress& progress) {
     const ContentHash key = field_key(entity.mesh, settings);
-    std::error_code ignored;
-    if (std::filesystem::exists(entity.field_file, ignored)) {
-        const Result<ContentHash> found = read_field_key(entity.field_file);
-        if (!found) {
-            entity.remade_because = found.error().message();
-        } else if (!(*found == key)) {
-            entity.remade_because =
-                fmt::format("{}: made from another mesh or with other settings", entity.field_file.string());
-        } else {
-            Result<VisibilityField> field = read_field(entity.field_file);
-            if (field && field->local_handles.size() == entity.mesh.fine.positions.size()) {
-                entity.field = std::move(*field);
-                entity.reused = true;
-                return Done{};
-            }
-            entity.remade_because = field ? fmt::format("{}: not of this mesh", entity.field_file.string())
-                                          : field.error().message();
-        }
-    }
+    if (reuse_field(entity, key, unsealed)) return Done{};
+    // Held while the field is made: who wants the same one waits for it, and a folder where nothing can be
+    // written is noticed before the work.
+    Result<TemporaryFile> temporary = TemporaryFile::beside(entity.field_file, progress);
+    if (!temporary) return temporary.error();
+    if (reuse_field(entity, key, unsealed)) return Done{};  // another process made it meanwhile
     Result<VisibilityField> field =
         precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress);
     if (!field) return field.error();
-    entity.field = std::move(*field);
-    return write_field(entity.field, entity.field_file);
+    entity.field = *std::move(field);
+    return write_field(entity.field, *temporary);
 }
 
 }  // namespace
@@ -92,6 +97,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         std::filesystem::create_directories(options.fields_folder, failure);
         if (failure)
             return Error{options.fields_folder.string(), "can not make the folder: " + failure.message()};
+        remove_abandoned_files(options.fields_folder);
     }
     using Pose = std::tuple<std::size_t, float, float, float>;
     std::map<Pose, std::size_t> known;
@@ -137,7 +143,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
                 entity->occlusion->coarse().triangles.size() <= RenderSettings().exact_triangles;
             settings.planar_samples = is_exact ? 0 : description.planar_samples;
             settings.spherical_samples = is_exact ? 0 : description.spherical_samples;
-            const Result<Done> done = find_or_make_field(*entity, settings, progress);
+            const Result<Done> done = find_or_make_field(*entity, settings, options.unsealed, progress);
             if (!done) return done.error();
             entity->field_seconds = seconds_since(field_start);
         }

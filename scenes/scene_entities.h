@@ -1,6 +1,7 @@
 #pragma once
 /// From a scene's description to everything that shading needs: meshes, occluders, fields.
 
+#include "fields/field_file.h"
 #include "fields/field_precompute.h"
 #include "fields/progress.h"
 #include "fields/result.h"
@@ -38,10 +39,15 @@ struct SceneEntityOptions {
     std::int32_t face_size = 64;
     std::int32_t coefficients = FieldSettings().coefficients;
     float relative_l2_error = FieldSettings().relative_l2_error;
-    bool fields = true;              ///< false: meshes only.
+    bool fields = true;                     ///< false: meshes only.
+    Unsealed unsealed = Unsealed::refused;  ///< Files without a seal.
 };
 
 /// Reads and prepares the meshes, then makes each field, or reads it from the folder if its key fits.
+///
+/// Each field is in the folder, whole, as soon as it is made: a run that was killed goes on where it was, and
+/// removes what the killed one left half-written. Of several processes that want the same field one makes it
+/// while the others wait.
 Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEntityOptions& options,
                                              const Progress& progress = {});
 

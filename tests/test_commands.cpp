@@ -6,9 +6,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <random>
+#include <set>
 #include <sstream>
 #include <thread>
 
@@ -313,6 +319,97 @@ TEST_F(Commands, CtrlCEndsABakeWithNothingHalfWritten) {
         for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / "out"))
             EXPECT_TRUE(entry.is_directory() || entry.path().filename() == "floor.vdb") << entry.path();
     }
+}
+
+/// HAARFIELD_KILLS in the environment: how many, instead of six.
+TEST_F(Commands, AKilledPrecomputeLeavesWholeFieldsAndTheNextOneGoesOn) {
+    write_scene();
+    const std::vector<std::string> precompute{"precompute", "room.toml", "--face-size", "32", "-o"};
+    const auto into = [&](const char* output) {
+        std::vector<std::string> arguments = precompute;
+        arguments.emplace_back(output);
+        return arguments;
+    };
+    const auto begin = std::chrono::steady_clock::now();
+    ASSERT_EQ(run(into("whole")).code, 0);
+    const std::chrono::duration<double> undisturbed = std::chrono::steady_clock::now() - begin;
+    std::map<std::string, std::string> wanted;
+    for (const char* name : {"box.vdb", "floor.vdb"}) wanted[name] = text_of(folder_ / "whole/fields" / name);
+
+    const std::filesystem::path fields = folder_ / "out/fields";
+    const auto finished = [&] {
+        std::set<std::string> names;
+        for (const auto& [name, bytes] : wanted)
+            if (std::filesystem::exists(fields / name)) names.insert(name);
+        return names;
+    };
+    const char* const asked = std::getenv("HAARFIELD_KILLS");
+    const int kills = asked ? std::atoi(asked) : 6;
+    std::mt19937 random(9);
+    int between = 0, leftovers = 0;
+    for (int k = 0; k < kills; ++k) {
+        if (k % 3 == 0)
+            std::filesystem::remove_all(folder_ / "out");  // else on top of what was killed before
+        const std::set<std::string> before = finished();
+        const pid_t child = start(into("out"));
+        std::this_thread::sleep_for(undisturbed * (static_cast<double>(random() % 1000) / 1000));
+        kill(child, SIGKILL);
+        finish(child);
+        const std::set<std::string> after = finished();
+        EXPECT_TRUE(std::ranges::includes(after, before)) << "kill " << k << ": a field was lost";
+        for (const std::string& name : after)
+            EXPECT_TRUE(text_of(fields / name) == wanted[name]) << "kill " << k << ": " << name;
+        between += after.size() == 1;
+        leftovers += std::filesystem::exists(fields / "box.vdb.tmp") ||
+                     std::filesystem::exists(fields / "floor.vdb.tmp");
+    }
+    RecordProperty("killed_between_fields", between);
+    RecordProperty("killed_while_one_was_made", leftovers);
+    EXPECT_EQ(run(into("out")).code, 0);
+    for (const auto& entry : std::filesystem::directory_iterator(fields))
+        EXPECT_TRUE(text_of(entry.path()) == wanted[entry.path().filename().string()]) << entry.path();
+    EXPECT_EQ(finished().size(), 2u);
+}
+
+TEST_F(Commands, TwoProcessesInOneFolderMakeEachFieldOnce) {
+    write_scene();
+    const auto arguments = [](const char* report) {
+        return std::vector<std::string>{"precompute",  "room.toml", "-o",       "out",
+                                        "--face-size", "32",        "--report", report};
+    };
+    const pid_t first = start(arguments("first.json")), second = start(arguments("second.json"));
+    EXPECT_EQ(finish(first).code, 0);
+    EXPECT_EQ(finish(second).code, 0);
+    std::map<std::string, int> made;
+    for (const char* name : {"first.json", "second.json"}) {
+        const nlohmann::json done = report(name);
+        for (const nlohmann::json& field : done.at("fields"))
+            made[field.at("entity")] += field.at("reused") == false;
+    }
+    EXPECT_EQ(made, (std::map<std::string, int>{{"box", 1}, {"floor", 1}}));
+    for (const char* name : {"box", "floor"})
+        EXPECT_EQ(run({"verify", fmt::format("out/fields/{}.vdb", name)}).code, 0) << name;
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "out/fields"), {}), 2);
+}
+
+TEST_F(Commands, FieldsWithoutASealAreRefusedUnlessAllowed) {
+    write_scene();
+    const std::vector<std::string> precompute{"precompute", "room.toml", "-o", "out", "--face-size", "16"};
+    ASSERT_EQ(run(precompute).code, 0);
+    const std::filesystem::path field = folder_ / "out/fields/box.vdb";
+    std::filesystem::resize_file(field, std::filesystem::file_size(field) - 64);
+    for (const char* command : {"info", "verify"}) {
+        const Outcome refused = run({command, "out/fields/box.vdb"});
+        EXPECT_EQ(refused.code, 1);
+        EXPECT_NE(refused.err.find("no seal"), std::string::npos) << refused.err;
+        const Outcome allowed = run({command, "out/fields/box.vdb", "--allow-unsealed"});
+        EXPECT_EQ(allowed.code, 0) << allowed.err;
+        EXPECT_NE(allowed.out.find("not sealed"), std::string::npos) << allowed.out;
+    }
+    std::vector<std::string> lenient = precompute;
+    lenient.push_back("--allow-unsealed");
+    EXPECT_EQ(run(lenient).out.find("made"), std::string::npos);
+    EXPECT_NE(run(precompute).out.find("made"), std::string::npos);
 }
 
 }  // namespace

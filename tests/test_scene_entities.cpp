@@ -1,10 +1,9 @@
 #include "scenes/scene_entities.h"
 
 #include <gtest/gtest.h>
+#include <sys/fsuid.h>
 
 #include <fstream>
-
-#include "fields/vdb_store.h"
 
 namespace haarfield {
 namespace {
@@ -82,6 +81,57 @@ TEST_F(SceneEntitiesTest, RemakesAStaleOrDamagedFieldAndSaysWhy) {
     EXPECT_FALSE(damaged->entities[0]->reused);
     EXPECT_NE(damaged->entities[0]->remade_because, "");
     EXPECT_TRUE(prepare_scene_entities(scene, options)->entities[0]->reused);
+}
+
+TEST_F(SceneEntitiesTest, TakesAnUnsealedFieldOnlyIfAllowed) {
+    const auto made = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(made);
+    const std::filesystem::path file = made->entities[0]->field_file;
+    const auto remove_seal = [&] {
+        std::filesystem::resize_file(file, std::filesystem::file_size(file) - 64);
+    };
+    remove_seal();
+    options.unsealed = Unsealed::allowed;
+    const auto taken = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(taken);
+    EXPECT_TRUE(taken->entities[0]->reused);
+    options.unsealed = Unsealed::refused;
+    const auto remade = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(remade);
+    EXPECT_FALSE(remade->entities[0]->reused);
+    EXPECT_NE(remade->entities[0]->remade_because.find("no seal"), std::string::npos);
+    EXPECT_TRUE(prepare_scene_entities(scene, options)->entities[0]->reused);
+
+    remove_seal();
+    options.unsealed = Unsealed::allowed;
+    write_box(2.0f);
+    EXPECT_FALSE(prepare_scene_entities(scene, options)->entities[0]->reused) << "stale";
+}
+
+TEST_F(SceneEntitiesTest, AFolderWhereNothingCanBeWrittenIsAnErrorBeforeTheWork) {
+    std::filesystem::create_directory(options.fields_folder);
+    std::filesystem::permissions(options.fields_folder, std::filesystem::perms(0555));
+    Progress progress;
+    bool worked = false;
+    progress.report = [&](std::string_view stage, std::uint64_t, std::uint64_t) {
+        worked |= stage.starts_with("visibility");
+    };
+    const int before = setfsuid(65534);  // root may write anywhere; `nobody` may not
+    const auto refused = prepare_scene_entities(scene, options, progress);
+    setfsuid(static_cast<uid_t>(before));
+    std::filesystem::permissions(options.fields_folder, std::filesystem::perms(0755));
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().where, (options.fields_folder / "box.vdb").string());
+    EXPECT_FALSE(worked);
+}
+
+TEST_F(SceneEntitiesTest, RemovesWhatAKilledRunLeft) {
+    std::filesystem::create_directory(options.fields_folder);
+    for (const char* name : {"box.vdb.tmp", "gone.vdb.tmp"})
+        std::ofstream(options.fields_folder / name) << "half";
+    ASSERT_TRUE(prepare_scene_entities(scene, options));
+    for (const auto& entry : std::filesystem::directory_iterator(options.fields_folder))
+        EXPECT_EQ(entry.path().filename(), "box.vdb");
 }
 
 TEST_F(SceneEntitiesTest, RotatedInstancesHaveAFieldOfTheirOwn) {

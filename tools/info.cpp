@@ -1,5 +1,6 @@
-#include "fields/vdb_store.h"
+#include "fields/field_file.h"
 #include "tools/command.h"
+#include "tools/scene_options.h"
 
 #include <fmt/format.h>
 
@@ -10,6 +11,7 @@ namespace {
 struct InfoOptions {
     std::string field;
     bool json = false;
+    bool allow_unsealed = false;
 };
 
 nlohmann::ordered_json vector_json(const Vec3f& v) {
@@ -21,6 +23,7 @@ nlohmann::ordered_json summary_json(const FieldSummary& field) {
         {"entity", field.entity},
         {"key", field.key.hex()},
         {"bytes", field.file_bytes},
+        {"sealed", field.sealed},
         {"samples", field.planar.sample_count() + field.spherical.sample_count() + field.local_samples},
         {"planar",
          {{"samples", field.planar.sample_count()},
@@ -64,12 +67,13 @@ void print_summary(const FieldSummary& field) {
         fmt::print(", dropping up to {:g} of the L2 norm of occlusion", field.settings.relative_l2_error);
     fmt::print("\nerror       {:.1f} % of occlusion on the ground, {:.1f} % around (RMS between samples)",
                100 * field.error.planar, 100 * field.error.spherical);
-    fmt::print("\nfile        {:.2f} MB\nhash        {}\n", static_cast<double>(field.file_bytes) / 1e6,
-               field.key.hex());
+    fmt::print("\nfile        {:.2f} MB, {}\nhash        {}\n", static_cast<double>(field.file_bytes) / 1e6,
+               field.sealed ? "sealed" : "not sealed", field.key.hex());
 }
 
 Result<ExitCode> run(const InfoOptions& options, Session& session) {
-    const Result<FieldSummary> field = read_field_summary(options.field);
+    const Result<FieldSummary> field =
+        read_field_summary(options.field, options.allow_unsealed ? Unsealed::allowed : Unsealed::refused);
     if (!field) return field.error();
     const nlohmann::ordered_json summary = summary_json(*field);
     session.report["field"] = summary;
@@ -87,6 +91,7 @@ Command info_command(CLI::App& program) {
     const auto options = std::make_shared<InfoOptions>();
     app->add_option("FIELD", options->field, "The field (.vdb)")->required()->type_name("");
     app->add_flag("--json", options->json, "As JSON");
+    add_unsealed_option(*app, options->allow_unsealed);
     app->footer("Example:\n  haarfield info out/chair/fields/chair.vdb");
     return {app, [options](Session& session) { return run(*options, session); }};
 }

@@ -136,6 +136,11 @@ std::string file_stem(const Scene& scene) {
     return stem;
 }
 
+void add_unsealed_option(CLI::App& command, bool& allow_unsealed) {
+    command.add_flag("--allow-unsealed", allow_unsealed,
+                     "Take fields that another program saved again, if their own checksums hold");
+}
+
 void add_field_options(CLI::App& command, FieldOptions& options) {
     command
         .add_option("--fields", options.folder,
@@ -160,6 +165,7 @@ void add_field_options(CLI::App& command, FieldOptions& options) {
         ->check(fraction_trouble)
         ->capture_default_str()
         ->type_name("E");
+    add_unsealed_option(command, options.allow_unsealed);
 }
 
 Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
@@ -169,6 +175,7 @@ Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& op
     wanted.face_size = options.face_size;
     wanted.coefficients = options.coefficients;
     wanted.relative_l2_error = options.relative_l2_error;
+    if (options.allow_unsealed) wanted.unsealed = Unsealed::allowed;
     Result<SceneEntities> entities = prepare_scene_entities(scene, wanted, session.progress);
     if (!entities) return entities;
     for (const std::string& warning : entities->warnings) session.warn(warning);

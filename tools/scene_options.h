@@ -48,9 +48,13 @@ struct FieldOptions {
     int face_size = 64;
     int coefficients = FieldSettings().coefficients;
     float relative_l2_error = FieldSettings().relative_l2_error;
+    bool allow_unsealed = false;
 };
 
-/// Adds --fields, --face-size, --coefficients and --visibility-error.
+/// Adds --allow-unsealed, as every command that reads fields has it.
+void add_unsealed_option(CLI::App& command, bool& allow_unsealed);
+
+/// Adds --fields, --face-size, --coefficients, --visibility-error and --allow-unsealed.
 void add_field_options(CLI::App& command, FieldOptions& options);
 
 /// prepare_scene_entities, with warnings, messages and the report's `fields`; a line for each on stdout.
