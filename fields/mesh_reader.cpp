@@ -1,7 +1,9 @@
 #include "fields/mesh_reader.h"
 
+#include "fields/mapped_file.h"
 #include "fields/mesh_topology.h"
 #include "fields/obj_text.h"
+#include "fields/polygon_file.h"
 #include "fields/polygon_triangulation.h"
 
 #include <assimp/DefaultIOSystem.h>
@@ -47,11 +49,16 @@ private:
     std::string file_, text_;
 };
 
-std::unique_ptr<Assimp::IOSystem> file_system_for(const std::filesystem::path& file) {
+/// The name's ending in lower case, with its point.
+std::string ending_of(const std::filesystem::path& file) {
     std::string ending = file.extension().string();
     std::transform(ending.begin(), ending.end(), ending.begin(),
                    [](unsigned char c) { return std::tolower(c); });
-    if (ending != ".obj") return std::make_unique<Assimp::DefaultIOSystem>();
+    return ending;
+}
+
+std::unique_ptr<Assimp::IOSystem> file_system_for(const std::filesystem::path& file) {
+    if (ending_of(file) != ".obj") return std::make_unique<Assimp::DefaultIOSystem>();
     std::ifstream stream(file, std::ios::binary);
     const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
     std::string mended = with_leading_zeros(text);
@@ -65,75 +72,102 @@ Vec3f vector_from(const aiVector3D& v) {
     return {v.x, v.y, v.z};
 }
 
-/// All faces of all nodes, each vertex as it is in the file; normals are zero where there are none.
+/// All faces of a file, each vertex as it is there; normals are zero where there are none.
 struct Gatherer {
-    explicit Gatherer(const aiScene& imported) : scene(imported) {}
-
-    const aiScene& scene;
     Mesh mesh{};
     MeshFindings findings{};
     std::map<std::string, std::uint16_t> materials{};
     std::set<std::array<std::uint32_t, 3>> non_finite{};  // by bits: one vertex may come many times
     bool too_large = false;
 
-    std::uint16_t material_index(const aiMesh& part) {
-        std::string name;
-        aiString text;
-        if (part.mMaterialIndex < scene.mNumMaterials &&
-            scene.mMaterials[part.mMaterialIndex]->Get(AI_MATKEY_NAME, text) == aiReturn_SUCCESS)
-            name = text.C_Str();
-        if (name == AI_DEFAULT_MATERIAL_NAME) name.clear();
+    /// Whether so many more vertices fit; if not, the file is too large.
+    bool has_room_for(std::size_t vertices) {
+        too_large |= mesh.positions.size() + vertices > INT32_MAX || mesh.material_names.size() > 60000;
+        return !too_large;
+    }
+
+    std::uint16_t material_named(const std::string& name) {
         const auto [found, is_new] =
             materials.try_emplace(name, static_cast<std::uint16_t>(mesh.material_names.size()));
         if (is_new) mesh.material_names.push_back(name);
         return found->second;
     }
 
-    void add_face(const aiMesh& part, const aiFace& face, std::uint32_t first, std::vector<Vec3f>& polygon) {
-        if (face.mNumIndices < 3) return;  // points and lines
-        polygon.clear();
-        for (unsigned i = 0; i < face.mNumIndices; ++i) {
-            if (face.mIndices[i] >= part.mNumVertices) return;
-            polygon.push_back(mesh.positions[first + face.mIndices[i]]);
-            if (!is_finite(polygon.back())) return;
+    void add_vertex(const Vec3f& position, const Vec3d& normal, std::uint16_t material) {
+        if (!is_finite(position))
+            non_finite.insert({std::bit_cast<std::uint32_t>(position.x),
+                               std::bit_cast<std::uint32_t>(position.y),
+                               std::bit_cast<std::uint32_t>(position.z)});
+        else if (std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)}) >
+                 farthest_coordinate)
+            too_large = true;
+        mesh.positions.push_back(position);
+        const double length = normal.length();
+        mesh.normals.push_back(std::isfinite(length) && length > 0 ? Vec3f(normal / length) : Vec3f(0, 0, 0));
+        mesh.vertex_materials.push_back(material);
+    }
+
+    /// corners  from `first` on; passed over if there are fewer than three, or one that is no finite vertex.
+    void add_face(std::span<const std::uint32_t> corners, std::uint32_t first) {
+        if (corners.size() < 3) return;  // points and lines
+        polygon_.clear();
+        for (const std::uint32_t corner : corners) {
+            if (corner >= mesh.positions.size() - first) return;
+            polygon_.push_back(mesh.positions[first + corner]);
+            if (!is_finite(polygon_.back())) return;
         }
-        if (polygon.size() > 3) ++findings.polygons;
-        for (const Triangle& t : triangulated(polygon))
-            mesh.triangles.push_back(
-                {first + face.mIndices[t[0]], first + face.mIndices[t[1]], first + face.mIndices[t[2]]});
+        if (polygon_.size() > 3) ++findings.polygons;
+        for (const Triangle& t : triangulated(polygon_))
+            mesh.triangles.push_back({first + corners[t[0]], first + corners[t[1]], first + corners[t[2]]});
+    }
+
+    void add(const PolygonFile& file) {
+        if (!has_room_for(file.positions.size())) return;
+        const std::uint16_t material = material_named("");
+        for (std::size_t v = 0; v < file.positions.size(); ++v)
+            add_vertex(file.positions[v], file.normals.empty() ? Vec3d(0, 0, 0) : Vec3d(file.normals[v]),
+                       material);
+        std::span<const std::uint32_t> corners = file.corners;
+        for (const std::uint32_t count : file.face_corners) {
+            add_face(corners.first(count), 0);
+            corners = corners.subspan(count);
+        }
+    }
+
+private:
+    std::vector<Vec3f> polygon_;
+};
+
+/// What assimp has read, put into a Gatherer.
+struct SceneGatherer {
+    const aiScene& scene;
+    Gatherer& gatherer;
+
+    std::uint16_t material_of(const aiMesh& part) {
+        std::string name;
+        aiString text;
+        if (part.mMaterialIndex < scene.mNumMaterials &&
+            scene.mMaterials[part.mMaterialIndex]->Get(AI_MATKEY_NAME, text) == aiReturn_SUCCESS)
+            name = text.C_Str();
+        return gatherer.material_named(name == AI_DEFAULT_MATERIAL_NAME ? "" : name);
     }
 
     void add(const aiMesh& part, const aiMatrix4x4& transform) {
-        if (!part.HasFaces() || !part.HasPositions()) return;
-        if (mesh.positions.size() + part.mNumVertices > INT32_MAX || mesh.material_names.size() > 60000) {
-            too_large = true;
-            return;
-        }
+        if (!part.HasFaces() || !part.HasPositions() || !gatherer.has_room_for(part.mNumVertices)) return;
+        Mesh& mesh = gatherer.mesh;
         const std::uint32_t first = static_cast<std::uint32_t>(mesh.positions.size());
         const std::size_t first_triangle = mesh.triangles.size();
-        const std::uint16_t material = material_index(part);
+        const std::uint16_t material = material_of(part);
         aiMatrix3x3 for_normals(transform);
         const bool mirrored = for_normals.Determinant() < 0;
         for_normals.Inverse().Transpose();
-        for (unsigned i = 0; i < part.mNumVertices; ++i) {
-            const Vec3f position = vector_from(transform * part.mVertices[i]);
-            if (!is_finite(position))
-                non_finite.insert({std::bit_cast<std::uint32_t>(position.x),
-                                   std::bit_cast<std::uint32_t>(position.y),
-                                   std::bit_cast<std::uint32_t>(position.z)});
-            else if (std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)}) >
-                     farthest_coordinate)
-                too_large = true;
-            mesh.positions.push_back(position);
-            Vec3d normal(0, 0, 0);
-            if (part.HasNormals()) normal = Vec3d(vector_from(for_normals * part.mNormals[i]));
-            const double length = normal.length();
-            mesh.normals.push_back(std::isfinite(length) && length > 0 ? Vec3f(normal / length)
-                                                                       : Vec3f(0, 0, 0));
-            mesh.vertex_materials.push_back(material);
-        }
-        std::vector<Vec3f> polygon;
-        for (unsigned i = 0; i < part.mNumFaces; ++i) add_face(part, part.mFaces[i], first, polygon);
+        for (unsigned i = 0; i < part.mNumVertices; ++i)
+            gatherer.add_vertex(
+                vector_from(transform * part.mVertices[i]),
+                part.HasNormals() ? Vec3d(vector_from(for_normals * part.mNormals[i])) : Vec3d(0, 0, 0),
+                material);
+        for (unsigned i = 0; i < part.mNumFaces; ++i)
+            gatherer.add_face({part.mFaces[i].mIndices, part.mFaces[i].mNumIndices}, first);
         if (mirrored)
             for (std::size_t t = first_triangle; t < mesh.triangles.size(); ++t)
                 std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
@@ -142,7 +176,7 @@ struct Gatherer {
     void add_nodes() {
         std::vector<std::pair<const aiNode*, aiMatrix4x4>> open;
         if (scene.mRootNode) open.emplace_back(scene.mRootNode, scene.mRootNode->mTransformation);
-        while (!open.empty() && !too_large) {
+        while (!open.empty() && !gatherer.too_large) {
             const auto [node, transform] = open.back();
             open.pop_back();
             for (unsigned i = 0; i < node->mNumMeshes; ++i)
@@ -150,44 +184,30 @@ struct Gatherer {
             for (unsigned i = node->mNumChildren; i-- > 0;)  // so that they come off in order
                 open.emplace_back(node->mChildren[i], transform * node->mChildren[i]->mTransformation);
         }
-        findings.non_finite_vertices = non_finite.size();
     }
 };
 
-/// Whether an OFF or PLY file says in its head that it has more vertices or faces than bytes. assimp
-/// would believe that, and be busy for hours.
-bool declares_more_than_it_holds(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    std::string head(4096, '\0');
-    in.read(head.data(), static_cast<std::streamsize>(head.size()));
-    head.resize(static_cast<std::size_t>(in.gcount()));
-    std::error_code failed;
-    const double bytes = static_cast<double>(std::filesystem::file_size(file, failed));
-    const auto too_many = [&](std::istringstream words) {
-        double count = 0;
-        return !failed && words >> count && count > bytes;
-    };
-
-    std::istringstream lines(head);
-    std::string line, word;
-    std::getline(lines, line);
-    if (line.starts_with("ply")) {
-        while (std::getline(lines, line) && !line.starts_with("end_header")) {
-            std::istringstream words(line);
-            if (words >> word && word == "element" && words >> word) {
-                std::string rest;
-                std::getline(words, rest);
-                if (too_many(std::istringstream(rest))) return true;
-            }
-        }
-    } else if (line.find("OFF") != std::string::npos) {
-        while (std::getline(lines, line) && (line.empty() || line[0] == '#' || line[0] == '\r')) {
-        }
-        std::istringstream words(line);
-        while (words >> word)
-            if (too_many(std::istringstream(word))) return true;
+/// All faces of a file. errors (with an empty `where`) what its reader says.
+Result<Gatherer> gathered_faces(const std::filesystem::path& file) {
+    Gatherer gatherer;
+    const std::string ending = ending_of(file);
+    if (ending == ".ply" || ending == ".off") {
+        const Result<MappedFile> mapped = mapped_file(file);
+        if (!mapped) return Error{"", mapped.error().what};
+        const Result<PolygonFile> polygons =
+            ending == ".ply" ? read_ply(mapped->bytes) : read_off(mapped->bytes);
+        if (!polygons) return polygons.error();
+        gatherer.add(*polygons);
+    } else {
+        Assimp::Importer importer;
+        importer.SetIOHandler(file_system_for(file).release());  // the importer's own from here on
+        // no post-processing: it would take indices and coordinates on trust
+        const aiScene* scene = importer.ReadFile(file.string(), 0);
+        if (!scene) return Error{"", importer.GetErrorString()};
+        SceneGatherer{*scene, gatherer}.add_nodes();
     }
-    return false;
+    gatherer.findings.non_finite_vertices = gatherer.non_finite.size();
+    return gatherer;
 }
 
 /// Triangles are the same if they join the same places, whichever way round.
@@ -370,24 +390,13 @@ Result<ImportedMesh> read_mesh(const std::filesystem::path& file, const MeshRead
     if (!std::filesystem::is_regular_file(file, ignored))
         return Error{file.string(), "there is no such file; wanted a mesh"};
     try {
-        if (declares_more_than_it_holds(file))
-            return Error{file.string(), "declares more vertices or faces than it has bytes"};
-        Assimp::Importer importer;
-        importer.SetIOHandler(file_system_for(file).release());  // the importer's own from here on
-        // no post-processing: it would take indices and coordinates on trust
-        const aiScene* scene = importer.ReadFile(file.string(), 0);
-        if (!scene)
-            return Error{file.string(),
-                         std::string("not a mesh that can be read: ") + importer.GetErrorString()};
-
-        Gatherer gatherer(*scene);
-        gatherer.add_nodes();
-        if (gatherer.too_large)
+        Result<Gatherer> gatherer = gathered_faces(file);
+        if (!gatherer) return Error{file.string(), "not a mesh that can be read: " + gatherer.error().what};
+        if (gatherer->too_large)
             return Error{file.string(),
                          "is too large: wanted coordinates within 1e6 m, fewer than 2^31 "
                          "vertices and 60000 materials"};
-        importer.FreeScene();
-        ImportedMesh imported{std::move(gatherer.mesh), gatherer.findings};
+        ImportedMesh imported{std::move(gatherer->mesh), gatherer->findings};
         leave_out_bad_triangles(imported.mesh, imported.findings);
         if (imported.mesh.triangles.empty()) {
             const std::string found = imported.findings.summary();

@@ -1,5 +1,5 @@
 #pragma once
-/// Mesh files in, through assimp.
+/// Mesh files in: PLY and OFF with readers of our own (polygon_file.h), all others through assimp.
 
 #include "fields/mesh.h"
 #include "fields/result.h"
@@ -26,7 +26,7 @@ struct MeshReaderOptions {
 /// non-finite vertices are left out and counted. Vertices are shared where position, normal and
 /// material are equal.
 ///
-/// errors  no such file, not a mesh that assimp can read (with its words), no triangle left,
+/// errors  no such file, not a mesh that can be read (with its reader's words), no triangle left,
 ///         coordinates beyond 1e6 m.
 Result<ImportedMesh> read_mesh(const std::filesystem::path& file, const MeshReaderOptions& options = {});
 
