@@ -82,6 +82,19 @@ struct ContourExtent {
     float top = INFINITY, bottom = 0, left = INFINITY, right = 0, beginning = 0;
 };
 
+/// Lists the contour edges that may cross sub-columns of a face, in sight or between them and the pole.
+/// Returns how many.
+inline std::size_t edges_of_face(const VisibleContour& contour, int face, std::uint32_t* edges) {
+    const unsigned outside = outside_left_or_right(face) | outside_below(face);
+    const std::uint32_t* outcodes = contour.outcodes.data();
+    std::size_t listed = 0;
+    for (std::uint32_t i = 0; i < contour.count; ++i) {  // no branch to guess wrong
+        edges[listed] = i;
+        listed += (outcodes[i] & outside) == 0;
+    }
+    return listed;
+}
+
 /// Copies edges to the queue: their first ends, then their second ones, then their weights.
 inline void fill_queue(const VisibleContour& contour, const std::uint32_t* edges, std::size_t count,
                        float* queue) {
@@ -100,21 +113,6 @@ inline void fill_queue(const VisibleContour& contour, const std::uint32_t* edges
 HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
-
-/// Lists the contour edges that may cross sub-columns of a face, in sight or between them and the pole.
-/// Returns how many.
-std::size_t edges_of_face(const VisibleContour& contour, int face, std::uint32_t* edges) {
-    const hn::CappedTag<std::uint32_t, 16> d;
-    const auto outside = hn::Set(d, outside_left_or_right(face) | outside_below(face));
-    std::size_t listed = 0;
-    for (std::size_t i = 0; i < contour.count; i += hn::Lanes(d)) {
-        const auto within = hn::Eq(hn::And(hn::Load(d, contour.outcodes.data() + i), outside), hn::Zero(d));
-        const auto matters = hn::And(within, hn::FirstN(d, contour.count - i));
-        hn::StoreU(hn::Compress(hn::Iota(d, static_cast<std::uint32_t>(i)), matters), d, edges + listed);
-        listed += hn::CountTrue(d, matters);
-    }
-    return listed;
-}
 
 /// Of edges that pass the poles too closely for floats, decides in exact arithmetic which run to larger u.
 HWY_INLINE VF exact_turn(hn::Mask<Floats> doubtful, const FaceVertices& p, const FaceVertices& q,
@@ -387,7 +385,7 @@ bool block_contour(const Occluder& occluder, const ViewedOccluder& viewed, const
     constexpr std::size_t widest_vector = 16;
     if (size < 8) return false;
     if (scratch.columns.data() == nullptr) fill_columns(blocked.face_size, scratch.columns);
-    scratch.of_face.reserve(contour.count + widest_vector);
+    scratch.of_face.reserve(contour.count);
     scratch.queue.reserve((2 * 4 + 1) * line_queue_length);
     scratch.lines.reserve(line_data_count * line_queue_length);
     scratch.crossings.reserve(line_queue_length * stride + widest_vector);

@@ -82,11 +82,10 @@ void list_edges(const Occluder& occluder, VisibleContour& contour) {
 
 /// Copies the contour edges' ends and weights.
 void gather_edges(const Occluder& occluder, const ViewedOccluder& viewed, VisibleContour& contour) {
-    constexpr std::size_t widest_vector = 16;
     const OccluderEdges& all = occluder.contour_edges;
     contour.ends.reserve(8 * contour.count);
     contour.weights.reserve(contour.count);
-    contour.outcodes.reserve(contour.count + widest_vector);
+    contour.outcodes.reserve(contour.count);
     const float* vertices = viewed.vertices.data();
     for (std::size_t i = 0; i < contour.count; ++i) {
         const EdgeEnds& ends = all.ends[contour.edges.data()[i]];
