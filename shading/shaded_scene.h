@@ -5,7 +5,7 @@
 #include "fields/visibility_field.h"
 #include "shading/environment.h"
 #include "shading/material.h"
-#include "shading/product_integral.h"
+#include "shading/wide_tree.h"
 
 namespace haarfield {
 

@@ -2,7 +2,6 @@
 /// The integral of lighting times any number of functions, sixteen cells at a time.
 
 #include "shading/light_pyramid.h"
-#include "shading/product_integral.h"
 #include "shading/wide_walk.h"
 
 namespace haarfield {

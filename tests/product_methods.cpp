@@ -9,6 +9,7 @@
 #include "tests/harmonics_product.h"
 #include "tests/pairwise_product.h"
 #include "tests/paper_product_integral.h"
+#include "tests/scalar_product_integral.h"
 
 namespace haarfield::baseline {
 namespace {
@@ -116,7 +117,7 @@ Method narrow_method(const TreeIntegrals& trees, int depth) {
                             [light = trees.light, depth](const std::vector<CubemapTree>& factors) {
                                 Pointers<CubemapTree> pointers;
                                 for (const CubemapTree& factor : factors) pointers.add(factor);
-                                return product_integral(light, pointers.span(), depth);
+                                return reference::scalar_product_integral(light, pointers.span(), depth);
                             });
 }
 

@@ -1,10 +1,10 @@
-#include "shading/product_integral.h"
+#include "tests/scalar_product_integral.h"
 
 #include <array>
 #include <cassert>
 #include <cstddef>
 
-namespace haarfield {
+namespace haarfield::reference {
 namespace {
 
 inline constexpr std::size_t most_factors = 64;
@@ -91,19 +91,20 @@ Value integral(const BasicQuadtree<Value>& light_tree, std::size_t count, const 
 
 }  // namespace
 
-float product_integral(std::span<const Quadtree* const> factors, int depth) {
+float scalar_product_integral(std::span<const Quadtree* const> factors, int depth) {
     assert(!factors.empty() && factors.size() <= most_factors);
     const auto others = factors.subspan(1);
     return integral(
         *factors[0], others.size(), [&](std::size_t i) -> const Quadtree& { return *others[i]; }, depth);
 }
 
-Rgb product_integral(const RgbQuadtree& light, std::span<const Quadtree* const> factors, int depth) {
+Rgb scalar_product_integral(const RgbQuadtree& light, std::span<const Quadtree* const> factors, int depth) {
     return integral(
         light, factors.size(), [&](std::size_t i) -> const Quadtree& { return *factors[i]; }, depth);
 }
 
-Rgb product_integral(const RgbCubemapTree& light, std::span<const CubemapTree* const> factors, int depth) {
+Rgb scalar_product_integral(const RgbCubemapTree& light, std::span<const CubemapTree* const> factors,
+                            int depth) {
     Rgb sum(0.0f);
     for (std::size_t face = 0; face < cubemap_faces; ++face)
         sum = sum + integral(
@@ -112,4 +113,4 @@ Rgb product_integral(const RgbCubemapTree& light, std::span<const CubemapTree* c
     return sum;
 }
 
-}  // namespace haarfield
+}  // namespace haarfield::reference

@@ -1,4 +1,4 @@
-#include "shading/product_integral.h"
+#include "tests/scalar_product_integral.h"
 
 #include <gtest/gtest.h>
 
@@ -41,12 +41,12 @@ void expect_pixel_sum(const std::vector<Quadtree>& trees, int size, int depth, S
         norms *= std::sqrt(reference::mean(square));
     }
     const Texels product = reference::product(texels);
-    EXPECT_NEAR(product_integral(pointers(trees), depth), reference::mean(product),
+    EXPECT_NEAR(reference::scalar_product_integral(pointers(trees), depth), reference::mean(product),
                 1e-6 * (scale == Scale::norms ? norms : reference::absolute_mean(product)))
         << trees.size() << " factors, size " << size << ", depth " << depth;
 }
 
-TEST(ProductIntegral, EqualsPixelSumForOneToEightFactorsAtAllDepths) {
+TEST(ScalarProductIntegral, EqualsPixelSumForOneToEightFactorsAtAllDepths) {
     for (int levels = 0; levels <= 7; ++levels)
         for (int count = 1; count <= 8; ++count)
             for (const double density : {0.3, 0.6, 1.0}) {
@@ -58,7 +58,7 @@ TEST(ProductIntegral, EqualsPixelSumForOneToEightFactorsAtAllDepths) {
             }
 }
 
-TEST(ProductIntegral, EqualsPixelSumForHalfPlanes) {
+TEST(ScalarProductIntegral, EqualsPixelSumForHalfPlanes) {
     for (const int coefficients : {0, 70})
         for (int count = 2; count <= 8; ++count)
             for (std::uint32_t seed = 0; seed < 5; ++seed)
@@ -67,11 +67,11 @@ TEST(ProductIntegral, EqualsPixelSumForHalfPlanes) {
                                      Scale::norms);
 }
 
-TEST(ProductIntegral, IsExactOnTheLargestFace) {
+TEST(ScalarProductIntegral, IsExactOnTheLargestFace) {
     expect_pixel_sum(random_trees(1, 4, 8, 0.7), 256, full_depth, Scale::product);
 }
 
-TEST(ProductIntegral, TreatsNodesAtLevelDepthAsAbsent) {
+TEST(ScalarProductIntegral, TreatsNodesAtLevelDepthAsAbsent) {
     // One wavelet a level on the upper left square: each depth adds exactly one to the square of f.
     Quadtree tree;
     tree.scaling = 1;
@@ -80,22 +80,22 @@ TEST(ProductIntegral, TreatsNodesAtLevelDepthAsAbsent) {
     const std::vector<const Quadtree*> factors{&tree, &tree};
     const double expected[] = {1, 1 + 0.25, 1 + 0.25 + 0.25 / 4, 1 + 0.25 + 0.25 / 4 + 0.25 / 16};
     for (int depth = 0; depth <= 3; ++depth)
-        EXPECT_FLOAT_EQ(product_integral(factors, depth), float(expected[depth])) << depth;
-    EXPECT_FLOAT_EQ(product_integral(factors), float(expected[3]));
+        EXPECT_FLOAT_EQ(reference::scalar_product_integral(factors, depth), float(expected[depth])) << depth;
+    EXPECT_FLOAT_EQ(reference::scalar_product_integral(factors), float(expected[3]));
 }
 
-TEST(ProductIntegral, OfOneFactorIsItsMean) {
+TEST(ScalarProductIntegral, OfOneFactorIsItsMean) {
     const auto trees = random_trees(7, 1, 5, 0.5);
-    EXPECT_EQ(product_integral(pointers(trees)), trees[0].scaling);
+    EXPECT_EQ(reference::scalar_product_integral(pointers(trees)), trees[0].scaling);
 }
 
-TEST(ProductIntegral, VanishesWithAnyFactorThatIsZero) {
+TEST(ScalarProductIntegral, VanishesWithAnyFactorThatIsZero) {
     auto trees = random_trees(8, 5, 5, 0.5);
     trees[3] = Quadtree{};
-    EXPECT_EQ(product_integral(pointers(trees)), 0.0f);
+    EXPECT_EQ(reference::scalar_product_integral(pointers(trees)), 0.0f);
 }
 
-TEST(ProductIntegral, TakesSixtyFourFactors) {
+TEST(ScalarProductIntegral, TakesSixtyFourFactors) {
     std::vector<Quadtree> trees;
     for (std::uint32_t i = 0; i < 64; ++i) {
         std::vector<float> texels = reference::noise_texels(i, 64);
@@ -105,16 +105,16 @@ TEST(ProductIntegral, TakesSixtyFourFactors) {
     std::vector<Texels> texels;
     for (const Quadtree& tree : trees) texels.push_back(reference::texels_of(tree, 8));
     const double expected = reference::mean(reference::product(texels));
-    EXPECT_NEAR(product_integral(pointers(trees)), expected, 5e-6 * expected);
+    EXPECT_NEAR(reference::scalar_product_integral(pointers(trees)), expected, 5e-6 * expected);
 }
 
-TEST(ProductIntegral, OfLightEqualsPixelSumPerChannelInOneWalk) {
+TEST(ScalarProductIntegral, OfLightEqualsPixelSumPerChannelInOneWalk) {
     for (int levels = 0; levels <= 6; ++levels)
         for (int count = 0; count <= 6; ++count)
             for (const int depth : {0, 1, 3, full_depth}) {
                 const RgbQuadtree light = reference::random_rgb_quadtree(std::uint32_t(levels), levels, 0.6);
                 const auto trees = random_trees(std::uint32_t(50 + count), count, levels, 0.5);
-                const Rgb result = product_integral(light, pointers(trees), depth);
+                const Rgb result = reference::scalar_product_integral(light, pointers(trees), depth);
                 for (int channel = 0; channel < 3; ++channel) {
                     std::vector<Texels> texels{reference::texels_of(light, channel, 1 << levels, depth)};
                     for (const Quadtree& tree : trees)
@@ -128,7 +128,7 @@ TEST(ProductIntegral, OfLightEqualsPixelSumPerChannelInOneWalk) {
             }
 }
 
-TEST(ProductIntegral, OverTheCubemapIsTheSumOverItsFaces) {
+TEST(ScalarProductIntegral, OverTheCubemapIsTheSumOverItsFaces) {
     RgbCubemapTree light;
     CubemapTree visibility, lobe;
     Vec3d expected(0, 0, 0);
@@ -144,17 +144,18 @@ TEST(ProductIntegral, OverTheCubemapIsTheSumOverItsFaces) {
         }
     }
     const CubemapTree* const factors[] = {&visibility, &lobe};
-    const Rgb result = product_integral(light, factors);
+    const Rgb result = reference::scalar_product_integral(light, factors);
     for (int channel = 0; channel < 3; ++channel)
         EXPECT_NEAR(result[channel], expected[channel], 1e-5) << channel;
 }
 
-TEST(ProductIntegral, EqualsThePapersAlgorithmCorrected) {
+TEST(ScalarProductIntegral, EqualsThePapersAlgorithmCorrected) {
     for (int count = 2; count <= 8; ++count)
         for (std::uint32_t seed = 0; seed < 10; ++seed) {
             const auto trees = random_trees(seed, count, 5, 0.6);
             const double table = reference::paper_product_integral(pointers(trees));
-            EXPECT_NEAR(product_integral(pointers(trees)), table, 2e-6 * std::max(1.0, std::abs(table)))
+            EXPECT_NEAR(reference::scalar_product_integral(pointers(trees)), table,
+                        2e-6 * std::max(1.0, std::abs(table)))
                 << count << " factors, seed " << seed;
             if (count > 6) continue;
             const double recursion =
@@ -163,7 +164,7 @@ TEST(ProductIntegral, EqualsThePapersAlgorithmCorrected) {
         }
 }
 
-TEST(ProductIntegral, OfThePaperToTheLetterForgetsTreesThatEndedAbove) {
+TEST(ScalarProductIntegral, OfThePaperToTheLetterForgetsTreesThatEndedAbove) {
     // f ends on the root; g and h go on for two levels, where f's mean of a quadrant has to stay a factor.
     Quadtree f{2.0f, {{{0.5f, 0, 0}, 0}}};
     Quadtree g{1.0f, {{{0, 0, 0}, 1 << 4 | 1}, {{0, 0, 0}, 2 << 4 | 1}, {{1.0f, 0, 0}, 0}}};
@@ -171,18 +172,19 @@ TEST(ProductIntegral, OfThePaperToTheLetterForgetsTreesThatEndedAbove) {
     const double corrected = reference::paper_product_integral(factors);
     const double printed =
         reference::paper_product_integral(factors, {PaperFold::table, PaperCumulation::as_printed});
-    EXPECT_NEAR(product_integral(factors), 2 + 2.5 / 16, 1e-6);
+    EXPECT_NEAR(reference::scalar_product_integral(factors), 2 + 2.5 / 16, 1e-6);
     EXPECT_NEAR(corrected, 2 + 2.5 / 16, 1e-12);
     EXPECT_NEAR(printed, 2 + 1.0 / 16, 1e-12);
 }
 
-TEST(ProductIntegral, EqualsTheSumOverCoefficientsOnSmallTrees) {
+TEST(ScalarProductIntegral, EqualsTheSumOverCoefficientsOnSmallTrees) {
     for (std::uint32_t seed = 0; seed < 8; ++seed)
         for (int count = 2; count <= 4; ++count) {
             const int levels = count == 4 ? 2 : 3;
             const auto trees = random_trees(seed, count, levels, 0.7);
             const double sum = baseline::general_basis_integral(pointers(trees), levels);
-            EXPECT_NEAR(product_integral(pointers(trees)), sum, 1e-6 * std::max(1.0, std::abs(sum)))
+            EXPECT_NEAR(reference::scalar_product_integral(pointers(trees)), sum,
+                        1e-6 * std::max(1.0, std::abs(sum)))
                 << count << " factors, seed " << seed;
         }
 }

@@ -1,9 +1,10 @@
 #pragma once
-/// The integral of a product of any number of functions, without leaving the wavelet domain.
+/// The integral of a product of any number of quadtrees, one square at a time: what the wide walk of
+/// shading/wide_product.h has to agree with, and is measured against.
 
 #include "shading/wide_tree.h"
 
-namespace haarfield {
+namespace haarfield::reference {
 
 /// I = int f_1 f_2 ... f_k dA over the unit square of one face.
 ///
@@ -15,14 +16,14 @@ namespace haarfield {
 /// source    Sun and Mukherjee 2006, section 5.1. The truncated functions are piecewise constant, so
 ///           where at most one factor varies on a square the mean of the product is the product of the
 ///           means; and where a factor is constantly zero, nothing below contributes.
-float product_integral(std::span<const Quadtree* const> factors, int depth = full_depth);
+float scalar_product_integral(std::span<const Quadtree* const> factors, int depth = full_depth);
 
 /// The same with light among the factors: I = int light f_1 ... f_k dA per channel, in one walk. k >= 0.
-Rgb product_integral(const RgbQuadtree& light, std::span<const Quadtree* const> factors,
-                     int depth = full_depth);
+Rgb scalar_product_integral(const RgbQuadtree& light, std::span<const Quadtree* const> factors,
+                            int depth = full_depth);
 
 /// Over the sphere: the sum over the six faces of the lighting (which holds the solid angle) and factors.
-Rgb product_integral(const RgbCubemapTree& light, std::span<const CubemapTree* const> factors,
-                     int depth = full_depth);
+Rgb scalar_product_integral(const RgbCubemapTree& light, std::span<const CubemapTree* const> factors,
+                            int depth = full_depth);
 
-}  // namespace haarfield
+}  // namespace haarfield::reference
