@@ -14,6 +14,7 @@
 #include <assimp/Importer.hpp>
 #include <bit>
 #include <cctype>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -187,6 +188,20 @@ struct SceneGatherer {
     }
 };
 
+/// Whether the pieces of a GLB file are as long as they say: assimp makes room for them before it looks.
+bool has_whole_chunks(std::string_view glb) {
+    constexpr std::size_t file_head = 12, chunk_head = 8;
+    std::size_t at = file_head;
+    while (at + chunk_head <= glb.size()) {
+        std::uint32_t length = 0;
+        std::memcpy(&length, glb.data() + at, sizeof length);
+        at += chunk_head;
+        if (length > glb.size() - at) return false;
+        at += length;
+    }
+    return true;
+}
+
 /// All faces of a file. errors (with an empty `where`) what its reader says.
 Result<Gatherer> gathered_faces(const std::filesystem::path& file) {
     Gatherer gatherer;
@@ -199,6 +214,11 @@ Result<Gatherer> gathered_faces(const std::filesystem::path& file) {
         if (!polygons) return polygons.error();
         gatherer.add(*polygons);
     } else {
+        if (ending == ".glb") {
+            const Result<MappedFile> mapped = mapped_file(file);
+            if (!mapped) return Error{"", mapped.error().what};
+            if (!has_whole_chunks(mapped->bytes)) return Error{"", "a chunk is longer than the file"};
+        }
         Assimp::Importer importer;
         importer.SetIOHandler(file_system_for(file).release());  // the importer's own from here on
         // no post-processing: it would take indices and coordinates on trust

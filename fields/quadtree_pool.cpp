@@ -2,6 +2,8 @@
 
 #include <Imath/half.h>
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
 #include <xxhash.h>
 
 #include <algorithm>
@@ -182,6 +184,19 @@ Quadtree unpacked_face(const QuadtreePool& pool, std::uint32_t face) {
 
 namespace {
 
+/// What a node's first byte says, looked up: fields of millions of nodes are checked whenever they are read.
+struct NodeHead {
+    std::uint8_t children = 0, bytes = 0;  ///< bytes: of the node; 0 if the byte is of no kind.
+};
+
+constexpr std::array<NodeHead, 256> node_heads = [] {
+    std::array<NodeHead, 256> heads{};
+    for (unsigned byte = 0; byte < wavelet_bit << 3; ++byte)
+        heads[byte] = {static_cast<std::uint8_t>(std::popcount(byte & children_mask)),
+                       static_cast<std::uint8_t>(1 + std::popcount(byte / wavelet_bit))};
+    return heads;
+}();
+
 /// Reads the nodes of a face level by level: whether all are reached, within `levels` levels and the bytes.
 bool is_whole_tree(std::span<const std::uint8_t> bytes, std::size_t nodes, int levels) {
     std::size_t at = 0, begin = 0, end = 1;  // byte; nodes of the level
@@ -189,13 +204,28 @@ bool is_whole_tree(std::span<const std::uint8_t> bytes, std::size_t nodes, int l
         if (level == levels || end > nodes || begin == end) return false;
         std::size_t children = 0;
         for (; begin < end; ++begin) {
-            if (at >= bytes.size() || bytes[at] >= wavelet_bit << 3) return false;
-            children += quadrant_count(bytes[at] & children_mask);
-            at += 1 + quadrant_count(bytes[at] / wavelet_bit);
+            if (at >= bytes.size()) return false;
+            const NodeHead head = node_heads[bytes[at]];
+            if (head.bytes == 0) return false;
+            children += head.children;
+            at += head.bytes;
         }
         end += children;
     }
     return end == nodes && at <= bytes.size();
+}
+
+std::string face_defect(const QuadtreePool& pool, std::size_t f, int levels) {
+    const PackedFace& face = pool.faces[f];
+    if (!is_finite_half(face.scaling)) return fmt::format("the mean of face {} is not finite", f);
+    if (face.first_byte > pool.node_bytes.size())
+        return fmt::format("face {} begins at byte {}; the pool has {}", f, face.first_byte,
+                           pool.node_bytes.size());
+    if (face.node_count > 0 &&
+        !is_whole_tree(std::span(pool.node_bytes.begin() + face.first_byte, pool.node_bytes.end()),
+                       face.node_count, levels))
+        return fmt::format("the nodes of face {} are no tree of {} levels", f, levels);
+    return {};
 }
 
 }  // namespace
@@ -204,17 +234,16 @@ std::string pool_defect(const QuadtreePool& pool) {
     if (!is_face_size(pool.face_size))
         return fmt::format("face size is {}; wanted a power of two up to 256", pool.face_size);
     const int levels = std::countr_zero(unsigned(pool.face_size));
-    for (std::size_t f = 0; f < pool.faces.size(); ++f) {
-        const PackedFace& face = pool.faces[f];
-        if (!is_finite_half(face.scaling)) return fmt::format("the mean of face {} is not finite", f);
-        if (face.first_byte > pool.node_bytes.size())
-            return fmt::format("face {} begins at byte {}; the pool has {}", f, face.first_byte,
-                               pool.node_bytes.size());
-        if (face.node_count > 0 &&
-            !is_whole_tree(std::span(pool.node_bytes.begin() + face.first_byte, pool.node_bytes.end()),
-                           face.node_count, levels))
-            return fmt::format("the nodes of face {} are no tree of {} levels", f, levels);
-    }
+    // The first one, whichever thread finds it.
+    const std::size_t first = tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, pool.faces.size(), 1024), pool.faces.size(),
+        [&](const auto& range, std::size_t found) {
+            for (std::size_t f = range.begin(); f < std::min(range.end(), found); ++f)
+                if (!face_defect(pool, f, levels).empty()) return f;
+            return found;
+        },
+        [](std::size_t a, std::size_t b) { return std::min(a, b); });
+    if (first < pool.faces.size()) return face_defect(pool, first, levels);
     for (std::size_t c = 0; c < pool.cubemaps.size(); ++c)
         for (const std::uint32_t face : pool.cubemaps[c])
             if (face >= pool.faces.size())

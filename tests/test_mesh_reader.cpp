@@ -237,6 +237,7 @@ TEST(MeshReader, RefusesWhatIsNoMesh) {
              {"index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n"},
              {"many.off", "OFF\n353535235358 6 0\n0 0 0\n"},
              {"many.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n"},
+             {"long.glb", std::string("glTF\2\0\0\0\x18\0\0\0\xff\xff\xff\xffJSON{}  ", 24)},
              {"words.xyzzy", "hello"}}) {
         const TextFile file(name, text);
         EXPECT_FALSE(read_mesh(file.path)) << name;
