@@ -1,25 +1,21 @@
 #include "bridge/povray_process.h"
 
+#include "bridge/child_process.h"
 #include "bridge/povray_scene.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
-#include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-
-extern char** environ;
+#include <cstring>
 
 namespace haarfield {
 namespace {
 
-constexpr int poll_milliseconds = 20;
 constexpr std::size_t longest_log = std::size_t{1} << 20;  // bytes; a scene may print without end
 
 /// A folder of its own beside the picture: POV-Ray leaves its state there when it is stopped.
@@ -40,67 +36,6 @@ public:
 
 private:
     std::filesystem::path path_;
-};
-
-/// A running child whose stderr we read. Ended, if need be, and waited for when it goes out of scope.
-class Child {
-public:
-    Child() = default;
-    ~Child() {
-        if (log_ >= 0) ::close(log_);
-        if (id_ > 0) {
-            ::kill(id_, SIGKILL);
-            wait();
-        }
-    }
-    Child(const Child&) = delete;
-    Child& operator=(const Child&) = delete;
-
-    /// Returns an error number, or 0.
-    int start(const std::string& program, const std::vector<std::string>& arguments,
-              const std::filesystem::path& folder) {
-        int ends[2];
-        if (::pipe2(ends, O_CLOEXEC) != 0) return errno;
-        posix_spawn_file_actions_t actions;
-        posix_spawn_file_actions_init(&actions);
-        posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-        posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-        posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
-        // Includes are looked up in the working directory first: it has to be the scene's.
-        posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-        std::vector<char*> argv{const_cast<char*>(program.c_str())};
-        for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-        argv.push_back(nullptr);
-        const int failure = posix_spawnp(&id_, program.c_str(), &actions, nullptr, argv.data(), environ);
-        posix_spawn_file_actions_destroy(&actions);
-        ::close(ends[1]);
-        log_ = ends[0];
-        if (failure != 0) id_ = -1;
-        return failure;
-    }
-
-    /// Reads what there is, waiting a moment for it; false at the end of the log.
-    bool read_some(std::string& text) const {
-        pollfd ready{log_, POLLIN, 0};
-        if (::poll(&ready, 1, poll_milliseconds) <= 0) return true;
-        char buffer[4096];
-        const ssize_t count = ::read(log_, buffer, sizeof buffer);
-        if (count > 0) text.append(buffer, static_cast<std::size_t>(count));
-        return count > 0 || (count < 0 && errno == EINTR);
-    }
-
-    /// The child's wait status; -1 if there is none.
-    int wait() {
-        int status = -1;
-        while (::waitpid(id_, &status, 0) < 0 && errno == EINTR) {
-        }
-        id_ = -1;
-        return status;
-    }
-
-private:
-    pid_t id_ = -1;
-    int log_ = -1;
 };
 
 std::vector<std::string> lines_of(const std::string& log) {
@@ -223,7 +158,7 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
     const std::string scene_name = whole_scene.filename().string();
     run.command_line =
         as_typed(options.program, arguments_of(scene_name, whole_exr.filename().string(), options));
-    Child child;
+    ChildProcess child;  // includes are looked up in its working directory first: it has to be the scene's
     const int failure = child.start(options.program, arguments_of(scene_name, picture.string(), options),
                                     whole_scene.parent_path());
     if (failure != 0)

@@ -1,5 +1,6 @@
 #include "bridge/povray_scene.h"
 
+#include "bridge/camera_frame.h"
 #include "bridge/image.h"
 
 #include <fmt/format.h>
@@ -81,11 +82,7 @@ Result<std::string> povray_camera(const Camera& camera, double scale) {
     const Vec3d to_target = Vec3d(camera.target) - Vec3d(camera.position);
     if (!(to_target.length() > 0)) return Error{where, "the target is at the position"};
 
-    const Vec3d forward = to_target.normalized();
-    Vec3d right = forward.cross(Vec3d(0, 1, 0));
-    if (right.length() < 1e-6) right = Vec3d(1, 0, 0);  // straight up or down: +x stays on the right
-    right.normalize();
-    const Vec3d up = right.cross(forward);
+    auto [forward, right, up] = camera_frame(camera);
     const Vec3d direction = forward * (0.5 / std::tan(0.5 * static_cast<double>(camera.vertical_fov)));
     right *= static_cast<double>(camera.width) / camera.height;
     const Vec3d location = Vec3d(camera.position) * scale;

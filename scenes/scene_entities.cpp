@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "fields/mesh_reader.h"
+#include "fields/rotation.h"
 
 namespace haarfield {
 namespace {
@@ -16,22 +17,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-/// v turned about x, then y, then z. [rad]
-Vec3f rotated(const Vec3f& v, const Vec3f& angles) {
-    Vec3d r(v);
-    const Vec3d c(std::cos(double(angles.x)), std::cos(double(angles.y)), std::cos(double(angles.z)));
-    const Vec3d s(std::sin(double(angles.x)), std::sin(double(angles.y)), std::sin(double(angles.z)));
-    r = {r.x, c.x * r.y - s.x * r.z, s.x * r.y + c.x * r.z};
-    r = {c.y * r.x + s.y * r.z, r.y, c.y * r.z - s.y * r.x};
-    r = {c.z * r.x - s.z * r.y, s.z * r.x + c.z * r.y, r.z};
-    return Vec3f(r);
-}
-
-void rotate_mesh(Mesh& mesh, const Vec3f& angles) {
-    for (Vec3f& position : mesh.positions) position = rotated(position, angles);
-    for (Vec3f& normal : mesh.normals) normal = rotated(normal, angles).normalized();
 }
 
 /// The entity's name, with its rotation in whole hundredths of a degree where there is one; fit for a file.
@@ -49,6 +34,15 @@ std::vector<Material> mesh_materials(const Scene& scene, const Entity& entity, c
             scene.materials.at(mapped != entity.materials.end() ? mapped->second : entity.material));
     }
     return materials;
+}
+
+Result<PreparedMesh> prepared_mesh(const Entity& entity, const Progress& progress) {
+    Result<ImportedMesh> imported = read_mesh(entity.mesh);
+    if (!imported) return imported.error();
+    Result<PreparedMesh> prepared =
+        prepare_mesh(std::move(*imported), {entity.fine_vertices, entity.coarse_triangles}, progress);
+    if (!prepared) return Error{entity.mesh.string(), prepared.error().message()};
+    return prepared;
 }
 
 /// Reads the field if the file is there, may be used, and has the key.
@@ -113,23 +107,22 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         auto entity = std::make_unique<SceneEntity>();
         entity->name = posed_name(description.name, rotate);
         entity->entity = instance.entity;
+        entity->rotate = rotate;
         if (progress.report) progress.report("mesh of " + entity->name, 0, 1);
         const Clock::time_point mesh_start = Clock::now();
-        Result<ImportedMesh> imported = read_mesh(description.mesh);
-        if (!imported) return imported.error();
-        rotate_mesh(imported->mesh, rotate);
-        Result<PreparedMesh> prepared = prepare_mesh(
-            std::move(*imported), {description.fine_vertices, description.coarse_triangles}, progress);
-        if (!prepared) return Error{description.mesh.string(), prepared.error().message()};
-        entity->mesh = std::move(*prepared);
+        auto& unturned = result.unturned[instance.entity];
+        if (!unturned) {
+            Result<PreparedMesh> prepared = prepared_mesh(description, progress);
+            if (!prepared) return prepared.error();
+            unturned = std::make_shared<PreparedMesh>(std::move(*prepared));
+            if (const std::string findings = unturned->findings.summary(); !findings.empty())
+                result.warnings.push_back(fmt::format("{}: {}", description.mesh.string(), findings));
+        }
+        entity->mesh = turned_mesh(*unturned, rotate);
         entity->occlusion.emplace(entity->mesh);
         entity->materials = mesh_materials(scene, description, entity->mesh.fine);
         entity->mesh_seconds = seconds_since(mesh_start);
         if (progress.report) progress.report("mesh of " + entity->name, 1, 1);
-        if (const std::string findings = entity->mesh.findings.summary();
-            !findings.empty() && rotate == Vec3f(0.0f))
-            result.warnings.push_back(fmt::format("{}: {}", description.mesh.string(), findings));
-
         if (options.fields) {
             const Clock::time_point field_start = Clock::now();
             entity->field_file = options.fields_folder / (entity->name + ".vdb");

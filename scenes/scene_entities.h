@@ -9,6 +9,7 @@
 #include "shading/renderer.h"
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -18,6 +19,7 @@ namespace haarfield {
 struct SceneEntity {
     std::string name;        ///< The entity's, with the rotation in degrees if there is one: `chair-r0-90-0`.
     std::size_t entity = 0;  ///< Index in Scene::entities.
+    Vec3f rotate{0, 0, 0};   ///< As its instances'. [rad]
     PreparedMesh mesh;       ///< Rotated.
     std::optional<EntityOcclusion> occlusion;  ///< Of the mesh; always there once prepared.
     VisibilityField field;
@@ -31,6 +33,8 @@ struct SceneEntity {
 struct SceneEntities {
     std::vector<std::unique_ptr<SceneEntity>> entities;
     std::vector<std::size_t> entity_of_instance;  ///< Index in `entities`, by Scene::instances.
+    /// Before rotation, by Scene::entities: all orientations share one preparation.
+    std::map<std::size_t, std::shared_ptr<const PreparedMesh>> unturned;
     std::vector<std::string> warnings;
 };
 

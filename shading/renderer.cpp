@@ -7,9 +7,6 @@
 #include "shading/vertex_shading.h"
 
 namespace haarfield {
-namespace {
-
-/// material.h has both conventions.
 VertexBrdf vertex_brdf(const Material& material, const VertexView& view) {
     const float over_pi = static_cast<float>(1 / pi);
     VertexBrdf brdf;
@@ -22,8 +19,6 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view) {
         material.specular * (brdf.cosine_weighted ? (material.shininess + 2) * 0.5f * over_pi : over_pi);
     return brdf;
 }
-
-}  // namespace
 
 Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
                                                       const ShadingGeometry& geometry,

@@ -5,8 +5,12 @@
 #include "fields/result.h"
 #include "shading/light_pyramid.h"
 #include "shading/shading_geometry.h"
+#include "shading/vertex_shading.h"
 
 namespace haarfield {
+
+/// A material, seen from the eye; material.h has both conventions.
+VertexBrdf vertex_brdf(const Material& material, const VertexView& view);
 
 /// Outgoing radiance towards the eye, by instance and vertex of its fine mesh. [W/(m^2 sr)]
 ///

@@ -41,6 +41,15 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
     return geometry;
 }
 
+FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& instance,
+                         const VertexView& view) {
+    const Vec3f point = (view.point - instance.translate) / instance.scale;
+    const float height = (view.position.y - instance.translate.y) / instance.scale - field.planar.centre.y;
+    if (std::abs(height) <= on_ground * field.bounds.radius())
+        return {true, field.planar.interpolation(point)};
+    return {false, field.spherical.interpolation(point)};
+}
+
 bool VertexVisibility::look(std::size_t instance_index, std::uint32_t vertex, const VertexView& view) {
     trees_.clear();
     parts_.clear();
@@ -68,10 +77,7 @@ bool VertexVisibility::look(std::size_t instance_index, std::uint32_t vertex, co
             add_cones(prepared.polygons, point, cones_);
             continue;
         }
-        const float height = (view.position.y - other.translate.y) / other.scale - field.planar.centre.y;
-        const bool planar = std::abs(height) <= on_ground * field.bounds.radius();
-        const Interpolation samples =
-            planar ? field.planar.interpolation(point) : field.spherical.interpolation(point);
+        const auto [planar, samples] = field_lookup(field, other, view);
         if (samples.count == 0) continue;
         trees_.emplace_back().constant = samples.open;
         for (std::size_t k = 0; k < std::size_t(samples.count); ++k)

@@ -32,6 +32,14 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
 /// By instance: beyond this sphere the samplers of its field say that it hides nothing.
 std::vector<Sphere> spheres_of_influence(const ShadedScene& scene);
 
+/// Where a vertex looks up what it sees past an instance: samples of the instance's field.
+struct FieldLookup {
+    bool planar;  ///< Whose samples they are: the planar sampler's, for vertices on the instance's ground.
+    Interpolation samples;
+};
+FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& instance,
+                         const VertexView& view);
+
 /// What a vertex sees past its own and all other instances.
 ///
 /// Occluders of few triangles are seen exactly within the outer radius of their samplers, others and from

@@ -8,7 +8,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "shading/wide_walk-inl.h"
+#include "shading/wavelet_blocks-inl.h"
 
 #ifndef HAARFIELD_VERTEX_SHADING_ONCE
 #define HAARFIELD_VERTEX_SHADING_ONCE
@@ -340,6 +340,24 @@ Rgb radiance(const LightPyramid& light, const DirectionPyramid& directions, cons
     return walked(terms, visibilities, levels, 0, memory).total();
 }
 
+void transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+              const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+              WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
+    const Depth levels(depth, light.numbers().levels());
+    const VertexTerms terms(light, directions, brdf, near, levels.levels - 1);
+    product.clear();
+    BlockWriter<3> writer{light.numbers(), product};
+    for (std::size_t face = 0; face < cubemap_faces; ++face) {
+        const FaceShading shading(terms, face, memory.sides);
+        if (shading.is_dark()) continue;
+        const FaceFactors factors = list_factors(visibilities, face, memory.varying[0]);
+        if (factors.constant == 0) continue;
+        Walk<std::uint8_t, FaceShading, BlockWriter<3>> walk(shading, writer, memory, levels);
+        walk.visit(0, face, 0, factors.constant);
+    }
+    transform_blocks(product);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace haarfield
 HWY_AFTER_NAMESPACE();
@@ -348,6 +366,7 @@ HWY_AFTER_NAMESPACE();
 namespace haarfield {
 
 HWY_EXPORT(radiance);
+HWY_EXPORT(transfer);
 
 Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
                     const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
@@ -355,6 +374,13 @@ Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& direction
     memory.reserve(visibilities);
     return HWY_DYNAMIC_DISPATCH(radiance)(light, directions, brdf, near, visibilities, depth, memory,
                                           tolerance);
+}
+
+void vertex_transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                     const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                     int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
+    memory.reserve(visibilities);
+    HWY_DYNAMIC_DISPATCH(transfer)(light, directions, brdf, near, visibilities, depth, memory, product);
 }
 
 }  // namespace haarfield

@@ -4,7 +4,7 @@
 #include "shading/direction_pyramid.h"
 #include "shading/light_pyramid.h"
 #include "shading/near_occluders.h"
-#include "shading/wide_walk.h"
+#include "shading/wide_product.h"
 
 namespace haarfield {
 
@@ -42,5 +42,12 @@ struct VertexBrdf {
 Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
                     const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
                     int depth, WalkMemory<std::uint8_t>& memory, float tolerance = 0);
+
+/// The function whose integral vertex_radiance is: lighting times BRDF times visibilities, per channel, as a
+/// function product (wide_product.h). `product` is overwritten, its memory reused; faces that are dark have no
+/// block.
+void vertex_transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                     const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                     int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product);
 
 }  // namespace haarfield

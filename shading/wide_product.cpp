@@ -5,7 +5,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "shading/wide_walk-inl.h"
+#include "shading/wavelet_blocks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace haarfield {
@@ -50,30 +50,6 @@ struct Integral {
     }
 };
 
-template <int channels>
-struct BlockWriter {
-    static constexpr unsigned needed = 1;
-    static constexpr bool may_prune = false;
-    static constexpr float cell_share = 1;
-
-    BlockNumbers numbers;
-    std::vector<WaveletBlock<channels>>& blocks;
-    std::array<std::size_t, 4> place{};  ///< Of the block at hand and those above, by level.
-
-    HWY_INLINE void visit(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
-                          const HeadCells<channels>& head) {
-        const std::size_t here = place[std::size_t(level)] = blocks.size();
-        const std::size_t parent = level == 0 ? here : place[std::size_t(level) - 1];
-        WaveletBlock<channels>& added = blocks.emplace_back();
-        added.block = static_cast<std::uint32_t>(numbers(level, face, block));
-        added.parent = static_cast<std::uint32_t>(parent);
-        added.cell = static_cast<std::uint32_t>(block % wide_cells);
-        const Cells share = only(done, product);
-        for (std::size_t c = 0; c < channels; ++c)
-            store_cells(share * head.value[c], added.amplitude[c].data());
-    }
-};
-
 Rgb integral(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
              WalkMemory<float>& memory) {
     const Depth levels(depth, light.numbers().levels());
@@ -91,22 +67,6 @@ Rgb integral(const LightPyramid& light, std::span<const WeightedTrees<float>> fa
             constant_faces += light.mean(face) * on_face.mean;
     }
     return constant_faces + Rgb(sum_of(sum.sum[0]), sum_of(sum.sum[1]), sum_of(sum.sum[2]));
-}
-
-/// The Haar transform of a block's cells, into the slots of WaveletBlock. Returns their mean.
-float transform_cells(std::array<float, wide_cells>& cell) {
-    const auto transform = [&](std::size_t first, std::size_t step) {
-        float &a = cell[first], &b = cell[first + step], &c = cell[first + 2 * step],
-              &d = cell[first + 3 * step];
-        const float upper = a + b, lower = c + d, upper_slope = a - b, lower_slope = c - d;
-        a = (upper + lower) * 0.25f;
-        b = (upper_slope + lower_slope) * 0.25f;
-        c = (upper - lower) * 0.25f;
-        d = (upper_slope - lower_slope) * 0.25f;
-    };
-    for (std::size_t quadrant = 0; quadrant < wide_cells; quadrant += 4) transform(quadrant, 1);
-    transform(0, 4);
-    return cell[0];
 }
 
 template <int channels, class Head>
@@ -131,11 +91,7 @@ void write_product(const Head& head, const BlockNumbers& numbers,
         for (int c = 0; c < channels; ++c)
             root.amplitude[std::size_t(c)].fill(on_face.mean * head.mean(face, c));
     }
-    for (std::size_t i = blocks.size(); i-- > 0;)
-        for (std::size_t c = 0; c < channels; ++c) {
-            const float mean = transform_cells(blocks[i].amplitude[c]);
-            if (blocks[i].parent != i) blocks[blocks[i].parent].amplitude[c][blocks[i].cell] = mean;
-        }
+    transform_blocks(blocks);
 }
 
 void product_with_light(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,

@@ -22,7 +22,7 @@ extern char** environ;
 
 namespace {
 
-constexpr const char* all_commands[] = {"precompute", "bake", "reference", "compare", "info", "verify"};
+constexpr const char* all_commands[] = {"precompute", "bake", "reference", "compare", "relight", "info", "verify"};
 
 std::string text_of(const std::filesystem::path& file) {
     std::ostringstream text;

@@ -1,0 +1,51 @@
+#include "bridge/movie.h"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "bridge/child_process.h"
+
+namespace haarfield {
+
+Result<Done> write_movie(const std::filesystem::path& pictures, const std::filesystem::path& movie,
+                         int frames_per_second, const Progress& progress, const std::string& program) {
+    std::error_code ignored;
+    // Of the same ending, which tells ffmpeg the container.
+    const std::filesystem::path temporary = movie.parent_path() / fmt::format(".{}", movie.filename().string());
+    const std::vector<std::string> arguments{"-nostdin", "-y", "-loglevel", "error", "-framerate",
+                                             std::to_string(frames_per_second), "-i",
+                                             std::filesystem::absolute(pictures).string(),
+                                             // yuv420p wants even sizes.
+                                             "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p",
+                                             std::filesystem::absolute(temporary).string()};
+    ChildProcess child;
+    const int failure = child.start(program, arguments, std::filesystem::current_path(ignored));
+    if (failure == ENOENT)
+        return Error{movie.string(),
+                     fmt::format("there is no {} to make a movie with: install it, or leave out "
+                                 "--movie; the frames are in {}",
+                                 program, pictures.parent_path().string())};
+    if (failure != 0) return Error{program, std::strerror(failure)};
+    std::string log;
+    bool is_interrupted = false;
+    while (!is_interrupted && child.read_some(log)) is_interrupted = progress.stop.stop_requested();
+    if (is_interrupted) {
+        std::filesystem::remove(temporary, ignored);
+        return Error{"", interrupted};
+    }
+    const int status = child.wait();
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+        std::filesystem::remove(temporary, ignored);
+        while (!log.empty() && log.back() == '\n') log.pop_back();
+        return Error{movie.string(), fmt::format("{} failed: {}", program, log)};
+    }
+    std::error_code trouble;
+    std::filesystem::rename(temporary, movie, trouble);
+    if (trouble) return Error{movie.string(), trouble.message()};
+    return Done{};
+}
+
+}  // namespace haarfield

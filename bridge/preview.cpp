@@ -1,0 +1,237 @@
+#include "bridge/preview.h"
+
+#include <embree3/rtcore.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "bridge/camera_frame.h"
+
+namespace haarfield {
+namespace {
+
+using OwnedScene = std::unique_ptr<RTCSceneTy, decltype(&rtcReleaseScene)>;
+
+constexpr unsigned packet = 16;  ///< Rays that are traced together.
+
+/// Places of a pixel's further rays, in units of the pixel: eight rooks.
+constexpr std::array<std::array<float, 2>, 8> places{
+    {{5, 0}, {0, 1}, {3, 2}, {6, 3}, {1, 4}, {4, 5}, {7, 6}, {2, 7}}};
+
+/// Pixels differ if their colours do by more than this, sRGB-encoded.
+constexpr float contrast = 0.04f;
+
+/// What a ray has found.
+struct Sample {
+    Rgb radiance{0, 0, 0};
+    unsigned object = RTC_INVALID_GEOMETRY_ID;
+};
+
+/// Pixel coordinates, from the upper left corner of the picture.
+struct PixelPlace {
+    float x, y;
+};
+
+bool differs(const Sample& a, const Sample& b) {
+    if (a.object != b.object) return true;
+    if (a.object == RTC_INVALID_GEOMETRY_ID) return false;  // the background is smooth enough
+    for (int c = 0; c < 3; ++c) {
+        // The encoding's slope is at most 13; what differs less, linearly, need not be encoded.
+        const float difference = std::abs(a.radiance[c] - b.radiance[c]);
+        if (difference > contrast / 13 &&
+            std::abs(srgb_encoded(a.radiance[c]) - srgb_encoded(b.radiance[c])) > contrast)
+            return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+struct Preview::Rays {
+    std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device{rtcNewDevice(nullptr),
+                                                                     &rtcReleaseDevice};
+    std::map<const Mesh*, OwnedScene> meshes;
+
+    const OwnedScene& scene_of(const Mesh& mesh);
+    OwnedScene scene_of(std::span<const PreviewInstance> instances);
+};
+
+const OwnedScene& Preview::Rays::scene_of(const Mesh& mesh) {
+    const auto known = meshes.find(&mesh);
+    if (known != meshes.end()) return known->second;
+    OwnedScene scene(rtcNewScene(device.get()), &rtcReleaseScene);
+    const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
+    for (const Vec3f& p : mesh.positions)
+        for (int axis = 0; axis < 3; ++axis) *positions++ = p[axis];
+    auto* indices = static_cast<std::uint32_t*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                3 * sizeof(std::uint32_t), mesh.triangles.size()));
+    for (const auto& triangle : mesh.triangles)
+        indices = std::copy(triangle.begin(), triangle.end(), indices);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene.get(), geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(scene.get());
+    return meshes.emplace(&mesh, std::move(scene)).first->second;
+}
+
+OwnedScene Preview::Rays::scene_of(std::span<const PreviewInstance> instances) {
+    OwnedScene scene(rtcNewScene(device.get()), &rtcReleaseScene);
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+        const PreviewInstance& instance = instances[i];
+        const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+        rtcSetGeometryInstancedScene(geometry, scene_of(*instance.mesh).get());
+        const float s = instance.scale;
+        const std::array<float, 12> columns{
+            s, 0, 0, 0, s, 0, 0, 0, s, instance.translate.x, instance.translate.y, instance.translate.z};
+        rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.data());
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(scene.get(), geometry, static_cast<unsigned>(i));
+        rtcReleaseGeometry(geometry);
+    }
+    rtcCommitScene(scene.get());
+    return scene;
+}
+
+namespace {
+
+/// One picture while it is drawn.
+class Drawing {
+public:
+    Drawing(const Camera& camera, std::span<const PreviewInstance> instances, const Background& background,
+            RTCScene scene)
+        : width_(camera.width),
+          height_(camera.height),
+          instances_(instances),
+          background_(background),
+          scene_(scene),
+          origin_(camera.position) {
+        const CameraFrame frame = camera_frame(camera);
+        const double half_height = std::tan(0.5 * double(camera.vertical_fov)),
+                     half_width = half_height * camera.width / camera.height;
+        right_ = Vec3f(frame.right * (2 * half_width / camera.width));
+        down_ = Vec3f(frame.up * (-2 * half_height / camera.height));
+        corner_ = Vec3f(frame.forward - frame.right * half_width + frame.up * half_height);
+    }
+
+    Image image() {
+        samples_.resize(std::size_t(width_) * std::size_t(height_));
+        tbb::parallel_for(0, (height_ + 3) / 4, [&](int band) {
+            for (int column = 0; column < width_; column += 4) draw_square(column, 4 * band);
+        });
+        Image image{width_, height_, {}, {}};
+        image.pixels.resize(samples_.size());
+        tbb::parallel_for(0, height_, [&](int row) {
+            for (int column = 0; column < width_; ++column)
+                image.pixels[place_of(column, row)] =
+                    is_edge(column, row) ? smooth(column, row) : samples_[place_of(column, row)].radiance;
+        });
+        return image;
+    }
+
+private:
+    std::size_t place_of(int column, int row) const {
+        return std::size_t(row) * std::size_t(width_) + std::size_t(column);
+    }
+
+    /// Traces the centres of 4 x 4 pixels.
+    void draw_square(int column, int row) {
+        std::array<PixelPlace, packet> at;
+        for (unsigned i = 0; i < packet; ++i)
+            at[i] = {static_cast<float>(column) + static_cast<float>(i % 4) + 0.5f,
+                     static_cast<float>(row) + static_cast<float>(i / 4) + 0.5f};
+        std::array<Sample, packet> found;
+        trace(at, found);
+        for (int i = 0; i < int(packet); ++i)
+            if (column + i % 4 < width_ && row + i / 4 < height_)
+                samples_[place_of(column + i % 4, row + i / 4)] = found[std::size_t(i)];
+    }
+
+    bool is_edge(int column, int row) const {
+        const Sample& here = samples_[place_of(column, row)];
+        return (column > 0 && differs(here, samples_[place_of(column - 1, row)])) ||
+               (column + 1 < width_ && differs(here, samples_[place_of(column + 1, row)])) ||
+               (row > 0 && differs(here, samples_[place_of(column, row - 1)])) ||
+               (row + 1 < height_ && differs(here, samples_[place_of(column, row + 1)]));
+    }
+
+    Rgb smooth(int column, int row) const {
+        std::array<PixelPlace, packet> at;
+        for (std::size_t i = 0; i < packet; ++i)
+            at[i] = {static_cast<float>(column) + (places[i % 8][0] + 0.5f) / 8,
+                     static_cast<float>(row) + (places[i % 8][1] + 0.5f) / 8};
+        std::array<Sample, packet> found;
+        trace(at, found, places.size());
+        Rgb sum(0.0f);
+        for (std::size_t i = 0; i < places.size(); ++i) sum += found[i].radiance;
+        return sum / static_cast<float>(places.size());
+    }
+
+    void trace(const std::array<PixelPlace, packet>& at, std::array<Sample, packet>& found,
+               std::size_t count = packet) const {
+        RTCRayHit16 rays;
+        alignas(64) std::array<int, packet> valid;
+        std::array<Vec3f, packet> directions;
+        for (std::size_t i = 0; i < packet; ++i) {
+            const Vec3f direction = corner_ + right_ * at[i].x + down_ * at[i].y;
+            directions[i] = direction;
+            valid[i] = i < count ? -1 : 0;
+            rays.ray.org_x[i] = origin_.x;
+            rays.ray.org_y[i] = origin_.y;
+            rays.ray.org_z[i] = origin_.z;
+            rays.ray.dir_x[i] = direction.x;
+            rays.ray.dir_y[i] = direction.y;
+            rays.ray.dir_z[i] = direction.z;
+            rays.ray.tnear[i] = 0;
+            rays.ray.tfar[i] = INFINITY;
+            rays.ray.time[i] = 0;
+            rays.ray.mask[i] = ~0u;
+            rays.ray.id[i] = rays.ray.flags[i] = 0;
+            rays.hit.geomID[i] = rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        rtcIntersect16(valid.data(), scene_, &context, &rays);
+        for (std::size_t i = 0; i < count; ++i) {
+            Sample& sample = found[i];
+            sample.object = rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? RTC_INVALID_GEOMETRY_ID
+                                                                          : rays.hit.instID[0][i];
+            if (sample.object == RTC_INVALID_GEOMETRY_ID) {
+                sample.radiance = background_(directions[i]);
+                continue;
+            }
+            const PreviewInstance& instance = instances_[sample.object];
+            const auto& triangle = instance.mesh->triangles[rays.hit.primID[i]];
+            const float u = rays.hit.u[i], v = rays.hit.v[i];
+            sample.radiance = instance.radiance[triangle[0]] * (1 - u - v) +
+                              instance.radiance[triangle[1]] * u + instance.radiance[triangle[2]] * v;
+        }
+    }
+
+    const int width_, height_;
+    const std::span<const PreviewInstance> instances_;
+    const Background& background_;
+    const RTCScene scene_;
+    const Vec3f origin_;
+    Vec3f corner_, right_, down_;  ///< Direction of the upper left corner, and a pixel's steps from there.
+    std::vector<Sample> samples_;  ///< Of the pixels' centres.
+};
+
+}  // namespace
+
+Preview::Preview() : rays_(std::make_unique<Rays>()) {}
+Preview::~Preview() = default;
+
+Image Preview::draw(const Camera& camera, std::span<const PreviewInstance> instances,
+                    const Background& background) {
+    const OwnedScene scene = rays_->scene_of(instances);
+    return Drawing(camera, instances, background, scene.get()).image();
+}
+
+}  // namespace haarfield

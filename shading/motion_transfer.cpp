@@ -1,0 +1,173 @@
+#include "shading/motion_transfer.h"
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <memory>
+
+#include "shading/product_pruning.h"
+#include "shading/sparse_products.h"
+
+namespace haarfield {
+namespace {
+
+/// An instance there hides nothing from the others. [m]
+constexpr float far_away = 1e6f;
+
+struct Frame {
+    const ShadedScene& scene;  ///< With the moving instance far away.
+    const ShadingGeometry& geometry;
+    const RenderSettings& settings;
+    const MotionTransfer& transfer;
+    CoefficientSpectrum spectrum;
+    double allowed;  ///< Energy, relative.
+};
+
+class MotionRowMaker {
+public:
+    explicit MotionRowMaker(const Frame& frame)
+        : frame_(frame),
+          vertex_(frame.scene, frame.geometry, frame.settings),
+          pruning_(frame.settings.face_size, frame.spectrum) {}
+
+    void operator()(std::size_t instance, std::uint32_t vertex, Rgb& open, SparseVectors& to) {
+        if (instance == frame_.transfer.instance || !vertex_.look_from(instance, vertex))
+            return to.append_empty();
+        pruning_.take(vertex_.product(frame_.transfer.light));
+        open = pruning_.integral();
+        pruning_.append_rgb(frame_.allowed * double(open.dot(open)), to);
+    }
+
+private:
+    const Frame& frame_;
+    VertexTransfer vertex_;
+    ProductPruning pruning_;
+};
+
+/// 1 - visibility at each sample of a field: planar, then spherical.
+Result<SparseVectorBlocks> sample_occlusions(const VisibilityField& field, const Progress& progress) {
+    const std::size_t planar = field.planar_handles.size();
+    SparseVectorBlocks occlusions(planar + field.spherical_handles.size(), field.pool.face_size, 1);
+    tbb::enumerable_thread_specific<CoefficientSum> sums(
+        [&] { return CoefficientSum(field.pool.face_size); });
+    tbb::parallel_for(std::size_t(0), occlusions.blocks.size(), [&](std::size_t b) {
+        if (progress.stop.stop_requested()) return;
+        CoefficientSum& sum = sums.local();
+        const std::size_t end = std::min(occlusions.rows, (b + 1) * SparseVectorBlocks::block_rows);
+        for (std::size_t i = b * SparseVectorBlocks::block_rows; i < end; ++i) {
+            Interpolation sample;
+            sample.sample[0] = static_cast<std::uint32_t>(i < planar ? i : i - planar);
+            sample.weight[0] = 1;
+            sample.count = 1;
+            CubemapTree tree = interpolated_visibility(
+                field, i < planar ? field.planar_handles : field.spherical_handles, sample);
+            for (Quadtree& face : tree.faces) face.scaling -= 1;
+            sum.clear();
+            sum.add(tree, -1);
+            occlusions.blocks[b].append(sum);
+        }
+    });
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    return occlusions;
+}
+
+/// The radiance of the moving instance's own vertices.
+Result<Done> shade_own(const MotionTransfer& transfer, const ShadedScene& scene,
+                       const ShadingGeometry& geometry, const RenderSettings& settings, int depth,
+                       std::span<Rgb> radiance, const Progress& progress) {
+    const std::size_t instance = transfer.instance, entity = scene.instances[instance].entity;
+    const std::vector<std::uint8_t>& buried = scene.entities[entity].occlusion->samples().buried;
+    const std::vector<std::uint32_t>& order = geometry.entities[entity].order;
+    tbb::enumerable_thread_specific<VertexTransfer> vertices(
+        [&] { return VertexTransfer(scene, geometry, settings); });
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.size(), 256), [&](const auto& range) {
+        VertexTransfer& vertex = vertices.local();
+        for (std::size_t i = range.begin(); i != range.end(); ++i) {
+            if (progress.stop.stop_requested()) return;
+            const std::uint32_t v = order[i];
+            const bool is_lit = !buried[v] && vertex.look_from(instance, v);
+            radiance[v] = is_lit ? vertex.radiance(transfer.light, depth) : Rgb(0.0f);
+        }
+    });
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    return Done{};
+}
+
+}  // namespace
+
+Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                       const RenderSettings& settings, const TransferSettings& transfer,
+                                       const RgbCubemapTree& light, std::size_t instance,
+                                       const Progress& progress) {
+    const std::size_t entity = scene.instances[instance].entity;
+    if (!geometry.entities[entity].polygons.empty())
+        return Error{
+            "", fmt::format("instance {} has only {} triangles: it is seen exactly from every vertex, and "
+                            "has no field to move; wanted more than {}",
+                            instance, scene.entities[entity].occlusion->coarse().triangles.size(),
+                            settings.exact_triangles)};
+    Result<SparseVectorBlocks> occlusions = sample_occlusions(*scene.entities[entity].field, progress);
+    if (!occlusions) return occlusions.error();
+    const std::size_t rows = TransferRows(scene).count();
+    MotionTransfer result{instance,
+                          {rows, settings.face_size, 3},
+                          std::vector<Rgb>(rows, Rgb(0.0f)),
+                          std::move(*occlusions),
+                          LightPyramid(light, settings.face_size)};
+    ShadedScene without = scene;
+    without.instances[instance].translate = Vec3f(far_away);
+    const Frame frame{without,
+                      geometry,
+                      settings,
+                      result,
+                      rms_spectrum(result.occlusions),
+                      double(transfer.pruning_error) * double(transfer.pruning_error)};
+    SparseVectorBlocks* const sets[] = {&result.vectors};
+    const Result<Done> filled = fill_rows(
+        without, sets,
+        [&]() -> RowMaker {
+            return
+                [&, maker = std::make_shared<MotionRowMaker>(frame)](
+                    std::size_t row, std::size_t of, std::uint32_t vertex,
+                    std::span<SparseVectors* const> to) { (*maker)(of, vertex, result.open[row], *to[0]); };
+        },
+        progress);
+    if (!filled) return filled.error();
+    return result;
+}
+
+Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& scene,
+                             const ShadingGeometry& geometry, const RenderSettings& settings, int own_depth,
+                             VertexRadiance& radiance, const Progress& progress) {
+    const TransferRows rows(scene);
+    const ShadedInstance& moving = scene.instances[transfer.instance];
+    const VisibilityField& field = *scene.entities[moving.entity].field;
+    const auto planar_samples = static_cast<std::uint32_t>(field.planar_handles.size());
+    std::vector<Interpolation> at(rows.count());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows.count(), 1024), [&](const auto& range) {
+        for (std::size_t row = range.begin(); row != range.end(); ++row) {
+            if (transfer.vectors.is_empty(row)) continue;
+            const std::size_t instance = rows.instance_of(row);
+            const VertexView view = vertex_view(scene, scene.instances[instance],
+                                                static_cast<std::uint32_t>(row - rows.first(instance)));
+            const FieldLookup lookup = field_lookup(field, moving, view);
+            at[row] = lookup.samples;
+            if (!lookup.planar)
+                for (int k = 0; k < lookup.samples.count; ++k)
+                    at[row].sample[std::size_t(k)] += planar_samples;
+        }
+    });
+    std::vector<Rgb> by_row(rows.count());
+    interpolated_inner_products(transfer.vectors, transfer.occlusions, at, by_row);
+    for (std::size_t row = 0; row < by_row.size(); ++row) by_row[row] = transfer.open[row] - by_row[row];
+    const std::size_t own = rows.first(transfer.instance), own_end = rows.first(transfer.instance + 1);
+    const Result<Done> shaded = shade_own(transfer, scene, geometry, settings, own_depth,
+                                          std::span(by_row).subspan(own, own_end - own), progress);
+    if (!shaded) return shaded.error();
+    store_radiance(scene, by_row, radiance);
+    return Done{};
+}
+
+}  // namespace haarfield

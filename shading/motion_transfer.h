@@ -1,0 +1,42 @@
+#pragma once
+/// Radiance transfer for an instance that moves.
+
+#include "shading/radiance_transfer.h"
+
+namespace haarfield {
+
+/// T = light x BRDF x visibilities past all but the moving instance x cosine, per vertex of the others; to be
+/// multiplied with what the moving one hides of each frame. [W/(m^2 sr)]
+///
+/// A vertex's radiance is  <T, 1> - sum of weight * <T, occlusion of a sample>  over the samples of the
+/// moving instance's field that are interpolated at the vertex: where it hides nothing, nothing is to be
+/// done, and nothing is lost by pruning.
+struct MotionTransfer {
+    std::size_t instance = 0;       ///< Which one moves.
+    SparseVectorBlocks vectors;     ///< RGB. Empty rows for the moving instance's own vertices.
+    std::vector<Rgb> open;          ///< By row: <T, 1>, the radiance without the moving instance.
+    SparseVectorBlocks occlusions;  ///< 1 - visibility at the samples of its field: planar, then spherical.
+    LightPyramid light;
+
+    std::size_t bytes() const { return vectors.bytes() + open.size() * sizeof(Rgb) + occlusions.bytes(); }
+};
+
+/// errors   interrupted; the instance is rasterized at the vertices (RenderSettings::exact_triangles): it has
+///          no field to look up.
+/// cost     one or two RGB function products per vertex, and a copy of the instance's field.
+Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                       const RenderSettings& settings, const TransferSettings& transfer,
+                                       const RgbCubemapTree& light, std::size_t instance,
+                                       const Progress& progress = {});
+
+/// Radiance with the moving instance where the scene has it now. Its own vertices are shaded by full product
+/// integrals down to own_depth, since all that they see changes.
+///
+/// scene    the one that the vectors were made for, but for the instance's translation and scale.
+/// errors   interrupted.
+/// cost     one inner product per vertex in the instance's reach, with up to eight samples side by side.
+Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& scene,
+                             const ShadingGeometry& geometry, const RenderSettings& settings, int own_depth,
+                             VertexRadiance& radiance, const Progress& progress = {});
+
+}  // namespace haarfield

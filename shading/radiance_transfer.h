@@ -1,0 +1,86 @@
+#pragma once
+/// Just-in-time radiance transfer: all factors of the product integral but one are folded into a sparse
+/// vector per vertex, once; then a frame is one inner product per vertex.
+///
+///     light_transfer.h    the light changes
+///     view_transfer.h     the eye moves
+///     motion_transfer.h   an instance moves
+///
+/// source  Sun and Mukherjee 2006, sections 5.2 and 6.3. Ours: a vector is pruned by what it will be
+/// multiplied
+///         with, to an error that the user chooses.
+///
+/// Rows    all vertices of all instances, one instance after the other. Buried vertices have empty rows; in
+///         each frame they take the mean of their neighbours, as in vertex_radiance.
+
+#include <functional>
+
+#include "fields/progress.h"
+#include "fields/result.h"
+#include "shading/renderer.h"
+#include "shading/sparse_vectors.h"
+
+namespace haarfield {
+
+/// Outgoing radiance by instance and vertex of its fine mesh. [W/(m^2 sr)]
+using VertexRadiance = std::vector<std::vector<Rgb>>;
+
+struct TransferSettings {
+    /// By how much pruning may change a vertex's radiance: relative, root mean square over functions whose
+    /// coefficients are independent and as large as the average of their level. 0: nothing is pruned.
+    float pruning_error = 0.01f;
+};
+
+/// Numbers the vertices of a scene.
+class TransferRows {
+public:
+    explicit TransferRows(const ShadedScene& scene);
+
+    std::size_t count() const { return first_.back(); }
+    std::size_t first(std::size_t instance) const { return first_[instance]; }
+    std::size_t instance_of(std::size_t row) const;
+
+private:
+    std::vector<std::size_t> first_;  ///< By instance; one more at the end.
+};
+
+/// One thread's way from a vertex to its transfer vector.
+class VertexTransfer {
+public:
+    VertexTransfer(const ShadedScene& scene, const ShadingGeometry& geometry, const RenderSettings& settings)
+        : scene_(scene), geometry_(geometry), settings_(settings), visibility_(scene, geometry) {}
+
+    /// Takes up a vertex; false if it sees nothing.
+    bool look_from(std::size_t instance, std::uint32_t vertex);
+
+    /// What the vertex does with light; to be changed for the products that follow.
+    VertexBrdf brdf;
+
+    /// vertex_transfer of vertex_shading.h; valid until the next call.
+    std::span<const WaveletBlock<3>> product(const LightPyramid& light);
+    Rgb radiance(const LightPyramid& light, int depth);
+
+private:
+    const ShadedScene& scene_;
+    const ShadingGeometry& geometry_;
+    const RenderSettings& settings_;
+    VertexVisibility visibility_;
+    WalkMemory<std::uint8_t> memory_;
+    std::vector<WaveletBlock<3>> product_;
+};
+
+/// Makes one row of each of some sets of vectors: appends it to the set's block.
+using RowMaker = std::function<void(std::size_t row, std::size_t instance, std::uint32_t vertex,
+                                    std::span<SparseVectors* const> to)>;
+
+/// Fills sets of vectors of one number of rows, by all of oneTBB's threads.
+///
+/// make_maker  makes a RowMaker for one thread, with that thread's buffers.
+/// errors      interrupted.
+Result<Done> fill_rows(const ShadedScene& scene, std::span<SparseVectorBlocks* const> sets,
+                       const std::function<RowMaker()>& make_maker, const Progress& progress);
+
+/// One value a row, as radiance by instance; buried vertices are filled, and nothing is negative.
+void store_radiance(const ShadedScene& scene, std::span<const Rgb> by_row, VertexRadiance& radiance);
+
+}  // namespace haarfield

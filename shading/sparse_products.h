@@ -1,0 +1,27 @@
+#pragma once
+/// Inner products of many sparse vectors with functions that change: the frames of radiance transfer.
+
+#include "fields/samplers.h"
+#include "shading/sparse_vectors.h"
+
+namespace haarfield {
+
+/// out[row] = <vectors[row], f> per channel, for the rows of a block of one channel.
+///
+/// accuracy  sums in float. The same bits on every processor.
+/// cost      one 16-byte load, multiplication and addition a coefficient.
+void inner_products(const SparseVectors& vectors, const DenseCoefficients& f, std::span<Rgb> out);
+
+/// out[row] = sum_k at[row].weight[k] <vectors[row], functions[at[row].sample[k]]>, for all rows.
+///
+/// vectors    RGB.
+/// functions  one channel, of the same face size.
+/// at         one a row; `open` is not used: it weighs no function.
+/// accuracy   sums in float. The same bits on every processor and for any number of threads.
+/// cost       rows are taken in the order of their first sample; functions are spread out side by side, up to
+///            eight at a time, and stay there as long as the next rows want them. Then a row costs three
+///            multiplications and additions of eight lanes a coefficient.
+void interpolated_inner_products(const SparseVectorBlocks& vectors, const SparseVectorBlocks& functions,
+                                 std::span<const Interpolation> at, std::span<Rgb> out);
+
+}  // namespace haarfield

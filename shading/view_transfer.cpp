@@ -1,0 +1,114 @@
+#include "shading/view_transfer.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <memory>
+
+#include "shading/product_pruning.h"
+#include "shading/sparse_products.h"
+
+namespace haarfield {
+namespace {
+
+constexpr float lobe_error = 2e-3f;  ///< Of pruning the lobes.
+
+struct Frame {
+    const ShadedScene& scene;
+    const ShadingGeometry& geometry;
+    const RenderSettings& settings;
+    LightPyramid light;
+    CoefficientSpectrum spectrum;
+    double allowed;  ///< Energy, relative.
+};
+
+class ViewRowMaker {
+public:
+    explicit ViewRowMaker(const Frame& frame)
+        : frame_(frame),
+          vertex_(frame.scene, frame.geometry, frame.settings),
+          pruning_(frame.settings.face_size, frame.spectrum) {}
+
+    void operator()(std::size_t instance, std::uint32_t vertex, Rgb& diffuse, SparseVectors& to) {
+        if (!vertex_.look_from(instance, vertex)) return to.append_empty();
+        VertexBrdf& brdf = vertex_.brdf;
+        const Rgb specular = brdf.specular;
+        brdf.specular = Rgb(0.0f);
+        if (brdf.diffuse != Rgb(0.0f)) diffuse = vertex_.radiance(frame_.light, frame_.settings.depth);
+        if (specular == Rgb(0.0f)) return to.append_empty();
+        // Without the lobe, that is, to the power of zero.
+        brdf.diffuse = Rgb(0.0f);
+        brdf.specular = specular;
+        brdf.shininess = 0;
+        brdf.mirror = brdf.normal;
+        pruning_.take(vertex_.product(frame_.light));
+        const auto& [red, green, blue] = pruning_.energies();
+        pruning_.append_rgb(frame_.allowed * (red + green + blue + double(diffuse.dot(diffuse))), to);
+    }
+
+private:
+    const Frame& frame_;
+    VertexTransfer vertex_;
+    ProductPruning pruning_;
+};
+
+std::vector<float> specular_exponents(const ShadedScene& scene) {
+    std::vector<float> exponents;
+    for (const ShadedEntity& entity : scene.entities)
+        for (const Material& material : entity.materials)
+            if (material.specular != Rgb(0.0f)) exponents.push_back(material.shininess);
+    return exponents;
+}
+
+}  // namespace
+
+Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                   const RenderSettings& settings, const TransferSettings& transfer,
+                                   const RgbCubemapTree& light, const Progress& progress) {
+    Result<LobeVectors> lobes =
+        lobe_vectors(specular_exponents(scene), settings.face_size, lobe_error, progress);
+    if (!lobes) return lobes.error();
+    const std::size_t rows = TransferRows(scene).count();
+    ViewTransfer result{{rows, settings.face_size, 3}, std::vector<Rgb>(rows, Rgb(0.0f)), std::move(*lobes)};
+    const Frame frame{scene,
+                      geometry,
+                      settings,
+                      LightPyramid(light, settings.face_size),
+                      rms_spectrum(result.lobes.lobes),
+                      double(transfer.pruning_error) * double(transfer.pruning_error)};
+    SparseVectorBlocks* const sets[] = {&result.specular};
+    const Result<Done> filled = fill_rows(
+        scene, sets,
+        [&]() -> RowMaker {
+            return [&, maker = std::make_shared<ViewRowMaker>(frame)](std::size_t row, std::size_t instance,
+                                                                      std::uint32_t vertex,
+                                                                      std::span<SparseVectors* const> to) {
+                (*maker)(instance, vertex, result.diffuse[row], *to[0]);
+            };
+        },
+        progress);
+    if (!filled) return filled.error();
+    return result;
+}
+
+void transfer_view(const ViewTransfer& transfer, const ShadedScene& scene, VertexRadiance& radiance) {
+    const TransferRows rows(scene);
+    std::vector<Interpolation> at(rows.count());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows.count(), 1024), [&](const auto& range) {
+        for (std::size_t row = range.begin(); row != range.end(); ++row) {
+            if (transfer.specular.is_empty(row)) continue;
+            const std::size_t instance = rows.instance_of(row), vertex = row - rows.first(instance);
+            const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
+            const Material& material = entity.materials[entity.mesh->vertex_materials[vertex]];
+            const VertexView view =
+                vertex_view(scene, scene.instances[instance], static_cast<std::uint32_t>(vertex));
+            at[row] = lobe_interpolation(transfer.lobes, material.shininess, view.mirror);
+        }
+    });
+    std::vector<Rgb> by_row(rows.count());
+    interpolated_inner_products(transfer.specular, transfer.lobes.lobes, at, by_row);
+    for (std::size_t row = 0; row < by_row.size(); ++row) by_row[row] += transfer.diffuse[row];
+    store_radiance(scene, by_row, radiance);
+}
+
+}  // namespace haarfield

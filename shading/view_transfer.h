@@ -1,0 +1,33 @@
+#pragma once
+/// Radiance transfer for an eye that moves.
+
+#include "shading/lobe_vectors.h"
+#include "shading/radiance_transfer.h"
+
+namespace haarfield {
+
+/// T = light x visibilities x horizon x the material's specular weight, per vertex; to be multiplied with the
+/// specular lobe of each frame. [W/(m^2 sr)]
+struct ViewTransfer {
+    SparseVectorBlocks specular;  ///< RGB. Empty rows where nothing is specular.
+    std::vector<Rgb> diffuse;     ///< By row: the radiance that does not depend on the eye.
+    LobeVectors lobes;
+
+    std::size_t bytes() const {
+        return specular.bytes() + diffuse.size() * sizeof(Rgb) + lobes.lobes.bytes();
+    }
+};
+
+/// errors   interrupted.
+/// cost     an RGB function product and a product integral per vertex.
+Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                   const RenderSettings& settings, const TransferSettings& transfer,
+                                   const RgbCubemapTree& light, const Progress& progress = {});
+
+/// Radiance towards the scene's eye.
+///
+/// scene  the one that the vectors were made for, but for the eye.
+/// cost   one inner product per vertex with four lobes side by side.
+void transfer_view(const ViewTransfer& transfer, const ShadedScene& scene, VertexRadiance& radiance);
+
+}  // namespace haarfield

@@ -1,0 +1,73 @@
+// Function products: what a walk finds, written down and transformed. Included once per instruction set,
+// inside Highway's foreach_target.
+
+#if defined(HAARFIELD_WAVELET_BLOCKS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef HAARFIELD_WAVELET_BLOCKS_INL_H
+#undef HAARFIELD_WAVELET_BLOCKS_INL_H
+#else
+#define HAARFIELD_WAVELET_BLOCKS_INL_H
+#endif
+
+#include "shading/wide_product.h"
+#include "shading/wide_walk-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace haarfield {
+namespace HWY_NAMESPACE {
+
+/// Sink of a walk: the means of the product over the cells that are done.
+template <int channels>
+struct BlockWriter {
+    static constexpr unsigned needed = 1;
+    static constexpr bool may_prune = false;
+    static constexpr float cell_share = 1;
+
+    BlockNumbers numbers;
+    std::vector<WaveletBlock<channels>>& blocks;
+    std::array<std::size_t, 4> place{};  ///< Of the block at hand and those above, by level.
+
+    HWY_INLINE void visit(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
+                          const HeadCells<channels>& head) {
+        const std::size_t here = place[std::size_t(level)] = blocks.size();
+        const std::size_t parent = level == 0 ? here : place[std::size_t(level) - 1];
+        WaveletBlock<channels>& added = blocks.emplace_back();
+        added.block = static_cast<std::uint32_t>(numbers(level, face, block));
+        added.parent = static_cast<std::uint32_t>(parent);
+        added.cell = static_cast<std::uint32_t>(block % wide_cells);
+        const Cells share = only(done, product);
+        for (std::size_t c = 0; c < channels; ++c)
+            store_cells(share * head.value[c], added.amplitude[c].data());
+    }
+};
+
+/// The Haar transform of a block's cells, into the slots of WaveletBlock. Returns their mean.
+inline float transform_cells(std::array<float, wide_cells>& cell) {
+    const auto transform = [&](std::size_t first, std::size_t step) {
+        float &a = cell[first], &b = cell[first + step], &c = cell[first + 2 * step],
+              &d = cell[first + 3 * step];
+        const float upper = a + b, lower = c + d, upper_slope = a - b, lower_slope = c - d;
+        a = (upper + lower) * 0.25f;
+        b = (upper_slope + lower_slope) * 0.25f;
+        c = (upper - lower) * 0.25f;
+        d = (upper_slope - lower_slope) * 0.25f;
+    };
+    for (std::size_t quadrant = 0; quadrant < wide_cells; quadrant += 4) transform(quadrant, 1);
+    transform(0, 4);
+    return cell[0];
+}
+
+/// From the means of the product to its wavelets, bottom-up.
+template <int channels>
+void transform_blocks(std::vector<WaveletBlock<channels>>& blocks) {
+    for (std::size_t i = blocks.size(); i-- > 0;)
+        for (std::size_t c = 0; c < channels; ++c) {
+            const float mean = transform_cells(blocks[i].amplitude[c]);
+            if (blocks[i].parent != i) blocks[blocks[i].parent].amplitude[c][blocks[i].cell] = mean;
+        }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace haarfield
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,86 @@
+#include "bridge/movie.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace haarfield {
+namespace {
+
+/// A folder with a program that stands in for ffmpeg.
+class MovieTest : public testing::Test {
+protected:
+    void SetUp() override {
+        folder =
+            std::filesystem::temp_directory_path() /
+            ("haarfield_movie_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+        std::filesystem::remove_all(folder);
+        std::filesystem::create_directories(folder);
+    }
+    void TearDown() override { std::filesystem::remove_all(folder); }
+
+    std::string program(const std::string& script) {
+        const std::filesystem::path file = folder / "encoder";
+        std::ofstream(file) << "#!/bin/sh\n" << script;
+        std::filesystem::permissions(file, std::filesystem::perms::owner_all);
+        return file.string();
+    }
+
+    /// What lies in the folder beside the program.
+    std::vector<std::string> files() const {
+        std::vector<std::string> names;
+        for (const auto& entry : std::filesystem::directory_iterator(folder))
+            if (entry.path().filename() != "encoder") names.push_back(entry.path().filename());
+        return names;
+    }
+
+    std::filesystem::path folder;
+};
+
+TEST_F(MovieTest, PassesPicturesAndRateAndLeavesTheWholeMovie) {
+    // The last argument is the output; all of them go into it.
+    const std::string encoder = program("for last; do :; done; echo \"$@\" > \"$last\"\n");
+    const auto written = write_movie(folder / "frame_%04d.png", folder / "spin.mp4", 30, {}, encoder);
+    ASSERT_TRUE(written) << written.error().message();
+    EXPECT_EQ(files(), std::vector<std::string>{"spin.mp4"});
+    std::ifstream file(folder / "spin.mp4");
+    std::string arguments;
+    std::getline(file, arguments);
+    EXPECT_NE(arguments.find("-framerate 30"), std::string::npos) << arguments;
+    EXPECT_NE(arguments.find("-i " + (folder / "frame_%04d.png").string()), std::string::npos) << arguments;
+    EXPECT_NE(arguments.find("yuv420p"), std::string::npos) << arguments;
+    EXPECT_EQ(arguments.substr(arguments.size() - 4), ".mp4") << arguments;
+}
+
+TEST_F(MovieTest, SaysWhenThereIsNoEncoder) {
+    const auto written =
+        write_movie(folder / "frame_%04d.png", folder / "spin.mp4", 24, {}, "no-such-ffmpeg");
+    ASSERT_FALSE(written);
+    EXPECT_NE(written.error().message().find("there is no no-such-ffmpeg"), std::string::npos);
+    EXPECT_TRUE(files().empty());
+}
+
+TEST_F(MovieTest, PassesOnItsWordsAndLeavesNothing) {
+    const std::string encoder =
+        program("for last; do :; done; echo half > \"$last\"; echo 'Unknown encoder' >&2; exit 1\n");
+    const auto written = write_movie(folder / "frame_%04d.png", folder / "spin.mp4", 24, {}, encoder);
+    ASSERT_FALSE(written);
+    EXPECT_NE(written.error().message().find("Unknown encoder"), std::string::npos)
+        << written.error().message();
+    EXPECT_TRUE(files().empty());
+}
+
+TEST_F(MovieTest, StopsWhenAsked) {
+    const std::string encoder = program("for last; do :; done; echo half > \"$last\"; exec sleep 60\n");
+    std::stop_source stop;
+    stop.request_stop();
+    const auto written =
+        write_movie(folder / "frame_%04d.png", folder / "spin.mp4", 24, {{}, stop.get_token()}, encoder);
+    ASSERT_FALSE(written);
+    EXPECT_EQ(written.error().what, interrupted);
+    EXPECT_TRUE(files().empty());
+}
+
+}  // namespace
+}  // namespace haarfield

@@ -1,0 +1,108 @@
+#include "bridge/preview.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "tests/example_meshes.h"
+
+namespace haarfield {
+namespace {
+
+Camera camera(const Vec3f& position, const Vec3f& target, int width, int height) {
+    Camera result;
+    result.position = position;
+    result.target = target;
+    result.vertical_fov = float(pi / 2);
+    result.width = width;
+    result.height = height;
+    return result;
+}
+
+const Background black = [](const Vec3f&) { return Rgb(0.0f); };
+
+TEST(Preview, InterpolatesRadianceOverTheTriangles) {
+    // One square of side 2 in the plane y = 0, seen from a height of 1: it fills the picture.
+    const Mesh square = square_mesh(2, 0);
+    std::vector<Rgb> radiance;
+    for (const Vec3f& p : square.positions) radiance.emplace_back(2 + p.x, 2 + p.z, 1.0f);
+    Preview preview;
+    const PreviewInstance instance{&square, {0, 0, 0}, 1, radiance};
+    const int size = 17;
+    const Image image =
+        preview.draw(camera({0, 1, 0}, {0, 0, 0}, size, size), std::span(&instance, 1), black);
+    ASSERT_EQ(image.pixels.size(), std::size_t(size * size));
+    EXPECT_TRUE(image.coverage.empty());
+    for (int row = 0; row < size; ++row)
+        for (int column = 0; column < size; ++column) {
+            // Looking straight down, +x is on the right, and so -z on top.
+            const float x = (float(column) + 0.5f) * 2 / size - 1, z = (float(row) + 0.5f) * 2 / size - 1;
+            const Rgb& found = image.pixels[std::size_t(row * size + column)];
+            EXPECT_NEAR(found.x, 2 + x, 0.02) << row << ", " << column;
+            EXPECT_NEAR(found.y, 2 + z, 0.02) << row << ", " << column;
+            EXPECT_NEAR(found.z, 1, 1e-5);
+        }
+}
+
+TEST(Preview, PlacesAndScalesInstances) {
+    const Mesh square = square_mesh(1, 0);
+    const std::vector<Rgb> red(square.positions.size(), Rgb(1, 0, 0)),
+        green(square.positions.size(), Rgb(0, 1, 0));
+    // The second lies above the first, moved to the right half of the view.
+    const std::vector<PreviewInstance> instances{{&square, {0, 0, 0}, 4, red},
+                                                 {&square, {0.5f, 0.5f, 0}, 1, green}};
+    Preview preview;
+    const Image image = preview.draw(camera({0, 1, 0}, {0, 0, 0}, 40, 40), instances, black);
+    const auto at = [&](int column, int row) { return image.pixels[std::size_t(row * 40 + column)]; };
+    EXPECT_EQ(at(10, 20), Rgb(1, 0, 0));
+    EXPECT_EQ(at(30, 20), Rgb(0, 1, 0));
+    EXPECT_EQ(at(39, 2), Rgb(0, 1, 0));
+    // From below too: there is light on both sides of a triangle, as in POV-Ray.
+    const Image below = preview.draw(camera({-0.2f, -1, 0}, {-0.2f, 0, 0}, 8, 8), instances, black);
+    EXPECT_EQ(below.pixels[36], Rgb(1, 0, 0));
+}
+
+TEST(Preview, ShowsTheBackgroundWhereNothingIs) {
+    Preview preview;
+    const Background directions = [](const Vec3f& d) { return Rgb(d.normalized() * 0.5f + Vec3f(0.5f)); };
+    const Image image = preview.draw(camera({0, 0, 0}, {0, 0, -1}, 21, 21), {}, directions);
+    const Rgb centre = image.pixels[220], left = image.pixels[210], top = image.pixels[10];
+    EXPECT_NEAR(centre.z, 0, 1e-5);
+    EXPECT_LT(left.x, 0.2);
+    EXPECT_GT(top.y, 0.8);
+}
+
+TEST(Preview, SmoothsEdgesToTheirCoverage) {
+    // A half plane whose edge runs obliquely through the picture: the mean is the share that it covers.
+    const Mesh square = square_mesh(200, 0);
+    const std::vector<Rgb> white(square.positions.size(), Rgb(1.0f));
+    const PreviewInstance instance{&square, {100.03f, 0, 7}, 1, white};
+    Preview preview;
+    Camera turned = camera({0, 1, 0}, {0.02f, 0, 0.05f}, 64, 64);
+    const Image image = preview.draw(turned, std::span(&instance, 1), black);
+    int between = 0;
+    for (const Rgb& pixel : image.pixels) {
+        EXPECT_NEAR(pixel.x * 8, std::round(pixel.x * 8), 1e-4);
+        between += pixel.x > 0.01f && pixel.x < 0.99f;
+    }
+    EXPECT_GT(between, 40);
+    EXPECT_LT(between, 64 * 3);
+}
+
+TEST(Preview, DoesNotDependOnTheNumberOfThreads) {
+    const Mesh ball = sphere_mesh({0, 0, 0}, 0.8f, 20);
+    std::vector<Rgb> radiance;
+    for (const Vec3f& p : ball.positions) radiance.push_back(p * 0.5f + Vec3f(0.5f));
+    const PreviewInstance instance{&ball, {0, 0, 0}, 1, radiance};
+    std::vector<Rgb> wanted;
+    for (const std::size_t threads : {1u, 2u, 8u}) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        Preview preview;
+        const Image image =
+            preview.draw(camera({0, 1, 2}, {0, 0, 0}, 70, 50), std::span(&instance, 1), black);
+        if (wanted.empty()) wanted = image.pixels;
+        EXPECT_EQ(image.pixels, wanted) << threads;
+    }
+}
+
+}  // namespace
+}  // namespace haarfield

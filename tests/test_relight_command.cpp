@@ -1,0 +1,188 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "bridge/image.h"
+
+namespace haarfield {
+namespace {
+
+/// Runs `haarfield relight` in a folder of its own.
+class RelightCommand : public testing::Test {
+protected:
+    void SetUp() override {
+        folder = std::filesystem::temp_directory_path() /
+                 ("haarfield_relight_" +
+                  std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+        std::filesystem::remove_all(folder);
+        std::filesystem::create_directories(folder);
+        std::ofstream(folder / "floor.obj") << "v -3 0 -3\nv 3 0 -3\nv 3 0 3\nv -3 0 3\nf 4 3 2 1\n";
+        write_column();
+        std::ofstream(folder / "room.toml") << R"(
+[camera]
+position = [2.5, 2, 3]
+target = [0, 0.4, 0]
+vertical_fov = 40
+resolution = [64, 48]
+[environment]
+sky = { turbidity = 6, sun_elevation = 50, sun_azimuth = 20, sun_angular_radius = 5 }
+[materials.clay]
+diffuse = [0.6, 0.5, 0.4]
+specular = [0.2, 0.2, 0.2]
+shininess = 20
+convention = "povray"
+[entities.column]
+mesh = "column.obj"
+material = "clay"
+fine_vertices = 300
+coarse_triangles = 0
+planar_samples = 100
+spherical_samples = 150
+[entities.floor]
+mesh = "floor.obj"
+material = "clay"
+fine_vertices = 500
+coarse_triangles = 0
+[[instances]]
+entity = "floor"
+[[instances]]
+entity = "column"
+[[instances]]
+entity = "column"
+translate = [1, 0, 0.3]
+)";
+    }
+    void TearDown() override { std::filesystem::remove_all(folder); }
+
+    /// Of 96 triangles: enough to have a field.
+    void write_column() {
+        constexpr int sides = 24;
+        std::ofstream file(folder / "column.obj");
+        for (const double height : {0.0, 1.0})
+            for (int i = 0; i < sides; ++i)
+                file << fmt::format("v {} {} {}\n", 0.3 * std::cos(6.2831853 * i / sides), height,
+                                    -0.3 * std::sin(6.2831853 * i / sides));
+        std::string bottom = "f", top = "f";
+        for (int i = 0; i < sides; ++i) {
+            const int next = (i + 1) % sides;
+            file << fmt::format("f {} {} {} {}\n", i + 1, next + 1, next + 1 + sides, i + 1 + sides);
+            top += fmt::format(" {}", i + 1 + sides);
+            bottom += fmt::format(" {}", sides - i);
+        }
+        file << top << '\n' << bottom << '\n';
+    }
+
+    /// Exit code; what it says on stderr is in `words`.
+    int run(const std::string& arguments, const std::string& environment = "") {
+        const std::string command = fmt::format(
+            "cd '{}' && {} {} relight room.toml -o out --fields fields --face-size 16 --frames 4 {} > "
+            "out.txt 2> err.txt",
+            folder.string(), environment, HAARFIELD_PROGRAM, arguments);
+        const int status = std::system(command.c_str());
+        std::ifstream file(folder / "err.txt");
+        words.assign(std::istreambuf_iterator<char>(file), {});
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    }
+
+    Image frame(int number) const {
+        const auto image = read_image(folder / "out" / fmt::format("frame_{:04}.png", number));
+        EXPECT_TRUE(image) << image.error().message();
+        return image ? *image : Image{};
+    }
+
+    std::filesystem::path folder;
+    std::string words;
+};
+
+bool is_near(const Image& a, const Image& b, double tolerance) {
+    double difference = 0;
+    for (std::size_t i = 0; i < a.pixels.size(); ++i)
+        for (int c = 0; c < 3; ++c) difference += std::abs(double(a.pixels[i][c]) - double(b.pixels[i][c]));
+    return difference / double(3 * a.pixels.size()) < tolerance;
+}
+
+TEST_F(RelightCommand, SpinsTheLightAndReports) {
+    ASSERT_EQ(run("--spin-light --report report.json"), 0) << words;
+    std::ifstream file(folder / "report.json");
+    const nlohmann::json report = nlohmann::json::parse(file);
+    EXPECT_EQ(report["mode"], "spin-light");
+    EXPECT_EQ(report["frames"], 4);
+    for (const char* key : {"setup_seconds", "frames_per_second", "preview_seconds", "transfer_bytes"})
+        EXPECT_GT(report[key], 0) << key;
+    const Image first = frame(1), second = frame(2);
+    EXPECT_EQ(first.width, 64);
+    EXPECT_EQ(first.height, 48);
+    EXPECT_FALSE(is_near(first, second, 0.005));
+    EXPECT_FALSE(std::filesystem::exists(folder / "out/frame_0005.png"));
+}
+
+TEST_F(RelightCommand, FirstFramesOfAllModesAreOneScene) {
+    ASSERT_EQ(run("--spin-light"), 0) << words;
+    const Image wanted = frame(1);
+    ASSERT_EQ(run("--orbit"), 0) << words;
+    EXPECT_TRUE(is_near(frame(1), wanted, 0.006));
+    EXPECT_FALSE(is_near(frame(2), wanted, 0.02));
+    ASSERT_EQ(run("--move column_2 0.5,0.6,-0.2:0,0,1"), 0) << words;
+    EXPECT_TRUE(is_near(frame(1), wanted, 0.006));
+    EXPECT_FALSE(is_near(frame(2), wanted, 0.005));
+}
+
+TEST_F(RelightCommand, FadesFromOneLightToTheOther) {
+    for (const auto& [name, radiance] : {std::pair("dim.exr", 0.2f), std::pair("bright.exr", 0.8f)})
+        ASSERT_TRUE(write_image({32, 16, std::vector<Rgb>(32 * 16, Rgb(radiance)), {}}, folder / name));
+    ASSERT_EQ(run("--lights dim.exr,bright.exr --format exr"), 0) << words;
+    const auto at = [&](int number) {
+        const auto image = read_image(folder / "out" / fmt::format("frame_{:04}.exr", number));
+        return image->pixels[24 * 64 + 32].x;
+    };
+    EXPECT_NEAR(at(4) / at(1), 4, 0.1);
+    EXPECT_NEAR(at(2) / at(1), 2, 0.1);
+}
+
+TEST_F(RelightCommand, WritesScenesForPovray) {
+    ASSERT_EQ(run("--move column_2 0,0,1 --format povray"), 0) << words;
+    for (const char* file :
+         {"frame_0001/room.pov", "frame_0001/room_Column_2.inc", "frame_0004/room_Floor.inc"})
+        EXPECT_TRUE(std::filesystem::exists(folder / "out" / file)) << file;
+}
+
+TEST_F(RelightCommand, SaysThatThereIsNoFfmpeg) {
+    EXPECT_EQ(run("--orbit --movie spin.mp4", "PATH=/nowhere"), 1);
+    EXPECT_NE(words.find("there is no ffmpeg"), std::string::npos) << words;
+    EXPECT_TRUE(std::filesystem::exists(folder / "out/frame_0004.png"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "spin.mp4"));
+}
+
+TEST_F(RelightCommand, RefusesWhatItCanNotDo) {
+    EXPECT_EQ(run(""), 2);
+    EXPECT_EQ(run("--orbit --spin-light"), 2);
+    EXPECT_EQ(run("--orbit --frames 0"), 2);
+    EXPECT_EQ(run("--orbit --pruning-error nan"), 2);
+    EXPECT_EQ(run("--spin-light --axis 0,nan,0"), 2);
+    EXPECT_EQ(run("--orbit --axis 0,1,0"), 2);
+    const auto fails = [&](const std::string& arguments, const std::string& with) {
+        EXPECT_EQ(run(arguments), 1) << arguments;
+        EXPECT_NE(words.find(with), std::string::npos) << words;
+    };
+    fails("--spin-light --axis 0,0,0", "no length");
+    fails("--lights a.exr", "two or more");
+    fails("--lights a.exr,b.exr", "a.exr");
+    fails("--move chair 0,0,0", "column_1, column_2");
+    fails("--move column_1 0,0", "0,0 is no point");
+    fails("--move column_1 0,0,0:", " is no point");
+    fails("--move column_1 0,0,nan", "0,0,nan is no point");
+    fails("--move column_1 0,0,0,0", "0,0,0,0 is no point");
+    fails("--move floor 0,0,1", "has only 2 triangles");
+    fails("--orbit --format exr --movie spin.mp4", "PNG");
+}
+
+}  // namespace
+}  // namespace haarfield

@@ -1,0 +1,277 @@
+#include "shading/relight_session.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <random>
+#include <thread>
+
+#include "shading/lighting.h"
+#include "tests/example_scene.h"
+
+namespace haarfield {
+namespace {
+
+LatLongImage sky(double turn) {
+    return environment(
+        [&](const Vec3d& d) {
+            return 0.5 + d.y * 0.3 +
+                   5 * std::exp(20 * (d.dot(Vec3d(std::sin(turn), 0.8, std::cos(turn)).normalized()) - 1));
+        },
+        128);
+}
+
+/// A floor and some furniture, of which one piece is looked up in its field.
+class OpenedScene {
+public:
+    OpenedScene() {
+        Material lacquer = glossy(30, LobeConvention::povray);
+        lacquer.diffuse = Rgb(0.4f, 0.2f, 0.1f);
+        PreparedMesh floor = prepared_as_is(square_mesh(5, 0, 8));
+        floor.coarse = square_mesh(5, 0);
+        example.add_entity(floor, matte(0.6f), 6, 18);
+        example.add_entity(box_mesh({-0.4f, 0, -0.3f}, {0.4f, 0.8f, 0.3f}, 3), lacquer, 300, 500);
+        example.add_entity(joined_meshes(box_mesh({-0.5f, 0, -0.1f}, {0.5f, 0.2f, 0.1f}, 2),
+                                         box_mesh({-0.1f, 0.2f, -0.1f}, {0.1f, 0.7f, 0.1f}, 2)),
+                           matte(0.8f));
+    }
+
+    RelightSession session() const { return RelightSession(scene(), settings(), {0.003f}); }
+
+    SessionScene scene() const {
+        SessionScene scene;
+        for (std::size_t e = 0; e < example.scene.entities.size(); ++e) {
+            const ShadedEntity& entity = example.scene.entities[e];
+            scene.entities.push_back({"example", &example.mesh(e), entity.field->settings, entity.materials});
+            scene.poses.push_back({e, {0, 0, 0}, entity.mesh, entity.occlusion, entity.field});
+        }
+        scene.instances = {{0, {0, 0, 0}, 1, {0, 0, 0}},
+                           {1, {-0.8f, 0, 0}, 1, {0, 0, 0}},
+                           {2, {0.7f, 0, 0.5f}, 1, {0, 0, 0}}};
+        scene.environment = sky(0.4);
+        scene.eye = {2, 2, 3};
+        return scene;
+    }
+
+    static RenderSettings settings() {
+        RenderSettings settings;
+        settings.face_size = ExampleScene::size;
+        settings.exact_triangles = 2;  // the floor
+        return settings;
+    }
+
+    /// The radiance of a session's instances, each made anew from its unturned mesh.
+    VertexRadiance fresh_bake(const RelightSession& session) const {
+        ExampleScene fresh;
+        for (const SessionInstance& instance : session.instances()) {
+            const ShadedEntity& entity = example.scene.entities[instance.entity];
+            const auto added = fresh.add_entity(turned_mesh(example.mesh(instance.entity), instance.rotate),
+                                                entity.materials[0], entity.field->settings.planar_samples,
+                                                entity.field->settings.spherical_samples);
+            fresh.scene.instances.push_back({added, instance.translate, instance.scale});
+        }
+        fresh.scene.environment = session.scene().environment;
+        fresh.scene.eye = session.eye();
+        return *vertex_radiance(fresh.scene, settings());
+    }
+
+    ExampleScene example;
+};
+
+const OpenedScene& opened() {
+    static const OpenedScene scene;
+    return scene;
+}
+
+double largest_difference(const VertexRadiance& found, const VertexRadiance& wanted) {
+    double largest = 0;
+    EXPECT_EQ(found.size(), wanted.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+        EXPECT_EQ(found[i].size(), wanted[i].size());
+        for (std::size_t v = 0; v < wanted[i].size(); ++v)
+            for (int c = 0; c < 3; ++c)
+                largest = std::max(largest, std::abs(double(found[i][v][c]) - double(wanted[i][v][c])));
+    }
+    return largest;
+}
+
+double relative_rmse(const VertexRadiance& found, const VertexRadiance& wanted) {
+    double error = 0, norm = 0;
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        for (std::size_t v = 0; v < wanted[i].size(); ++v) {
+            const Vec3f difference = found[i][v] - wanted[i][v];
+            error += double(difference.dot(difference));
+            norm += double(wanted[i][v].dot(wanted[i][v]));
+        }
+    return std::sqrt(error / norm);
+}
+
+TEST(RelightSession, FramesFollowWhatVariesAndEqualTheCommit) {
+    RelightSession session = opened().session();
+    const auto expect_frame_as_commit = [&](const char* what) {
+        ASSERT_TRUE(session.frame()) << what;
+        const VertexRadiance frame = session.radiance();
+        ASSERT_TRUE(session.commit());
+        EXPECT_LT(relative_rmse(frame, session.radiance()), 0.012) << what;
+    };
+    ASSERT_TRUE(session.vary_light());
+    EXPECT_GT(session.transfer_bytes(), 1000u);
+    expect_frame_as_commit("as opened");
+    session.set_environment(sky(2));
+    expect_frame_as_commit("another environment");
+    session.turn_environment(rotation_about({0, 1, 0}, 1.3));
+    expect_frame_as_commit("turned about y");
+    session.turn_environment(rotation_about({1, 0.5, 0}, 0.8));
+    expect_frame_as_commit("turned about any axis");
+
+    ASSERT_TRUE(session.vary_eye());
+    session.set_eye({-3, 1, 1});
+    expect_frame_as_commit("another eye");
+
+    ASSERT_TRUE(session.vary_instance(1));
+    session.place(1, {0.2f, 0.3f, -1}, 1.2f);
+    expect_frame_as_commit("moved");
+}
+
+TEST(RelightSession, ShowsLightsThatAreEncodedAlready) {
+    RelightSession session = opened().session();
+    ASSERT_TRUE(session.vary_light());
+    ASSERT_TRUE(session.frame());
+    const VertexRadiance bright = session.radiance();
+    const DenseCoefficients one =
+        dense_coefficients(lighting_tree(sky(0.4), ExampleScene::size, {300}), ExampleScene::size);
+    const DenseCoefficients* const lights[] = {&one};
+    const float weights[] = {0.25f};
+    session.show_light(weighted_sum(lights, weights));
+    ASSERT_TRUE(session.frame());
+    for (std::size_t i = 0; i < bright.size(); ++i)
+        for (std::size_t v = 0; v < bright[i].size(); ++v)
+            EXPECT_NEAR(session.radiance()[i][v].y, bright[i][v].y / 4, 1e-6);
+}
+
+TEST(RelightSession, ChangesMakeOtherTransferVectorsVoid) {
+    RelightSession session = opened().session();
+    EXPECT_FALSE(session.frame());
+    EXPECT_EQ(session.transfer_bytes(), 0u);
+    const auto is_void_after = [&](auto vary, auto change) {
+        EXPECT_TRUE(vary());
+        EXPECT_TRUE(session.frame());
+        change();
+        const Result<Done> frame = session.frame();
+        return !frame && frame.error().what.find("vary_light") != std::string::npos;
+    };
+    const auto light = [&] { return session.vary_light(); };
+    const auto eye = [&] { return session.vary_eye(); };
+    const auto instance = [&] { return session.vary_instance(1); };
+    const auto turn = [&] { session.turn_environment(rotation_about({0, 1, 0}, 1)); };
+    const auto look = [&] { session.set_eye({1, 1, 1}); };
+    const auto move = [&](std::size_t i) { return [&session, i] { session.place(i, {1, 0, -1}, 1); }; };
+    EXPECT_FALSE(is_void_after(light, turn));
+    EXPECT_TRUE(is_void_after(light, look));
+    EXPECT_TRUE(is_void_after(light, move(1)));
+    EXPECT_TRUE(is_void_after(eye, turn));
+    EXPECT_FALSE(is_void_after(eye, look));
+    EXPECT_TRUE(is_void_after(eye, move(1)));
+    EXPECT_TRUE(is_void_after(instance, turn));
+    EXPECT_TRUE(is_void_after(instance, look));
+    EXPECT_FALSE(is_void_after(instance, move(1)));
+    EXPECT_TRUE(is_void_after(instance, move(2)));
+    EXPECT_TRUE(is_void_after(light, [&] { session.clone(1); }));
+    EXPECT_TRUE(is_void_after(light, [&] { session.remove(3); }));
+    EXPECT_TRUE(is_void_after(light, [&] { EXPECT_TRUE(session.rotate(1, {0, 1, 0}, 1)); }));
+}
+
+TEST(RelightSession, WhileMovingTheInstanceItselfMayBeCoarser) {
+    RelightSession session = opened().session();
+    ASSERT_TRUE(session.vary_instance(1));
+    session.place(1, {0.1f, 0, -1}, 1);
+    ASSERT_TRUE(session.frame());
+    const VertexRadiance still = session.radiance();
+    ASSERT_TRUE(session.frame(FrameQuality::moving));
+    EXPECT_EQ(session.radiance()[0], still[0]);
+    EXPECT_NE(session.radiance()[1], still[1]);
+    EXPECT_LT(relative_rmse({session.radiance()[1]}, {still[1]}), 0.1);
+}
+
+TEST(RelightSession, ThirtyRandomEditsEqualAFreshBake) {
+    RelightSession session = opened().session();
+    std::mt19937 random(2006);
+    const auto uniform = [&](float low, float high) {
+        return std::uniform_real_distribution<float>(low, high)(random);
+    };
+    int counts[5] = {};
+    for (int edit = 0; edit < 30; ++edit) {
+        const std::size_t count = session.instances().size();
+        // The floor stays.
+        const std::size_t instance = count > 1 ? 1 + random() % (count - 1) : 0;
+        unsigned kind = random() % 5;
+        if (instance == 0) break;
+        if (kind == 1 && count < 4) kind = 0;
+        if (kind == 0 && count > 6) kind = 1;
+        ++counts[kind];
+        const SessionInstance before = session.instances()[instance];
+        switch (kind) {
+            case 0: EXPECT_EQ(session.clone(instance), count); break;
+            case 1: session.remove(instance); break;
+            case 2:
+                session.place(instance,
+                              before.translate + Vec3f(uniform(-1, 1), uniform(0, 0.3f), uniform(-1, 1)),
+                              before.scale);
+                break;
+            case 3: session.place(instance, before.translate, before.scale * uniform(0.8f, 1.25f)); break;
+            default:
+                ASSERT_TRUE(session.rotate(instance, Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)),
+                                           uniform(0.1f, 3)));
+        }
+        // Now and then vectors are made in between.
+        if (edit % 7 == 3) {
+            ASSERT_TRUE(session.vary_light());
+            ASSERT_TRUE(session.frame());
+            EXPECT_EQ(session.radiance().size(), session.instances().size());
+        }
+    }
+    for (const int count : counts) EXPECT_GT(count, 1);
+    ASSERT_TRUE(session.commit());
+    EXPECT_LT(largest_difference(session.radiance(), opened().fresh_bake(session)), 1e-6);
+}
+
+TEST(RelightSession, TurningBackIsAsIfNothingHadBeenTurned) {
+    RelightSession session = opened().session();
+    ASSERT_TRUE(session.commit());
+    const VertexRadiance before = session.radiance();
+    ASSERT_TRUE(session.rotate(1, {0, 0, 1}, 1));
+    EXPECT_EQ(session.scene().entities.size(), 4u);
+    ASSERT_TRUE(session.rotate(1, {0, 0, 1}, -1));
+    session.remove(1);
+    EXPECT_EQ(session.scene().entities.size(), 3u);
+    RelightSession other = opened().session();
+    other.remove(1);
+    ASSERT_TRUE(session.commit());
+    ASSERT_TRUE(other.commit());
+    EXPECT_EQ(session.radiance(), other.radiance());
+}
+
+TEST(RelightSession, InterruptedCallsLeaveItAsItWas) {
+    RelightSession session = opened().session();
+    ASSERT_TRUE(session.vary_light());
+    ASSERT_TRUE(session.frame());
+    const VertexRadiance before = session.radiance();
+    std::stop_source stop;
+    stop.request_stop();
+    const Progress progress{{}, stop.get_token()};
+    const auto instances = session.instances();
+    const auto is_interrupted = [](const Result<Done>& result) {
+        return !result && result.error().what == interrupted;
+    };
+    EXPECT_TRUE(is_interrupted(session.vary_eye(progress)));
+    EXPECT_TRUE(is_interrupted(session.vary_instance(1, progress)));
+    EXPECT_TRUE(is_interrupted(session.rotate(1, {0, 1, 0}, 1, progress)));
+    EXPECT_TRUE(is_interrupted(session.commit(progress)));
+    EXPECT_EQ(session.instances(), instances);
+    EXPECT_EQ(session.radiance(), before);
+    ASSERT_TRUE(session.frame());
+    EXPECT_EQ(session.radiance(), before);
+}
+
+}  // namespace
+}  // namespace haarfield

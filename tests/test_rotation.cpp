@@ -1,0 +1,61 @@
+#include "fields/rotation.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/example_meshes.h"
+
+namespace haarfield {
+namespace {
+
+void expect_equal(const Rotation& a, const Rotation& b, double tolerance) {
+    for (std::size_t i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(a.row[i][k], b.row[i][k], tolerance);
+}
+
+TEST(Rotation, TurnsCounterClockwiseSeenFromTheTipOfTheAxis) {
+    const double quarter = pi / 2;
+    EXPECT_LT((rotation_about({1, 0, 0}, quarter)(Vec3d(0, 1, 0)) - Vec3d(0, 0, 1)).length(), 1e-12);
+    EXPECT_LT((rotation_about({0, 3, 0}, quarter)(Vec3d(0, 0, 1)) - Vec3d(1, 0, 0)).length(), 1e-12);
+    EXPECT_LT((rotation_about({0, 0, 1}, quarter)(Vec3d(1, 0, 0)) - Vec3d(0, 1, 0)).length(), 1e-12);
+    // A third of a turn about the diagonal exchanges the axes.
+    EXPECT_LT((rotation_about({1, 1, 1}, 2 * pi / 3)(Vec3d(1, 0, 0)) - Vec3d(0, 1, 0)).length(), 1e-12);
+}
+
+TEST(Rotation, AnglesAreAboutXThenYThenZ) {
+    const Vec3f angles(0.3f, -0.7f, 2.0f);
+    const Vec3d v(1, 2, 3);
+    const Vec3d wanted =
+        rotation_about({0, 0, 1}, 2.0f)(rotation_about({0, 1, 0}, -0.7f)(rotation_about({1, 0, 0}, 0.3f)(v)));
+    EXPECT_LT((rotation_xyz(angles)(v) - wanted).length(), 1e-6);
+}
+
+TEST(Rotation, HasAnglesWhereverItTurns) {
+    for (const float x : {-3.0f, -0.4f, 0.0f, 1.0f, 2.9f})
+        for (const float y : {-1.5707964f, -0.6f, 0.0f, 1.2f, 1.5707964f})
+            for (const float z : {-2.5f, 0.0f, 0.8f}) {
+                const Rotation rotation = rotation_xyz({x, y, z});
+                expect_equal(rotation_xyz(angles_xyz(rotation)), rotation, 1e-6);
+            }
+}
+
+TEST(Rotation, TurnsAllMeshesAndTheirNormals) {
+    const PreparedMesh box = prepared_as_is(box_mesh({0, 0, 0}, {1, 2, 3}));
+    const PreparedMesh turned = turned_mesh(box, {0, float(pi / 2), 0});
+    for (const auto& [before, after] :
+         {std::pair(&box.original, &turned.original), std::pair(&box.fine, &turned.fine),
+          std::pair(&box.coarse, &turned.coarse)}) {
+        const Bounds bounds = mesh_bounds(*after);
+        EXPECT_NEAR(bounds.upper.x, 3, 1e-6);
+        EXPECT_NEAR(bounds.upper.y, 2, 1e-6);
+        EXPECT_NEAR(bounds.lower.z, -1, 1e-6);
+        EXPECT_EQ(before->triangles, after->triangles);
+        for (std::size_t v = 0; v < after->normals.size(); ++v) {
+            EXPECT_NEAR(after->normals[v].x, before->normals[v].z, 1e-6);
+            EXPECT_NEAR(after->normals[v].z, -before->normals[v].x, 1e-6);
+        }
+    }
+    EXPECT_EQ(turned_mesh(box, {0, 0, 0}).fine.positions, box.fine.positions);
+}
+
+}  // namespace
+}  // namespace haarfield

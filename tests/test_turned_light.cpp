@@ -1,0 +1,70 @@
+#include "shading/turned_light.h"
+
+#include <gtest/gtest.h>
+
+#include "shading/lighting.h"
+#include "tests/example_scene.h"
+
+namespace haarfield {
+namespace {
+
+Rgb sum_of(const std::vector<Rgb>& texels) {
+    Vec3d sum(0.0);
+    for (const Rgb& texel : texels) sum += Vec3d(texel);
+    return Rgb(Vec3f(sum));
+}
+
+double relative_difference(const std::vector<Rgb>& found, const std::vector<Rgb>& wanted) {
+    double error = 0, norm = 0;
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+        error += double((found[i] - wanted[i]).dot(found[i] - wanted[i]));
+        norm += double(wanted[i].dot(wanted[i]));
+    }
+    return std::sqrt(error / norm);
+}
+
+TEST(TurnedLight, OfAConstantEnvironmentIsConstant) {
+    const LatLongImage grey = environment([](const Vec3d&) { return 0.7; }, 64);
+    const std::vector<Rgb> wanted = lighting_texels(grey, 16);
+    const std::vector<Rgb> found =
+        turned_lighting_texels(turnable_light(grey, 16), rotation_about({1, 2, 3}, 1));
+    ASSERT_EQ(found.size(), wanted.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_NEAR(found[i].x, wanted[i].x, 1e-3f * wanted[i].x);
+}
+
+TEST(TurnedLight, IsTheLightOfTheTurnedEnvironment) {
+    const auto lobe = [](const Vec3d& d, const Vec3d& centre) { return std::exp(6 * (d.dot(centre) - 1)); };
+    const Vec3d from = Vec3d(0.2, 0.5, 0.8).normalized();
+    const LatLongImage image = environment([&](const Vec3d& d) { return lobe(d, from); }, 256);
+    const TurnableLight light = turnable_light(image, 32);
+    for (const Rotation& rotation : {Rotation(), rotation_about({0, 1, 0}, 0.7), rotation_about({1, 0, 0}, 2),
+                                     rotation_about({1, -2, 0.5}, 4)}) {
+        const Vec3d to = rotation(from);
+        const LatLongImage turned = environment([&](const Vec3d& d) { return lobe(d, to); }, 256);
+        EXPECT_LT(relative_difference(turned_lighting_texels(light, rotation), lighting_texels(turned, 32)),
+                  0.01);
+    }
+}
+
+TEST(TurnedLight, TurnsTheWayThatEnvironmentsDo) {
+    const LatLongImage image = environment([](const Vec3d& d) { return 1 + d.z + 0.5 * d.x; }, 128);
+    EXPECT_LT(
+        relative_difference(turned_lighting_texels(turnable_light(image, 16), rotation_about({0, 1, 0}, 0.9)),
+                            lighting_texels(turned_environment(image, 0.9, 0), 16)),
+        0.01);
+}
+
+TEST(TurnedLight, KeepsTheEnergyOfASmallSun) {
+    LatLongImage image = environment([](const Vec3d&) { return 0.0; }, 512);
+    image.pixels[std::size_t(70 * 512 + 200)] = Rgb(1000, 500, 100);
+    const TurnableLight light = turnable_light(image, 64);
+    const Rgb wanted = sum_of(lighting_texels(image, 64));
+    for (int i = 0; i < 20; ++i) {
+        const Rgb found = sum_of(turned_lighting_texels(light, rotation_about({1, 2, -1}, 0.31 * i)));
+        for (int channel = 0; channel < 3; ++channel)
+            EXPECT_NEAR(found[channel] / wanted[channel], 1, 0.06) << i;
+    }
+}
+
+}  // namespace
+}  // namespace haarfield

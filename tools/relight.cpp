@@ -1,0 +1,389 @@
+#include "bridge/baked_scene.h"
+#include "bridge/movie.h"
+#include "bridge/preview.h"
+#include "scenes/scene_session.h"
+#include "shading/lighting.h"
+#include "tools/command.h"
+#include "tools/scene_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+namespace haarfield {
+
+namespace {
+
+struct RelightOptions {
+    SceneOptions scene;
+    FieldOptions fields;
+    std::string output;
+    bool spin_light = false, orbit = false;
+    std::vector<float> axis{0, 1, 0};  ///< Of the spin.
+    std::vector<std::string> lights;   ///< Files.
+    std::vector<std::string> move;     ///< Instance and path.
+    int frames = 48;
+    std::string format = "png";
+    std::string movie;
+    int frames_per_second = 24;  ///< Of the movie.
+    float pruning_error = TransferSettings().pruning_error;
+};
+
+/// What the frames are made of.
+struct Stage {
+    const RelightOptions& options;
+    Scene scene;  ///< Its camera and instances are those of the frame at hand.
+    RenderSettings settings;
+    std::vector<LatLongImage> environments;
+    std::vector<float> weights;  ///< Of the environments, in the frame at hand.
+    Rotation rotation;           ///< Of the environments, in the frame at hand.
+    RelightSession* session = nullptr;
+
+    Rgb background(const Vec3f& direction) const {
+        const Vec3d before = rotation.inverse()(Vec3d(direction));
+        Rgb sum(0.0f);
+        for (std::size_t i = 0; i < environments.size(); ++i)
+            if (weights[i] > 0) sum += radiance_from(environments[i], before) * weights[i];
+        return sum;
+    }
+};
+
+/// One way to change a scene from frame to frame.
+struct Mode {
+    std::string name;
+    std::function<Result<Done>(const Progress&)> prepare;  ///< Makes the transfer vectors.
+    std::function<void(double share)> change;              ///< share: 0 in the first frame, 1 in the last.
+    bool closed = false;  ///< The frame after the last would be the first one again.
+};
+
+Mode spinning_light(Stage& stage) {
+    const auto& axis = stage.options.axis;
+    return {"spin-light", [&](const Progress& progress) { return stage.session->vary_light(progress); },
+            [&stage, axis = Vec3d(double(axis[0]), double(axis[1]), double(axis[2]))](double share) {
+                stage.rotation = rotation_about(axis, 2 * pi * share);
+                stage.session->turn_environment(stage.rotation);
+            },
+            true};
+}
+
+/// From one environment to the next.
+Mode fading_lights(Stage& stage) {
+    auto encoded = std::make_shared<std::vector<DenseCoefficients>>();
+    const auto show = [&stage, encoded](double share) {
+        const double place = share * double(encoded->size() - 1);
+        std::vector<const DenseCoefficients*> lights;
+        for (std::size_t i = 0; i < encoded->size(); ++i) {
+            stage.weights[i] = static_cast<float>(std::max(0.0, 1 - std::abs(place - double(i))));
+            lights.push_back(&(*encoded)[i]);
+        }
+        stage.session->show_light(weighted_sum(lights, stage.weights));
+    };
+    return {"lights",
+            [&stage, encoded, show](const Progress& progress) {
+                for (const LatLongImage& environment : stage.environments)
+                    encoded->push_back(dense_coefficients(lighting_tree(environment, stage.settings.face_size,
+                                                                        {stage.settings.light_coefficients}),
+                                                          stage.settings.face_size));
+                show(0.5);  // the vectors are pruned for all of them
+                return stage.session->vary_light(progress);
+            },
+            show};
+}
+
+/// Round the target, seen from above counter-clockwise.
+Mode orbiting_eye(Stage& stage) {
+    return {"orbit", [&](const Progress& progress) { return stage.session->vary_eye(progress); },
+            [&stage, start = stage.scene.camera.position](double share) {
+                Camera& camera = stage.scene.camera;
+                camera.position =
+                    camera.target + rotation_about({0, 1, 0}, 2 * pi * share)(start - camera.target);
+                stage.session->set_eye(camera.position);
+            },
+            true};
+}
+
+/// Along a path of straight lines, at an even pace.
+Mode moving_instance(Stage& stage, std::size_t instance, std::vector<Vec3f> path) {
+    return {"move",
+            [&stage, instance](const Progress& progress) {
+                return stage.session->vary_instance(instance, progress);
+            },
+            [&stage, instance, path = std::move(path)](double share) {
+                float length = 0;
+                for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).length();
+                float left = static_cast<float>(share) * length;
+                std::size_t i = 1;
+                while (i + 1 < path.size() && left > (path[i] - path[i - 1]).length())
+                    left -= (path[i] - path[i - 1]).length(), ++i;
+                const Vec3f step = path[i] - path[i - 1];
+                const float along = step.length() > 0 ? std::min(1.0f, left / step.length()) : 0;
+                Instance& moving = stage.scene.instances[instance];
+                moving.translate = path[i - 1] + step * along;
+                stage.session->place(instance, moving.translate, moving.scale);
+            }};
+}
+
+/// X,Y,Z of a path. [m]
+Result<Vec3f> path_point(std::string_view text) {
+    Vec3f point;
+    std::string_view rest = text;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto [end, failure] = std::from_chars(rest.data(), rest.data() + rest.size(), point[axis]);
+        const bool is_last = axis == 2, ends = end == rest.data() + rest.size();
+        if (failure != std::errc() || !(std::abs(point[axis]) <= 1e6f) || ends != is_last ||
+            (!ends && *end != ','))
+            return Error{"--move", fmt::format("{} is no point of a path; wanted X,Y,Z in metres", text)};
+        rest.remove_prefix(std::min(rest.size(), static_cast<std::size_t>(end - rest.data()) + 1));
+    }
+    return point;
+}
+
+Result<Mode> moving_instance(Stage& stage) {
+    const std::string &name = stage.options.move[0], &text = stage.options.move[1];
+    const auto& instances = stage.scene.instances;
+    const auto instance = std::ranges::find(instances, name, &Instance::name);
+    if (instance == instances.end()) {
+        std::string names;
+        for (const Instance& other : instances) names += (names.empty() ? "" : ", ") + other.name;
+        return Error{"--move", fmt::format("there is no instance {}; wanted one of {}", name, names)};
+    }
+    std::vector<Vec3f> path{instance->translate};
+    for (std::size_t first = 0; first <= text.size();) {
+        const std::size_t end = std::min(text.find(':', first), text.size());
+        const Result<Vec3f> point = path_point(std::string_view(text).substr(first, end - first));
+        if (!point) return point.error();
+        path.push_back(*point);
+        first = end + 1;
+    }
+    return moving_instance(stage, static_cast<std::size_t>(instance - instances.begin()), std::move(path));
+}
+
+Result<Mode> chosen_mode(Stage& stage) {
+    if (stage.options.spin_light) return spinning_light(stage);
+    if (!stage.options.lights.empty()) return fading_lights(stage);
+    if (stage.options.orbit) return orbiting_eye(stage);
+    return moving_instance(stage);
+}
+
+/// The scene's own environment, or those of --lights.
+Result<std::vector<LatLongImage>> opened_environments(const Scene& scene, const RelightOptions& options,
+                                                      Session& session) {
+    std::vector<LatLongImage> environments;
+    std::vector<Scene> scenes;
+    for (const std::string& file : options.lights) {
+        scenes.push_back(scene);
+        scenes.back().environment.image = file;
+        scenes.back().environment.sky.reset();
+    }
+    if (scenes.empty()) scenes.push_back(scene);
+    for (const Scene& lit : scenes) {
+        Result<LatLongImage> environment = opened_environment(lit, session);
+        if (!environment) return environment.error();
+        environments.push_back(std::move(*environment));
+    }
+    return environments;
+}
+
+/// Writes a frame, as a picture or for POV-Ray.
+class FrameWriter {
+public:
+    FrameWriter(const Stage& stage, const SceneEntities& entities) : stage_(stage), entities_(entities) {}
+
+    Result<Done> write(int frame) {
+        const std::filesystem::path output = stage_.options.output;
+        if (stage_.options.format == "povray")
+            return write_povray(output / fmt::format("frame_{:04}", frame));
+        const auto start = std::chrono::steady_clock::now();
+        std::vector<PreviewInstance> instances;
+        for (std::size_t i = 0; i < stage_.scene.instances.size(); ++i) {
+            const Instance& instance = stage_.scene.instances[i];
+            instances.push_back(
+                {&mesh(i), instance.translate, instance.scale, stage_.session->radiance()[i]});
+        }
+        const Image image = preview_.draw(stage_.scene.camera, instances, [this](const Vec3f& direction) {
+            return stage_.background(direction);
+        });
+        preview_seconds_ += seconds_since(start);
+        return write_image(image, output / fmt::format("frame_{:04}.{}", frame, stage_.options.format));
+    }
+
+    /// Of drawing all pictures so far.
+    double preview_seconds() const { return preview_seconds_; }
+
+private:
+    const Mesh& mesh(std::size_t instance) const {
+        return entities_.entities[entities_.entity_of_instance[instance]]->mesh.fine;
+    }
+
+    Result<Done> write_povray(const std::filesystem::path& folder) {
+        std::vector<BakedInstance> instances;
+        for (std::size_t i = 0; i < stage_.scene.instances.size(); ++i) {
+            const Instance& instance = stage_.scene.instances[i];
+            instances.push_back(
+                {instance.name, &mesh(i), instance.translate, instance.scale, stage_.session->radiance()[i]});
+        }
+        LatLongImage background = stage_.environments[0];
+        for (std::size_t p = 0; p < background.pixels.size(); ++p) {
+            const auto width = static_cast<std::size_t>(background.width);
+            background.pixels[p] =
+                stage_.background(Vec3f(lat_long_direction((double(p % width) + 0.5) / background.width,
+                                                           (double(p / width) + 0.5) / background.height)));
+        }
+        const Result<BakedFiles> files =
+            write_baked_scene(folder, file_stem(stage_.scene), stage_.scene.camera, instances,
+                              BackgroundDescription{&background});
+        if (!files) return files.error();
+        return Done{};
+    }
+
+    const Stage& stage_;
+    const SceneEntities& entities_;
+    Preview preview_;
+    double preview_seconds_ = 0;
+};
+
+/// What CLI11 does not see in the options.
+Result<Done> check_options(const RelightOptions& options) {
+    if (options.lights.size() == 1)
+        return Error{"--lights", "only one environment; wanted two or more, separated by commas"};
+    if (options.format != "png" && !options.movie.empty())
+        return Error{"--movie", "is made of PNG pictures; wanted --format png"};
+    if (std::ranges::count(options.axis, 0.0f) == 3) return Error{"--axis", "has no length"};
+    return Done{};
+}
+
+Result<ExitCode> run(const RelightOptions& options, Session& session) {
+    if (const Result<Done> good = check_options(options); !good) return good.error();
+    const std::filesystem::path output = options.output;
+    Result<Scene> scene = opened_scene(options.scene);
+    if (!scene) return scene.error();
+    Result<std::vector<LatLongImage>> environments = opened_environments(*scene, options, session);
+    if (!environments) return environments.error();
+    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, session);
+    if (!entities) return entities.error();
+
+    std::error_code trouble;
+    std::filesystem::create_directories(output, trouble);
+    if (trouble) return Error{output.string(), "can not make the folder: " + trouble.message()};
+    Stage stage{options, std::move(*scene), {}, std::move(*environments), {}, {}, nullptr};
+    stage.settings.face_size = options.fields.face_size;
+    stage.weights.assign(stage.environments.size(), 0);
+    stage.weights[0] = 1;
+    RelightSession relight(session_scene(stage.scene, *entities, stage.environments[0]), stage.settings,
+                           {options.pruning_error});
+    stage.session = &relight;
+    const Result<Mode> mode = chosen_mode(stage);
+    if (!mode) return mode.error();
+
+    const auto start = std::chrono::steady_clock::now();
+    if (const Result<Done> prepared = mode->prepare(session.progress); !prepared) return prepared.error();
+    const double setup_seconds = seconds_since(start);
+
+    double frame_seconds = 0;
+    FrameWriter writer(stage, *entities);
+    for (int frame = 0; frame < options.frames; ++frame) {
+        if (session.progress.stop.stop_requested()) return Error{"", interrupted};
+        const int steps = mode->closed ? options.frames : std::max(1, options.frames - 1);
+        const auto frame_start = std::chrono::steady_clock::now();
+        mode->change(double(frame) / steps);
+        const bool is_last = frame + 1 == options.frames;
+        if (const Result<Done> shaded =
+                relight.frame(is_last ? FrameQuality::still : FrameQuality::moving, session.progress);
+            !shaded)
+            return shaded.error();
+        frame_seconds += seconds_since(frame_start);
+        if (const Result<Done> written = writer.write(frame + 1); !written) return written.error();
+        if (session.progress.report)
+            session.progress.report("frames", std::uint64_t(frame) + 1, std::uint64_t(options.frames));
+    }
+    const double frames_per_second = options.frames / frame_seconds,
+                 preview_seconds = writer.preview_seconds() / options.frames;
+    session.report["mode"] = mode->name;
+    session.report["setup_seconds"] = setup_seconds;
+    session.report["transfer_bytes"] = relight.transfer_bytes();
+    session.report["frames"] = options.frames;
+    session.report["frames_per_second"] = frames_per_second;
+    session.report["preview_seconds"] = preview_seconds;
+    fmt::print(
+        "setup  {:.2f} s, {:.1f} MB of transfer vectors\nframes {} in {}, {:.1f} a second, {:.0f} ms a "
+        "picture\n",
+        setup_seconds, double(relight.transfer_bytes()) / 1e6, options.frames, output.string(),
+        frames_per_second, preview_seconds * 1e3);
+
+    if (!options.movie.empty()) {
+        const Result<Done> movie = write_movie(output / "frame_%04d.png", options.movie,
+                                               options.frames_per_second, session.progress);
+        if (!movie) return movie.error();
+        session.report["movie"] = options.movie;
+        fmt::print("movie  {}\n", options.movie);
+    }
+    return ExitCode::done;
+}
+
+std::string pruning_trouble(const std::string& text) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error == std::errc() && end == text.data() + text.size() && value >= 0 && value < 1) return {};
+    return fmt::format("{} is no pruning error; wanted a share in [0, 1)", text);
+}
+
+std::string axis_trouble(const std::string& text) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error == std::errc() && end == text.data() + text.size() && value >= -1e6 && value <= 1e6) return {};
+    return fmt::format("{} is no coordinate of an axis; wanted X,Y,Z", text);
+}
+
+}  // namespace
+
+Command relight_command(CLI::App& program) {
+    CLI::App* app = program.add_subcommand("relight", "Change light, view or a place from frame to frame");
+    const auto options = std::make_shared<RelightOptions>();
+    add_scene_option(*app, options->scene);
+    app->add_option("-o,--output", options->output, "Folder for the frames")->required()->type_name("DIR");
+    add_field_options(*app, options->fields);
+    CLI::Option_group* modes = app->add_option_group("Modes", "What varies; one of them");
+    CLI::Option* spin =
+        modes->add_flag("--spin-light", options->spin_light, "Turn the environment once round");
+    modes->add_option("--lights", options->lights, "Fade from one lat-long image to the next")
+        ->delimiter(',')
+        ->type_name("A,B,...");
+    modes->add_flag("--orbit", options->orbit, "Move the camera once round its target");
+    modes->add_option("--move", options->move, "Move an instance from its place to others: X,Y,Z:X,Y,Z:...")
+        ->expected(2)
+        ->type_name("INSTANCE PATH");
+    modes->require_option(1);
+    app->add_option("--axis", options->axis, "What --spin-light turns about (default: 0,1,0)")
+        ->needs(spin)
+        ->delimiter(',')
+        ->expected(3)
+        ->check(axis_trouble)
+        ->type_name("X,Y,Z");
+    app->add_option("--frames", options->frames, "How many")
+        ->check(CLI::Range(1, 9999))
+        ->capture_default_str()
+        ->type_name("N");
+    app->add_option("--format", options->format,
+                    "png, exr: quick pictures; povray: a scene for POV-Ray a frame")
+        ->check(CLI::IsMember({"png", "exr", "povray"}))
+        ->capture_default_str();
+    app->add_option("--movie", options->movie, "Make a movie of the frames, with ffmpeg")
+        ->type_name("FILE.mp4");
+    app->add_option("--fps", options->frames_per_second, "Frames a second of the movie")
+        ->check(CLI::Range(1, 240))
+        ->capture_default_str()
+        ->type_name("N");
+    app->add_option("--pruning-error", options->pruning_error,
+                    "By how much pruning the transfer vectors may change radiance; 0: not at all")
+        ->check(pruning_trouble)
+        ->capture_default_str()
+        ->type_name("E");
+    app->footer(
+        "Example:\n  haarfield relight scenes/table_and_chairs.toml -o out/spin --spin-light --frames 24\n"
+        "leaves out/spin/frame_0001.png and so on; --move chair_1 0,0.5,0:1,0,0 lifts a chair and sets it "
+        "down.");
+    return {app, [options](Session& session) { return run(*options, session); }};
+}
+
+}  // namespace haarfield
