@@ -48,7 +48,10 @@ int main(int argc, char** argv) {
         plotted->add_option("-o,--output", file, "Draw it, too: an SVG file");
     CLI11_PARSE(app, argc, argv);
 
-    if (avx2) hwy::DisableTargets(HWY_AVX2 - 1);
+    if (avx2) {
+        hwy::SetSupportedTargetsForTest(hwy::SupportedTargets() & ~(HWY_AVX2 - 1));
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
     fmt::print("{}, {}\n", instruction_set(), __VERSION__);
     const auto vertices_or = [vertices](std::size_t otherwise) {
         return vertices > 0 ? vertices : otherwise;
