@@ -343,11 +343,13 @@ Command relight_command(CLI::App& program) {
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output, "Folder for the frames")->required()->type_name("DIR");
     add_field_options(*app, options->fields);
+    add_view_options(*app, options->scene);
     CLI::Option_group* modes = app->add_option_group("Modes", "What varies; one of them");
     CLI::Option* spin =
         modes->add_flag("--spin-light", options->spin_light, "Turn the environment once round");
     modes->add_option("--lights", options->lights, "Fade from one lat-long image to the next")
         ->delimiter(',')
+        ->excludes(app->get_option("--environment"))
         ->type_name("A,B,...");
     modes->add_flag("--orbit", options->orbit, "Move the camera once round its target");
     modes->add_option("--move", options->move, "Move an instance from its place to others: X,Y,Z:X,Y,Z:...")

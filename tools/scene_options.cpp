@@ -49,7 +49,7 @@ void add_scene_option(CLI::App& command, SceneOptions& options) {
     command.add_option("SCENE", options.scene, "The scene file (TOML)")->required()->type_name("");
 }
 
-void add_picture_options(CLI::App& command, SceneOptions& options) {
+void add_view_options(CLI::App& command, SceneOptions& options) {
     command
         .add_option("--environment", options.environment,
                     "Light from this lat-long image instead of the scene's")
@@ -64,6 +64,10 @@ void add_picture_options(CLI::App& command, SceneOptions& options) {
         ->expected(3)
         ->check(coordinate_trouble)
         ->type_name("X,Y,Z");
+}
+
+void add_picture_options(CLI::App& command, SceneOptions& options) {
+    add_view_options(command, options);
     command
         .add_option("--antialiasing", options.antialiasing,
                     "POV-Ray traces N x N rays a pixel at edges; 0: one")

@@ -23,7 +23,10 @@ struct SceneOptions {
 /// Adds SCENE.
 void add_scene_option(CLI::App& command, SceneOptions& options);
 
-/// Adds --environment, --exposure, --view and --antialiasing.
+/// Adds --environment, --exposure and --view.
+void add_view_options(CLI::App& command, SceneOptions& options);
+
+/// Adds --antialiasing, too.
 void add_picture_options(CLI::App& command, SceneOptions& options);
 
 /// Reads the scene and applies the options.
