@@ -43,7 +43,7 @@ TEST(Readme, NamesOnlyCommandsAndOptionsThatThereAre) {
     for (std::sregex_iterator match(text.begin(), text.end(), in_table), end; match != end; ++match)
         commands.insert((*match)[1].matched ? (*match)[1] : (*match)[2]);
     EXPECT_EQ(commands,
-              (std::set<std::string>{"bake", "compare", "info", "precompute", "reference", "verify"}));
+              (std::set<std::string>{"bake", "compare", "info", "precompute", "reference", "relight", "verify"}));
     std::string help;
     for (const std::string& command : commands) {
         const std::filesystem::path output =
