@@ -30,9 +30,10 @@ Result<Done> check_baked_instances(std::span<const BakedInstance> instances);
 ///
 /// An include declares one object, in world coordinates, that a POV-Ray user can place in a scene of
 /// their own: it is guarded, keeps their #version, prefixes its names, has no camera, light or global
-/// settings, and says at its top how to use it. Colours are `emission` textures; vertices of exactly
-/// equal radiance share one. The scene file sets what an include can not: assumed_gamma 1, and
-/// adc_bailout 0, without which POV-Ray drops the dim corners of a triangle.
+/// settings, and says at its top how to use it. Colours are stored as suits their number, see
+/// colour_storage; an atlas lies beside the include, as `NAME_<instance>.exr`. The scene file sets what an
+/// include can not: assumed_gamma 1, and adc_bailout 0, without which POV-Ray drops the dim corners of a
+/// triangle.
 ///
 /// scene_name  the stem of the files: letters, digits, `_`, `-`, `.`.
 /// errors      non-finite radiance or positions (with instance and vertex); radiance and mesh of

@@ -1,0 +1,202 @@
+#include "bridge/coloured_mesh.h"
+
+#include "bridge/povray_scene.h"
+
+#include <Imath/half.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+namespace haarfield {
+namespace {
+
+constexpr float largest_radiance = 65000;  // POV-Ray keeps colours as floats, but its EXR holds halves
+
+using Colour = std::array<float, 3>;
+
+struct ColourHash {
+    std::size_t operator()(const Colour& c) const {
+        std::size_t hash = 0;
+        for (float channel : c) hash = (hash ^ std::bit_cast<std::uint32_t>(channel)) * 0x9e3779b97f4a7c15u;
+        return hash ^ (hash >> 29);
+    }
+};
+
+/// What a picture can hold, each colour by itself.
+std::vector<Colour> clamped(std::span<const Rgb> colours, std::uint64_t& count) {
+    std::vector<Colour> result;
+    result.reserve(colours.size());
+    for (const Rgb& value : colours) {
+        Colour colour;
+        for (int c = 0; c < 3; ++c) colour[c] = std::clamp(value[c], 0.0f, largest_radiance) + 0.0f;
+        if (Rgb(colour[0], colour[1], colour[2]) != value) ++count;
+        result.push_back(colour);
+    }
+    return result;
+}
+
+/// Each colour once, in the order of their first vertex.
+struct Palette {
+    std::vector<Colour> colours;
+    std::vector<std::uint32_t> of_vertex;
+};
+
+Palette palette(const std::vector<Colour>& of_vertices) {
+    Palette result;
+    result.of_vertex.reserve(of_vertices.size());
+    std::unordered_map<Colour, std::uint32_t, ColourHash> number;
+    for (const Colour& colour : of_vertices) {
+        const auto [entry, is_new] =
+            number.emplace(colour, static_cast<std::uint32_t>(result.colours.size()));
+        if (is_new) result.colours.push_back(colour);
+        result.of_vertex.push_back(entry->second);
+    }
+    return result;
+}
+
+/// A mesh as POV-Ray interpolates well over it: turned, and magnified.
+struct PovrayFrame {
+    double magnified;
+    std::array<Vec3d, 3> rotation;
+
+    explicit PovrayFrame(const Mesh& mesh)
+        : magnified(small_triangle_scale(mesh)), rotation(interpolation_rotation(mesh)) {}
+
+    void append_vertices(std::string& text, const Mesh& mesh) const {
+        std::vector<Vec3f> positions;
+        positions.reserve(mesh.positions.size());
+        for (const Vec3f& p : mesh.positions)
+            positions.emplace_back(
+                Vec3d(rotation[0].dot(Vec3d(p)), rotation[1].dot(Vec3d(p)), rotation[2].dot(Vec3d(p))) +
+                Vec3d(0.0));
+        append_povray_vectors(text, "vertex_vectors", positions, static_cast<float>(magnified));
+    }
+
+    /// Takes turning and magnification back.
+    void append_inverse(std::string& text) const {
+        fmt::format_to(
+            std::back_inserter(text),
+            "matrix <{:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, 0,0,0>\n"
+            "scale {:.17g}\n",
+            rotation[0].x, rotation[0].y, rotation[0].z, rotation[1].x, rotation[1].y, rotation[1].z,
+            rotation[2].x, rotation[2].y, rotation[2].z, 1 / magnified);
+    }
+};
+
+void append_textured_faces(std::string& text, const Mesh& mesh, const Palette& colours, double magnified,
+                           const std::string& finish) {
+    auto out = std::back_inserter(text);
+    fmt::format_to(out, "texture_list {{ {}", colours.colours.size());
+    for (const auto& c : colours.colours)
+        fmt::format_to(out, ",\ntexture{{pigment{{rgb<{:.6g},{:.6g},{:.6g}>}}finish{{{}}}}}", c[0], c[1],
+                       c[2], finish);
+    fmt::format_to(out, " }}\nface_indices {{ {}", mesh.triangles.size());
+    // Three textures a face, or one: with two, POV-Ray 3.7 crashes.
+    for (const auto& triangle : mesh.triangles) {
+        const auto& [a, b, c] = triangle;
+        fmt::format_to(out, ",\n<{},{},{}>,{}", a, b, c, colours.of_vertex[a]);
+        if (!is_sliver(mesh, triangle, magnified))
+            fmt::format_to(out, ",{},{}", colours.of_vertex[b], colours.of_vertex[c]);
+    }
+    text += " }\n";
+}
+
+/// Squares of 2 x 2 texels, one a triangle, row by row.
+struct AtlasLayout {
+    std::size_t columns, rows;  // of squares
+
+    explicit AtlasLayout(std::size_t triangles)
+        : columns(static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(triangles))))),
+          rows((triangles + columns - 1) / columns) {}
+
+    std::size_t x(std::size_t triangle) const { return 2 * (triangle % columns); }
+    std::size_t y(std::size_t triangle) const { return 2 * (triangle / columns); }
+};
+
+Image atlas_image(const Mesh& mesh, const std::vector<Colour>& colours) {
+    const AtlasLayout layout(mesh.triangles.size());
+    Image image;
+    image.width = static_cast<int>(2 * layout.columns);
+    image.height = static_cast<int>(2 * layout.rows);
+    const std::size_t width = 2 * layout.columns;
+    image.pixels.assign(width * 2 * layout.rows, Rgb(0.0f));
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        std::array<Rgb, 3> corner;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Colour& colour = colours[mesh.triangles[t][k]];
+            corner[k] = Rgb(colour[0], colour[1], colour[2]);
+        }
+        Rgb* const square = &image.pixels[layout.y(t) * width + layout.x(t)];
+        square[0] = corner[0];
+        square[1] = corner[1];
+        square[width] = corner[2];
+        square[width + 1] = corner[1] + corner[2] - corner[0];
+    }
+    return image;
+}
+
+void append_mapped_faces(std::string& text, const Mesh& mesh) {
+    const AtlasLayout layout(mesh.triangles.size());
+    auto out = std::back_inserter(text);
+    // In texels, from the top left: the middles of three texels of the square.
+    fmt::format_to(out, "uv_vectors {{ {}", 3 * mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const std::size_t x = layout.x(t), y = layout.y(t);
+        fmt::format_to(out, ",\n<{0}.5,{1}.5>,<{2}.5,{1}.5>,<{0}.5,{3}.5>", x, y, x + 1, y + 1);
+    }
+    fmt::format_to(out, " }}\nface_indices {{ {}", mesh.triangles.size());
+    for (const auto& [a, b, c] : mesh.triangles) fmt::format_to(out, ",\n<{},{},{}>", a, b, c);
+    fmt::format_to(out, " }}\nuv_indices {{ {}", mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        fmt::format_to(out, ",\n<{},{},{}>", 3 * t, 3 * t + 1, 3 * t + 2);
+    text += " }\n";
+}
+
+}  // namespace
+
+ColourStorage colour_storage(std::span<const Rgb> colours) {
+    constexpr std::size_t most_textures = 200000, most_vertices = 1000000;
+    if (colours.size() <= most_textures) return ColourStorage::textures;
+    const auto has_hue = [](const Rgb& c) { return c.x != c.y || c.y != c.z; };
+    if (std::none_of(colours.begin(), colours.end(), has_hue)) return ColourStorage::grey_textures;
+    return colours.size() <= most_vertices ? ColourStorage::textures : ColourStorage::atlas;
+}
+
+ColouredMesh coloured_mesh(const Mesh& mesh, std::span<const Rgb> colours, ColourStorage storage,
+                           const std::string& finish, const std::string& atlas_file) {
+    ColouredMesh result;
+    std::vector<Colour> of_vertices = clamped(colours, result.clamped_vertices);
+    const PovrayFrame frame(mesh);
+    std::string& text = result.text;
+    text.reserve(128 * mesh.positions.size() + 32 * mesh.triangles.size());
+    text = "mesh2 {\n";
+    frame.append_vertices(text, mesh);
+    if (storage == ColourStorage::atlas) {
+        append_mapped_faces(text, mesh);
+        frame.append_inverse(text);
+        result.atlas = atlas_image(mesh, of_vertices);
+        result.textures = 1;
+        fmt::format_to(std::back_inserter(text),
+                       "texture {{\n"
+                       "  uv_mapping pigment {{\n"
+                       "    image_map {{ exr \"{}\" interpolate 2 }}\n"
+                       "    scale <{}, {}, 1> scale <1, -1, 1>\n"
+                       "  }}\n"
+                       "  finish {{ {} }}\n"
+                       "}}\n",
+                       atlas_file, result.atlas.width, result.atlas.height, finish);
+        return result;
+    }
+    if (storage == ColourStorage::grey_textures)
+        for (Colour& colour : of_vertices)
+            for (float& channel : colour) channel = Imath::half(channel);
+    const Palette textures = palette(of_vertices);
+    result.textures = textures.colours.size();
+    append_textured_faces(text, mesh, textures, frame.magnified, finish);
+    frame.append_inverse(text);
+    return result;
+}
+
+}  // namespace haarfield
