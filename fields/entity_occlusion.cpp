@@ -17,6 +17,7 @@ EntityOcclusion::EntityOcclusion(const PreparedMesh& mesh)
       own_(own_occluder(coarse_, original_)),
       in_coarse_(coarse_),
       in_original_(original_),
-      samples_(local_samples(mesh.fine, original_, in_original_, own_)) {}
+      sampler_(original_, in_original_, own_),
+      samples_(local_samples(mesh.fine, sampler_)) {}
 
 }  // namespace haarfield

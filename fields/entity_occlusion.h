@@ -33,10 +33,14 @@ public:
     /// One sample per vertex of the fine mesh; each sees `own`.
     const LocalSamples& samples() const { return samples_; }
 
+    /// For points that are no vertices of the fine mesh.
+    const LocalSampler& sampler() const { return sampler_; }
+
 private:
     const Occluder coarse_, original_;
     const Occluder& own_;
     const InsideTest in_coarse_, in_original_;
+    const LocalSampler sampler_;
     const LocalSamples samples_;
 };
 

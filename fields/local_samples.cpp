@@ -5,13 +5,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <memory>
 
 namespace haarfield {
-namespace {
 
 /// Rays against an occluder.
-class SurfaceRays {
+class LocalSampler::SurfaceRays {
 public:
     explicit SurfaceRays(const Occluder& occluder)
         : device_(rtcNewDevice("threads=1"), &rtcReleaseDevice),
@@ -58,13 +56,15 @@ private:
     std::unique_ptr<RTCSceneTy, decltype(&rtcReleaseScene)> scene_;
 };
 
+namespace {
+
 /// Of each vertex, the middle of its triangles that are not buried in another piece.
 struct VisibleMiddles {
     std::vector<Vec3f> sum;
     std::vector<std::uint32_t> count;
 };
 
-VisibleMiddles visible_middles(const Mesh& mesh, const InsideTest& is_inside, float offset) {
+VisibleMiddles visible_middles(const Mesh& mesh, const LocalSampler& sampler) {
     struct Middle {
         Vec3f position;
         bool buried;
@@ -74,9 +74,7 @@ VisibleMiddles visible_middles(const Mesh& mesh, const InsideTest& is_inside, fl
         for (std::size_t t = range.begin(); t != range.end(); ++t) {
             const Vec3f &a = mesh.positions[mesh.triangles[t][0]], &b = mesh.positions[mesh.triangles[t][1]],
                         &c = mesh.positions[mesh.triangles[t][2]];
-            const Vec3f middle = (a + b + c) / 3.0f;
-            const Vec3f normal = (b - a).cross(c - a).normalized();
-            of_triangle[t] = {middle, is_inside(middle + normal * offset)};
+            of_triangle[t] = {(a + b + c) / 3.0f, sampler.is_buried(a, b, c)};
         }
     });
     VisibleMiddles middles{std::vector<Vec3f>(mesh.positions.size(), Vec3f(0.0f)),
@@ -93,38 +91,48 @@ VisibleMiddles visible_middles(const Mesh& mesh, const InsideTest& is_inside, fl
 
 }  // namespace
 
-LocalSamples local_samples(const Mesh& fine, const Occluder& original, const InsideTest& in_original,
-                           const Occluder& own) {
+LocalSampler::LocalSampler(const Occluder& original, const InsideTest& in_original, const Occluder& own)
+    : in_original_(in_original), radius_(own.bounds.radius()) {
+    // One-sided pieces are open from below, so that only two-sided ones can hide a vertex under their bulges.
+    if (own.one_sided < own.triangles.size() && own.triangles.size() != original.triangles.size())
+        rays_ = std::make_unique<SurfaceRays>(own);
+}
+
+LocalSampler::~LocalSampler() = default;
+
+bool LocalSampler::is_buried(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
+    const Vec3f normal = (b - a).cross(c - a).normalized();
+    return in_original_((a + b + c) / 3.0f + normal * (radius_ * surface_offset));
+}
+
+Vec3f LocalSampler::sample(const Vec3f& position, const Vec3f& normal, const Vec3f& middle) const {
     constexpr float inwards = 0.05f;  // of the way to the middle of the triangles
     constexpr float bulge_limit =
         0.02f;  // beyond it, what lies over a vertex is no error of simplification [radii]
-    const float radius = own.bounds.radius(), offset = radius * surface_offset;
-    const VisibleMiddles middles = visible_middles(fine, in_original, offset);
+    const float offset = radius_ * surface_offset;
+    const Vec3f towards = middle - position;
+    Vec3f point = position;
+    point += (towards - normal * normal.dot(towards)) * inwards + normal * offset;
+    if (!rays_) return point;
+    for (int layer = 0; layer < 3; ++layer) {
+        const float bulge = rays_->distance_to_back(point, normal, radius_ * bulge_limit);
+        if (bulge == 0) break;
+        point += normal * (bulge + offset);
+    }
+    return point;
+}
 
-    // One-sided pieces are open from below, so that only two-sided ones can hide a vertex under their bulges.
-    std::unique_ptr<SurfaceRays> rays;
-    if (own.one_sided < own.triangles.size() && own.triangles.size() != original.triangles.size())
-        rays = std::make_unique<SurfaceRays>(own);
-
+LocalSamples local_samples(const Mesh& fine, const LocalSampler& sampler) {
+    const VisibleMiddles middles = visible_middles(fine, sampler);
     LocalSamples samples;
     samples.points = fine.positions;
     samples.buried.assign(fine.positions.size(), 0);
-    for (std::size_t v = 0; v < fine.positions.size(); ++v) {
-        const Vec3f& normal = fine.normals[v];
-        if (middles.count[v] == 0) {
+    for (std::size_t v = 0; v < fine.positions.size(); ++v)
+        if (middles.count[v] == 0)
             samples.buried[v] = 1;
-            continue;
-        }
-        Vec3f& point = samples.points[v];
-        const Vec3f towards = middles.sum[v] / static_cast<float>(middles.count[v]) - point;
-        point += (towards - normal * normal.dot(towards)) * inwards + normal * offset;
-        if (!rays) continue;
-        for (int layer = 0; layer < 3; ++layer) {
-            const float bulge = rays->distance_to_back(point, normal, radius * bulge_limit);
-            if (bulge == 0) break;
-            point += normal * (bulge + offset);
-        }
-    }
+        else
+            samples.points[v] = sampler.sample(fine.positions[v], fine.normals[v],
+                                               middles.sum[v] / static_cast<float>(middles.count[v]));
     return samples;
 }
 
