@@ -50,7 +50,8 @@ FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& ins
     return {false, field.spherical.interpolation(point)};
 }
 
-bool VertexVisibility::look(std::size_t instance_index, std::uint32_t vertex, const VertexView& view) {
+bool VertexVisibility::look(std::size_t instance_index, const WideCubemap<std::uint8_t>& own,
+                            const VertexView& view) {
     trees_.clear();
     parts_.clear();
     cones_.clear();
@@ -62,7 +63,7 @@ bool VertexVisibility::look(std::size_t instance_index, std::uint32_t vertex, co
                                trees_.back().parts.size() + 1};
     };
     trees_.emplace_back();
-    add_tree(geometry_.entities[scene_.instances[instance_index].entity].visibility.local(vertex), 1);
+    add_tree(own, 1);
     for (const std::uint32_t i : near) {
         if (i == instance_index) continue;
         const ShadedInstance& other = scene_.instances[i];

@@ -52,8 +52,15 @@ public:
     explicit VertexVisibility(const ShadedScene& scene, const ShadingGeometry& geometry)
         : scene_(scene), geometry_(geometry) {}
 
-    /// Looks round from a vertex; false if it is inside another instance and sees nothing.
-    bool look(std::size_t instance, std::uint32_t vertex, const VertexView& view);
+    /// Looks round from a point of an instance, of whose own visibility `own` is the tree and must outlive
+    /// `trees`; false if it is inside another instance and sees nothing.
+    bool look(std::size_t instance, const WideCubemap<std::uint8_t>& own, const VertexView& view);
+
+    /// The same from a vertex.
+    bool look(std::size_t instance, std::uint32_t vertex, const VertexView& view) {
+        return look(instance, geometry_.entities[scene_.instances[instance].entity].visibility.local(vertex),
+                    view);
+    }
 
     std::span<const WeightedTrees<std::uint8_t>> trees() const { return trees_; }  ///< Its own first.
     const BlockedCones& cones() const { return cones_; }

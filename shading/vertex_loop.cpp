@@ -9,22 +9,30 @@
 
 namespace haarfield {
 
-VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex) {
+SurfacePoint surface_point(const ShadedEntity& entity, std::uint32_t vertex) {
+    return {entity.mesh->positions[vertex], entity.mesh->normals[vertex],
+            entity.occlusion->samples().points[vertex], entity.mesh->vertex_materials[vertex]};
+}
+
+VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, const SurfacePoint& point) {
     const ShadedEntity& entity = scene.entities[instance.entity];
     VertexView view;
-    view.normal = entity.mesh->normals[vertex];
-    view.position = entity.mesh->positions[vertex] * instance.scale + instance.translate;
+    view.normal = point.normal;
+    view.position = point.position * instance.scale + instance.translate;
     Vec3f to_eye = (scene.eye - view.position).normalized();
     const float facing = to_eye.dot(view.normal);
     if (facing < 0) to_eye = (to_eye - view.normal * facing).normalized();
     view.mirror = (view.normal * (2 * std::max(facing, 0.0f)) - to_eye).normalized();
-    const Vec3f inner = entity.occlusion->samples().points[vertex];
-    const Vec3f towards = entity.occlusion->coarse().bounds.centre() - inner;
+    const Vec3f towards = entity.occlusion->coarse().bounds.centre() - point.sample;
     const float distance = towards.length(),
                 step = std::min(distance, 1e-3f * entity.occlusion->coarse().bounds.radius());
-    const Vec3f drawn = distance > 0 ? inner + towards * (step / distance) : inner;
+    const Vec3f drawn = distance > 0 ? point.sample + towards * (step / distance) : point.sample;
     view.point = drawn * instance.scale + instance.translate;
     return view;
+}
+
+VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex) {
+    return vertex_view(scene, instance, surface_point(scene.entities[instance.entity], vertex));
 }
 
 void fill_buried(const Mesh& mesh, std::span<const std::uint8_t> buried, std::span<Rgb> radiance) {

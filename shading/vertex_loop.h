@@ -7,6 +7,17 @@
 
 namespace haarfield {
 
+/// A point of an entity's surface, in the entity's own frame.
+struct SurfacePoint {
+    Vec3f position;              ///< [m]
+    Vec3f normal;                ///< Unit length.
+    Vec3f sample;                ///< Off the surface, beside it: where it looks from; see local_samples. [m]
+    std::uint16_t material = 0;  ///< Index in ShadedEntity::materials.
+};
+
+/// A vertex of the entity's fine mesh.
+SurfacePoint surface_point(const ShadedEntity& entity, std::uint32_t vertex);
+
 /// What every evaluation of a vertex starts from.
 struct VertexView {
     Vec3f normal;
@@ -15,10 +26,13 @@ struct VertexView {
     Vec3f point;     ///< In the world; where the visibility past other instances is looked up.
 };
 
-/// The view of one vertex from the scene's eye.
+/// The view of one point of an instance from the scene's eye.
 ///
-/// The point is the local sample, drawn towards the middle of its instance by a thousandth of the radius:
-/// what stands exactly on the floor shall not lie in the floor's plane.
+/// VertexView::point is the local sample, drawn towards the middle of its instance by a thousandth of the
+/// radius: what stands exactly on the floor shall not lie in the floor's plane.
+VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, const SurfacePoint& point);
+
+/// The same of a vertex.
 VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex);
 
 /// Gives each buried vertex the mean radiance of its unburied neighbours along the edges, then of those in

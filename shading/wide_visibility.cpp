@@ -12,84 +12,6 @@ namespace {
 /// Differences below this do not count: half of what a byte can tell.
 constexpr float negligible = 1.0f / 512;
 
-/// Makes the wide trees of faces, one after the other.
-class FaceConverter {
-public:
-    /// Appends the face's nodes, root first; none if it is constant. Returns its mean.
-    float append(const QuadtreePool& pool, std::uint32_t face, std::vector<WideNode<std::uint8_t>>& nodes) {
-        unpack_face(pool, face, tree_);
-        squares_.clear();
-        if (tree_.nodes.empty()) return std::clamp(tree_.scaling, 0.0f, 1.0f);
-        const Built root = build(0, tree_.scaling);
-        if (root.square != no_node) {
-            nodes.emplace_back();
-            write(std::size_t(root.square), nodes.size() - 1, nodes);
-        }
-        return root.mean;
-    }
-
-private:
-    struct Square {
-        std::array<float, wide_cells> mean;
-        std::array<std::int32_t, wide_cells> child;  ///< In squares_, or no_node.
-    };
-    struct Built {
-        float mean;
-        std::int32_t square;  ///< no_node: constant.
-    };
-
-    /// The square of a node whose mean was given to it by the wavelets above: its mean once all its cells are
-    /// in [0, 1].
-    Built build(std::int32_t index, float mean) {
-        Square square;
-        square.child.fill(no_node);
-        const Quadtree::Node& node = tree_.nodes[std::size_t(index)];
-        float sum = 0;
-        bool has_children = false;
-        for (unsigned cell = 0; cell < wide_cells; ++cell) {
-            const std::int32_t quadrant = child_of(node, cell / 4);
-            float value = quadrant_mean(mean, node.wavelet, cell / 4);
-            std::int32_t below = no_node;
-            if (quadrant != no_node) {
-                const Quadtree::Node& inner = tree_.nodes[std::size_t(quadrant)];
-                value = quadrant_mean(value, inner.wavelet, cell % 4);
-                below = child_of(inner, cell % 4);
-            }
-            if (below != no_node) {
-                const Built built = build(below, value);
-                value = built.mean;
-                square.child[cell] = built.square;
-                has_children |= built.square != no_node;
-            }
-            square.mean[cell] = std::clamp(value, 0.0f, 1.0f);
-            sum += square.mean[cell];
-        }
-        const float own_mean = sum / wide_cells;
-        const auto [least, most] = std::minmax_element(square.mean.begin(), square.mean.end());
-        if (!has_children && *most - *least < negligible) return {own_mean, no_node};
-        squares_.push_back(square);
-        return {own_mean, static_cast<std::int32_t>(squares_.size() - 1)};
-    }
-
-    void write(std::size_t index, std::size_t place, std::vector<WideNode<std::uint8_t>>& nodes) {
-        const Square& square = squares_[index];
-        WideNode<std::uint8_t> wide;
-        std::size_t child = nodes.size();
-        wide.first_child = static_cast<std::uint32_t>(child - place);
-        for (unsigned cell = 0; cell < wide_cells; ++cell) {
-            wide.mean[cell] = static_cast<std::uint8_t>(std::lround(square.mean[cell] * 255));
-            if (square.child[cell] != no_node) wide.varying |= static_cast<std::uint16_t>(1u << cell);
-        }
-        nodes[place] = wide;
-        nodes.resize(child + std::size_t(std::popcount(wide.varying)));
-        for (const std::int32_t below : square.child)
-            if (below != no_node) write(std::size_t(below), child++, nodes);
-    }
-
-    Quadtree tree_;
-    std::vector<Square> squares_;
-};
-
 /// The faces of all samples, each once, by first use.
 std::vector<std::uint32_t> faces_in_use(const VisibilityField& field, std::span<const std::uint32_t> order) {
     std::vector<std::uint32_t> faces;
@@ -109,6 +31,64 @@ std::vector<std::uint32_t> faces_in_use(const VisibilityField& field, std::span<
 
 }  // namespace
 
+float VisibilityConverter::append(const Quadtree& tree, std::vector<WideNode<std::uint8_t>>& nodes) {
+    squares_.clear();
+    if (tree.nodes.empty()) return std::clamp(tree.scaling, 0.0f, 1.0f);
+    const Built root = build(tree, 0, tree.scaling);
+    if (root.square != no_node) {
+        nodes.emplace_back();
+        write(std::size_t(root.square), nodes.size() - 1, nodes);
+    }
+    return root.mean;
+}
+
+VisibilityConverter::Built VisibilityConverter::build(const Quadtree& tree, std::int32_t index, float mean) {
+    Square square;
+    square.child.fill(no_node);
+    const Quadtree::Node& node = tree.nodes[std::size_t(index)];
+    float sum = 0;
+    bool has_children = false;
+    for (unsigned cell = 0; cell < wide_cells; ++cell) {
+        const std::int32_t quadrant = child_of(node, cell / 4);
+        float value = quadrant_mean(mean, node.wavelet, cell / 4);
+        std::int32_t below = no_node;
+        if (quadrant != no_node) {
+            const Quadtree::Node& inner = tree.nodes[std::size_t(quadrant)];
+            value = quadrant_mean(value, inner.wavelet, cell % 4);
+            below = child_of(inner, cell % 4);
+        }
+        if (below != no_node) {
+            const Built built = build(tree, below, value);
+            value = built.mean;
+            square.child[cell] = built.square;
+            has_children |= built.square != no_node;
+        }
+        square.mean[cell] = std::clamp(value, 0.0f, 1.0f);
+        sum += square.mean[cell];
+    }
+    const float own_mean = sum / wide_cells;
+    const auto [least, most] = std::minmax_element(square.mean.begin(), square.mean.end());
+    if (!has_children && *most - *least < negligible) return {own_mean, no_node};
+    squares_.push_back(square);
+    return {own_mean, static_cast<std::int32_t>(squares_.size() - 1)};
+}
+
+void VisibilityConverter::write(std::size_t index, std::size_t place,
+                                std::vector<WideNode<std::uint8_t>>& nodes) const {
+    const Square& square = squares_[index];
+    WideNode<std::uint8_t> wide;
+    std::size_t child = nodes.size();
+    wide.first_child = static_cast<std::uint32_t>(child - place);
+    for (unsigned cell = 0; cell < wide_cells; ++cell) {
+        wide.mean[cell] = static_cast<std::uint8_t>(std::lround(square.mean[cell] * 255));
+        if (square.child[cell] != no_node) wide.varying |= static_cast<std::uint16_t>(1u << cell);
+    }
+    nodes[place] = wide;
+    nodes.resize(child + std::size_t(std::popcount(wide.varying)));
+    for (const std::int32_t below : square.child)
+        if (below != no_node) write(std::size_t(below), child++, nodes);
+}
+
 Result<WideVisibility> WideVisibility::make(const VisibilityField& field,
                                             std::span<const std::uint32_t> order, std::stop_token stop) {
     constexpr std::size_t chunk_faces = 1024, constant = std::numeric_limits<std::size_t>::max();
@@ -120,12 +100,14 @@ Result<WideVisibility> WideVisibility::make(const VisibilityField& field,
     tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t chunk) {
         if (stop.stop_requested()) return;
         auto& nodes = result.nodes_[chunk];
-        FaceConverter converter;
+        VisibilityConverter converter;
+        Quadtree tree;
         std::array<std::size_t, chunk_faces> root;
         const std::size_t first = chunk * chunk_faces, count = std::min(chunk_faces, faces.size() - first);
         for (std::size_t i = 0; i < count; ++i) {
             root[i] = nodes.size();
-            wide[faces[first + i]].mean = converter.append(field.pool, faces[first + i], nodes);
+            unpack_face(field.pool, faces[first + i], tree);
+            wide[faces[first + i]].mean = converter.append(tree, nodes);
             if (nodes.size() == root[i]) root[i] = constant;
         }
         nodes.shrink_to_fit();

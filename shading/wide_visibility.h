@@ -8,14 +8,39 @@
 
 namespace haarfield {
 
-/// The trees of a field by sample, in one byte a cell.
+/// Makes wide trees of visibility on faces, one after the other, in one byte a cell.
 ///
 /// Visibility lies in [0, 1], which its truncated wavelets leave; every cell is brought back into it. That
 /// takes the ripples out of open and blocked regions, so that these are exactly 1 and 0, and never adds
 /// error.
 ///
 /// accuracy  rounded to 1/255; squares on which the visibility differs by less than 1/512 are constant.
-/// memory    24 bytes a node: about 1.6 times the field's own.
+class VisibilityConverter {
+public:
+    /// Appends the face's nodes, root first; none if it is constant. Returns its mean.
+    float append(const Quadtree& tree, std::vector<WideNode<std::uint8_t>>& nodes);
+
+private:
+    struct Square {
+        std::array<float, wide_cells> mean;
+        std::array<std::int32_t, wide_cells> child;  ///< In squares_, or no_node.
+    };
+    struct Built {
+        float mean;
+        std::int32_t square;  ///< no_node: constant.
+    };
+
+    /// The square of a node whose mean was given to it by the wavelets above: its mean once all its cells are
+    /// in [0, 1].
+    Built build(const Quadtree& tree, std::int32_t index, float mean);
+    void write(std::size_t index, std::size_t place, std::vector<WideNode<std::uint8_t>>& nodes) const;
+
+    std::vector<Square> squares_;
+};
+
+/// The trees of a field by sample, as VisibilityConverter makes them.
+///
+/// memory  24 bytes a node: about 1.6 times the field's own.
 class WideVisibility {
 public:
     /// order  of the local samples, in which they will be asked for: their trees lie in memory in this order.
