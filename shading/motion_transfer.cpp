@@ -25,25 +25,33 @@ struct Frame {
     double allowed;  ///< Energy, relative.
 };
 
-class MotionRowMaker {
+class MotionBlockMaker {
 public:
-    explicit MotionRowMaker(const Frame& frame)
+    explicit MotionBlockMaker(const Frame& frame)
         : frame_(frame),
           vertex_(frame.scene, frame.geometry, frame.settings),
-          pruning_(frame.settings.face_size, frame.spectrum) {}
+          pruning_(frame.settings.face_size, frame.spectrum),
+          rows_(frame.settings.face_size, 3) {}
 
-    void operator()(std::size_t instance, std::uint32_t vertex, Rgb& open, SparseVectors& to) {
+    void add_row(std::size_t instance, std::uint32_t vertex, Rgb& open) {
         if (instance == frame_.transfer.instance || !vertex_.look_from(instance, vertex))
-            return to.append_empty();
+            return rows_.append_empty();
         pruning_.take(vertex_.product(frame_.transfer.light));
         open = pruning_.integral();
-        pruning_.append_rgb(frame_.allowed * double(open.dot(open)), to);
+        pruning_.append_rgb(frame_.allowed * double(open.dot(open)), rows_);
+    }
+    void add_buried() { rows_.append_empty(); }
+    SparseVectors complete() {
+        SparseVectors block(rows_);
+        rows_.clear();
+        return block;
     }
 
 private:
     const Frame& frame_;
     VertexTransfer vertex_;
     ProductPruning pruning_;
+    SparseVectors rows_;
 };
 
 /// 1 - visibility at each sample of a field: planar, then spherical.
@@ -124,17 +132,18 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                       result,
                       rms_spectrum(result.occlusions),
                       double(transfer.pruning_error) * double(transfer.pruning_error)};
-    SparseVectorBlocks* const sets[] = {&result.vectors};
-    const Result<Done> filled = fill_rows(
-        without, sets,
-        [&]() -> RowMaker {
-            return
-                [&, maker = std::make_shared<MotionRowMaker>(frame)](
-                    std::size_t row, std::size_t of, std::uint32_t vertex,
-                    std::span<SparseVectors* const> to) { (*maker)(of, vertex, result.open[row], *to[0]); };
+    const Result<Done> made = make_rows(
+        without, SparseVectorBlocks::block_rows,
+        [&]() -> BlockMaker {
+            const auto maker = std::make_shared<MotionBlockMaker>(frame);
+            return {[&, maker](std::size_t row, std::size_t of, std::uint32_t vertex) {
+                        maker->add_row(of, vertex, result.open[row]);
+                    },
+                    [maker] { maker->add_buried(); },
+                    [&, maker](std::size_t block) { result.vectors.blocks[block] = maker->complete(); }};
         },
         progress);
-    if (!filled) return filled.error();
+    if (!made) return made.error();
     return result;
 }
 

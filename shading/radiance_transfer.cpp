@@ -37,28 +37,27 @@ Rgb VertexTransfer::radiance(const LightPyramid& light, int depth) {
                            memory_);
 }
 
-Result<Done> fill_rows(const ShadedScene& scene, std::span<SparseVectorBlocks* const> sets,
-                       const std::function<RowMaker()>& make_maker, const Progress& progress) {
+Result<Done> make_rows(const ShadedScene& scene, std::size_t block_rows,
+                       const std::function<BlockMaker()>& make_maker, const Progress& progress) {
     const TransferRows rows(scene);
     std::mutex progress_mutex;
     std::uint64_t done = 0;
-    tbb::enumerable_thread_specific<RowMaker> makers(make_maker);
-    tbb::parallel_for(std::size_t(0), sets[0]->blocks.size(), [&](std::size_t b) {
-        const RowMaker& make = makers.local();
-        std::vector<SparseVectors*> blocks;
-        for (SparseVectorBlocks* set : sets) blocks.push_back(&set->blocks[b]);
-        const std::size_t end = std::min(rows.count(), (b + 1) * SparseVectorBlocks::block_rows);
-        for (std::size_t row = b * SparseVectorBlocks::block_rows; row < end; ++row) {
+    tbb::enumerable_thread_specific<BlockMaker> makers(make_maker);
+    tbb::parallel_for(std::size_t(0), (rows.count() + block_rows - 1) / block_rows, [&](std::size_t block) {
+        const BlockMaker& make = makers.local();
+        const std::size_t first = block * block_rows, end = std::min(rows.count(), first + block_rows);
+        for (std::size_t row = first; row < end; ++row) {
             if (progress.stop.stop_requested()) return;
             const std::size_t instance = rows.instance_of(row), vertex = row - rows.first(instance);
             if (scene.entities[scene.instances[instance].entity].occlusion->samples().buried[vertex])
-                for (SparseVectors* block : blocks) block->append_empty();
+                make.add_buried();
             else
-                make(row, instance, static_cast<std::uint32_t>(vertex), blocks);
+                make.add_row(row, instance, static_cast<std::uint32_t>(vertex));
         }
+        make.complete(block);
         if (!progress.report) return;
         const std::lock_guard lock(progress_mutex);
-        done = std::min<std::uint64_t>(rows.count(), done + SparseVectorBlocks::block_rows);
+        done += end - first;
         progress.report("radiance transfer", done, rows.count());
     });
     if (progress.stop.stop_requested()) return Error{"", interrupted};

@@ -69,16 +69,19 @@ private:
     std::vector<WaveletBlock<3>> product_;
 };
 
-/// Makes one row of each of some sets of vectors: appends it to the set's block.
-using RowMaker = std::function<void(std::size_t row, std::size_t instance, std::uint32_t vertex,
-                                    std::span<SparseVectors* const> to)>;
+/// One thread's way to the transfer vectors: makes one block of rows after another.
+struct BlockMaker {
+    std::function<void(std::size_t row, std::size_t instance, std::uint32_t vertex)> add_row;
+    std::function<void()> add_buried;                 ///< A row without coefficients.
+    std::function<void(std::size_t block)> complete;  ///< The rows since the last call are a block.
+};
 
-/// Fills sets of vectors of one number of rows, by all of oneTBB's threads.
+/// Makes all rows of a scene, by all of oneTBB's threads.
 ///
-/// make_maker  makes a RowMaker for one thread, with that thread's buffers.
+/// make_maker  makes a BlockMaker for one thread, with that thread's buffers.
 /// errors      interrupted.
-Result<Done> fill_rows(const ShadedScene& scene, std::span<SparseVectorBlocks* const> sets,
-                       const std::function<RowMaker()>& make_maker, const Progress& progress);
+Result<Done> make_rows(const ShadedScene& scene, std::size_t block_rows,
+                       const std::function<BlockMaker()>& make_maker, const Progress& progress);
 
 /// One value a row, as radiance by instance; buried vertices are filled, and nothing is negative.
 void store_radiance(const ShadedScene& scene, std::span<const Rgb> by_row, VertexRadiance& radiance);

@@ -12,6 +12,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "shading/four-inl.h"
+
 #ifndef HAARFIELD_SPARSE_PRODUCTS_ONCE
 #define HAARFIELD_SPARSE_PRODUCTS_ONCE
 
@@ -31,46 +33,6 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-// Four lanes whatever the machine has, and no fused multiply-add: the same bits everywhere.
-using Floats = hn::CappedTag<float, 4>;
-inline constexpr std::size_t parts = 4 / hn::MaxLanes(Floats());
-
-struct Four {
-    hn::Vec<Floats> part[parts];
-};
-
-HWY_INLINE Four all_four(float value) {
-    Four result;
-    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::Set(Floats(), value);
-    return result;
-}
-
-HWY_INLINE Four load_four(const float* from) {
-    Four result;
-    for (std::size_t i = 0; i < parts; ++i)
-        result.part[i] = hn::LoadU(Floats(), from + i * hn::MaxLanes(Floats()));
-    return result;
-}
-
-HWY_INLINE void store_four(const Four& four, float* to) {
-    for (std::size_t i = 0; i < parts; ++i)
-        hn::StoreU(four.part[i], Floats(), to + i * hn::MaxLanes(Floats()));
-}
-
-HWY_INLINE Four operator*(const Four& a, const Four& b) {
-    Four result;
-    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::Mul(a.part[i], b.part[i]);
-    return result;
-}
-
-HWY_INLINE Four operator+(const Four& a, const Four& b) {
-    Four result;
-    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::Add(a.part[i], b.part[i]);
-    return result;
-}
-
 /// Half floats to floats.
 void unpack_halves(const std::uint16_t* halves, std::size_t count, float* to) {
     const hn::ScalableTag<float> wide;
@@ -88,35 +50,6 @@ void unpack_halves(const std::uint16_t* halves, std::size_t count, float* to) {
     hn::StoreU(hn::PromoteTo(wide, hn::LoadU(narrow, reinterpret_cast<const hwy::float16_t*>(last))), wide,
                unpacked);
     std::copy(unpacked, unpacked + (count - i), to + i);
-}
-
-void block_products(const SparseVectors& vectors, const DenseCoefficients& f, Rgb* out) {
-    const std::size_t pages = vectors.pages();
-    std::vector<float> unpacked;
-    for (std::size_t row = 0; row < vectors.rows(); ++row) {
-        const std::size_t row_first = vectors.first[row * pages], row_end = vectors.first[(row + 1) * pages];
-        unpacked.resize(std::max(unpacked.size(), row_end - row_first));
-        unpack_halves(vectors.value.data() + row_first, row_end - row_first, unpacked.data());
-        const std::uint16_t* index = vectors.index.data() + row_first;
-        const float* value = unpacked.data();
-        // Four sums, lest each addition wait for the one before.
-        Four sum0 = all_four(0), sum1 = sum0, sum2 = sum0, sum3 = sum0;
-        for (std::size_t page = 0; page < pages; ++page) {
-            const auto* const table = f.values.data() + (page << 16);
-            std::size_t left = vectors.first[row * pages + page + 1] - vectors.first[row * pages + page];
-            for (; left >= 4; left -= 4, index += 4, value += 4) {
-                sum0 = sum0 + all_four(value[0]) * load_four(table[index[0]].data());
-                sum1 = sum1 + all_four(value[1]) * load_four(table[index[1]].data());
-                sum2 = sum2 + all_four(value[2]) * load_four(table[index[2]].data());
-                sum3 = sum3 + all_four(value[3]) * load_four(table[index[3]].data());
-            }
-            for (; left > 0; --left, ++index, ++value)
-                sum0 = sum0 + all_four(value[0]) * load_four(table[index[0]].data());
-        }
-        float rgb[4];
-        store_four(((sum0 + sum1) + (sum2 + sum3)) * all_four(vectors.scale[row]), rgb);
-        out[row] = Rgb(rgb[0], rgb[1], rgb[2]);
-    }
 }
 
 /// <vectors[row], c> for each of the functions c that lie side by side in `spread`.
@@ -159,7 +92,6 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace haarfield {
 
-HWY_EXPORT(block_products);
 HWY_EXPORT(row_products);
 
 namespace {
@@ -237,11 +169,6 @@ std::vector<std::uint32_t> rows_by_sample(const SparseVectorBlocks& vectors,
 }
 
 }  // namespace
-
-void inner_products(const SparseVectors& vectors, const DenseCoefficients& f, std::span<Rgb> out) {
-    assert(vectors.channels == 1 && vectors.face_size == f.face_size && out.size() == vectors.rows());
-    HWY_DYNAMIC_DISPATCH(block_products)(vectors, f, out.data());
-}
 
 void interpolated_inner_products(const SparseVectorBlocks& vectors, const SparseVectorBlocks& functions,
                                  std::span<const Interpolation> at, std::span<Rgb> out) {

@@ -1,16 +1,10 @@
 #pragma once
-/// Inner products of many sparse vectors with functions that change: the frames of radiance transfer.
+/// Inner products of many sparse vectors with functions that differ from vector to vector.
 
 #include "fields/samplers.h"
 #include "shading/sparse_vectors.h"
 
 namespace haarfield {
-
-/// out[row] = <vectors[row], f> per channel, for the rows of a block of one channel.
-///
-/// accuracy  sums in float. The same bits on every processor.
-/// cost      one 16-byte load, multiplication and addition a coefficient.
-void inner_products(const SparseVectors& vectors, const DenseCoefficients& f, std::span<Rgb> out);
 
 /// out[row] = sum_k at[row].weight[k] <vectors[row], functions[at[row].sample[k]]>, for all rows.
 ///

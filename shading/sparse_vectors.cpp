@@ -75,10 +75,14 @@ void CoefficientSum::add(const CubemapTree& f, float weight) {
 
 namespace {
 
-using LevelEnergies = std::array<double, std::tuple_size_v<CoefficientSpectrum>>;
+/// Place in a CoefficientSpectrum by index.
+std::size_t spectrum_place(const BlockNumbers& numbers, std::uint32_t index) {
+    return haarfield::spectrum_place(level_of_block(numbers, index / wide_cells), index % wide_cells);
+}
 
-/// From sums of squares by level over a number of functions.
-CoefficientSpectrum root_mean_squares(const LevelEnergies& sums, double functions) {
+}  // namespace
+
+CoefficientSpectrum root_mean_squares(const SpectrumEnergies& sums, double functions) {
     CoefficientSpectrum spectrum;
     for (std::size_t place = 0; place < spectrum.size(); ++place) {
         const double coefficients =
@@ -87,13 +91,6 @@ CoefficientSpectrum root_mean_squares(const LevelEnergies& sums, double function
     }
     return spectrum;
 }
-
-/// Place in a CoefficientSpectrum by index.
-std::size_t spectrum_place(const BlockNumbers& numbers, std::uint32_t index) {
-    return haarfield::spectrum_place(level_of_block(numbers, index / wide_cells), index % wide_cells);
-}
-
-}  // namespace
 
 std::size_t SparseVectors::bytes() const {
     return first.size() * sizeof first[0] + (index.size() + value.size()) * sizeof index[0] +
@@ -123,6 +120,13 @@ void SparseVectors::append(const CoefficientSum& f) {
     std::vector<float> values;
     for (const std::uint32_t i : f.indices()) values.push_back(f[i]);
     append(f.indices(), values);
+}
+
+void SparseVectors::clear() {
+    first.resize(1);
+    index.clear();
+    value.clear();
+    scale.clear();
 }
 
 SparseVectorBlocks::SparseVectorBlocks(std::size_t row_count, int face_size, int channels)
@@ -176,7 +180,7 @@ DenseCoefficients weighted_sum(std::span<const DenseCoefficients* const> functio
 }
 
 CoefficientSpectrum rms_spectrum(const DenseCoefficients& f) {
-    LevelEnergies energies{};
+    SpectrumEnergies energies{};
     const BlockNumbers numbers(f.face_size);
     for (std::uint32_t index = 0; index < f.values.size(); ++index)
         for (const float channel : f.values[index])
@@ -185,7 +189,7 @@ CoefficientSpectrum rms_spectrum(const DenseCoefficients& f) {
 }
 
 CoefficientSpectrum rms_spectrum(const SparseVectorBlocks& functions) {
-    LevelEnergies energies{};
+    SpectrumEnergies energies{};
     if (functions.rows == 0) return {};
     const BlockNumbers numbers(functions.blocks[0].face_size);
     for (const SparseVectors& block : functions.blocks)

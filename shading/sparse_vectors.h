@@ -84,6 +84,9 @@ struct SparseVectors {
     void append(const CoefficientSum& f);
     void append_empty() { append({}, {}); }
 
+    /// Forgets the rows, and keeps the memory.
+    void clear();
+
     /// Calls use(index, value) for each coefficient of a row of one channel.
     template <class Use>
     void for_each(std::size_t row, const Use& use) const;
@@ -117,6 +120,12 @@ DenseCoefficients dense_coefficients(const RgbCubemapTree& f, int face_size);
 /// sum_i weights[i] * functions[i]; of one face size, at least one (asserted).
 DenseCoefficients weighted_sum(std::span<const DenseCoefficients* const> functions,
                                std::span<const float> weights);
+
+/// Sums of squares by level.
+using SpectrumEnergies = std::array<double, std::tuple_size_v<CoefficientSpectrum>>;
+
+/// From sums over a number of functions.
+CoefficientSpectrum root_mean_squares(const SpectrumEnergies& sums, double functions);
 
 /// Of one function, over its channels; of all rows of a set of one channel.
 CoefficientSpectrum rms_spectrum(const DenseCoefficients& f);

@@ -22,20 +22,21 @@ struct Frame {
     double allowed;  ///< Energy, relative.
 };
 
-class ViewRowMaker {
+class ViewBlockMaker {
 public:
-    explicit ViewRowMaker(const Frame& frame)
+    explicit ViewBlockMaker(const Frame& frame)
         : frame_(frame),
           vertex_(frame.scene, frame.geometry, frame.settings),
-          pruning_(frame.settings.face_size, frame.spectrum) {}
+          pruning_(frame.settings.face_size, frame.spectrum),
+          rows_(frame.settings.face_size, 3) {}
 
-    void operator()(std::size_t instance, std::uint32_t vertex, Rgb& diffuse, SparseVectors& to) {
-        if (!vertex_.look_from(instance, vertex)) return to.append_empty();
+    void add_row(std::size_t instance, std::uint32_t vertex, Rgb& diffuse) {
+        if (!vertex_.look_from(instance, vertex)) return rows_.append_empty();
         VertexBrdf& brdf = vertex_.brdf;
         const Rgb specular = brdf.specular;
         brdf.specular = Rgb(0.0f);
         if (brdf.diffuse != Rgb(0.0f)) diffuse = vertex_.radiance(frame_.light, frame_.settings.depth);
-        if (specular == Rgb(0.0f)) return to.append_empty();
+        if (specular == Rgb(0.0f)) return rows_.append_empty();
         // Without the lobe, that is, to the power of zero.
         brdf.diffuse = Rgb(0.0f);
         brdf.specular = specular;
@@ -43,13 +44,20 @@ public:
         brdf.mirror = brdf.normal;
         pruning_.take(vertex_.product(frame_.light));
         const auto& [red, green, blue] = pruning_.energies();
-        pruning_.append_rgb(frame_.allowed * (red + green + blue + double(diffuse.dot(diffuse))), to);
+        pruning_.append_rgb(frame_.allowed * (red + green + blue + double(diffuse.dot(diffuse))), rows_);
+    }
+    void add_buried() { rows_.append_empty(); }
+    SparseVectors complete() {
+        SparseVectors block(rows_);
+        rows_.clear();
+        return block;
     }
 
 private:
     const Frame& frame_;
     VertexTransfer vertex_;
     ProductPruning pruning_;
+    SparseVectors rows_;
 };
 
 std::vector<float> specular_exponents(const ShadedScene& scene) {
@@ -76,18 +84,18 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
                       LightPyramid(light, settings.face_size),
                       rms_spectrum(result.lobes.lobes),
                       double(transfer.pruning_error) * double(transfer.pruning_error)};
-    SparseVectorBlocks* const sets[] = {&result.specular};
-    const Result<Done> filled = fill_rows(
-        scene, sets,
-        [&]() -> RowMaker {
-            return [&, maker = std::make_shared<ViewRowMaker>(frame)](std::size_t row, std::size_t instance,
-                                                                      std::uint32_t vertex,
-                                                                      std::span<SparseVectors* const> to) {
-                (*maker)(instance, vertex, result.diffuse[row], *to[0]);
-            };
+    const Result<Done> made = make_rows(
+        scene, SparseVectorBlocks::block_rows,
+        [&]() -> BlockMaker {
+            const auto maker = std::make_shared<ViewBlockMaker>(frame);
+            return {[&, maker](std::size_t row, std::size_t instance, std::uint32_t vertex) {
+                        maker->add_row(instance, vertex, result.diffuse[row]);
+                    },
+                    [maker] { maker->add_buried(); },
+                    [&, maker](std::size_t block) { result.specular.blocks[block] = maker->complete(); }};
         },
         progress);
-    if (!filled) return filled.error();
+    if (!made) return made.error();
     return result;
 }
 

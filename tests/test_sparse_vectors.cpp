@@ -237,30 +237,6 @@ TEST(SparseVectors, KeepWhatTheyAreGivenToHalfPrecision) {
     }
 }
 
-TEST(SparseVectors, InnerProductsAreIntegralsOverTheTexels) {
-    for (const int size : {16, 64, 128}) {
-        const RgbCubemapTree light = random_rgb_cubemap(7, size);
-        const DenseCoefficients dense = dense_coefficients(light, size);
-        SparseVectors vectors(size, 1);
-        CoefficientSum sum(size);
-        for (std::uint32_t row = 0; row < 4; ++row) {
-            sum.clear();
-            sum.add(random_cubemap(row, size), 1);
-            vectors.append(sum);
-        }
-        vectors.append_empty();
-        std::vector<Rgb> found(5, Rgb(9.0f));
-        inner_products(vectors, dense, found);
-        for (std::uint32_t row = 0; row < 4; ++row)
-            for (int channel = 0; channel < 3; ++channel) {
-                const PixelIntegral wanted =
-                    pixel_integral(random_cubemap(row, size), channel_of(light, channel), size);
-                EXPECT_NEAR(found[row][channel], wanted.value, 5e-4 * wanted.absolute) << size;
-            }
-        EXPECT_EQ(found[4], Rgb(0.0f));
-    }
-}
-
 TEST(SparseVectors, InterpolatedInnerProductsAreWeightedSumsOfIntegrals) {
     for (const int size : {16, 128}) {
         // More functions than there are columns, in turns that keep some of them and exchange others.
