@@ -142,7 +142,7 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 
 void transfer_light(const LightTransfer& transfer, const ShadedScene& scene, const DenseCoefficients& light,
                     VertexRadiance& radiance) {
-    const FewCoefficients few = largest_coefficients(light, transfer.spectrum, transfer.pruning_error / 10);
+    const FewCoefficients few = largest_coefficients(light, transfer.spectrum, transfer.pruning_error / 8);
     const TransferRows rows(scene);
     std::vector<Rgb> by_row(rows.count());
     tbb::parallel_for(std::size_t(0), transfer.blocks.size(), [&](std::size_t b) {

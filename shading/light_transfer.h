@@ -32,7 +32,7 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 
 /// Radiance under a light (lighting.h: with the solid angle) towards the eye that the vectors were made for.
 ///
-/// Those of the light's coefficients that matter least are left out, to a tenth of the error of pruning.
+/// Those of the light's coefficients that matter least are left out, to an eighth of the error of pruning.
 ///
 /// scene  the one that the vectors were made for.
 /// cost   a multiplication and an addition for each coefficient that a vertex and the light have in common.
