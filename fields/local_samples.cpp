@@ -1,61 +1,11 @@
 #include "fields/local_samples.h"
 
-#include <embree3/rtcore.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 
 namespace haarfield {
-
-/// Rays against an occluder.
-class LocalSampler::SurfaceRays {
-public:
-    explicit SurfaceRays(const Occluder& occluder)
-        : device_(rtcNewDevice("threads=1"), &rtcReleaseDevice),
-          scene_(rtcNewScene(device_.get()), &rtcReleaseScene) {
-        const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-        auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                                      RTC_FORMAT_FLOAT3, 3 * sizeof(float),
-                                                                      occluder.positions.size()));
-        for (const Vec3f& p : occluder.positions)
-            for (int axis = 0; axis < 3; ++axis) *positions++ = p[axis];
-        auto* indices = static_cast<std::uint32_t*>(
-            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                    3 * sizeof(std::uint32_t), occluder.triangles.size()));
-        for (const auto& triangle : occluder.triangles)
-            indices = std::copy(triangle.begin(), triangle.end(), indices);
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometry(scene_.get(), geometry);
-        rtcReleaseGeometry(geometry);
-        rtcCommitScene(scene_.get());
-    }
-
-    /// How far along a unit direction the surface is met from behind, within a range; 0 if it is not.
-    float distance_to_back(const Vec3f& from, const Vec3f& direction, float range) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        RTCRayHit ray{};
-        ray.ray.org_x = from.x;
-        ray.ray.org_y = from.y;
-        ray.ray.org_z = from.z;
-        ray.ray.dir_x = direction.x;
-        ray.ray.dir_y = direction.y;
-        ray.ray.dir_z = direction.z;
-        ray.ray.tfar = range;
-        ray.ray.mask = ~0u;
-        ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        rtcIntersect1(scene_.get(), &context, &ray);
-        if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return 0;
-        // Embree's normal has the triangle's own orientation: counter-clockwise seen from its tip.
-        return Vec3f(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z).dot(direction) > 0 ? ray.ray.tfar : 0;
-    }
-
-private:
-    std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device_;
-    std::unique_ptr<RTCSceneTy, decltype(&rtcReleaseScene)> scene_;
-};
-
 namespace {
 
 /// Of each vertex, the middle of its triangles that are not buried in another piece.
@@ -95,10 +45,8 @@ LocalSampler::LocalSampler(const Occluder& original, const InsideTest& in_origin
     : in_original_(in_original), radius_(own.bounds.radius()) {
     // One-sided pieces are open from below, so that only two-sided ones can hide a vertex under their bulges.
     if (own.one_sided < own.triangles.size() && own.triangles.size() != original.triangles.size())
-        rays_ = std::make_unique<SurfaceRays>(own);
+        rays_ = std::make_unique<SurfaceRays>(own.positions, own.triangles);
 }
-
-LocalSampler::~LocalSampler() = default;
 
 bool LocalSampler::is_buried(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {
     const Vec3f normal = (b - a).cross(c - a).normalized();

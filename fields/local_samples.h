@@ -3,6 +3,7 @@
 
 #include "fields/mesh.h"
 #include "fields/occluder.h"
+#include "fields/surface_rays.h"
 
 #include <memory>
 
@@ -22,7 +23,6 @@ public:
     /// original, in_original  of the mesh as it was read; the test must outlive the sampler.
     /// own                    what the points see of the entity; see EntityOcclusion.
     LocalSampler(const Occluder& original, const InsideTest& in_original, const Occluder& own);
-    ~LocalSampler();
 
     /// Whether a triangle's middle lies inside another piece of the entity.
     bool is_buried(const Vec3f& a, const Vec3f& b, const Vec3f& c) const;
@@ -31,7 +31,6 @@ public:
     Vec3f sample(const Vec3f& position, const Vec3f& normal, const Vec3f& middle) const;
 
 private:
-    class SurfaceRays;
     const InsideTest& in_original_;
     const float radius_;
     std::unique_ptr<const SurfaceRays> rays_;  // null if nothing bulges

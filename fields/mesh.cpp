@@ -40,6 +40,7 @@ std::string MeshFindings::summary() const {
         add(counted(boundary_edges, "open edge", "open edges") +
             (components == 1 ? " in its only piece"
                              : fmt::format(" in {} of {} pieces", open_components, components)));
+    if (parted_vertices) add("sheets without thickness, their two sides parted");
     if (self_intersecting) add("a piece intersects itself");
     return text;
 }

@@ -43,6 +43,7 @@ struct MeshFindings {
     std::uint64_t flipped_triangles = 0;     ///< Turned round, to agree with their neighbours.
     std::uint64_t components = 0;            ///< Connected pieces, by shared positions.
     std::uint64_t open_components = 0;       ///< Of these, not closed.
+    std::uint64_t parted_vertices = 0;       ///< Of sheets without thickness, moved apart; see thin_sheets.h.
     bool self_intersecting = false;          ///< One piece by itself; pieces may cross each other.
 
     /// One line for a person, such as "312 n-gons triangulated, 18 open edges in 2 of 5 pieces";

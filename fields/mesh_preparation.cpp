@@ -2,6 +2,7 @@
 
 #include "fields/mesh_subdivision.h"
 #include "fields/mesh_topology.h"
+#include "fields/thin_sheets.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
@@ -271,6 +272,7 @@ Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& 
 
     prepared.fine = subdivided(prepared.original, wanted.fine_vertices, progress);
     if (progress.stop.stop_requested()) return stopped;
+    prepared.findings.parted_vertices = part_thin_sheets(prepared.fine, prepared.original);
     return prepared;
 }
 

@@ -23,14 +23,16 @@ struct PreparedMesh {
 /// Makes coarse and fine mesh of an imported one.
 ///
 /// fine      see mesh_subdivision.h: the surface does not change, no T-junctions, deterministic; at least
-///           fine_vertices, and up to a tenth more where that finishes a round of equal edges.
+///           fine_vertices, and up to a tenth more where that finishes a round of equal edges. Sheets
+///           without thickness are parted (thin_sheets.h).
 /// coarse    quadric (Garland-Heckbert) edge collapse down to coarse_triangles; scans of more than some
 ///           150,000 triangles are first thinned by their shortest edges. What CGAL can not take as a
 ///           manifold (non-manifold edges) is cut there and still simplified; of the crumbs that this
 ///           leaves up to a hundredth of the surface is dropped. Many small pieces, or many cuts,
 ///           can leave more than coarse_triangles.
 /// repair    see orient_triangles in mesh_topology.h: triangles agree, closed pieces face outwards.
-/// findings  those of the import, and self_intersecting (left false above 200,000 triangles).
+/// findings  those of the import, self_intersecting (left false above 200,000 triangles) and
+///           parted_vertices.
 /// errors    no triangles; `interrupted`.
 /// cost      some 15 microseconds per triangle.
 Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& wanted,

@@ -22,7 +22,7 @@ const std::map<std::string, std::set<std::string>> only_known_to{
     {"openvdb/", {"fields/vdb_store.cpp"}},
     {"CGAL/", {"fields/mesh_preparation.cpp"}},
     {"assimp/", {"fields/mesh_reader.cpp"}},
-    {"embree3/", {"fields/local_samples.cpp", "bridge/preview.cpp"}},
+    {"embree3/", {"fields/surface_rays.cpp", "bridge/preview.cpp"}},
     {"toml++/", {"scenes/toml_table.h"}},
     {"OpenImageIO/", {"bridge/image.cpp"}},
 };

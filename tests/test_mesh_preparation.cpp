@@ -271,6 +271,33 @@ TEST(MeshPreparation, AnOpenPieceFacesAsItsNormalsDo) {
     EXPECT_EQ(ready.findings.open_components, 1u);
 }
 
+TEST(MeshPreparation, PartsTheSidesOfASheetWithoutThickness) {
+    // The same square seen from above and from below, cut along different diagonals, and one that stands
+    // alone.
+    const std::vector<Vec3f> p{{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1},
+                               {3, 0, 0}, {4, 0, 0}, {4, 0, 1}, {3, 0, 1}};
+    const Mesh sheets = faceted(p, {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}, {1, 2, 3}, {4, 6, 5}, {4, 7, 6}});
+    const PreparedMesh ready = prepared(sheets, {400, 0});
+    const float offset = 1e-4f * mesh_bounds(ready.original).radius();
+    std::size_t inside = 0;
+    for (std::size_t v = 0; v < ready.fine.positions.size(); ++v) {
+        const Vec3f& vertex = ready.fine.positions[v];
+        if (vertex.x > 2) {
+            EXPECT_EQ(vertex.y, 0);
+        } else if (vertex.x > 0 && vertex.x < 1 && vertex.z > 0 && vertex.z < 1) {
+            EXPECT_FLOAT_EQ(vertex.y, ready.fine.normals[v].y * offset);
+            ++inside;
+        }
+    }
+    EXPECT_GT(inside, 100u);
+    EXPECT_GE(ready.findings.parted_vertices, inside);
+    for (const Vec3f& position : ready.original.positions) EXPECT_EQ(position.y, 0);
+}
+
+TEST(MeshPreparation, LeavesSolidsAsTheyAre) {
+    EXPECT_EQ(prepared(box({0, 0, 0}, {1, 1, 1}), {500, 0}).findings.parted_vertices, 0u);
+}
+
 TEST(MeshPreparation, TakesNonManifoldMeshes) {
     Mesh mesh = box({0, 0, 0}, {1, 1, 1});
     append(mesh, box({1, 1, 0}, {2, 2, 1}));  // touches along an edge: four triangles there
