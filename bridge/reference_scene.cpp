@@ -15,27 +15,42 @@ constexpr double wanted_radius = 64;      // POV-Ray units: far above its shadow
 constexpr double largest_distance = 1e6;  // POV-Ray units: below its limit for rays, 1e7
 constexpr float dimmest_tint = 1e-4f;     // of a highlight's strongest channel
 
+bool is_grey(const Rgb& colour) {
+    return colour.x == colour.y && colour.y == colour.z;
+}
+
+/// What pigment is to be multiplied with to give the diffuse albedo.
+float diffuse_share(const Material& material) {
+    float share = 0;
+    for (int c = 0; c < 3; ++c)
+        if (material.pigment[c] > 0) share = std::max(share, material.diffuse[c] / material.pigment[c]);
+    return share;
+}
+
 /// A material as a POV-Ray texture.
 ///
-/// POV-Ray's highlight has the colour of the light. To tint it, it lies under a layer that shines by
-/// nothing itself and lets the tint through; what is diffuse below that layer is divided by the tint.
-/// (`metallic` would fade to white at grazing light.) A channel without highlight keeps 1e-4 of the
-/// strongest one, so that the division is defined.
+/// POV-Ray's highlight has the colour of the light, or of the pigment if it is metallic. To give it another,
+/// it lies under a layer that shines by nothing itself and lets the tint through; what is diffuse below that
+/// layer is divided by the tint. A channel without highlight keeps 1e-4 of the strongest one, so that the
+/// division is defined.
 std::string texture_text(const Material& material) {
+    const bool physical = material.convention == LobeConvention::physical, grey = is_grey(material.specular);
     const float strongest = std::max({material.specular.x, material.specular.y, material.specular.z});
-    float highlight = strongest;
-    if (material.convention == LobeConvention::physical) highlight *= 0.5f * (material.shininess + 2);
-    const bool grey =
-        material.specular.x == material.specular.y && material.specular.y == material.specular.z;
-    Rgb tint(1, 1, 1), diffuse = material.diffuse;
+    const float phong = strongest * (physical ? 0.5f * (material.shininess + 2) : material.phong),
+                blinn = physical ? 0 : strongest * material.blinn,
+                metallic = physical ? 0 : material.metallic;
+    Rgb tint(1, 1, 1), pigment = metallic > 0 ? material.pigment : material.diffuse;
     if (!grey)
         for (int c = 0; c < 3; ++c) {
             tint[c] = std::max(material.specular[c] / strongest, dimmest_tint);
-            diffuse[c] /= tint[c];
+            pigment[c] /= tint[c];
         }
-    std::string text = fmt::format("texture {{ pigment {{ rgb {} }} finish {{ ambient 0 emission 0 diffuse 1",
-                                   povray_vector(diffuse));
-    if (strongest > 0) text += fmt::format(" phong {} phong_size {}", highlight, material.shininess);
+    std::string text =
+        fmt::format("texture {{ pigment {{ rgb {} }} finish {{ ambient 0 emission 0 diffuse {}",
+                    povray_vector(pigment), metallic > 0 ? diffuse_share(material) : 1);
+    if (phong > 0) text += fmt::format(" phong {} phong_size {}", phong, material.shininess);
+    if (blinn > 0) text += fmt::format(" specular {} roughness {}", blinn, material.roughness);
+    if (metallic > 0) text += fmt::format(" metallic {}", metallic);
     text += " } }";
     if (!grey)
         text += fmt::format(
@@ -45,17 +60,42 @@ std::string texture_text(const Material& material) {
     return text;
 }
 
+/// Whether POV-Ray can show a metallic material: its pigment gives both diffuse and highlights their colour.
+bool has_metals_colours(const Material& material) {
+    if (!is_grey(material.specular)) return false;
+    const Rgb diffuse = material.pigment * diffuse_share(material);
+    for (int c = 0; c < 3; ++c)
+        if (!(std::abs(diffuse[c] - material.diffuse[c]) <= 1e-5f)) return false;
+    return true;
+}
+
 Result<Done> check_materials(const ReferenceInstance& instance, const std::string& where) {
     for (std::size_t k = 0; k < instance.materials.size(); ++k) {
         const Material& material = instance.materials[k];
-        for (int c = 0; c < 3; ++c)
-            for (float value : {material.diffuse[c], material.specular[c]})
-                if (!(value >= 0 && value <= largest_distance))  // refuses NaN too
-                    return Error{where,
-                                 fmt::format("material {} has the value {}; wanted 0 or more", k, value)};
-        if (!(material.shininess > 0 && material.shininess <= 1e6f))
-            return Error{where,
-                         fmt::format("material {} has shininess {}; wanted above 0", k, material.shininess)};
+        const auto refused = [&](const char* what, float value, const char* wanted) {
+            return Error{where, fmt::format("material {} has {} {}; wanted {}", k, what, value, wanted)};
+        };
+        const auto in = [](float value, double lowest, double highest) {  // refuses NaN too
+            return value >= lowest && value <= highest;
+        };
+        for (int c = 0; c < 3; ++c) {
+            if (!in(material.diffuse[c], 0, largest_distance))
+                return refused("diffuse", material.diffuse[c], "0 or more");
+            if (!in(material.specular[c], 0, largest_distance))
+                return refused("specular", material.specular[c], "0 or more");
+            if (!in(material.pigment[c], 0, 1)) return refused("pigment", material.pigment[c], "[0, 1]");
+        }
+        if (!in(material.shininess, 1e-6, 1e6)) return refused("shininess", material.shininess, "above 0");
+        if (!in(material.phong, 0, 1e6)) return refused("phong", material.phong, "0 or more");
+        if (!in(material.blinn, 0, 1e6)) return refused("blinn", material.blinn, "0 or more");
+        if (!in(material.roughness, 1e-6, 1e6)) return refused("roughness", material.roughness, "above 0");
+        if (!in(material.metallic, 0, 1)) return refused("metallic", material.metallic, "[0, 1]");
+        if (material.metallic > 0 && !has_metals_colours(material))
+            return Error{
+                where,
+                fmt::format("material {} is metallic; wanted white highlights and a diffuse colour that "
+                            "is a multiple of the pigment",
+                            k)};
     }
     for (std::uint16_t index : instance.mesh->vertex_materials)
         if (index >= instance.materials.size())

@@ -37,14 +37,14 @@ struct ReferenceFiles {
 ///             as parallel light sources with shadows, colour irradiance/pi: rendered one at a time, they
 ///             tell how far the reference itself can be trusted (reference_picture.h).
 /// lights      of both domes together, at most; >= 16 (asserted).
-/// materials   pigment diffuse, `phong` specular, `phong_size` shininess. In the povray convention
-///             that is exact: POV-Ray's highlight has no cosine. In the physical one the highlight is
+/// materials   POV-Ray's own terms: `diffuse`, `phong` and `phong_size`, `specular` (blinn) and `roughness`,
+///             `metallic`. In the povray convention that is exact. In the physical one the highlight is
 ///             scaled by (n+2)/2 and lacks the cosine: a warning says so. A coloured highlight is
 ///             exact: see reference_scene.cpp.
 /// scale       the world is magnified, so that POV-Ray's absolute shadow tolerance (1e-3 units) does
 ///             not matter: the median object is 10 to 1000 units.
-/// errors      as write_baked_scene; a material index that `materials` does not have; non-finite or
-///             negative material values.
+/// errors      as write_baked_scene; a material index that `materials` does not have; material values out of
+///             their ranges; metallic highlights that are coloured, or not as the diffuse term is.
 Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder,
                                              const std::string& scene_name, const Camera& camera,
                                              std::span<const ReferenceInstance> instances,

@@ -66,8 +66,45 @@ void take_environment(TomlTable table, const std::filesystem::path& folder,
     table.finish();
 }
 
+// What POV-Ray users write, with POV-Ray's own defaults.
+void take_finish(TomlTable finish, Material& material) {
+    constexpr Range weights{0, 100};
+    float diffuse = 0.6f, brilliance = 1;
+    material.phong = 0;
+    material.shininess = 40;
+    finish.take("diffuse", diffuse, albedos);
+    finish.take("phong", material.phong, weights);
+    finish.take("phong_size", material.shininess, {1, 1000});
+    finish.take("specular", material.blinn, weights);
+    finish.take("roughness", material.roughness, {0.0005, 1});
+    finish.take("metallic", material.metallic, {0, 1});
+    finish.take("brilliance", brilliance, {0, 1000});
+    if (brilliance != 1)
+        finish.refuse("brilliance", fmt::format("{}.brilliance is {}; wanted 1: only cosines are computed",
+                                                finish.name(), brilliance));
+    finish.finish();
+    material.diffuse = material.pigment * diffuse;
+    if (material.phong > 0 || material.blinn > 0) material.specular = Rgb(1.0f);
+}
+
 Material taken_material(TomlTable table) {
     Material material;
+    if (table.has("pigment") || table.has("finish")) {
+        for (const char* key : {"diffuse", "specular", "shininess", "convention"})
+            if (table.has(key))
+                table.refuse(key,
+                             fmt::format("{}.{} stands beside pigment or finish; wanted either these two, "
+                                         "or diffuse, specular, shininess and convention",
+                                         table.name(), key));
+        material.convention = LobeConvention::povray;
+        table.require("pigment");
+        table.require("finish");
+        table.take("pigment", material.pigment, albedos);
+        if (const toml::table* finish = table.take_table("finish"))
+            take_finish(TomlTable(*finish, table.name() + ".finish", table.file()), material);
+        table.finish();
+        return material;
+    }
     table.take("diffuse", material.diffuse, albedos);
     table.take("specular", material.specular, albedos);
     table.take("shininess", material.shininess, {1, 1000});

@@ -1,6 +1,5 @@
 #include "shading/dense_renderer.h"
 
-#include <cmath>
 #include <memory>
 
 #include "fields/visibility_rasterizer.h"
@@ -47,25 +46,14 @@ Rgb dense_vertex(const DenseFrame& frame, std::size_t instance_index, std::uint3
         worker.multiply(worker.rasterizer.open_samples(occlusion.coarse(), point));
     }
 
-    const bool physical = material.convention == LobeConvention::physical;
-    const bool has_specular = material.specular != Rgb(0.0f);
-    const double specular_scale = physical ? (material.shininess + 2.0) / (2 * pi) : 1 / pi;
-    Vec3d diffuse(0.0), specular(0.0);
-    for (std::size_t i = 0; i < frame.directions.size(); ++i) {
-        const double cosine = frame.directions[i].dot(view.normal);
-        if (cosine <= 0 || worker.visibility[i] == 0) continue;
-        const Vec3d incident = Vec3d(frame.light[i]) * double(worker.visibility[i]);
-        diffuse += incident * (cosine / pi);
-        if (!has_specular) continue;
-        const double aligned = frame.directions[i].dot(view.mirror);
-        if (aligned <= 0) continue;
-        specular += incident * (specular_scale * std::pow(aligned, double(material.shininess)) *
-                                (physical ? cosine : 1.0));
-    }
+    const Vec3d normal(view.normal), mirror(view.mirror);
+    Vec3d radiance(0.0);
+    for (std::size_t i = 0; i < frame.directions.size(); ++i)
+        if (worker.visibility[i] > 0)
+            radiance += Vec3d(frame.light[i]) * double(worker.visibility[i]) *
+                        reflectance(material, normal, mirror, Vec3d(frame.directions[i]));
     // light holds size^2, for integrals over the unit square of each face.
-    const double texels_a_face = double(frame.directions.size()) / cubemap_faces;
-    return material.diffuse * Rgb(Vec3f(diffuse / texels_a_face)) +
-           material.specular * Rgb(Vec3f(specular / texels_a_face));
+    return Rgb(Vec3f(radiance / (double(frame.directions.size()) / cubemap_faces)));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "shading/product_pruning.h"
@@ -25,28 +26,47 @@ struct Frame {
     double allowed;  ///< Energy, relative.
 };
 
-/// Makes the two rows of each vertex of a block.
+constexpr std::size_t most_terms = 3;
+
+/// What each term is multiplied with: diffuse, highlights, highlights times F. [1/sr]
+std::array<Rgb, most_terms> term_colours(const VertexBrdf& brdf) {
+    return {brdf.diffuse, brdf.specular * (Rgb(1.0f) - brdf.metallic), brdf.specular * brdf.metallic};
+}
+
+bool has_metals(const ShadedScene& scene) {
+    return std::ranges::any_of(scene.entities, [](const ShadedEntity& entity) {
+        return std::ranges::any_of(entity.materials, [](const Material& material) {
+            return vertex_brdf(material, {}).metallic != Rgb(0.0f);
+        });
+    });
+}
+
+/// Makes the rows of each vertex of a block, one for each term.
 class LightBlockMaker {
 public:
-    explicit LightBlockMaker(const Frame& frame)
+    LightBlockMaker(const Frame& frame, std::size_t terms)
         : frame_(frame),
+          terms_(terms),
           vertex_(frame.scene, frame.geometry, frame.settings),
           pruning_(frame.settings.face_size, frame.spectrum),
           rows_(frame.settings.face_size, 1) {}
 
     void add_row(std::size_t instance, std::uint32_t vertex) {
-        std::array<double, 2> weights{};
+        std::array<double, most_terms> weights{};
         if (vertex_.look_from(instance, vertex)) {
-            weights = {energy(vertex_.brdf.diffuse), energy(vertex_.brdf.specular)};
-            // Under white light, the two terms in a channel each.
+            const std::array<Rgb, most_terms> colours = term_colours(vertex_.brdf);
+            std::ranges::transform(colours, weights.begin(), energy);
+            // Under white light, the terms in a channel each.
             vertex_.brdf.diffuse = weights[0] > 0 ? Rgb(1, 0, 0) : Rgb(0.0f);
-            vertex_.brdf.specular = weights[1] > 0 ? Rgb(0, 1, 0) : Rgb(0.0f);
+            vertex_.brdf.specular = Rgb(0, weights[1] > 0 ? 1 : 0, weights[2] > 0 ? 1 : 0);
+            vertex_.brdf.metallic = Rgb(0, 0, 1);
             pruning_.take(vertex_.product(frame_.white));
         }
-        // Half of the error for each of the two.
-        const double allowed = 0.5 * frame_.allowed *
-                               (weights[0] * pruning_.energies()[0] + weights[1] * pruning_.energies()[1]);
-        for (std::size_t term = 0; term < 2; ++term)
+        // An equal share of the error for each of them.
+        double allowed = 0;
+        for (std::size_t term = 0; term < terms_; ++term)
+            allowed += weights[term] * pruning_.energies()[term] * frame_.allowed / double(terms_);
+        for (std::size_t term = 0; term < terms_; ++term)
             if (weights[term] > 0)
                 pruning_.append_channel(term, allowed / weights[term], rows_);
             else
@@ -54,7 +74,7 @@ public:
     }
 
     void add_buried() {
-        for (int term = 0; term < 2; ++term) rows_.append_empty();
+        for (std::size_t term = 0; term < terms_; ++term) rows_.append_empty();
     }
 
     SparseColumns complete() {
@@ -65,6 +85,7 @@ public:
 
 private:
     const Frame& frame_;
+    const std::size_t terms_;
     VertexTransfer vertex_;
     ProductPruning pruning_;
     SparseVectors rows_;
@@ -84,15 +105,15 @@ VertexBrdf brdf_of_row(const ShadedScene& scene, const TransferRows& rows, std::
 
 /// Of the vectors with their materials' colours, over one row in sixteen.
 CoefficientSpectrum transfer_spectrum(const ShadedScene& scene, std::span<const SparseColumns> blocks,
-                                      int face_size) {
+                                      std::size_t terms, int face_size) {
     const TransferRows rows(scene);
     const BlockNumbers numbers(face_size);
     SpectrumEnergies energies{};
-    std::vector<double> weights(2 * LightTransfer::block_rows);
+    std::vector<double> weights(terms * LightTransfer::block_rows);
     for (std::size_t b = 0; b < blocks.size(); b += 16) {
         for (std::size_t i = 0; i < blocks[b].scale.size(); ++i) {
-            const VertexBrdf brdf = brdf_of_row(scene, rows, b * LightTransfer::block_rows + i / 2);
-            weights[i] = energy(i % 2 == 0 ? brdf.diffuse : brdf.specular) * squared(blocks[b].scale[i]);
+            const VertexBrdf brdf = brdf_of_row(scene, rows, b * LightTransfer::block_rows + i / terms);
+            weights[i] = energy(term_colours(brdf)[i % terms]) * squared(blocks[b].scale[i]);
         }
         blocks[b].for_each([&](std::uint32_t index, std::uint16_t row, float value) {
             const std::size_t place =
@@ -115,6 +136,7 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
                                      const RenderSettings& settings, const TransferSettings& transfer,
                                      const DenseCoefficients& typical, const Progress& progress) {
     LightTransfer result;
+    result.terms = has_metals(scene) ? 3 : 2;
     result.blocks.resize((TransferRows(scene).count() + LightTransfer::block_rows - 1) /
                          LightTransfer::block_rows);
     result.pruning_error = transfer.pruning_error;
@@ -127,7 +149,7 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
     const Result<Done> made = make_rows(
         scene, LightTransfer::block_rows,
         [&]() -> BlockMaker {
-            const auto maker = std::make_shared<LightBlockMaker>(frame);
+            const auto maker = std::make_shared<LightBlockMaker>(frame, result.terms);
             return {[maker](std::size_t, std::size_t instance, std::uint32_t vertex) {
                         maker->add_row(instance, vertex);
                     },
@@ -136,7 +158,7 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
         },
         progress);
     if (!made) return made.error();
-    result.spectrum = transfer_spectrum(scene, result.blocks, settings.face_size);
+    result.spectrum = transfer_spectrum(scene, result.blocks, result.terms, settings.face_size);
     return result;
 }
 
@@ -144,18 +166,18 @@ void transfer_light(const LightTransfer& transfer, const ShadedScene& scene, con
                     VertexRadiance& radiance) {
     const FewCoefficients few = largest_coefficients(light, transfer.spectrum, transfer.pruning_error / 8);
     const TransferRows rows(scene);
-    std::vector<Rgb> by_row(rows.count());
+    std::vector<Rgb> by_row(rows.count(), Rgb(0.0f));
     tbb::parallel_for(std::size_t(0), transfer.blocks.size(), [&](std::size_t b) {
         const SparseColumns& block = transfer.blocks[b];
-        std::array<std::array<float, 4>, 2 * LightTransfer::block_rows> sums{};
+        std::array<std::array<float, 4>, most_terms * LightTransfer::block_rows> sums{};
         add_inner_products(block, few, std::span(sums).first(block.scale.size()));
-        for (std::size_t i = 0; i < block.scale.size(); i += 2) {
-            const std::size_t row = b * LightTransfer::block_rows + i / 2;
-            const VertexBrdf brdf = brdf_of_row(scene, rows, row);
-            const auto term = [&](std::size_t k) {
-                return Rgb(sums[k][0], sums[k][1], sums[k][2]) * block.scale[k];
-            };
-            by_row[row] = brdf.diffuse * term(i) + brdf.specular * term(i + 1);
+        for (std::size_t i = 0; i < block.scale.size(); i += transfer.terms) {
+            const std::size_t row = b * LightTransfer::block_rows + i / transfer.terms;
+            const std::array<Rgb, most_terms> colours = term_colours(brdf_of_row(scene, rows, row));
+            for (std::size_t term = 0; term < transfer.terms; ++term) {
+                const std::array<float, 4>& sum = sums[i + term];
+                by_row[row] += colours[term] * Rgb(sum[0], sum[1], sum[2]) * block.scale[i + term];
+            }
         }
     });
     store_radiance(scene, by_row, radiance);

@@ -8,14 +8,15 @@ namespace haarfield {
 
 /// T = BRDF x visibilities x cosine per vertex. [1/sr]
 ///
-/// Diffuse and specular vectors are kept apart, one value a coefficient: their indices together are at most
-/// twice as many as those of one RGB vector for both, which has three values a coefficient.
+/// The terms' vectors are kept apart, one value a coefficient: the indices of two together are at most twice
+/// as many as those of one RGB vector for both, which has three values a coefficient.
 struct LightTransfer {
     static constexpr std::size_t block_rows = 512;
 
-    /// Rows 2 k and 2 k + 1 of a block are the diffuse and specular vectors of its k-th row, without the
-    /// materials' colours. Empty where there are none.
+    /// Row  terms * k + t  of a block is term t of its k-th row: 0 diffuse, 1 highlights, 2 highlights times
+    /// F (VertexBrdf), of metals. Without the materials' colours; empty where there is none.
     std::vector<SparseColumns> blocks;
+    std::size_t terms = 2;           ///< 3 if there are metals in the scene.
     CoefficientSpectrum spectrum{};  ///< Of T, over some rows and the channels.
     float pruning_error = 0;         ///< That the vectors were made with.
 

@@ -13,10 +13,17 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view) {
     brdf.normal = view.normal;
     brdf.mirror = view.mirror;
     brdf.diffuse = material.diffuse * over_pi;
+    brdf.specular = material.specular * over_pi;
     brdf.shininess = material.shininess;
     brdf.cosine_weighted = material.convention == LobeConvention::physical;
-    brdf.specular =
-        material.specular * (brdf.cosine_weighted ? (material.shininess + 2) * 0.5f * over_pi : over_pi);
+    if (brdf.cosine_weighted) {
+        brdf.specular *= (material.shininess + 2) * 0.5f;
+    } else {
+        brdf.phong = material.phong;
+        brdf.blinn = material.blinn;
+        brdf.blinn_exponent = 1 / material.roughness;
+        brdf.metallic = (Rgb(1.0f) - material.pigment) * material.metallic;
+    }
     return brdf;
 }
 

@@ -20,6 +20,30 @@ inline constexpr float lobe_zero = 1e-3f;
 /// and from this on it varies where its cell is not the finest.
 inline constexpr float lobe_varies = 4e-3f;
 
+/// One of a vertex's highlights, and where it has to be looked for.
+struct Highlight {
+    float weight = 0, exponent = 1;
+    bool about_half_vector = false;
+    /// By level: the cosines, between mirror and middle of a cell, above which the lobe is not zero somewhere
+    /// in it, and above which it varies.
+    std::array<float, 4> near{}, curved{};
+
+    Highlight() = default;
+    Highlight(float of_weight, float to_power, bool of_half_vector, const DirectionPyramid& directions,
+              int last_level)
+        : weight(of_weight), exponent(to_power), about_half_vector(of_half_vector) {
+        // The mirror direction turns twice as far as the half vector.
+        const float turn = about_half_vector ? 2 : 1;
+        const float zero_at = turn * std::acos(std::pow(lobe_zero, 1 / exponent)),
+                    curved_at = turn * std::acos(std::pow(lobe_varies, 1 / exponent));
+        for (int level = 0; level <= last_level; ++level) {
+            const float radius = directions.radius(level);
+            near[std::size_t(level)] = std::cos(std::min(zero_at + radius, float(pi)));
+            curved[std::size_t(level)] = std::cos(std::min(curved_at + radius, float(pi)));
+        }
+    }
+};
+
 /// What all faces and blocks of a vertex share.
 struct VertexTerms {
     const LightPyramid& light;
@@ -27,11 +51,10 @@ struct VertexTerms {
     const VertexBrdf& brdf;
     const BlockedCones& near;
     int last_level;
-    bool has_specular;
-    /// By level: sine of the largest angle from a cell's middle to its border; and the cosines, between
-    /// mirror and middle of a cell, above which the lobe is not zero somewhere in it, and above which it
-    /// varies.
-    std::array<float, 4> margin{}, lobe_near{}, lobe_curved{};
+    bool is_metallic;
+    Vec3f to_eye;
+    std::array<float, 4>
+        margin{};  ///< By level: sine of the largest angle from a cell's middle to its border.
 
     VertexTerms(const LightPyramid& from, const DirectionPyramid& pyramid, const VertexBrdf& what,
                 const BlockedCones& cones, int last)
@@ -40,16 +63,23 @@ struct VertexTerms {
           brdf(what),
           near(cones),
           last_level(last),
-          has_specular(what.specular != Rgb(0.0f)) {
-        const float zero_at = std::acos(std::pow(lobe_zero, 1 / brdf.shininess)),
-                    curved_at = std::acos(std::pow(lobe_varies, 1 / brdf.shininess));
-        for (int level = 0; level <= last; ++level) {
-            const float radius = directions.radius(level);
-            margin[std::size_t(level)] = std::sin(radius);
-            lobe_near[std::size_t(level)] = std::cos(std::min(zero_at + radius, float(pi)));
-            lobe_curved[std::size_t(level)] = std::cos(std::min(curved_at + radius, float(pi)));
+          is_metallic(what.metallic != Rgb(0.0f)),
+          to_eye(what.normal * (2 * what.normal.dot(what.mirror)) - what.mirror) {
+        if (what.specular != Rgb(0.0f)) {
+            if (what.phong > 0)
+                highlights_[highlight_count_++] = {what.phong, what.shininess, false, pyramid, last};
+            if (what.blinn > 0)
+                highlights_[highlight_count_++] = {what.blinn, what.blinn_exponent, true, pyramid, last};
         }
+        for (int level = 0; level <= last; ++level)
+            margin[std::size_t(level)] = std::sin(directions.radius(level));
     }
+
+    std::span<const Highlight> highlights() const { return {highlights_.data(), highlight_count_}; }
+
+private:
+    std::array<Highlight, 2> highlights_;
+    std::size_t highlight_count_ = 0;
 };
 
 }  // namespace haarfield
@@ -87,6 +117,8 @@ public:
         : terms_(terms),
           normal_(in_face_frame(terms.brdf.normal, int(face))),
           mirror_(in_face_frame(terms.brdf.mirror, int(face))),
+          to_eye_(in_face_frame(terms.to_eye, int(face))),
+          across_(normal_.cross(to_eye_).normalized()),
           sides_(sides) {
         sides.clear();
         for (const Vec3f& side : terms.near.sides) sides.push_back(in_face_frame(side, int(face)));
@@ -118,15 +150,18 @@ public:
         Cells reflected[3];
         const Rgb &diffuse = terms_.brdf.diffuse, &specular = terms_.brdf.specular;
         for (int c = 0; c < 3; ++c) reflected[c] = all_cells(diffuse[c]) * clamped;
-        if (terms_.has_specular && lobe_may_reach(level, block)) {
-            const Cells aligned = d.dot(mirror_);
-            if (cells_above(aligned, terms_.lobe_near[at]) != 0) {
-                Cells lobe = lobe_cells(d, aligned);
-                lobe = lobe * (terms_.brdf.cosine_weighted ? clamped : share_above(d, cosine, horizon));
-                for (int c = 0; c < 3; ++c)
-                    reflected[c] = multiply_add(all_cells(specular[c]), lobe, reflected[c]);
-                if (!last) varying |= cells_above(aligned, terms_.lobe_curved[at]) & not_below;
+        Cells highlights = all_cells(0);
+        unsigned curved = 0;
+        if (add_highlights(level, block, d, cosine, highlights, curved)) {
+            highlights =
+                highlights * (terms_.brdf.cosine_weighted ? clamped : share_above(d, cosine, horizon));
+            const Cells loss = terms_.is_metallic ? metallic_loss(cosine) : all_cells(0);
+            for (int c = 0; c < 3; ++c) {
+                Cells colour = all_cells(specular[c]);
+                if (terms_.is_metallic) colour = colour - colour * all_cells(terms_.brdf.metallic[c]) * loss;
+                reflected[c] = multiply_add(colour, highlights, reflected[c]);
             }
+            if (!last) varying |= curved & not_below;
         }
         const std::size_t index = terms_.light.numbers()(level, face, block);
         const LightBlock& light = terms_.light.block(index);
@@ -155,12 +190,13 @@ public:
         const Cells diffuse_peak = all_cells(std::max({diffuse.x, diffuse.y, diffuse.z}));
         const Cells spread = d.spread(), at_horizon = only(horizon, d.extent);
         const Cells cosine_deviation = square_root(spread * (all_cells(2) - spread)) + at_horizon;
-        Cells lobe = all_cells(0);
         HeadErrors result;
-        if (terms_.has_specular) {
-            lobe = all_cells(std::max({specular.x, specular.y, specular.z})) *
-                   larger(lobe_cells(d, aligned), all_cells(lobe_varies));
-            result.unbounded = cells_above(aligned, terms_.lobe_curved[at]);
+        Cells lobe = all_cells(0);
+        for (const Highlight& highlight : terms_.highlights()) {
+            lobe =
+                multiply_add(all_cells(std::max({specular.x, specular.y, specular.z}) * highlight.weight),
+                             larger(lobe_cells(highlight, d, cosine, aligned), all_cells(lobe_varies)), lobe);
+            result.unbounded |= cells_above(aligned, highlight.curved[at]);
         }
         if (!terms_.near.end.empty()) {
             Cells open = all_cells(1);
@@ -189,8 +225,21 @@ private:
         return {above.x[cell], above.y[cell], above.z[cell]};
     }
 
-    HWY_INLINE bool lobe_may_reach(int level, std::size_t block) const {
-        return level == 0 || middle(level, block).dot(mirror_) > terms_.lobe_near[std::size_t(level) - 1];
+    /// Adds the lobes, where they are not zero; false if they are so in the whole block. `curved`: the cells
+    /// in which one of them varies.
+    HWY_INLINE bool add_highlights(int level, std::size_t block, const BlockDirections& d,
+                                   const Cells& cosine, Cells& sum, unsigned& curved) const {
+        const auto at = std::size_t(level);
+        bool found = false;
+        for (const Highlight& highlight : terms_.highlights()) {
+            if (level > 0 && middle(level, block).dot(mirror_) <= highlight.near[at - 1]) continue;
+            const Cells aligned = d.dot(mirror_);
+            if (cells_above(aligned, highlight.near[at]) == 0) continue;
+            sum = multiply_add(all_cells(highlight.weight), lobe_cells(highlight, d, cosine, aligned), sum);
+            curved |= cells_above(aligned, highlight.curved[at]);
+            found = true;
+        }
+        return found;
     }
 
     /// Mean over the cells of max(0, N.w). Where the horizon crosses a cell the cosine is taken as uniformly
@@ -215,12 +264,38 @@ private:
         return smaller(larger(half * cosine * d.inverse_extent + half, all_cells(0)), one);
     }
 
-    /// Mean over the cells of max(0, R.w)^n; see vertex_shading.h.
-    HWY_INLINE Cells lobe_cells(const BlockDirections& d, const Cells& aligned) const {
-        const Cells n = all_cells(terms_.brdf.shininess), one = all_cells(1);
-        const Cells m = n / (one + n * d.spread());
-        const Cells scale = (m + one) * all_cells(1 / (terms_.brdf.shininess + 1));
-        return scale * exponential(m * logarithm_near_one(aligned));
+    /// Mean over the cells of a lobe; see vertex_shading.h.
+    HWY_INLINE Cells lobe_cells(const Highlight& highlight, const BlockDirections& d, const Cells& cosine,
+                                const Cells& aligned) const {
+        const Cells n = all_cells(highlight.exponent), one = all_cells(1);
+        const Cells energy = all_cells(1 / (highlight.exponent + 1));
+        if (!highlight.about_half_vector) {
+            const Cells m = n / (one + n * d.spread());
+            return (m + one) * energy * exponential(m * logarithm_near_one(aligned));
+        }
+        // |V + w| = 2 V.H, and with it N.H and the part of H across the plane of incidence.
+        const Cells two = all_cells(2), square = larger(two + two * d.dot(to_eye_), all_cells(1e-4f));
+        const Cells inverse = one / square_root(square);
+        const Cells height = (cosine + all_cells(normal_.dot(to_eye_))) * inverse;
+        const Cells across = d.dot(across_) * inverse;
+        const Cells share_across =
+            smaller(across * across / larger(one - height * height, all_cells(1e-6f)), one);
+        const Cells m = n / (one + n * d.spread() * all_cells(0.25f)),
+                    m_across = n / (one + n * d.spread() / square);
+        return square_root((m + one) * (m_across + one)) * energy *
+               exponential((m + (m_across - m) * share_across) * logarithm_near_one(height));
+    }
+
+    /// 1 - F of a metal, metallic_fresnel: within 2e-4.
+    static HWY_INLINE Cells metallic_loss(const Cells& cosine) {
+        // The angle of incidence by Abramowitz and Stegun 4.4.45.
+        const Cells one = all_cells(1), c = smaller(larger(cosine, all_cells(0)), one);
+        Cells root = all_cells(-0.0187293f);
+        for (const float term : {0.0742610f, -0.2121144f, 1.5707288f})
+            root = multiply_add(root, c, all_cells(term));
+        const Cells from_pole = all_cells(1.12f) - square_root(one - c) * root * all_cells(float(2 / pi));
+        const Cells fresnel = all_cells(0.014567225f) / (from_pole * from_pole) - all_cells(0.011612903f);
+        return one - smaller(larger(fresnel, all_cells(0)), one);
     }
 
     /// What the near occluders leave open of each cell; the cells that they cover in part, and those that
@@ -276,7 +351,8 @@ private:
     }
 
     const VertexTerms& terms_;
-    const Vec3f normal_, mirror_;
+    const Vec3f normal_, mirror_, to_eye_;
+    const Vec3f across_;         ///< The plane of incidence.
     std::vector<Vec3f>& sides_;  ///< Of the cones, in the face's frame.
 };
 

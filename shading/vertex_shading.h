@@ -9,15 +9,18 @@
 namespace haarfield {
 
 /// What a vertex does with incident radiance L:
-///     outgoing = int L [ diffuse max(0,N.w) + specular max(0,R.w)^shininess c ] dw,
+///     outgoing = int L [ diffuse max(0,N.w) + specular (1 - metallic (1 - F(N.w))) highlight c ] dw,
+///     highlight = phong max(0,R.w)^shininess + blinn max(0,N.H)^blinn_exponent,
 /// where c is max(0,N.w) if the highlight is cosine-weighted, and otherwise 1 above the horizon and 0 below
-/// it.
+/// it; H and F as in material.h.
 struct VertexBrdf {
     Vec3f normal;        ///< N.
     Vec3f mirror;        ///< R: the view direction, mirrored about the normal.
     Rgb diffuse{0.0f};   ///< Albedo / pi. [1/sr]
     Rgb specular{0.0f};  ///< With its normalisation. [1/sr]
-    float shininess = 1;
+    float phong = 1, shininess = 1;
+    float blinn = 0, blinn_exponent = 20;
+    Rgb metallic{0.0f};  ///< What a metal takes from its highlights under light along N. In [0, 1].
     bool cosine_weighted = false;
 };
 
@@ -31,21 +34,23 @@ struct VertexBrdf {
 /// at most
 ///               this fraction of the sum of their magnitudes, against the walk that does not end early.
 /// accuracy      against plain sums over the texels of the same visibility and lighting: cosines 1e-3,
-/// highlights
-///               1 % of their peak where lighting is constant over 4 x 4 texels or the walk stops at them.
+///               highlights 1 % of their peak where lighting is constant over 4 x 4 texels or the walk stops
+///               at them; 3 % if they are narrower than a texel (exponent 2000 about H at grazing view).
 /// cost          some microseconds; see product_integral.
 /// source        as product_integral. Cosine and lobe are evaluated where the walk comes, not stored: the
 /// mean of
 ///               a cosine over a cell is the cosine of the mean direction; a lobe cos^n averaged over a cell
 ///               that spreads by s is about cos^m of the cell's middle, with 1/m = 1/n + s and the same
-///               energy (variances of narrow functions add when they are convolved).
+///               energy (variances of narrow functions add when they are convolved). The lobe about H is
+///               taken so in H, where a cell spreads by s / 4 in the plane of incidence, and by
+///               s / (2 V.H)^2 across it, V the view direction.
 Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
                     const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
                     int depth, WalkMemory<std::uint8_t>& memory, float tolerance = 0);
 
 /// The function whose integral vertex_radiance is: lighting times BRDF times visibilities, per channel, as a
-/// function product (wide_product.h). `product` is overwritten, its memory reused; faces that are dark have no
-/// block.
+/// function product (wide_product.h). `product` is overwritten, its memory reused; faces that are dark have
+/// no block.
 void vertex_transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
                      const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
                      int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product);

@@ -37,10 +37,12 @@ public:
         brdf.specular = Rgb(0.0f);
         if (brdf.diffuse != Rgb(0.0f)) diffuse = vertex_.radiance(frame_.light, frame_.settings.depth);
         if (specular == Rgb(0.0f)) return rows_.append_empty();
-        // Without the lobe, that is, to the power of zero.
+        // Without the lobes, that is, to the power of zero.
         brdf.diffuse = Rgb(0.0f);
         brdf.specular = specular;
+        brdf.phong = 1;
         brdf.shininess = 0;
+        brdf.blinn = 0;
         brdf.mirror = brdf.normal;
         pruning_.take(vertex_.product(frame_.light));
         const auto& [red, green, blue] = pruning_.energies();
@@ -60,12 +62,42 @@ private:
     SparseVectors rows_;
 };
 
+/// The lobe about the half vector as one about the mirror direction: as wide in the plane of incidence, where
+/// the half vector turns half as far as the light.
+float mirror_exponent(const VertexBrdf& brdf) {
+    return std::max(1.0f, brdf.blinn_exponent / 4);
+}
+
 std::vector<float> specular_exponents(const ShadedScene& scene) {
     std::vector<float> exponents;
     for (const ShadedEntity& entity : scene.entities)
-        for (const Material& material : entity.materials)
-            if (material.specular != Rgb(0.0f)) exponents.push_back(material.shininess);
+        for (const Material& material : entity.materials) {
+            const VertexBrdf brdf = vertex_brdf(material, {});
+            if (brdf.specular == Rgb(0.0f)) continue;
+            if (brdf.phong > 0) exponents.push_back(brdf.shininess);
+            if (brdf.blinn > 0) exponents.push_back(mirror_exponent(brdf));
+        }
     return exponents;
+}
+
+void add_lobe(const LobeVectors& vectors, float exponent, const Vec3f& direction, float weight,
+              Interpolation& to) {
+    const Interpolation lobe = lobe_interpolation(vectors, exponent, direction);
+    for (std::size_t k = 0; k < std::size_t(lobe.count); ++k, ++to.count) {
+        to.sample[std::size_t(to.count)] = lobe.sample[k];
+        to.weight[std::size_t(to.count)] = lobe.weight[k] * weight;
+    }
+}
+
+/// A vertex's highlights, of both lobes. Across the plane of incidence the one about the half vector is
+/// narrower by N.V, and so it has less energy than its stand-in.
+Interpolation highlight_lobes(const LobeVectors& vectors, const VertexBrdf& brdf) {
+    Interpolation result;
+    if (brdf.phong > 0) add_lobe(vectors, brdf.shininess, brdf.mirror, brdf.phong, result);
+    if (brdf.blinn > 0)
+        add_lobe(vectors, mirror_exponent(brdf), brdf.mirror, brdf.blinn * brdf.normal.dot(brdf.mirror),
+                 result);
+    return result;
 }
 
 }  // namespace
@@ -110,7 +142,7 @@ void transfer_view(const ViewTransfer& transfer, const ShadedScene& scene, Verte
             const Material& material = entity.materials[entity.mesh->vertex_materials[vertex]];
             const VertexView view =
                 vertex_view(scene, scene.instances[instance], static_cast<std::uint32_t>(vertex));
-            at[row] = lobe_interpolation(transfer.lobes, material.shininess, view.mirror);
+            at[row] = highlight_lobes(transfer.lobes, vertex_brdf(material, view));
         }
     });
     std::vector<Rgb> by_row(rows.count());

@@ -25,7 +25,7 @@ LatLongImage sky(double turn) {
     return image;
 }
 
-/// A floor, two blocks that are looked up in their field, and a sphere; all of them rough and glossy.
+/// A floor, two blocks that are looked up in their field, and two balls; all of them rough and glossy.
 class Furnished : public ExampleScene {
 public:
     Furnished() {
@@ -36,13 +36,21 @@ public:
         lacquer.specular = Rgb(0.3f, 0.3f, 0.2f);
         Material metal = glossy(15, LobeConvention::physical);
         metal.specular = Rgb(0.6f);
+        Material brass = lacquer;
+        brass.specular = Rgb(1.0f);
+        brass.phong = 0.1f;
+        brass.blinn = 0.3f;
+        brass.metallic = 0.8f;
+        brass.pigment = Rgb(0.8f, 0.4f, 0.2f);
         const auto floor = add_entity(floor_mesh, matte(0.6f), 6, 18);
         block = add_entity(box_mesh({-0.4f, 0, -0.4f}, {0.4f, 0.8f, 0.4f}, 4), lacquer, 800, 1200);
         const auto ball = add_entity(sphere_mesh({0, 0.4f, 0}, 0.4f, 10), metal, 500, 800);
+        const auto brass_ball = add_entity(sphere_mesh({0, 0.3f, 0}, 0.3f, 8), brass, 500, 800);
         scene.instances = {{floor, {0, 0, 0}, 1},
                            {block, {-0.6f, 0, 0}, 1},
                            {ball, {0.5f, 0, 0.4f}, 1},
-                           {block, {0.6f, 0, -0.9f}, 0.7f}};
+                           {block, {0.6f, 0, -0.9f}, 0.7f},
+                           {brass_ball, {0.2f, 0, 1.3f}, 1}};
         scene.environment = sky(0.4);
         scene.eye = {2, 2, 3};
     }

@@ -161,6 +161,35 @@ TEST_F(SceneReader, GivesEveryInstanceItsOwnName) {
     EXPECT_EQ(scene->instances[3].name, "chair_1");
 }
 
+TEST_F(SceneReader, ReadsFinishesAsPovrayMeansThem) {
+    const auto lacquer = [this](const std::string& text) {
+        std::string scene = valid_scene;
+        const std::size_t begin = scene.find("diffuse = [0.25"), end = scene.find("[materials.cloth]");
+        const Result<Scene> found = read(scene.replace(begin, end - begin, text + "\n"));
+        EXPECT_TRUE(found) << found.error().message();
+        return found->materials.at("lacquer");
+    };
+    const Material full = lacquer(
+        "pigment = [0.5, 0.25, 0.1]\nfinish = { diffuse = 0.8, phong = 1.5, phong_size = 60, "
+        "specular = 0.2, roughness = 0.01, metallic = 0.7, brilliance = 1 }");
+    EXPECT_EQ(full.convention, LobeConvention::povray);
+    EXPECT_EQ(full.diffuse, Rgb(0.5f, 0.25f, 0.1f) * 0.8f);
+    EXPECT_EQ(full.specular, Rgb(1.0f));
+    EXPECT_EQ(full.pigment, Rgb(0.5f, 0.25f, 0.1f));
+    EXPECT_EQ(full.phong, 1.5f);
+    EXPECT_EQ(full.shininess, 60);
+    EXPECT_EQ(full.blinn, 0.2f);
+    EXPECT_EQ(full.roughness, 0.01f);
+    EXPECT_EQ(full.metallic, 0.7f);
+    const Material plain = lacquer("pigment = [1, 1, 1]\nfinish = {}");
+    EXPECT_EQ(plain.diffuse, Rgb(0.6f)) << "POV-Ray's default";
+    EXPECT_EQ(plain.specular, Rgb(0.0f));
+    const Material shiny = lacquer("pigment = [1, 1, 1]\nfinish = { phong = 0.3, specular = 0.3 }");
+    EXPECT_EQ(shiny.shininess, 40) << "POV-Ray's defaults";
+    EXPECT_EQ(shiny.roughness, 0.05f);
+    EXPECT_EQ(shiny.metallic, 0);
+}
+
 TEST_F(SceneReader, SaysWhereWhatWasFoundAndWhatWasWanted) {
     EXPECT_EQ(message_with("vertical_fov = 35.0", "vertical_fov = 190"),
               "room.toml:4:16: camera.vertical_fov is 190; wanted [0.01, 179]");
@@ -172,6 +201,7 @@ TEST_F(SceneReader, SaysWhereWhatWasFoundAndWhatWasWanted) {
 }
 
 TEST_F(SceneReader, RefusesWhatIsWrong) {
+    constexpr const char* cloth = "diffuse = [1, 0, 0.5]";
     struct Case {
         const char *from, *to, *message;
     };
@@ -217,6 +247,21 @@ TEST_F(SceneReader, RefusesWhatIsWrong) {
              Case{"[0.3, 0.3, 0.3]", "[0.3, -0.1, 0.3]", "14:18: materials.lacquer.specular[1] is -0.1"},
              Case{"shininess = 60", "shininess = 0.5",
                   "15:13: materials.lacquer.shininess is 0.5; wanted [1, 1000]"},
+             Case{cloth, "pigment = [1, 0, 0.5]", "17:1: materials.cloth.finish is missing"},
+             Case{cloth, "finish = {}", "17:1: materials.cloth.pigment is missing"},
+             Case{cloth, "diffuse = [1, 0, 0.5]\nfinish = {}",
+                  "18:11: materials.cloth.diffuse stands beside pigment or finish; wanted either these two, "
+                  "or"},
+             Case{cloth, "pigment = [1, 0, 0.5]\nfinish = { brilliance = 2 }",
+                  "19:25: materials.cloth.finish.brilliance is 2; wanted 1"},
+             Case{cloth, "pigment = [1, 0, 0.5]\nfinish = { ambient = 0.1 }",
+                  "19:12: materials.cloth.finish.ambient is not known"},
+             Case{cloth, "pigment = [1, 0, 0.5]\nfinish = { roughness = 0.0001 }",
+                  "19:24: materials.cloth.finish.roughness is 0.0001; wanted [0.0005, 1]"},
+             Case{cloth, "pigment = [1, 0, 0.5]\nfinish = { metallic = 1.5 }",
+                  "19:23: materials.cloth.finish.metallic is 1.5; wanted [0, 1]"},
+             Case{cloth, "pigment = [1, 0, 2]\nfinish = {}",
+                  "18:18: materials.cloth.pigment[2] is 2; wanted [0, 1]"},
              Case{"25000", "0", "24:17: entities.table.fine_vertices is 0; wanted [1, 20000000]"},
              Case{"25000", "20000001", "24:17: entities.table.fine_vertices is 20000001"},
              Case{"= 200", "= 0", "26:18: entities.table.planar_samples is 0; wanted [1, 10000000]"},

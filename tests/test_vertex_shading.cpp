@@ -8,6 +8,7 @@
 #include <random>
 
 #include "fields/haar_transform.h"
+#include "shading/material.h"
 #include "shading/wide_visibility.h"
 #include "tests/example_meshes.h"
 #include "tests/pixel_reference.h"
@@ -97,18 +98,24 @@ struct Example {
             Vec3d reflected(0.0);
             for (int k = 0; k < 16; ++k) {
                 const Vec3f d = texel_direction(face, 4 * column + k % 4, 4 * row + k / 4, 4 * size);
-                const double cosine = double(d.dot(brdf.normal)),
-                             aligned = std::max(0.0, double(d.dot(brdf.mirror)));
+                const double cosine = double(d.dot(brdf.normal));
                 if (cosine <= 0 || is_blocked(cones, d)) continue;
-                reflected += (Vec3d(brdf.diffuse) * cosine + Vec3d(brdf.specular) *
-                                                                 std::pow(aligned, double(brdf.shininess)) *
-                                                                 (brdf.cosine_weighted ? cosine : 1)) /
-                             16;
+                reflected += (Vec3d(brdf.diffuse) * cosine + highlight(brdf, d, cosine)) / 16;
             }
             sum += Vec3d(radiance[std::size_t(face)][i % (size * size)]) * reflected * visible[i] /
                    (size * size);
         }
         return sum;
+    }
+
+    static Vec3d highlight(const VertexBrdf& brdf, const Vec3f& d, double cosine) {
+        const Vec3f to_eye = brdf.normal * (2 * brdf.normal.dot(brdf.mirror)) - brdf.mirror;
+        const double aligned = std::max(0.0, double(d.dot(brdf.mirror))),
+                     halfway = std::max(0.0, double((d + to_eye).normalized().dot(brdf.normal)));
+        const double lobes = double(brdf.phong) * std::pow(aligned, double(brdf.shininess)) +
+                             double(brdf.blinn) * std::pow(halfway, double(brdf.blinn_exponent));
+        const Vec3d tint = Vec3d(1.0) - Vec3d(brdf.metallic) * (1 - metallic_fresnel(cosine));
+        return Vec3d(brdf.specular) * tint * lobes * (brdf.cosine_weighted ? cosine : 1);
     }
 
     static bool is_blocked(const BlockedCones& cones, const Vec3f& direction) {
@@ -170,6 +177,48 @@ TEST(VertexShading, HighlightsEqualTheSumOverTexels) {
                 expect_near(example.found(brdf, {}), example.expected(brdf, {}),
                             2 * pi / (double(shininess) + 1), 0.02);
             }
+}
+
+/// Relative to what the lobe reflects where the eye is above.
+TEST(VertexShading, BlinnHighlightsEqualTheSumOverTexels) {
+    std::mt19937 random(12);
+    const Example example(7);
+    for (const float exponent : {1.0f, 5.0f, 20.0f, 60.0f, 200.0f, 1000.0f, 2000.0f})
+        for (int i = 0; i < 12; ++i) {
+            VertexBrdf brdf;
+            brdf.normal = random_direction(random);
+            brdf.mirror = (random_direction(random) + brdf.normal).normalized();
+            brdf.specular = Rgb(1.0f);
+            brdf.phong = 0;
+            brdf.blinn = 1;
+            brdf.blinn_exponent = exponent;
+            SCOPED_TRACE(testing::Message() << "exponent " << exponent << ", eye at "
+                                            << std::acos(brdf.normal.dot(brdf.mirror)) * 180 / pi);
+            expect_near(example.found(brdf, {}), example.expected(brdf, {}), 8 * pi / (double(exponent) + 4),
+                        exponent > 1000 ? 0.03 : 0.02);
+        }
+}
+
+TEST(VertexShading, MetallicHighlightsEqualTheSumOverTexels) {
+    std::mt19937 random(13);
+    const Example example(7);
+    for (const float exponent : {2.0f, 30.0f, 300.0f})
+        for (int i = 0; i < 12; ++i) {
+            VertexBrdf brdf;
+            brdf.normal = random_direction(random);
+            brdf.mirror = (random_direction(random) + brdf.normal).normalized();
+            brdf.diffuse = Rgb(0.1f);
+            brdf.specular = Rgb(1.0f);
+            brdf.phong = 0.5f;
+            brdf.shininess = exponent;
+            brdf.blinn = 0.5f;
+            brdf.blinn_exponent = 4 * exponent;
+            brdf.metallic = Rgb(0.2f, 0.6f, 1);
+            SCOPED_TRACE(testing::Message() << "exponent " << exponent << ", eye at "
+                                            << std::acos(brdf.normal.dot(brdf.mirror)) * 180 / pi);
+            expect_near(example.found(brdf, {}), example.expected(brdf, {}),
+                        0.1 + 2 * pi / (double(exponent) + 1), 0.02);
+        }
 }
 
 TEST(VertexShading, NearOccludersAreExact) {
@@ -241,6 +290,7 @@ TEST(VertexShading, NeverErrsByMoreThanTheTolerance) {
             brdf.diffuse = i % 4 ? Rgb(0.3f, 0.2f, 0.1f) : Rgb(0.0f);
             brdf.specular = i % 2 ? Rgb(0.1f, 0.2f, 0.3f) : Rgb(0.0f);
             brdf.shininess = i % 3 ? 30.0f : 3.0f;
+            brdf.blinn = i % 5 ? 0.0f : 0.5f;
             for (const int depth : {4, full_depth}) {
                 const Rgb wanted = example.found(brdf, cones, depth);
                 for (const float tolerance : {0.001f, 0.01f, 0.1f, 0.5f}) {
@@ -267,6 +317,8 @@ TEST(VertexShading, AgreesBetweenInstructionSets) {
     brdf.diffuse = Rgb(0.3f);
     brdf.specular = Rgb(1.0f);
     brdf.shininess = 40;
+    brdf.blinn = 0.5f;
+    brdf.metallic = Rgb(0.2f, 0.4f, 0.8f);
     const Rgb wanted = example.found(brdf, cones);
     const std::int64_t all = hwy::SupportedTargets();
     for (std::int64_t left = all; left != 0; left &= left - 1) {
