@@ -8,7 +8,9 @@
 #include <tuple>
 
 #include "fields/mesh_reader.h"
+#include "fields/mesh_subdivision.h"
 #include "fields/rotation.h"
+#include "fields/thin_sheets.h"
 
 namespace haarfield {
 namespace {
@@ -143,6 +145,26 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         result.entities.push_back(std::move(entity));
     }
     return result;
+}
+
+std::vector<Mesh> fine_meshes(const SceneEntities& entities) {
+    std::vector<Mesh> meshes;
+    for (const auto& entity : entities.entities) meshes.push_back(entity->mesh.fine);
+    return meshes;
+}
+
+std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vertices) {
+    double fine_vertices = 0;
+    for (const std::size_t entity : entities.entity_of_instance)
+        fine_vertices += static_cast<double>(entities.entities[entity]->mesh.fine.positions.size());
+    std::vector<Mesh> meshes;
+    for (const auto& entity : entities.entities) {
+        const double share = static_cast<double>(entity->mesh.fine.positions.size()) / fine_vertices;
+        meshes.push_back(subdivided(entity->mesh.original,
+                                    static_cast<std::uint32_t>(share * static_cast<double>(vertices))));
+        part_thin_sheets(meshes.back(), entity->mesh.original);
+    }
+    return meshes;
 }
 
 ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, LatLongImage environment) {

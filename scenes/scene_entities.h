@@ -55,6 +55,13 @@ struct SceneEntityOptions {
 Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEntityOptions& options,
                                              const Progress& progress = {});
 
+/// The entities' fine meshes, by SceneEntities::entities.
+std::vector<Mesh> fine_meshes(const SceneEntities& entities);
+
+/// Meshes of the entities' surfaces, by SceneEntities::entities, with so many vertices in all instances
+/// together, shared out as those of the fine meshes are. A mesh that has more in its file keeps them.
+std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vertices);
+
 /// Puts the parts together for vertex_radiance. `entities` must outlive the result.
 ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, LatLongImage environment);
 

@@ -1,12 +1,48 @@
 #include "shading/renderer.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
 #include <memory>
+#include <mutex>
 
 #include "shading/lighting.h"
+#include "shading/rasterized_visibility.h"
 #include "shading/vertex_loop.h"
 #include "shading/vertex_shading.h"
 
 namespace haarfield {
+namespace {
+
+/// Shades points, on one thread.
+class PointShader {
+public:
+    explicit PointShader(const PointShading& shading)
+        : shading_(shading), visibility_(shading.scene, shading.geometry) {}
+
+    /// own  the tree of what the point sees of its own entity.
+    Rgb operator()(std::size_t instance_index, const SurfacePoint& point,
+                   const WideCubemap<std::uint8_t>& own) {
+        const auto& [scene, geometry, light, settings] = shading_;
+        const ShadedInstance& instance = scene.instances[instance_index];
+        const Material& material = scene.entities[instance.entity].materials[point.material];
+        const VertexView view = vertex_view(scene, instance, point);
+        if (!visibility_.look(instance_index, own, view)) return Rgb(0.0f);
+        const Rgb radiance =
+            vertex_radiance(light, geometry.directions, vertex_brdf(material, view), visibility_.cones(),
+                            visibility_.trees(), settings.depth, memory_, settings.tolerance);
+        return Rgb(std::max(radiance.x, 0.0f), std::max(radiance.y, 0.0f), std::max(radiance.z, 0.0f));
+    }
+
+private:
+    const PointShading shading_;
+    VertexVisibility visibility_;
+    WalkMemory<std::uint8_t> memory_;
+};
+
+}  // namespace
+
 VertexBrdf vertex_brdf(const Material& material, const VertexView& view) {
     const float over_pi = static_cast<float>(1 / pi);
     VertexBrdf brdf;
@@ -32,21 +68,12 @@ Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
                                                       const LightPyramid& light,
                                                       const RenderSettings& settings,
                                                       const Progress& progress) {
-    struct Worker {
-        VertexVisibility visibility;
-        WalkMemory<std::uint8_t> memory;
-    };
     const auto make_shader = [&]() -> VertexShader {
-        return [&, worker = std::make_shared<Worker>(Worker{VertexVisibility(scene, geometry), {}})](
+        return [&, shader = std::make_shared<PointShader>(PointShading{scene, geometry, light, settings})](
                    std::size_t instance, std::uint32_t vertex) {
-            const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
-            const Material& material = entity.materials[entity.mesh->vertex_materials[vertex]];
-            const VertexView view = vertex_view(scene, scene.instances[instance], vertex);
-            if (!worker->visibility.look(instance, vertex, view)) return Rgb(0.0f);
-            const Rgb radiance = vertex_radiance(light, geometry.directions, vertex_brdf(material, view),
-                                                 worker->visibility.cones(), worker->visibility.trees(),
-                                                 settings.depth, worker->memory, settings.tolerance);
-            return Rgb(std::max(radiance.x, 0.0f), std::max(radiance.y, 0.0f), std::max(radiance.z, 0.0f));
+            const std::size_t entity = scene.instances[instance].entity;
+            return (*shader)(instance, surface_point(scene.entities[entity], vertex),
+                             geometry.entities[entity].visibility.local(vertex));
         };
     };
     std::vector<std::span<const std::uint32_t>> orders;
@@ -63,6 +90,37 @@ Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
         lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
         settings.face_size);
     return vertex_radiance(scene, *geometry, light, settings, progress);
+}
+
+Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<const InstancePoint> points,
+                                        const Progress& progress) {
+    struct Worker {
+        PointShader shader;
+        RasterizedVisibility own;
+    };
+    tbb::enumerable_thread_specific<Worker> workers([&] {
+        return Worker{PointShader(shading), RasterizedVisibility(shading.settings.face_size)};
+    });
+    std::vector<Rgb> radiance(points.size());
+    std::mutex progress_mutex;
+    std::uint64_t done = 0;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 64), [&](const auto& range) {
+        Worker& worker = workers.local();
+        for (std::size_t i = range.begin(); i != range.end() && !progress.stop.stop_requested(); ++i) {
+            const auto& [instance, point] = points[i];
+            const ShadedEntity& entity = shading.scene.entities[shading.scene.instances[instance].entity];
+            const FieldSettings& made_with = entity.field->settings;
+            radiance[i] = worker.shader(instance, point,
+                                        worker.own(entity.occlusion->own(), point.sample, &point.normal,
+                                                   {made_with.coefficients, made_with.relative_l2_error}));
+        }
+        if (!progress.report) return;
+        const std::lock_guard lock(progress_mutex);
+        done += range.size();
+        progress.report("shading", done, points.size());
+    });
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    return radiance;
 }
 
 }  // namespace haarfield

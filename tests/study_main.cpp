@@ -38,13 +38,23 @@ int main(int argc, char** argv) {
     std::size_t vertices = 0;
     bool avx2 = false;
     app.add_flag("--avx2", avx2, "No newer instructions than AVX2");
-    app.add_option("--vertices", vertices, "So many; default: 256, for complexity 16")
-        ->check(CLI::Range(1, 10000));
+    app.add_option("--vertices", vertices, "So many; default: 256, for complexity 16, for meshes 180000")
+        ->check(CLI::Range(1, 1000000));
     app.add_subcommand("baselines", "Time and error of every method");
     CLI::App* const complexity =
         app.add_subcommand("complexity", "The paper's complexity table, with exponents");
     CLI::App* const depth = app.add_subcommand("depth", "The paper's figure 4: time and error against depth");
-    for (CLI::App* const plotted : {complexity, depth})
+    CLI::App* const meshes =
+        app.add_subcommand("meshes", "Picture error against vertices, even or refined, sampled or fitted");
+    MeshStudyOptions mesh_options;
+    meshes->add_option("--fields", mesh_options.fields, "Folder of the visibility fields")
+        ->capture_default_str();
+    meshes->add_option("--reference", mesh_options.reference,
+                       "A picture; default: that of a finer even mesh");
+    meshes->add_option("--environment", mesh_options.environment,
+                       "A lat-long image; default: the scene's sky");
+    meshes->add_option("--exposure", mesh_options.exposure, "In stops");
+    for (CLI::App* const plotted : {complexity, depth, meshes})
         plotted->add_option("-o,--output", file, "Draw it, too: an SVG file");
     CLI11_PARSE(app, argc, argv);
 
@@ -58,6 +68,7 @@ int main(int argc, char** argv) {
     };
     if (complexity->parsed()) return write_plot(study_complexity(vertices_or(16)), file);
     if (depth->parsed()) return write_plot(study_depth(vertices_or(256)), file);
+    if (meshes->parsed()) return write_plot(study_meshes(vertices_or(180000), mesh_options), file);
     study_baselines(vertices_or(256));
     return 0;
 }

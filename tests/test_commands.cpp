@@ -22,7 +22,8 @@ extern char** environ;
 
 namespace {
 
-constexpr const char* all_commands[] = {"precompute", "bake", "reference", "compare", "relight", "info", "verify"};
+constexpr const char* all_commands[] = {"precompute", "bake", "reference", "compare",
+                                        "relight",    "info", "verify"};
 
 std::string text_of(const std::filesystem::path& file) {
     std::ostringstream text;
@@ -150,6 +151,8 @@ TEST_F(Commands, BadUsageExitsWithTwo) {
                                        {"bake", "room.toml", "-o", "out", "--face-size", "48"},
                                        {"bake", "room.toml", "-o", "out", "--depth", "-1"},
                                        {"bake", "room.toml", "-o", "out", "--evaluator", "magic"},
+                                       {"bake", "room.toml", "-o", "out", "--colours", "loud"},
+                                       {"bake", "room.toml", "-o", "out", "--refine", "0"},
                                        {"bake", "room.toml", "-o", "out", "--view", "1,2"},
                                        {"bake", "room.toml", "-o", "out", "--view", "1,nan,2"},
                                        {"reference", "room.toml", "-o", "out", "--lights", "0"},
@@ -177,6 +180,7 @@ TEST_F(Commands, BadInputExitsWithOneAndSaysWhere) {
           {{"bake", "broken.toml", "-o", "out"}, "broken.toml:1:"},
           {{"bake", "room.toml", "-o", "out", "--environment", "broken.exr"}, "broken.exr"},
           {{"bake", "room.toml", "-o", "out", "--view", "0,0.4,0"}, "--view"},
+          {{"bake", "room.toml", "-o", "out", "--evaluator", "dense", "--refine", "0.1"}, "--evaluator"},
           {{"reference", "broken.toml", "-o", "out"}, "broken.toml:1:"},
           {{"compare", "broken.exr", "missing.exr", "-o", "out"}, "broken.exr"},
           {{"info", "broken.vdb"}, "broken.vdb"},
@@ -255,6 +259,16 @@ TEST_F(Commands, ABoxOnAFloorLooksAsItsReference) {
     for (const char* key : {"psnr_db", "relative_rmse", "rmse", "ssim", "flip"})
         EXPECT_TRUE(difference.contains(key) && difference[key].is_number()) << key;
     EXPECT_LT(difference.value("psnr_db", 99.0), 60.0);
+
+    // With half of the vertices, but where they are needed.
+    std::vector<std::string> refine = bake;
+    refine.insert(refine.end(), {"--refine", "0.002", "--vertex-budget", "1200", "--colours", "fitted"});
+    ASSERT_EQ(run(refine).code, 0);
+    const nlohmann::json refined = report("out/baked.json");
+    EXPECT_LE(refined.value("vertices", 9999), 1200);
+    EXPECT_GT(refined.at("refinement").value("rounds", 0), 1);
+    EXPECT_EQ(run(lenient).code, 0);
+    EXPECT_GT(report("out/compare.json").value("psnr_db", 0.0), difference.value("psnr_db", 99.0) - 0.3);
     EXPECT_LT(difference.value("reference_relative_error", 1.0), 0.05);
     EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / "out/difference.png"));
     EXPECT_NE(text_of(folder_ / "out/report.html").find("haarfield bake room.toml"), std::string::npos);

@@ -1,6 +1,9 @@
 #include "bridge/baked_scene.h"
 #include "bridge/mesh_file.h"
+#include "shading/colour_fit.h"
 #include "shading/dense_renderer.h"
+#include "shading/lighting.h"
+#include "shading/mesh_refinement.h"
 #include "tools/command.h"
 #include "tools/scene_options.h"
 
@@ -18,10 +21,79 @@ struct BakeOptions {
     float tolerance = 0;
     int light_coefficients = RenderSettings().light_coefficients;
     std::string evaluator = "tree";
+    std::optional<float> refine;
+    std::size_t vertex_budget = RefinementSettings().vertex_budget;
+    std::string colours = "sampled";
     bool no_render = false;
 };
 
+/// The scene's instances as they are written, with what they refer to.
+struct BakedScene {
+    std::vector<RadiantMesh> meshes;         ///< By instance; empty if the entities' fine meshes serve.
+    std::vector<std::vector<Rgb>> radiance;  ///< Of the fine meshes, by instance.
+    std::vector<BakedInstance> instances;
+};
+
+void add_instances(const Scene& scene, const SceneEntities& entities, BakedScene& baked) {
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        const bool is_refined = !baked.meshes.empty();
+        const Mesh& mesh =
+            is_refined ? baked.meshes[i].mesh : entities.entities[entities.entity_of_instance[i]]->mesh.fine;
+        baked.instances.push_back({instance.name, &mesh, instance.translate, instance.scale,
+                                   is_refined ? baked.meshes[i].radiance : baked.radiance[i]});
+    }
+}
+
+Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
+                               const RenderSettings& settings, const BakeOptions& options, Session& session) {
+    BakedScene baked;
+    if (!options.refine && options.colours == "sampled") {
+        auto radiance = options.evaluator == "dense"
+                            ? dense_vertex_radiance(shaded, settings, session.progress)
+                            : vertex_radiance(shaded, settings, session.progress);
+        if (!radiance) return radiance.error();
+        baked.radiance = std::move(*radiance);
+        add_instances(scene, entities, baked);
+        return baked;
+    }
+    const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, session.progress);
+    if (!geometry) return geometry.error();
+    const LightPyramid light(
+        lighting_tree(shaded.environment, settings.face_size, {settings.light_coefficients}),
+        settings.face_size);
+    const PointShading shading{shaded, *geometry, light, settings};
+    if (options.refine) {
+        const std::vector<Mesh> start = surface_meshes(entities, options.vertex_budget / refinement_share);
+        Result<std::vector<RadiantMesh>> begun = mesh_radiance(shading, start, session.progress);
+        if (!begun) return begun.error();
+        Result<Refinement> refined = refined_radiance(shading, {*options.refine, options.vertex_budget},
+                                                      std::move(*begun), session.progress);
+        if (!refined) return refined.error();
+        session.report["refinement"] = {{"tolerance", *options.refine},
+                                        {"vertex_budget", options.vertex_budget},
+                                        {"largest_error", refined->largest_error},
+                                        {"shaded_points", refined->shaded_points},
+                                        {"rounds", refined->rounds}};
+        baked.meshes = std::move(refined->meshes);
+    } else {
+        Result<std::vector<RadiantMesh>> fine =
+            mesh_radiance(shading, fine_meshes(entities), session.progress);
+        if (!fine) return fine.error();
+        baked.meshes = std::move(*fine);
+    }
+    if (options.colours == "fitted") {
+        const Result<Done> fit = fit_radiance(shading, baked.meshes, session.progress);
+        if (!fit) return fit.error();
+    }
+    add_instances(scene, entities, baked);
+    return baked;
+}
+
 Result<ExitCode> run(const BakeOptions& options, Session& session) {
+    if (options.evaluator == "dense" && (options.refine || options.colours == "fitted"))
+        return Error{"--evaluator dense",
+                     "knows vertices only; wanted neither --refine nor --colours fitted"};
     const std::filesystem::path output = options.output;
     const Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
@@ -37,21 +109,13 @@ Result<ExitCode> run(const BakeOptions& options, Session& session) {
     settings.tolerance = options.tolerance;
     settings.light_coefficients = options.light_coefficients;
     const auto start = std::chrono::steady_clock::now();
-    const auto radiance = options.evaluator == "dense"
-                              ? dense_vertex_radiance(shaded, settings, session.progress)
-                              : vertex_radiance(shaded, settings, session.progress);
-    if (!radiance) return radiance.error();
+    const Result<BakedScene> baked = baked_scene(*scene, *entities, shaded, settings, options, session);
+    if (!baked) return baked.error();
     const double shade_seconds = seconds_since(start);
 
-    std::vector<BakedInstance> instances;
+    const std::vector<BakedInstance>& instances = baked->instances;
     std::size_t vertices = 0;
-    for (std::size_t i = 0; i < scene->instances.size(); ++i) {
-        const Instance& instance = scene->instances[i];
-        const SceneEntity& entity = *entities->entities[entities->entity_of_instance[i]];
-        vertices += (*radiance)[i].size();
-        instances.push_back(
-            {instance.name, &entity.mesh.fine, instance.translate, instance.scale, (*radiance)[i]});
-    }
+    for (const BakedInstance& instance : instances) vertices += instance.radiance.size();
     session.report["vertices"] = vertices;
     session.report["shade_seconds"] = shade_seconds;
     session.report["evaluator"] = options.evaluator;
@@ -98,8 +162,9 @@ Command bake_command(CLI::App& program) {
         ->check(CLI::Range(0, full_depth))
         ->capture_default_str()
         ->type_name("D");
-    app->add_option("--tolerance", options->tolerance,
-                    "Error a vertex may have, relative to its radiance, for speed; bounded, not guessed; 0: none")
+    app->add_option(
+           "--tolerance", options->tolerance,
+           "Error a vertex may have, relative to its radiance, for speed; bounded, not guessed; 0: none")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str()
         ->type_name("E");
@@ -111,6 +176,19 @@ Command bake_command(CLI::App& program) {
     app->add_option("--evaluator", options->evaluator,
                     "tree: wavelet product integrals; dense: plain sums, slow")
         ->check(CLI::IsMember({"tree", "dense"}))
+        ->capture_default_str();
+    app->add_option("--refine", options->refine,
+                    "Split triangles where interpolated radiance is off by more than this, relative to it "
+                    "plus the mean radiance")
+        ->check(CLI::Range(1e-4, 1.0))
+        ->type_name("E");
+    app->add_option("--vertex-budget", options->vertex_budget, "At most so many vertices with --refine")
+        ->check(CLI::Range(1, 50000000))
+        ->capture_default_str()
+        ->type_name("N");
+    app->add_option("--colours", options->colours,
+                    "sampled: radiance at the vertices; fitted: what interpolates best between them, too")
+        ->check(CLI::IsMember({"sampled", "fitted"}))
         ->capture_default_str();
     app->footer(
         "Example:\n  haarfield bake scenes/single_chair.toml -o out/chair\n"

@@ -1,0 +1,79 @@
+#include "shading/colour_fit.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "tests/lit_box.h"
+
+namespace haarfield {
+namespace {
+
+/// Radiance in the middles of the floor's triangles.
+std::vector<Rgb> middles(const LitBox& lit, const Mesh& floor) {
+    std::vector<InstancePoint> points;
+    for (std::uint32_t t = 0; t < floor.triangles.size(); ++t) {
+        const auto& [a, b, c] = floor.triangles[t];
+        const Vec3f p = (floor.positions[a] + floor.positions[b] + floor.positions[c]) / 3.0f;
+        points.push_back(
+            {LitBox::floor, *point_on(floor, {&t, 1}, p, Vec3f(0, 1, 0),
+                                      lit.example.scene.entities[LitBox::floor].occlusion->sampler())});
+    }
+    return *point_radiance(lit.shading, points);
+}
+
+/// The floor's triangles are of one size.
+struct Misfit {
+    double square = 0, mean = 0;
+};
+Misfit misfit(const RadiantMesh& floor, const std::vector<Rgb>& sampled, const std::vector<Rgb>& middles) {
+    Misfit result;
+    for (std::size_t t = 0; t < middles.size(); ++t) {
+        double mean = 0;
+        for (const std::uint32_t v : floor.mesh.triangles[t]) {
+            const double off = double(floor.radiance[v].x) - double(sampled[v].x);
+            mean += double(floor.radiance[v].x) / 3;
+            result.square += off * off / 12;
+            result.mean += off / 12;
+        }
+        const double off = mean - double(middles[t].x);
+        result.square += 0.75 * off * off;
+        result.mean += 0.75 * off;
+    }
+    return result;
+}
+
+TEST(ColourFit, HasTheLeastSquaredErrorAndNoMeanError) {
+    const LitBox lit;
+    auto meshes = lit.radiant(16);
+    RadiantMesh& floor = meshes[LitBox::floor];
+    const std::vector<Rgb> sampled = floor.radiance, exact = middles(lit, floor.mesh);
+    const Misfit before = misfit(floor, sampled, exact);
+    ASSERT_TRUE(fit_radiance(lit.shading, meshes));
+    const Misfit after = misfit(floor, sampled, exact);
+    EXPECT_LT(after.square, 0.8 * before.square);
+    EXPECT_GT(std::abs(before.mean), 1e-3);
+    EXPECT_LT(std::abs(after.mean), 1e-4);
+    for (std::size_t v = 0; v < floor.radiance.size(); ++v)
+        for (const float step : {-0.02f, 0.02f}) {
+            floor.radiance[v].x += step;
+            EXPECT_GT(misfit(floor, sampled, exact).square, after.square) << v;
+            floor.radiance[v].x -= step;
+        }
+}
+
+TEST(ColourFit, IsNeverNegativeAndHasTheSameBitsForAnyNumberOfThreads) {
+    const LitBox lit;
+    std::vector<std::vector<RadiantMesh>> results;
+    for (const std::size_t threads : {1u, 3u}) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        results.push_back(lit.radiant(10));
+        ASSERT_TRUE(fit_radiance(lit.shading, results.back()));
+    }
+    for (std::size_t i = 0; i < results[0].size(); ++i) {
+        EXPECT_EQ(results[0][i].radiance, results[1][i].radiance);
+        for (const Rgb& value : results[0][i].radiance) EXPECT_GE(std::min({value.x, value.y, value.z}), 0);
+    }
+}
+
+}  // namespace
+}  // namespace haarfield

@@ -1,0 +1,205 @@
+#include "shading/mesh_refinement.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <map>
+#include <random>
+
+#include "tests/lit_box.h"
+
+namespace haarfield {
+namespace {
+
+using Place = std::array<float, 3>;
+
+Place place(const Vec3f& p) {
+    return {p.x, p.y, p.z};
+}
+
+/// Triangles round each edge between two places.
+std::map<std::pair<Place, Place>, std::vector<std::uint32_t>> triangles_by_edge(const Mesh& mesh) {
+    std::map<std::pair<Place, Place>, std::vector<std::uint32_t>> edges;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Place a = place(mesh.positions[mesh.triangles[t][k]]),
+                        b = place(mesh.positions[mesh.triangles[t][(k + 1) % 3]]);
+            edges[std::minmax(a, b)].push_back(t);
+        }
+    return edges;
+}
+
+double area(const Mesh& mesh) {
+    double sum = 0;
+    for (const auto& [a, b, c] : mesh.triangles)
+        sum += 0.5 * (Vec3d(mesh.positions[b]) - Vec3d(mesh.positions[a]))
+                         .cross(Vec3d(mesh.positions[c]) - Vec3d(mesh.positions[a]))
+                         .length();
+    return sum;
+}
+
+double channel_sum(const Rgb& c) {
+    return double(c.x) + double(c.y) + double(c.z);
+}
+
+/// Interpolated on the floor.
+Rgb radiance_at(const RadiantMesh& floor, float x, float z) {
+    for (const auto& triangle : floor.mesh.triangles) {
+        std::array<double, 3> weight;
+        double sum = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3f &a = floor.mesh.positions[triangle[(k + 1) % 3]],
+                        &b = floor.mesh.positions[triangle[(k + 2) % 3]];
+            weight[k] = double(a.x - x) * double(b.z - z) - double(a.z - z) * double(b.x - x);
+            sum += weight[k];
+        }
+        if (std::any_of(weight.begin(), weight.end(), [&](double w) { return w / sum < -1e-6; })) continue;
+        Rgb radiance(0.0f);
+        for (std::size_t k = 0; k < 3; ++k)
+            radiance += floor.radiance[triangle[k]] * static_cast<float>(weight[k] / sum);
+        return radiance;
+    }
+    ADD_FAILURE() << "no triangle at " << x << ", " << z;
+    return Rgb(0.0f);
+}
+
+double rms_error_on_floor(const LitBox& lit, const RadiantMesh& floor) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<float> across(-1.9f, 1.9f);
+    std::vector<InstancePoint> points;
+    for (int i = 0; i < 1500; ++i) {
+        const Vec3f p(across(random), 0, across(random));
+        points.push_back({LitBox::floor, {p, Vec3f(0, 1, 0), p + Vec3f(0, 1e-4f, 0), 0}});
+    }
+    const auto exact = *point_radiance(lit.shading, points);
+    double sum = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const Vec3f& p = points[i].point.position;
+        sum += std::pow(channel_sum(radiance_at(floor, p.x, p.z)) - channel_sum(exact[i]), 2);
+    }
+    return std::sqrt(sum / double(points.size()));
+}
+
+TEST(MeshRefinement, HoldsItsToleranceInTheMiddleOfEveryLongestEdge) {
+    const LitBox lit;
+    const auto start = lit.radiant(10);
+    double mean = 0, vertices = 0;
+    for (const RadiantMesh& mesh : start) {
+        for (const Rgb& value : mesh.radiance) mean += channel_sum(value);
+        vertices += double(mesh.radiance.size());
+    }
+    mean /= vertices;
+    for (const float tolerance : {0.03f, 0.01f}) {
+        const auto refined = *refined_radiance(lit.shading, {tolerance, 1000000}, start);
+        EXPECT_LE(refined.largest_error, tolerance);
+        EXPECT_GT(refined.rounds, 1);
+        const RadiantMesh& floor = refined.meshes[LitBox::floor];
+        EXPECT_GT(floor.radiance.size(), start[LitBox::floor].radiance.size());
+        std::vector<InstancePoint> middles;
+        std::vector<Rgb> interpolated;
+        for (std::uint32_t t = 0; t < floor.mesh.triangles.size(); ++t) {
+            std::pair<float, std::size_t> longest{0, 0};
+            for (std::size_t k = 0; k < 3; ++k)
+                longest = std::max(longest, {(floor.mesh.positions[floor.mesh.triangles[t][(k + 1) % 3]] -
+                                              floor.mesh.positions[floor.mesh.triangles[t][k]])
+                                                 .length(),
+                                             k});
+            if (longest.first < 4e-3f) continue;  // too short to be split
+            const std::uint32_t a = floor.mesh.triangles[t][longest.second],
+                                b = floor.mesh.triangles[t][(longest.second + 1) % 3];
+            const Vec3f middle = (floor.mesh.positions[a] + floor.mesh.positions[b]) * 0.5f;
+            middles.push_back({LitBox::floor, {middle, Vec3f(0, 1, 0), middle + Vec3f(0, 2.8e-4f, 0), 0}});
+            interpolated.push_back((floor.radiance[a] + floor.radiance[b]) * 0.5f);
+        }
+        const auto exact = *point_radiance(lit.shading, middles);
+        // Edges of equal length, and the sample's place in the triangles, leave room for a few.
+        std::size_t beyond = 0;
+        for (std::size_t i = 0; i < middles.size(); ++i)
+            beyond += std::abs(channel_sum(exact[i]) - channel_sum(interpolated[i])) >
+                      1.1 * tolerance * (channel_sum(interpolated[i]) + mean);
+        EXPECT_LE(double(beyond), 0.01 * double(middles.size())) << "tolerance " << tolerance;
+    }
+}
+
+TEST(MeshRefinement, NeedsHalfOfTheVerticesOfAnEvenMesh) {
+    const LitBox lit;
+    const RadiantMesh even = lit.radiant(60)[LitBox::floor];
+    const RadiantMesh refined =
+        refined_radiance(lit.shading, {0.004f, 100000}, lit.radiant(12))->meshes[LitBox::floor];
+    EXPECT_LT(2 * refined.radiance.size(), even.radiance.size());
+    EXPECT_LT(rms_error_on_floor(lit, refined), rms_error_on_floor(lit, even));
+}
+
+TEST(MeshRefinement, SpendsItsBudgetAndNoMore) {
+    const LitBox lit;
+    const auto start = lit.radiant(6);
+    const std::size_t begun = start[0].radiance.size() + start[1].radiance.size();
+    for (const std::size_t budget : {begun / 2, begun, begun + 37, std::size_t(2000)}) {
+        const auto refined = *refined_radiance(lit.shading, {1e-4f, budget}, start);
+        std::size_t vertices = 0;
+        for (const RadiantMesh& mesh : refined.meshes) {
+            EXPECT_EQ(mesh.radiance.size(), mesh.mesh.positions.size());
+            vertices += mesh.radiance.size();
+        }
+        EXPECT_LE(vertices, std::max(budget, begun));
+        EXPECT_GE(vertices + 8, std::max(budget, begun));
+    }
+}
+
+TEST(MeshRefinement, LeavesNoCracks) {
+    const LitBox lit;
+    const auto start = lit.radiant(6);
+    const auto refined = *refined_radiance(lit.shading, {0.01f, 6000}, start);
+    const Mesh &box = refined.meshes[LitBox::box].mesh, &floor = refined.meshes[LitBox::floor].mesh;
+    ASSERT_GT(box.triangles.size(), 2 * start[LitBox::box].mesh.triangles.size());
+    for (const auto& [edge, triangles] : triangles_by_edge(box)) EXPECT_EQ(triangles.size(), 2u);
+    for (const auto& [edge, triangles] : triangles_by_edge(floor)) {
+        const bool is_border = (edge.first[0] == edge.second[0] && std::abs(edge.first[0]) == 2) ||
+                               (edge.first[2] == edge.second[2] && std::abs(edge.first[2]) == 2);
+        EXPECT_EQ(triangles.size(), is_border ? 1u : 2u);
+    }
+    EXPECT_NEAR(area(box) / area(start[LitBox::box].mesh), 1, 1e-5);
+    EXPECT_NEAR(area(floor), 16, 1e-4);
+    for (const RadiantMesh& mesh : refined.meshes)
+        for (const auto& triangle : mesh.mesh.triangles) {
+            double longest = 0;
+            for (std::size_t k = 0; k < 3; ++k)
+                longest = std::max(longest, double((mesh.mesh.positions[triangle[k]] -
+                                                    mesh.mesh.positions[triangle[(k + 1) % 3]])
+                                                       .length()));
+            const double twice_area =
+                (mesh.mesh.positions[triangle[1]] - mesh.mesh.positions[triangle[0]])
+                    .cross(mesh.mesh.positions[triangle[2]] - mesh.mesh.positions[triangle[0]])
+                    .length();
+            EXPECT_GT(twice_area / (longest * longest), 0.15);  // half of the least at the start
+        }
+}
+
+TEST(MeshRefinement, GivesTheSameBitsForAnyNumberOfThreads) {
+    const LitBox lit;
+    std::vector<Refinement> results;
+    for (const std::size_t threads : {1u, 3u}) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        results.push_back(*refined_radiance(lit.shading, {0.02f, 3000}, lit.radiant(6)));
+    }
+    for (std::size_t i = 0; i < results[0].meshes.size(); ++i) {
+        EXPECT_EQ(results[0].meshes[i].mesh.positions, results[1].meshes[i].mesh.positions);
+        EXPECT_EQ(results[0].meshes[i].mesh.triangles, results[1].meshes[i].mesh.triangles);
+        EXPECT_EQ(results[0].meshes[i].radiance, results[1].meshes[i].radiance);
+    }
+}
+
+TEST(MeshRefinement, CanBeInterrupted) {
+    const LitBox lit;
+    const auto start = lit.radiant(6);
+    std::stop_source stop;
+    Progress progress;
+    progress.stop = stop.get_token();
+    progress.report = [&](std::string_view, std::uint64_t, std::uint64_t) { stop.request_stop(); };
+    const auto refined = refined_radiance(lit.shading, {1e-4f, 100000}, start, progress);
+    ASSERT_FALSE(refined);
+    EXPECT_EQ(refined.error().message(), interrupted);
+}
+
+}  // namespace
+}  // namespace haarfield
