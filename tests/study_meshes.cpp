@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <ctime>
 #include <functional>
 
 #include "bridge/image_difference.h"
 #include "bridge/preview.h"
+#include "scenes/scene_entities.h"
 #include "scenes/scene_reader.h"
 #include "shading/colour_fit.h"
 #include "shading/lighting.h"
