@@ -131,6 +131,27 @@ BlockedSamples::BlockedSamples(int size)
     contours.reserve(std::size_t(cubemap_faces * size) * std::size_t(size) + widest_vector);
 }
 
+void add_contours(const BlockedSamples& others, BlockedSamples& to) {
+    using Contours = BlockedSamples::Contours;
+    for (int face = 0; face < cubemap_faces; ++face) {
+        const Contours from = others.contoured_faces[std::size_t(face)];
+        Contours& contours = to.contoured_faces[std::size_t(face)];
+        const std::uint8_t* more = others.texels(face);
+        std::uint8_t* texels = to.texels(face);
+        if (contours == Contours::vary && from == Contours::vary)
+            for (std::size_t i = 0; i < to.face_texels(); i += 8) {
+                std::uint64_t eight, eight_more;
+                std::memcpy(&eight, texels + i, 8);
+                std::memcpy(&eight_more, more + i, 8);
+                eight |= eight_more;
+                std::memcpy(texels + i, &eight, 8);
+            }
+        else if (contours == Contours::block_nothing && from == Contours::vary)
+            std::memcpy(texels, more, to.face_texels());
+        if (contours != Contours::block_all && from != Contours::block_nothing) contours = from;
+    }
+}
+
 void count_open_samples(BlockedSamples& blocked, std::uint8_t* open) {
     HWY_DYNAMIC_DISPATCH(count_open)(blocked, open);
 }

@@ -22,9 +22,9 @@ struct BlockedSamples {
         return spans.data() + (std::size_t(face) * strips + std::size_t(strip_index)) * stride;
     }
     /// Where the texels of a face begin.
-    std::uint8_t* texels(int face) {
-        return contours.data() + std::size_t(face) * std::size_t(face_size) * std::size_t(face_size);
-    }
+    std::uint8_t* texels(int face) { return contours.data() + std::size_t(face) * face_texels(); }
+    const std::uint8_t* texels(int face) const { return contours.data() + std::size_t(face) * face_texels(); }
+    std::size_t face_texels() const { return std::size_t(face_size) * std::size_t(face_size); }
 
     /// What the contours leave of a face; the texels count only if they vary.
     enum class Contours : std::uint8_t { block_nothing, block_all, vary };
@@ -37,6 +37,10 @@ struct BlockedSamples {
     std::array<Contours, cubemap_faces> contoured_faces{};
     AlignedBuffer<std::uint8_t> contours;
 };
+
+/// Blocks what the contours of others block, too; the spans are left alone. Faces of at least 8 texels along
+/// an edge, as block_contour has them.
+void add_contours(const BlockedSamples& others, BlockedSamples& to);
 
 /// Open samples of each texel, face by face and row by row; leaves nothing blocked.
 ///

@@ -59,9 +59,9 @@ struct FieldRecord {
     std::array<float, 3> spherical_centre;
     std::int32_t shells, polar, azimuths;
     float spherical_outer_radius, spherical_growth;
-    float planar_error, spherical_error;
+    SamplerError planar_error, spherical_error;
 };
-static_assert(sizeof(FieldRecord) == 32 * 4);
+static_assert(sizeof(FieldRecord) == (30 + 2 * (1 + SamplerError::bands)) * 4);
 
 std::array<float, 3> words(const Vec3f& v) {
     return {v.x, v.y, v.z};

@@ -26,7 +26,7 @@
 namespace haarfield {
 
 /// Raised whenever the bytes of equal fields change.
-inline constexpr std::uint32_t field_blob_version = 4;
+inline constexpr std::uint32_t field_blob_version = 5;
 
 /// Sections, and with them the blob, lie at multiples of this. [bytes]
 inline constexpr std::size_t field_blob_alignment = 64;

@@ -4,7 +4,9 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "fields/haar_transform.h"
@@ -12,21 +14,6 @@
 
 namespace haarfield {
 namespace {
-
-/// Points up to three bounding radii from a centre; on its level, or all around.
-std::vector<Vec3f> random_points(const Vec3f& centre, float bounding_radius, bool on_level) {
-    constexpr std::size_t count = 200;
-    std::mt19937 random(1);
-    const auto number = [&] { return static_cast<double>(random()) * 0x1p-32; };
-    std::vector<Vec3f> points;
-    for (std::size_t i = 0; i < count; ++i) {
-        const double radius = 3 * number() * double(bounding_radius), azimuth = 2 * pi * number(),
-                     height = on_level ? 0 : 2 * number() - 1, across = std::sqrt(1 - height * height);
-        const Vec3d direction(across * std::cos(azimuth), height, across * std::sin(azimuth));
-        points.push_back(centre + Vec3f(direction * radius));
-    }
-    return points;
-}
 
 /// Sums over the sphere of directions.
 struct SquaredNorms {
@@ -57,13 +44,32 @@ SquaredNorms squared_norms(const CubemapTree& found, std::span<const std::uint8_
     return norms;
 }
 
+constexpr std::size_t points_a_band = 40;
+
+/// Random points, band by band; on the sampler's level, or all around.
+template <class Sampler>
+std::vector<Vec3f> random_points(const Sampler& sampler, bool on_level) {
+    std::mt19937 random(1);
+    const auto number = [&] { return static_cast<double>(random()) * 0x1p-32; };
+    std::vector<Vec3f> points;
+    for (std::size_t i = 0; i < SamplerError::bands * points_a_band; ++i) {
+        const double t = (double(i / points_a_band) + number()) / SamplerError::bands,
+                     azimuth = 2 * pi * number(), height = on_level ? 0 : 2 * number() - 1,
+                     across = std::sqrt(1 - height * height);
+        const Vec3d direction(across * std::cos(azimuth), height, across * std::sin(azimuth));
+        points.push_back(sampler.centre +
+                         Vec3f(direction * distance_at(t, sampler.outer_radius, sampler.growth)));
+    }
+    return points;
+}
+
 /// lift  added to the points for the exact visibility.
 template <class Sampler>
-float relative_error(const VisibilityField& field, const Sampler& sampler,
-                     const std::vector<std::int32_t>& handles, const std::vector<Vec3f>& points,
-                     const Vec3f& lift, const EntityOcclusion& occlusion) {
+SamplerError sampler_error(const VisibilityField& field, const Sampler& sampler,
+                           const std::vector<std::int32_t>& handles, const std::vector<Vec3f>& points,
+                           const Vec3f& lift, const EntityOcclusion& occlusion) {
     const std::vector<double> solid_angle = solid_angles(field.settings.face_size);
-    std::vector<SquaredNorms> norms(points.size());
+    std::vector<std::optional<SquaredNorms>> norms(points.size());
     tbb::enumerable_thread_specific<VisibilityRasterizer> rasterizers(field.settings.face_size);
     tbb::parallel_for(std::size_t(0), points.size(), [&](std::size_t i) {
         if (occlusion.in_original()(points[i] + lift)) return;
@@ -71,23 +77,34 @@ float relative_error(const VisibilityField& field, const Sampler& sampler,
                                  rasterizers.local().open_samples(occlusion.coarse(), points[i] + lift),
                                  solid_angle, field.settings.face_size);
     });
-    SquaredNorms sum;
-    for (const SquaredNorms& point : norms) {
-        sum.error += point.error;
-        sum.occlusion += point.occlusion;
+    SamplerError result;
+    SquaredNorms all;
+    for (std::size_t band = 0; band < SamplerError::bands; ++band) {
+        SquaredNorms sum;
+        int count = 0;
+        for (std::size_t i = band * points_a_band; i < (band + 1) * points_a_band; ++i) {
+            if (!norms[i]) continue;
+            sum.error += norms[i]->error;
+            sum.occlusion += norms[i]->occlusion;
+            ++count;
+        }
+        result.band[band] =
+            count > 0 ? static_cast<float>(std::min(1.0, std::sqrt(sum.error / (4 * pi * count)))) : 1.0f;
+        all.error += sum.error;
+        all.occlusion += sum.occlusion;
     }
-    return sum.occlusion > 0 ? static_cast<float>(std::sqrt(sum.error / sum.occlusion)) : 0.0f;
+    result.relative = all.occlusion > 0 ? static_cast<float>(std::sqrt(all.error / all.occlusion)) : 0.0f;
+    return result;
 }
 
 }  // namespace
 
 FieldError field_error(const VisibilityField& field, const EntityOcclusion& occlusion) {
-    const float radius = field.bounds.radius();
-    return {relative_error(field, field.planar, field.planar_handles,
-                           random_points(field.planar.centre, radius, true),
-                           Vec3f(0, radius * surface_offset, 0), occlusion),
-            relative_error(field, field.spherical, field.spherical_handles,
-                           random_points(field.spherical.centre, radius, false), Vec3f(0.0f), occlusion)};
+    const Vec3f lift(0, field.bounds.radius() * surface_offset, 0);
+    return {sampler_error(field, field.planar, field.planar_handles, random_points(field.planar, true), lift,
+                          occlusion),
+            sampler_error(field, field.spherical, field.spherical_handles,
+                          random_points(field.spherical, false), Vec3f(0.0f), occlusion)};
 }
 
 }  // namespace haarfield

@@ -8,15 +8,6 @@ namespace {
 
 constexpr double fade_end = 1.5;  ///< In outer radii.
 
-double radius_at(double t, double outer_radius, double growth) {
-    return outer_radius * std::expm1(growth * t) / std::expm1(growth);
-}
-
-/// The inverse, in steps of the radial index.
-double radial_index(double radius, double outer_radius, double growth, int steps) {
-    return std::log1p(radius / outer_radius * std::expm1(growth)) / growth * (steps - 1);
-}
-
 /// 1 up to the outermost sample, then smoothly down to 0.
 double fade(double radius, double outer_radius) {
     const double t = std::clamp((radius / outer_radius - 1) / (fade_end - 1), 0.0, 1.0);
@@ -54,10 +45,18 @@ void add_sample(Interpolation& interpolation, std::uint32_t sample, double weigh
 
 }  // namespace
 
+double distance_at(double t, double outer_radius, double growth) {
+    return outer_radius * std::expm1(growth * t) / std::expm1(growth);
+}
+
+double radial_position(double distance, double outer_radius, double growth) {
+    return std::log1p(distance / outer_radius * std::expm1(growth)) / growth;
+}
+
 Vec3f PlanarSampler::sample_position(std::uint32_t sample) const {
     const auto ring = sample / static_cast<std::uint32_t>(angles),
                angle = sample % static_cast<std::uint32_t>(angles);
-    const double radius = radius_at(double(ring) / (rings - 1), outer_radius, growth);
+    const double radius = distance_at(double(ring) / (rings - 1), outer_radius, growth);
     const double azimuth = 2 * pi * angle / angles;
     return centre + Vec3f(static_cast<float>(radius * std::cos(azimuth)), 0.0f,
                           static_cast<float>(radius * std::sin(azimuth)));
@@ -70,7 +69,7 @@ Interpolation PlanarSampler::interpolation(const Vec3f& position) const {
     Interpolation result;
     result.open = static_cast<float>(1 - weight);
     if (weight <= 0) return result;
-    const Bracket ring = clamped_bracket(radial_index(radius, outer_radius, growth, rings), rings);
+    const Bracket ring = clamped_bracket(radial_position(radius, outer_radius, growth) * (rings - 1), rings);
     const Bracket angle = wrapped_bracket(std::atan2(z, x), angles);
     const auto columns = static_cast<std::uint32_t>(angles);
     add_sample(result, ring.lower * columns + angle.lower,
@@ -85,7 +84,7 @@ Vec3f SphericalSampler::sample_position(std::uint32_t sample) const {
     const auto columns = static_cast<std::uint32_t>(azimuths), rows = static_cast<std::uint32_t>(polar);
     const auto azimuth_index = sample % columns, row = sample / columns % rows,
                shell = sample / columns / rows;
-    const double radius = radius_at(double(shell) / (shells - 1), outer_radius, growth);
+    const double radius = distance_at(double(shell) / (shells - 1), outer_radius, growth);
     const double inclination = pi * row / (polar - 1), azimuth = 2 * pi * azimuth_index / azimuths;
     // At the poles the sine is exactly zero, so that all azimuths are one place and share one cubemap.
     const double across = row == 0 || row + 1 == rows ? 0 : radius * std::sin(inclination);
@@ -102,7 +101,8 @@ Interpolation SphericalSampler::interpolation(const Vec3f& position) const {
     result.open = static_cast<float>(1 - weight);
     if (weight <= 0) return result;
     const double inclination = std::atan2(std::hypot(offset.x, offset.z), offset.y);
-    const Bracket shell = clamped_bracket(radial_index(radius, outer_radius, growth, shells), shells);
+    const Bracket shell =
+        clamped_bracket(radial_position(radius, outer_radius, growth) * (shells - 1), shells);
     const Bracket row = clamped_bracket(inclination / pi * (polar - 1), polar);
     const Bracket azimuth = wrapped_bracket(std::atan2(offset.z, offset.x), azimuths);
     for (unsigned corner = 0; corner < 8; ++corner) {

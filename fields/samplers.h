@@ -1,7 +1,7 @@
 #pragma once
 /// Where visibility is sampled around an entity, and how it is interpolated between the samples.
 ///
-/// Spacing grows with distance: ring or shell i of n lies at radius
+/// Spacing grows with distance: ring or shell i of n lies at the distance
 ///     outer_radius * (exp(growth t) - 1) / (exp(growth) - 1),  t = i / (n - 1);
 /// the first one is the centre itself. (Sun and Mukherjee 2006, section 6.1; the exponential law is
 /// ours: near the object it halves the interpolation error of a uniform spacing.)
@@ -12,6 +12,11 @@
 #include <cstdint>
 
 namespace haarfield {
+
+/// The law: the distance at t in [0, 1], and the t of a distance; beyond the outer radius t is greater
+/// than 1.
+double distance_at(double t, double outer_radius, double growth);
+double radial_position(double distance, double outer_radius, double growth);
 
 /// Samples and weights of one lookup: at most eight, weights in [0, 1].
 struct Interpolation {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "fields/haar_transform.h"
 
 namespace haarfield {
@@ -57,8 +59,10 @@ bool is_positive(float value) {
     return std::isfinite(value) && value > 0;
 }
 
-bool is_error(float value) {
-    return std::isfinite(value) && value >= 0;
+bool is_error(const SamplerError& error) {
+    return std::isfinite(error.relative) && error.relative >= 0 &&
+           std::all_of(error.band.begin(), error.band.end(),
+                       [](float band) { return band >= 0 && band <= 1; });
 }
 
 }  // namespace
@@ -85,7 +89,7 @@ std::string field_defect(const VisibilityField& field) {
         return "a sampler's radius, growth or centre is not a positive, finite number";
     if (!is_finite(field.bounds.lower) || !is_finite(field.bounds.upper)) return "the bounds are not finite";
     if (!is_error(field.error.planar) || !is_error(field.error.spherical))
-        return "an error estimate is not a finite number of at least 0";
+        return "an error estimate is out of range";
     if (field.pool.face_size != field.settings.face_size)
         return fmt::format("face size is {} in the pool, {} in the settings", field.pool.face_size,
                            field.settings.face_size);

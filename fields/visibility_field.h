@@ -29,10 +29,20 @@ struct FieldSettings {
     bool operator==(const FieldSettings&) const = default;
 };
 
-/// RMS over points and directions of the error of visibility that is looked up between the samples, relative
-/// to the RMS of the occlusion (1 - visibility) that is really there. See field_error().
+/// The error of visibility that is looked up between a sampler's samples: RMS over points and all directions.
+/// See field_error().
+struct SamplerError {
+    static constexpr std::size_t bands = 16;
+
+    float relative = 0;               ///< To the RMS of the occlusion (1 - visibility) that is really there.
+    std::array<float, bands> band{};  ///< In each sixteenth of the radial position (samplers.h), by itself:
+                                      ///< in [0, 1]; 1 where nothing could be measured.
+
+    bool operator==(const SamplerError&) const = default;
+};
+
 struct FieldError {
-    float planar = 0, spherical = 0;
+    SamplerError planar, spherical;
 
     bool operator==(const FieldError&) const = default;
 };

@@ -9,9 +9,9 @@
 namespace haarfield {
 
 struct VisibilityRasterizer::Buffers {
-    explicit Buffers(int face_size) : blocked(face_size) {}
+    explicit Buffers(int face_size) : blocked(face_size), contoured(face_size) {}
 
-    BlockedSamples blocked;
+    BlockedSamples blocked, contoured;
     ViewedOccluder viewed;
     VisibleContour contour;
     ContourScratch lines;
@@ -33,12 +33,22 @@ VisibilityRasterizer& VisibilityRasterizer::operator=(VisibilityRasterizer&&) no
 std::span<const std::uint8_t> VisibilityRasterizer::open_samples(const Occluder& occluder,
                                                                  const Vec3f& view_point,
                                                                  const Vec3f* horizon) {
-    auto& [blocked, viewed, contour, lines, spans, open] = *buffers_;
-    look_at(occluder, view_point, horizon, viewed);
-    find_contour(occluder, viewed, contour);
-    if (!block_contour(occluder, viewed, contour, lines, blocked))
-        std::fill(contour.left.begin(), contour.left.end(), ~std::uint64_t(0));
-    block_spans(occluder, viewed, contour.left.data(), spans, blocked);
+    const OccluderView view{&occluder, view_point, horizon};
+    return open_samples(std::span(&view, 1));
+}
+
+std::span<const std::uint8_t> VisibilityRasterizer::open_samples(std::span<const OccluderView> views) {
+    auto& [blocked, contoured, viewed, contour, lines, spans, open] = *buffers_;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+        const Occluder& occluder = *views[i].occluder;
+        look_at(occluder, views[i].point, views[i].horizon, viewed);
+        find_contour(occluder, viewed, contour);
+        if (!block_contour(occluder, viewed, contour, lines, i == 0 ? blocked : contoured))
+            std::fill(contour.left.begin(), contour.left.end(), ~std::uint64_t(0));
+        else if (i > 0)
+            add_contours(contoured, blocked);
+        block_spans(occluder, viewed, contour.left.data(), spans, blocked);
+    }
     count_open_samples(blocked, open.data());
     constexpr std::size_t faces = cubemap_faces;
     return {open.data(), faces * std::size_t(blocked.face_size) * std::size_t(blocked.face_size)};

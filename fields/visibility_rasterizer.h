@@ -25,7 +25,18 @@ constexpr float open_fraction(std::uint8_t open_samples) {
     return static_cast<float>(open_samples) / samples_per_texel;
 }
 
-/// Rasterizes one occluder at a time; keeps its buffers, so that repeated use allocates nothing.
+/// An occluder, and where it is seen from.
+struct OccluderView {
+    const Occluder* occluder;
+    /// In the occluder's frame. Offset it from a surface by some 1e-4 of the occluder's radius: on the
+    /// surface itself the answer is arbitrary. [m]
+    Vec3f point;
+    /// Unit normal of a surface through the point; triangles that lie wholly below it are left out. Null:
+    /// none.
+    const Vec3f* horizon = nullptr;
+};
+
+/// Rasterizes occluders; keeps its buffers, so that repeated use allocates nothing.
 ///
 /// A direction is blocked if any triangle of the occluder meets the ray from the view point; there is no
 /// depth. Triangles that share an edge compute the same crossing, so that no crack appears; nothing is
@@ -39,18 +50,17 @@ public:
     VisibilityRasterizer(VisibilityRasterizer&&) noexcept;
     VisibilityRasterizer& operator=(VisibilityRasterizer&&) noexcept;
 
-    /// What can be seen past the occluder: counts of open samples, 0 to samples_per_texel, face by face
-    /// and row by row, 6 * face_size^2 of them; valid until the next call.
+    /// What can be seen past an occluder: counts of open samples, 0 to samples_per_texel, face by face and
+    /// row by row, 6 * face_size^2 of them; valid until the next call. Arguments as OccluderView has them.
     ///
-    /// view_point  where from, in the occluder's frame. Offset it from a surface by some 1e-4 of the
-    ///             occluder's radius: on the surface itself the answer is arbitrary.
-    /// horizon     unit normal of a surface through the view point; triangles that lie wholly below it
-    ///             are left out. Null: none.
-    /// cost        O(triangles / 16 + contour edges + crossed sub-columns); of pieces whose triangles share
-    /// few
-    ///             edges, O(triangles + covered sub-columns).
+    /// cost  O(triangles / 16 + contour edges + crossed sub-columns); of pieces whose triangles share few
+    ///       edges, O(triangles + covered sub-columns).
     std::span<const std::uint8_t> open_samples(const Occluder& occluder, const Vec3f& view_point,
                                                const Vec3f* horizon = nullptr);
+
+    /// What can be seen past all of some occluders, whose frames differ by translation and scale alone: a
+    /// sample is open that is open past each. cost: of each, and a pass over the cubemap's samples.
+    std::span<const std::uint8_t> open_samples(std::span<const OccluderView> views);
 
 private:
     struct Buffers;

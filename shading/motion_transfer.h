@@ -8,6 +8,8 @@ namespace haarfield {
 /// T = light x BRDF x visibilities past all but the moving instance x cosine, per vertex of the others; to be
 /// multiplied with what the moving one hides of each frame. [W/(m^2 sr)]
 ///
+/// The moving instance is seen by its field, from near as well, whatever RenderSettings::occlusion says.
+///
 /// A vertex's radiance is  <T, 1> - sum of weight * <T, occlusion of a sample>  over the samples of the
 /// moving instance's field that are interpolated at the vertex: where it hides nothing, nothing is to be
 /// done, and nothing is lost by pruning.

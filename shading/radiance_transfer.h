@@ -48,7 +48,7 @@ private:
 class VertexTransfer {
 public:
     VertexTransfer(const ShadedScene& scene, const ShadingGeometry& geometry, const RenderSettings& settings)
-        : scene_(scene), geometry_(geometry), settings_(settings), visibility_(scene, geometry) {}
+        : scene_(scene), geometry_(geometry), settings_(settings), visibility_(scene, geometry, settings.occlusion != Occlusion::fields) {}
 
     /// Takes up a vertex; false if it sees nothing.
     bool look_from(std::size_t instance, std::uint32_t vertex);

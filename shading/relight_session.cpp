@@ -210,10 +210,14 @@ Result<Done> RelightSession::frame(FrameQuality quality, const Progress& progres
         transfer_view(*by_eye, scene_, radiance_);
         return Done{};
     }
-    if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_))
-        return transfer_motion(*by_motion, scene_, *geometry_, settings_,
-                               quality == FrameQuality::moving ? moving_depth : settings_.depth, radiance_,
-                               progress);
+    if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_)) {
+        RenderSettings of_frame = settings_;
+        if (quality == FrameQuality::moving) {
+            of_frame.depth = moving_depth;
+            of_frame.occlusion = Occlusion::fields;
+        }
+        return transfer_motion(*by_motion, scene_, *geometry_, of_frame, of_frame.depth, radiance_, progress);
+    }
     return Error{"",
                  "there are no transfer vectors for what the scene is now; wanted vary_light, vary_eye or "
                  "vary_instance first"};

@@ -56,7 +56,7 @@ struct SessionScene {
 
 /// How exactly the vertices of an instance that moves are shaded themselves.
 enum class FrameQuality {
-    moving,  ///< To a depth of four levels: for while it is dragged.
+    moving,  ///< To a depth of four levels, and past the others by their fields: for while it is dragged.
     still,   ///< In full.
 };
 

@@ -31,13 +31,24 @@ struct ShadedScene {
     Vec3f eye{0, 0, 0};        ///< Where the highlights are seen from.
 };
 
+/// How a vertex sees past other instances. Those of few triangles (RenderSettings::exact_triangles) are seen
+/// exactly from near, whatever is chosen; and all of them by their fields from beyond the samplers' outer
+/// radius, where they fade out.
+enum class Occlusion {
+    fields,  ///< Interpolated between samples of the instance's field: fast, and wrong close to the instance.
+    exact,   ///< Rasterized at the vertex.
+    automatic,  ///< Rasterized as far out as the field's own estimate of its error is above a tolerance.
+};
+
 struct RenderSettings {
     int face_size = 64;            ///< As in the fields (asserted).
     int depth = full_depth;        ///< Traversal depth, product_integral.
     float tolerance = 0;           ///< Of a vertex's radiance, for ending walks early; see vertex_radiance.
     int light_coefficients = 300;  ///< Wavelets kept a face; 0: all.
-    std::uint32_t exact_triangles =
-        64;  ///< Occluders of at most so many triangles are seen exactly from near.
+    Occlusion occlusion = Occlusion::automatic;
+    float occlusion_error = 0.02f;       ///< Tolerance of `automatic`, for SamplerError::band.
+    std::uint32_t exact_triangles = 64;  ///< Occluders of at most so many triangles are seen exactly from
+                                         ///< near.
 };
 
 }  // namespace haarfield

@@ -11,6 +11,33 @@ constexpr float on_ground = 2e-3f;
 /// How far from its sampler's centre an instance hides anything. [outer radii]
 constexpr float reach = 1.5f;
 
+/// How far from a sampler's centre its entity is seen exactly: automatically, to the outer end of the last
+/// band whose error is above the tolerance. [m]
+template <class Sampler>
+float exact_distance(const Sampler& sampler, const SamplerError& error, Occlusion occlusion,
+                     float tolerance) {
+    if (occlusion == Occlusion::fields) return 0;
+    std::size_t bands = SamplerError::bands;
+    if (occlusion == Occlusion::automatic)
+        while (bands > 0 && error.band[bands - 1] <= tolerance) --bands;
+    return static_cast<float>(
+        distance_at(double(bands) / SamplerError::bands, sampler.outer_radius, sampler.growth));
+}
+
+/// Whether a box lies wholly below a plane through a point.
+bool lies_below(const Bounds& bounds, const Vec3f& point, const Vec3f& normal) {
+    float highest = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        highest +=
+            normal[axis] * ((normal[axis] > 0 ? bounds.upper[axis] : bounds.lower[axis]) - point[axis]);
+    return highest <= 0;
+}
+
+bool is_on_ground(const VisibilityField& field, const ShadedInstance& instance, const VertexView& view) {
+    const float height = (view.position.y - instance.translate.y) / instance.scale - field.planar.centre.y;
+    return std::abs(height) <= on_ground * field.bounds.radius();
+}
+
 }  // namespace
 
 std::vector<Sphere> spheres_of_influence(const ShadedScene& scene) {
@@ -27,8 +54,10 @@ std::vector<Sphere> spheres_of_influence(const ShadedScene& scene) {
 
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          const Progress& progress) {
-    ShadingGeometry geometry{
-        {}, DirectionPyramid(settings.face_size), InstanceGrid(spheres_of_influence(scene))};
+    ShadingGeometry geometry{{},
+                             settings.face_size,
+                             DirectionPyramid(settings.face_size),
+                             InstanceGrid(spheres_of_influence(scene))};
     for (const ShadedEntity& entity : scene.entities) {
         std::vector<std::uint32_t> order = spatial_order(entity.mesh->positions);
         Result<WideVisibility> visibility = WideVisibility::make(*entity.field, order, progress.stop);
@@ -36,7 +65,12 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
         std::vector<ConvexPolygon> polygons;
         if (entity.occlusion->coarse().triangles.size() <= settings.exact_triangles)
             polygons = convex_polygons(entity.occlusion->coarse());
-        geometry.entities.push_back({std::move(order), std::move(*visibility), std::move(polygons)});
+        const Occlusion occlusion = polygons.empty() ? settings.occlusion : Occlusion::exact;
+        const VisibilityField& field = *entity.field;
+        geometry.entities.push_back(
+            {std::move(order), std::move(*visibility), std::move(polygons),
+             exact_distance(field.planar, field.error.planar, occlusion, settings.occlusion_error),
+             exact_distance(field.spherical, field.error.spherical, occlusion, settings.occlusion_error)});
     }
     return geometry;
 }
@@ -44,10 +78,14 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
 FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& instance,
                          const VertexView& view) {
     const Vec3f point = (view.point - instance.translate) / instance.scale;
-    const float height = (view.position.y - instance.translate.y) / instance.scale - field.planar.centre.y;
-    if (std::abs(height) <= on_ground * field.bounds.radius())
-        return {true, field.planar.interpolation(point)};
+    if (is_on_ground(field, instance, view)) return {true, field.planar.interpolation(point)};
     return {false, field.spherical.interpolation(point)};
+}
+
+void VertexVisibility::add_tree(const WideCubemap<std::uint8_t>& tree, float weight) {
+    parts_.push_back({&tree, weight});
+    const std::size_t count = trees_.back().parts.size() + 1;
+    trees_.back().parts = {parts_.data() + parts_.size() - count, count};
 }
 
 bool VertexVisibility::look(std::size_t instance_index, const WideCubemap<std::uint8_t>& own,
@@ -55,37 +93,49 @@ bool VertexVisibility::look(std::size_t instance_index, const WideCubemap<std::u
     trees_.clear();
     parts_.clear();
     cones_.clear();
+    rasterized_.clear();
     const std::span<const std::uint32_t> near = geometry_.grid.near(view.point);
-    parts_.reserve(1 + 8 * near.size());  // so that spans of them stay
-    const auto add_tree = [&](const WideCubemap<std::uint8_t>& tree, float weight) {
-        parts_.push_back({&tree, weight});
-        trees_.back().parts = {parts_.data() + parts_.size() - trees_.back().parts.size() - 1,
-                               trees_.back().parts.size() + 1};
-    };
+    parts_.reserve(2 + 8 * near.size());  // so that spans of them stay
     trees_.emplace_back();
     add_tree(own, 1);
-    for (const std::uint32_t i : near) {
-        if (i == instance_index) continue;
-        const ShadedInstance& other = scene_.instances[i];
-        const ShadedEntity& entity = scene_.entities[other.entity];
-        const ShadingGeometry::Entity& prepared = geometry_.entities[other.entity];
-        const Vec3f point = (view.point - other.translate) / other.scale;
-        const VisibilityField& field = *entity.field;
-        if (!prepared.polygons.empty() && (point - field.spherical.centre).length2() <
-                                              field.spherical.outer_radius * field.spherical.outer_radius) {
-            if (entity.occlusion->coarse().one_sided > 0 && entity.occlusion->in_coarse()(point))
-                return false;
-            add_cones(prepared.polygons, point, cones_);
-            continue;
-        }
-        const auto [planar, samples] = field_lookup(field, other, view);
-        if (samples.count == 0) continue;
-        trees_.emplace_back().constant = samples.open;
-        for (std::size_t k = 0; k < std::size_t(samples.count); ++k)
-            add_tree(planar ? prepared.visibility.planar(samples.sample[k])
-                            : prepared.visibility.spherical(samples.sample[k]),
-                     samples.weight[k]);
+    for (const std::uint32_t i : near)
+        if (i != instance_index && !look_past(scene_.instances[i], view)) return false;
+    if (!rasterized_.empty()) {
+        trees_.emplace_back();
+        add_tree(seen_(rasterized_), 1);
     }
+    return true;
+}
+
+bool VertexVisibility::look_past(const ShadedInstance& other, const VertexView& view) {
+    const ShadedEntity& entity = scene_.entities[other.entity];
+    const ShadingGeometry::Entity& prepared = geometry_.entities[other.entity];
+    const VisibilityField& field = *entity.field;
+    const Occluder& occluder = entity.occlusion->coarse();
+    const Vec3f point = (view.point - other.translate) / other.scale;
+    if (lies_below(occluder.bounds, point, view.normal)) return true;
+
+    const bool planar = is_on_ground(field, other, view);
+    const Vec3f from_centre = point - (planar ? field.planar.centre : field.spherical.centre);
+    const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around;
+    if ((rasterizes_ || !prepared.polygons.empty()) &&
+        from_centre.length2() < exact_distance * exact_distance) {
+        if (occluder.one_sided > 0 && entity.occlusion->in_coarse()(point)) return false;
+        // Finding what lies below the horizon has a cost, too.
+        const bool mostly_below = (occluder.bounds.centre() - point).dot(view.normal) < 0;
+        if (prepared.polygons.empty())
+            rasterized_.push_back({&occluder, point, mostly_below ? &view.normal : nullptr});
+        else
+            add_cones(prepared.polygons, point, cones_);
+        return true;
+    }
+    const Interpolation samples = field_lookup(field, other, view).samples;
+    if (samples.count == 0) return true;
+    trees_.emplace_back().constant = samples.open;
+    for (std::size_t k = 0; k < std::size_t(samples.count); ++k)
+        add_tree(planar ? prepared.visibility.planar(samples.sample[k])
+                        : prepared.visibility.spherical(samples.sample[k]),
+                 samples.weight[k]);
     return true;
 }
 

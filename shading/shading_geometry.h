@@ -4,6 +4,7 @@
 #include "shading/direction_pyramid.h"
 #include "shading/instance_grid.h"
 #include "shading/near_occluders.h"
+#include "shading/seen_visibility.h"
 #include "shading/shaded_scene.h"
 #include "shading/vertex_loop.h"
 #include "shading/wide_visibility.h"
@@ -14,10 +15,14 @@ namespace haarfield {
 struct ShadingGeometry {
     struct Entity {
         std::vector<std::uint32_t> order;  ///< Of the fine vertices: neighbours in space are near each other.
-        WideVisibility visibility;         ///< Planar and spherical samples are there if `polygons` is empty.
-        std::vector<ConvexPolygon> polygons;  ///< Of occluders that are seen exactly from near; else empty.
+        WideVisibility visibility;
+        std::vector<ConvexPolygon> polygons;  ///< Of occluders of few triangles; else empty.
+        /// Within these distances of the samplers' centres the entity is seen exactly, from its ground plane
+        /// and from elsewhere. [m]
+        float exact_on_ground, exact_around;
     };
     std::vector<Entity> entities;  ///< As in the scene.
+    int face_size;
     DirectionPyramid directions;
     InstanceGrid grid;  ///< Of the places from which the instances can be seen.
 };
@@ -42,15 +47,16 @@ FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& ins
 
 /// What a vertex sees past its own and all other instances.
 ///
-/// Occluders of few triangles are seen exactly within the outer radius of their samplers, others and from
-/// farther away as their fields have it. Instances that are open cost nothing but their place in the grid's
-/// cell.
+/// What is seen exactly is so as cones if it has few triangles, and else rasterized, all of it into one
+/// cubemap. Instances that are open, or lie below the vertex's horizon, cost nothing but their place in the
+/// grid's cell.
 ///
 /// Holds its memory: nothing is allocated per vertex once it has grown.
 class VertexVisibility {
 public:
-    explicit VertexVisibility(const ShadedScene& scene, const ShadingGeometry& geometry)
-        : scene_(scene), geometry_(geometry) {}
+    /// rasterizes  false: Occlusion::fields, whatever the geometry was made for.
+    VertexVisibility(const ShadedScene& scene, const ShadingGeometry& geometry, bool rasterizes = true)
+        : scene_(scene), geometry_(geometry), rasterizes_(rasterizes), seen_(geometry.face_size) {}
 
     /// Looks round from a point of an instance, of whose own visibility `own` is the tree and must outlive
     /// `trees`; false if it is inside another instance and sees nothing.
@@ -66,11 +72,18 @@ public:
     const BlockedCones& cones() const { return cones_; }
 
 private:
+    /// Takes an instance into account; false if the vertex is inside of it.
+    bool look_past(const ShadedInstance& other, const VertexView& view);
+    void add_tree(const WideCubemap<std::uint8_t>& tree, float weight);
+
     const ShadedScene& scene_;
     const ShadingGeometry& geometry_;
+    const bool rasterizes_;
     std::vector<WeightedTrees<std::uint8_t>> trees_;
     std::vector<WeightedTrees<std::uint8_t>::Part> parts_;
     BlockedCones cones_;
+    std::vector<OccluderView> rasterized_;  ///< What is seen exactly, but not as cones.
+    SeenVisibility seen_;
 };
 
 }  // namespace haarfield

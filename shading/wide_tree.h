@@ -25,6 +25,11 @@ struct WideNode {
                                           ///< Children lie side by side, by cell.
 };
 
+/// A value in [0, 1] in 255ths, rounded.
+inline std::uint8_t in_bytes(float value) {
+    return static_cast<std::uint8_t>(value * 255 + 0.5f);
+}
+
 /// Where a function on one face is found.
 template <class Cell>
 struct WideFace {

@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace haarfield {
@@ -46,29 +45,31 @@ VisibilityConverter::Built VisibilityConverter::build(const Quadtree& tree, std:
     Square square;
     square.child.fill(no_node);
     const Quadtree::Node& node = tree.nodes[std::size_t(index)];
-    float sum = 0;
+    float sum = 0, least = 1, most = 0;
     bool has_children = false;
-    for (unsigned cell = 0; cell < wide_cells; ++cell) {
-        const std::int32_t quadrant = child_of(node, cell / 4);
-        float value = quadrant_mean(mean, node.wavelet, cell / 4);
-        std::int32_t below = no_node;
-        if (quadrant != no_node) {
-            const Quadtree::Node& inner = tree.nodes[std::size_t(quadrant)];
-            value = quadrant_mean(value, inner.wavelet, cell % 4);
-            below = child_of(inner, cell % 4);
+    for (unsigned quadrant = 0; quadrant < 4; ++quadrant) {
+        const std::int32_t inner_index = child_of(node, quadrant);
+        const float quadrant_value = quadrant_mean(mean, node.wavelet, quadrant);
+        const Quadtree::Node* inner =
+            inner_index != no_node ? &tree.nodes[std::size_t(inner_index)] : nullptr;
+        for (unsigned k = 0; k < 4; ++k) {
+            const unsigned cell = 4 * quadrant + k;
+            float value = inner ? quadrant_mean(quadrant_value, inner->wavelet, k) : quadrant_value;
+            if (const std::int32_t below = inner ? child_of(*inner, k) : no_node; below != no_node) {
+                const Built built = build(tree, below, value);
+                value = built.mean;
+                square.child[cell] = built.square;
+                has_children |= built.square != no_node;
+            }
+            value = std::clamp(value, 0.0f, 1.0f);
+            square.mean[cell] = value;
+            sum += value;
+            least = std::min(least, value);
+            most = std::max(most, value);
         }
-        if (below != no_node) {
-            const Built built = build(tree, below, value);
-            value = built.mean;
-            square.child[cell] = built.square;
-            has_children |= built.square != no_node;
-        }
-        square.mean[cell] = std::clamp(value, 0.0f, 1.0f);
-        sum += square.mean[cell];
     }
     const float own_mean = sum / wide_cells;
-    const auto [least, most] = std::minmax_element(square.mean.begin(), square.mean.end());
-    if (!has_children && *most - *least < negligible) return {own_mean, no_node};
+    if (!has_children && most - least < negligible) return {own_mean, no_node};
     squares_.push_back(square);
     return {own_mean, static_cast<std::int32_t>(squares_.size() - 1)};
 }
@@ -80,10 +81,11 @@ void VisibilityConverter::write(std::size_t index, std::size_t place,
     std::size_t child = nodes.size();
     wide.first_child = static_cast<std::uint32_t>(child - place);
     for (unsigned cell = 0; cell < wide_cells; ++cell) {
-        wide.mean[cell] = static_cast<std::uint8_t>(std::lround(square.mean[cell] * 255));
+        wide.mean[cell] = in_bytes(square.mean[cell]);
         if (square.child[cell] != no_node) wide.varying |= static_cast<std::uint16_t>(1u << cell);
     }
     nodes[place] = wide;
+    if (wide.varying == 0) return;
     nodes.resize(child + std::size_t(std::popcount(wide.varying)));
     for (const std::int32_t below : square.child)
         if (below != no_node) write(std::size_t(below), child++, nodes);

@@ -45,7 +45,8 @@ VisibilityField random_field(std::uint32_t seed, std::size_t vertices) {
     field.key = {random() * 0x100000001ull, random() * 0x100000003ull};
     field.settings = {32, static_cast<std::int32_t>(below(100)), number() * number(), below(1000),
                       below(1000)};
-    field.error = {0.25f, 0.0f};
+    field.error.planar.relative = 0.25f;
+    for (float& band : field.error.spherical.band) band = static_cast<float>(below(1001)) / 1000;
     field.bounds = {Vec3f(-1, number(), -3), Vec3f(2 + number(), 2, -0.0f)};
     const auto count = [&](std::int32_t least) { return static_cast<std::int32_t>(below(20)) + least; };
     field.planar = {Vec3f(number(), number(), number()), count(2), count(3), 1.5f, 2.5f};

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <numeric>
 
 #include "fields/haar_transform.h"
@@ -18,13 +16,6 @@
 
 namespace haarfield::baseline {
 namespace {
-
-template <class T>
-T value_or_exit(Result<T> result) {
-    if (result) return std::move(*result);
-    std::fprintf(stderr, "%s\n", result.error().message().c_str());
-    std::exit(1);
-}
 
 struct VertexIndex {
     std::size_t instance;

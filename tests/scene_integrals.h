@@ -1,10 +1,21 @@
 #pragma once
 /// Product integrals as they occur: what vertices of scenes/table_and_chairs.toml multiply.
 
+#include <cstdio>
+#include <cstdlib>
+
 #include "fields/quadtree.h"
 #include "scenes/scene_entities.h"
 
 namespace haarfield::baseline {
+
+/// The value, or the end of the program with the error's message.
+template <class T>
+T value_or_exit(Result<T> result) {
+    if (result) return std::move(*result);
+    std::fprintf(stderr, "%s\n", result.error().message().c_str());
+    std::exit(1);
+}
 
 /// The scene under its own sky, without fields. Stays where it is: its parts point at each other.
 struct ShippedScene {

@@ -1,10 +1,12 @@
 #pragma once
-/// Measurements that answer a question of the paper, as a table on the standard output and as a plot. All
-/// take so many vertices of the shipped scene; one thread, but for that of meshes.
+/// Measurements, as a table on the standard output and as a plot. Unless said otherwise they take so many
+/// vertices of the shipped scene; one thread, but for those of meshes and occlusion.
 
 #include "tests/svg_plot.h"
 
 #include <cstddef>
+#include <filesystem>
+#include <string>
 #include <vector>
 
 namespace haarfield::baseline {
@@ -29,5 +31,17 @@ struct MeshStudyOptions {
 /// What refinement and fitted colours gain: the picture's error and the time of shading against the vertices,
 /// for meshes that are even or refined, with colours sampled or fitted; of up to so many vertices.
 std::vector<PlotPanel> study_meshes(std::size_t vertices, const MeshStudyOptions& options);
+
+/// Time and error of the ways to see past other instances, for a scene file with an analytic sky. The meshes
+/// are subdivided to about so many vertices, if they do not have more.
+void study_occlusion(const std::string& file, std::size_t vertices);
+
+/// Time per vertex of a thousand chairs on a floor of 40 m, against the shipped scene.
+void study_crowd(std::size_t vertices);
+
+/// Where studies keep visibility fields, for the next time.
+inline std::filesystem::path study_fields_folder() {
+    return std::filesystem::temp_directory_path() / "haarfield_study_fields";
+}
 
 }  // namespace haarfield::baseline

@@ -38,7 +38,9 @@ int main(int argc, char** argv) {
     std::size_t vertices = 0;
     bool avx2 = false;
     app.add_flag("--avx2", avx2, "No newer instructions than AVX2");
-    app.add_option("--vertices", vertices, "So many; default: 256, for complexity 16, for meshes 180000")
+    app.add_option(
+           "--vertices", vertices,
+           "So many; default: 256, for complexity 16, for crowd 2000, for occlusion 20000, for meshes 180000")
         ->check(CLI::Range(1, 1000000));
     app.add_subcommand("baselines", "Time and error of every method");
     CLI::App* const complexity =
@@ -54,6 +56,11 @@ int main(int argc, char** argv) {
     meshes->add_option("--environment", mesh_options.environment,
                        "A lat-long image; default: the scene's sky");
     meshes->add_option("--exposure", mesh_options.exposure, "In stops");
+    CLI::App* const crowd = app.add_subcommand("crowd", "Time per vertex among a thousand chairs");
+    std::string scene;
+    CLI::App* const occlusion =
+        app.add_subcommand("occlusion", "Time and error of bake's --occlusion, against the dense oracle");
+    occlusion->add_option("SCENE", scene, "A scene file with a sky")->required()->type_name("");
     for (CLI::App* const plotted : {complexity, depth, meshes})
         plotted->add_option("-o,--output", file, "Draw it, too: an SVG file");
     CLI11_PARSE(app, argc, argv);
@@ -69,6 +76,11 @@ int main(int argc, char** argv) {
     if (complexity->parsed()) return write_plot(study_complexity(vertices_or(16)), file);
     if (depth->parsed()) return write_plot(study_depth(vertices_or(256)), file);
     if (meshes->parsed()) return write_plot(study_meshes(vertices_or(180000), mesh_options), file);
-    study_baselines(vertices_or(256));
+    if (occlusion->parsed())
+        study_occlusion(scene, vertices_or(20000));
+    else if (crowd->parsed())
+        study_crowd(vertices_or(2000));
+    else
+        study_baselines(vertices_or(256));
     return 0;
 }

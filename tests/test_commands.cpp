@@ -153,6 +153,8 @@ TEST_F(Commands, BadUsageExitsWithTwo) {
                                        {"bake", "room.toml", "-o", "out", "--evaluator", "magic"},
                                        {"bake", "room.toml", "-o", "out", "--colours", "loud"},
                                        {"bake", "room.toml", "-o", "out", "--refine", "0"},
+                                       {"bake", "room.toml", "-o", "out", "--occlusion", "magic"},
+                                       {"bake", "room.toml", "-o", "out", "--occlusion-error", "nan"},
                                        {"bake", "room.toml", "-o", "out", "--view", "1,2"},
                                        {"bake", "room.toml", "-o", "out", "--view", "1,nan,2"},
                                        {"reference", "room.toml", "-o", "out", "--lights", "0"},

@@ -19,10 +19,8 @@ VisibilityField field_of(const PreparedMesh& mesh, const EntityOcclusion& occlus
     return *precompute_field("example", mesh, occlusion, {16, 0, relative_l2_error, samples, samples});
 }
 
-TEST(FieldError, IsOneWhereTheFieldKnowsOfNoOcclusion) {
-    const PreparedMesh mesh = example_mesh();
-    const EntityOcclusion occlusion(mesh);
-    VisibilityField field = field_of(mesh, occlusion, 0, 100);
+/// The field as it would be if nothing were there.
+VisibilityField open_field(VisibilityField field) {
     CubemapTree open;
     for (Quadtree& face : open.faces) face.scaling = 1;
     PackedTrees packed;
@@ -32,9 +30,33 @@ TEST(FieldError, IsOneWhereTheFieldKnowsOfNoOcclusion) {
     field.pool = std::move(pool).finish();
     for (auto* handles : {&field.planar_handles, &field.spherical_handles})
         std::fill(handles->begin(), handles->end(), 0);
-    const FieldError error = field_error(field, occlusion);
-    EXPECT_NEAR(error.planar, 1, 1e-6);
-    EXPECT_NEAR(error.spherical, 1, 1e-6);
+    return field;
+}
+
+TEST(FieldError, IsOneWhereTheFieldKnowsOfNoOcclusion) {
+    const PreparedMesh mesh = example_mesh();
+    const EntityOcclusion occlusion(mesh);
+    const FieldError error = field_error(open_field(field_of(mesh, occlusion, 0, 100)), occlusion);
+    EXPECT_NEAR(error.planar.relative, 1, 1e-6);
+    EXPECT_NEAR(error.spherical.relative, 1, 1e-6);
+}
+
+TEST(FieldError, OfASphereThatIsMissingIsItsSolidAngle) {
+    const PreparedMesh mesh = prepared_as_is(sphere_mesh({0, 0, 0}, 1, 40));
+    const EntityOcclusion occlusion(mesh);
+    const VisibilityField field = open_field(field_of(mesh, occlusion, 0, 0));
+    const SamplerError error = field_error(field, occlusion).spherical;
+    EXPECT_EQ(error.band[0], 1);  // inside: not measured
+    for (std::size_t band = 9; band < SamplerError::bands; ++band) {
+        const auto share = [&](std::size_t end) {  // of all directions
+            const double distance = distance_at(double(end) / SamplerError::bands,
+                                                field.spherical.outer_radius, field.spherical.growth);
+            return (1 - std::sqrt(1 - 1 / (distance * distance))) / 2;
+        };
+        const double square = double(error.band[band]) * double(error.band[band]);
+        EXPECT_LT(square, 1.05 * share(band)) << band;
+        EXPECT_GT(square, 0.85 * share(band + 1)) << band;
+    }
 }
 
 TEST(FieldError, FallsWithMoreSamplesAndLessTruncation) {
@@ -43,21 +65,21 @@ TEST(FieldError, FallsWithMoreSamplesAndLessTruncation) {
     const FieldError fine = field_error(field_of(mesh, occlusion, 0, 6000), occlusion),
                      coarse = field_error(field_of(mesh, occlusion, 0, 300), occlusion),
                      truncated = field_error(field_of(mesh, occlusion, 0.4f, 6000), occlusion);
-    EXPECT_GT(fine.planar, 0.001f);
-    EXPECT_LT(fine.planar, 0.3f);
-    EXPECT_GT(fine.spherical, 0.001f);
-    EXPECT_LT(fine.spherical, 0.5f);
-    EXPECT_GT(coarse.planar, 1.5f * fine.planar);
-    EXPECT_GT(coarse.spherical, 1.5f * fine.spherical);
-    EXPECT_GT(truncated.planar, fine.planar + 0.05f);
-    EXPECT_GT(truncated.spherical, fine.spherical + 0.05f);
+    EXPECT_GT(fine.planar.relative, 0.001f);
+    EXPECT_LT(fine.planar.relative, 0.3f);
+    EXPECT_GT(fine.spherical.relative, 0.001f);
+    EXPECT_LT(fine.spherical.relative, 0.5f);
+    EXPECT_GT(coarse.planar.relative, 1.5f * fine.planar.relative);
+    EXPECT_GT(coarse.spherical.relative, 1.5f * fine.spherical.relative);
+    EXPECT_GT(truncated.planar.relative, fine.planar.relative + 0.05f);
+    EXPECT_GT(truncated.spherical.relative, fine.spherical.relative + 0.05f);
 }
 
 TEST(FieldError, IsStoredInTheFieldAndDoesNotDependOnTheThreads) {
     const PreparedMesh mesh = example_mesh();
     const EntityOcclusion occlusion(mesh);
     const VisibilityField field = field_of(mesh, occlusion, 0.1f, 500);
-    EXPECT_GT(field.error.planar, 0);
+    EXPECT_GT(field.error.planar.relative, 0);
     for (const std::size_t threads : {1u, 2u, 8u}) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
         EXPECT_EQ(field_error(field, occlusion), field.error);

@@ -14,6 +14,7 @@ namespace {
 RenderSettings settings() {
     RenderSettings result;
     result.face_size = ExampleScene::size;
+    result.occlusion = Occlusion::fields;  // as frames see what moves
     return result;
 }
 

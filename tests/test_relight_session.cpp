@@ -56,7 +56,8 @@ public:
     static RenderSettings settings() {
         RenderSettings settings;
         settings.face_size = ExampleScene::size;
-        settings.exact_triangles = 2;  // the floor
+        settings.exact_triangles = 2;            // the floor
+        settings.occlusion = Occlusion::fields;  // as frames see what moves
         return settings;
     }
 

@@ -188,6 +188,49 @@ TEST(Renderer, EqualsTheDenseOracleWhereNothingIsTruncatedOrInterpolated) {
                 EXPECT_NEAR(found[i][v][channel], wanted[i][v][channel], 2e-3 * (1 + wanted[i][v][channel]));
 }
 
+/// RMS over vertices and channels.
+double difference(const std::vector<std::vector<Rgb>>& a, const std::vector<std::vector<Rgb>>& b) {
+    double sum = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        for (std::size_t v = 0; v < a[i].size(); ++v, count += 3)
+            for (int channel = 0; channel < 3; ++channel)
+                sum += std::pow(double(a[i][v][channel]) - b[i][v][channel], 2);
+    return std::sqrt(sum / double(count));
+}
+
+TEST(Renderer, OcclusionIsExactWhereItIsChosenToBe) {
+    RenderSettings settings;
+    settings.face_size = ExampleScene::size;
+    settings.light_coefficients = 0;
+    settings.exact_triangles = 2;  // the floor
+    const auto radiance = [&](Occlusion occlusion, float error = 0) {
+        settings.occlusion = occlusion;
+        settings.occlusion_error = error;
+        return *vertex_radiance(furnished().scene, settings);
+    };
+    const auto dense = furnished().dense(), fields = radiance(Occlusion::fields),
+               exact = radiance(Occlusion::exact);
+    EXPECT_LT(difference(exact, dense), 2e-3);
+    EXPECT_GT(difference(fields, dense), 5 * difference(exact, dense));
+    // The two ends of the automatic choice, and between them.
+    EXPECT_EQ(radiance(Occlusion::automatic, 0), exact);
+    EXPECT_EQ(radiance(Occlusion::automatic, 1), fields);
+    const double some = difference(radiance(Occlusion::automatic, 0.05f), dense);
+    EXPECT_GT(some, difference(exact, dense));
+    EXPECT_LT(some, difference(fields, dense));
+}
+
+TEST(Renderer, SeesNothingFromInsideOfWhatItSeesExactly) {
+    ExampleScene example;
+    const auto small = example.add_entity(box_mesh({-0.1f, -0.1f, -0.1f}, {0.1f, 0.1f, 0.1f}), matte(1)),
+               large = example.add_entity(sphere_mesh({0, 0, 0}, 1, 20), matte(1));
+    example.scene.instances = {{small, {0.2f, 0.1f, 0}, 1}, {large, {0, 0, 0}, 1}};
+    example.scene.environment = environment([](const Vec3d&) { return 1.0; });
+    const auto radiance = example.radiance();
+    for (const Rgb& r : radiance[0]) EXPECT_EQ(r, Rgb(0.0f));
+}
+
 TEST(Renderer, DoesNotDependOnTheNumberOfThreads) {
     const auto wanted = furnished().radiance();
     for (const std::size_t threads : {1u, 2u, 8u}) {

@@ -272,6 +272,39 @@ TEST(VertexShading, LessDepthIsCoarserButNear) {
     }
 }
 
+TEST(VertexShading, DoesNotEndEarlyWhereLightingAndVisibilityVaryTogether) {
+    // In every cell above the texels the mean of the product is twice the product of the means: what the
+    // bound allows is what comes about.
+    std::vector<Rgb> bright;
+    std::vector<float> open;
+    for (int i = 0; i < size * size; ++i) {
+        const auto on = static_cast<float>((i / size + i) % 2);
+        bright.push_back(Rgb(2 * on));
+        open.push_back(on);
+    }
+    RgbCubemapTree light_tree;
+    std::vector<WideNode<std::uint8_t>> nodes;
+    WideCubemap<std::uint8_t> visibility;
+    for (RgbQuadtree& face : light_tree.faces) face = haar_quadtree<Rgb>(bright, size, {});
+    const float mean = VisibilityConverter().append(haar_quadtree<float>(open, size, {}), nodes);
+    visibility.fill({nodes.data(), mean});
+    const WeightedTrees<std::uint8_t>::Part part{&visibility, 1};
+    const WeightedTrees<std::uint8_t> factor{0, std::span(&part, 1)};
+    const LightPyramid light(light_tree, size);
+    const DirectionPyramid directions(size);
+    VertexBrdf brdf;
+    brdf.normal = brdf.mirror = Vec3f(0, 1, 0);
+    brdf.diffuse = Rgb(0.3f);
+    WalkMemory<std::uint8_t> memory;
+    const auto radiance = [&](float tolerance) {
+        return vertex_radiance(light, directions, brdf, {}, std::span(&factor, 1), full_depth, memory,
+                               tolerance)
+            .x;
+    };
+    for (const float tolerance : {0.05f, 0.1f, 0.2f, 0.4f})
+        EXPECT_NEAR(radiance(tolerance), radiance(0), tolerance * radiance(0)) << tolerance;
+}
+
 TEST(VertexShading, NeverErrsByMoreThanTheTolerance) {
     std::mt19937 random(8);
     WalkMemory<std::uint8_t> memory;

@@ -721,5 +721,24 @@ TEST(VisibilityRasterizer, UsesNothingOfTheCallBefore) {
     EXPECT_EQ(std::count(nothing.begin(), nothing.end(), 8), 6 * 32 * 32);
 }
 
+TEST(VisibilityRasterizer, SeesPastSeveralOccludersAsPastTheirUnion) {
+    const std::vector<Example> all = examples();
+    VisibilityRasterizer rasterizer(32), other(32);
+    for (std::size_t a = 0; a < all.size(); ++a)
+        for (std::size_t b = 0; b < all.size(); ++b) {
+            if (a == b) continue;
+            const Occluder first = make_occluder(all[a].mesh), second = make_occluder(all[b].mesh),
+                           both = make_occluder(joined_meshes(all[a].mesh, all[b].mesh));
+            for (const Vec3f& point : view_points(both)) {
+                const OccluderView views[] = {{&first, point}, {&second, point}};
+                const auto found = rasterizer.open_samples(views), wanted = other.open_samples(both, point);
+                EXPECT_TRUE(std::equal(found.begin(), found.end(), wanted.begin()))
+                    << all[a].name << " and " << all[b].name << " from " << point;
+            }
+        }
+    const auto open = rasterizer.open_samples(std::span<const OccluderView>());
+    EXPECT_TRUE(std::all_of(open.begin(), open.end(), [](int n) { return n == samples_per_texel; }));
+}
+
 }  // namespace
 }  // namespace haarfield

@@ -16,6 +16,7 @@ namespace {
 struct BakeOptions {
     SceneOptions scene;
     FieldOptions fields;
+    OcclusionOptions occlusion;
     std::string output;
     int depth = full_depth;
     float tolerance = 0;
@@ -108,6 +109,7 @@ Result<ExitCode> run(const BakeOptions& options, Session& session) {
     settings.depth = options.depth;
     settings.tolerance = options.tolerance;
     settings.light_coefficients = options.light_coefficients;
+    apply_occlusion(options.occlusion, settings);
     const auto start = std::chrono::steady_clock::now();
     const Result<BakedScene> baked = baked_scene(*scene, *entities, shaded, settings, options, session);
     if (!baked) return baked.error();
@@ -119,6 +121,7 @@ Result<ExitCode> run(const BakeOptions& options, Session& session) {
     session.report["vertices"] = vertices;
     session.report["shade_seconds"] = shade_seconds;
     session.report["evaluator"] = options.evaluator;
+    session.report["occlusion"] = options.occlusion.choice;
     fmt::print("baked  {} vertices of {} instances in {:.2f} s\n", vertices, instances.size(), shade_seconds);
 
     if (session.progress.stop.stop_requested()) return Error{"", interrupted};
@@ -155,6 +158,7 @@ Command bake_command(CLI::App& program) {
         ->required()
         ->type_name("DIR");
     add_field_options(*app, options->fields);
+    add_occlusion_options(*app, options->occlusion);
     add_picture_options(*app, options->scene);
     app->add_flag("--no-render", options->no_render, "Do not run POV-Ray");
     app->add_option("--depth", options->depth,
@@ -164,7 +168,8 @@ Command bake_command(CLI::App& program) {
         ->type_name("D");
     app->add_option(
            "--tolerance", options->tolerance,
-           "Error a vertex may have, relative to its radiance, for speed; bounded, not guessed; 0: none")
+           "Largest error a vertex may have by ending early, relative to its radiance; 0: none. A promise that "
+           "saves little: the error that is proved is some hundred times the real one. For speed use --depth")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str()
         ->type_name("E");

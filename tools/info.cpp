@@ -18,6 +18,10 @@ nlohmann::ordered_json vector_json(const Vec3f& v) {
     return {v.x, v.y, v.z};
 }
 
+nlohmann::ordered_json error_json(const SamplerError& error) {
+    return {{"relative", error.relative}, {"bands", error.band}};
+}
+
 nlohmann::ordered_json summary_json(const FieldSummary& field) {
     return {
         {"entity", field.entity},
@@ -43,8 +47,19 @@ nlohmann::ordered_json summary_json(const FieldSummary& field) {
         {"face_size", field.settings.face_size},
         {"coefficients", field.settings.coefficients},
         {"relative_l2_error", field.settings.relative_l2_error},
-        {"error", {{"planar", field.error.planar}, {"spherical", field.error.spherical}}},
+        {"error",
+         {{"planar", error_json(field.error.planar)}, {"spherical", error_json(field.error.spherical)}}},
         {"bounds", {{"lower", vector_json(field.bounds.lower)}, {"upper", vector_json(field.bounds.upper)}}}};
+}
+
+/// Every other band: how far out, and the error of visibility there.
+template <class Sampler>
+void print_bands(const char* name, const Sampler& sampler, const SamplerError& error) {
+    fmt::print("\n  {}    ", name);
+    for (std::size_t band = 1; band < SamplerError::bands; band += 2)
+        fmt::print(" {:.1f} % to {:.2g} m{}", 100 * std::max(error.band[band - 1], error.band[band]),
+                   distance_at(double(band + 1) / SamplerError::bands, sampler.outer_radius, sampler.growth),
+                   band + 1 < SamplerError::bands ? "," : "");
 }
 
 void print_summary(const FieldSummary& field) {
@@ -66,7 +81,9 @@ void print_summary(const FieldSummary& field) {
     if (field.settings.relative_l2_error > 0)
         fmt::print(", dropping up to {:g} of the L2 norm of occlusion", field.settings.relative_l2_error);
     fmt::print("\nerror       {:.1f} % of occlusion on the ground, {:.1f} % around (RMS between samples)",
-               100 * field.error.planar, 100 * field.error.spherical);
+               100 * field.error.planar.relative, 100 * field.error.spherical.relative);
+    print_bands("ground", field.planar, field.error.planar);
+    print_bands("around", field.spherical, field.error.spherical);
     fmt::print("\nfile        {:.2f} MB, {}\nhash        {}\n", static_cast<double>(field.file_bytes) / 1e6,
                field.sealed ? "sealed" : "not sealed", field.key.hex());
 }

@@ -18,6 +18,7 @@ namespace {
 struct RelightOptions {
     SceneOptions scene;
     FieldOptions fields;
+    OcclusionOptions occlusion;
     std::string output;
     bool spin_light = false, orbit = false;
     std::vector<float> axis{0, 1, 0};  ///< Of the spin.
@@ -268,6 +269,7 @@ Result<ExitCode> run(const RelightOptions& options, Session& session) {
     if (trouble) return Error{output.string(), "can not make the folder: " + trouble.message()};
     Stage stage{options, std::move(*scene), {}, std::move(*environments), {}, {}, nullptr};
     stage.settings.face_size = options.fields.face_size;
+    apply_occlusion(options.occlusion, stage.settings);
     stage.weights.assign(stage.environments.size(), 0);
     stage.weights[0] = 1;
     RelightSession relight(session_scene(stage.scene, *entities, stage.environments[0]), stage.settings,
@@ -343,6 +345,7 @@ Command relight_command(CLI::App& program) {
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output, "Folder for the frames")->required()->type_name("DIR");
     add_field_options(*app, options->fields);
+    add_occlusion_options(*app, options->occlusion);
     add_view_options(*app, options->scene);
     CLI::Option_group* modes = app->add_option_group("Modes", "What varies; one of them");
     CLI::Option* spin =

@@ -140,6 +140,30 @@ std::string file_stem(const Scene& scene) {
     return stem;
 }
 
+void add_occlusion_options(CLI::App& command, OcclusionOptions& options) {
+    command
+        .add_option("--occlusion", options.choice,
+                    "How vertices see past other objects. fields: between samples of their fields, fast; "
+                    "exact: rasterized at the vertex; auto: that only where a field's own estimate of its "
+                    "error is too large")
+        ->check(CLI::IsMember({"fields", "exact", "auto"}))
+        ->capture_default_str();
+    command
+        .add_option("--occlusion-error", options.error,
+                    "What is too large for --occlusion auto: RMS error of visibility, of which `info` shows "
+                    "the estimates")
+        ->check(fraction_trouble)
+        ->capture_default_str()
+        ->type_name("E");
+}
+
+void apply_occlusion(const OcclusionOptions& options, RenderSettings& settings) {
+    settings.occlusion = options.choice == "fields"  ? Occlusion::fields
+                         : options.choice == "exact" ? Occlusion::exact
+                                                     : Occlusion::automatic;
+    settings.occlusion_error = options.error;
+}
+
 void add_unsealed_option(CLI::App& command, bool& allow_unsealed) {
     command.add_flag("--allow-unsealed", allow_unsealed,
                      "Take fields that another program saved again, if their own checksums hold");

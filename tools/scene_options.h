@@ -54,6 +54,18 @@ struct FieldOptions {
     bool allow_unsealed = false;
 };
 
+/// How vertices see past other instances; as RenderSettings has it.
+struct OcclusionOptions {
+    std::string choice = "auto";
+    float error = RenderSettings().occlusion_error;
+};
+
+/// Adds --occlusion and --occlusion-error.
+void add_occlusion_options(CLI::App& command, OcclusionOptions& options);
+
+/// Takes the options over into settings.
+void apply_occlusion(const OcclusionOptions& options, RenderSettings& settings);
+
 /// Adds --allow-unsealed, as every command that reads fields has it.
 void add_unsealed_option(CLI::App& command, bool& allow_unsealed);
 

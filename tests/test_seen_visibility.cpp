@@ -1,0 +1,69 @@
+#include "shading/seen_visibility.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/example_meshes.h"
+#include "tests/wide_texels.h"
+
+namespace haarfield {
+namespace {
+
+TEST(SeenVisibility, HoldsEveryTexelOfTheRasterizer) {
+    const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 20)),
+                   box = make_occluder(box_mesh({-1, -1, -1}, {1, 2, 3}));
+    const Vec3f up(0, 1, 0);
+    for (const int size : {1, 2, 4, 16, 32, 64, 128}) {
+        SeenVisibility seen(size);
+        VisibilityRasterizer rasterizer(size);
+        for (const Vec3f& point : {Vec3f(0.3f, 1.7f, -0.2f), Vec3f(5, 1, 1), Vec3f(0, -3, 0.4f)}) {
+            for (const Vec3f* horizon : {static_cast<const Vec3f*>(nullptr), &up}) {
+                const OccluderView views[] = {{&sphere, point, horizon}, {&box, point * 3}};
+                const WideCubemap<std::uint8_t>& found = seen(views);
+                const auto wanted = rasterizer.open_samples(views);
+                for (std::size_t face = 0; face < cubemap_faces; ++face) {
+                    const std::vector<double> texels = texels_of(found[face], size);
+                    double mean = 0;
+                    for (std::size_t i = 0; i < texels.size(); ++i) {
+                        const double open = open_fraction(wanted[face * texels.size() + i]);
+                        ASSERT_NEAR(texels[i], open, 0.51 / 255) << size << " " << point << " face " << face;
+                        mean += open / double(texels.size());
+                    }
+                    EXPECT_NEAR(found[face].mean, mean, 1e-6);
+                    EXPECT_EQ(found[face].root == nullptr,
+                              *std::min_element(texels.begin(), texels.end()) ==
+                                  *std::max_element(texels.begin(), texels.end()));
+                }
+            }
+        }
+    }
+}
+
+TEST(SeenVisibility, MeansOfVaryingCellsAreThoseOfTheirChildren) {
+    const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 20));
+    const OccluderView view{&sphere, {0.4f, 1.3f, -0.3f}};
+    SeenVisibility seen(64);
+    int checked = 0;
+    const auto check = [&](const auto& self, const WideNode<std::uint8_t>* node) -> double {
+        double sum = 0;
+        for (unsigned cell = 0; cell < wide_cells; ++cell) {
+            if (node->varying >> cell & 1u) {
+                const double below = self(self, child_of(node, cell));
+                EXPECT_NEAR(node->mean[cell], below, 0.51 + 0.5);
+                ++checked;
+                sum += below / wide_cells;
+            } else
+                sum += node->mean[cell] / double(wide_cells);
+        }
+        return sum;
+    };
+    for (const auto& face : seen(std::span(&view, 1)))
+        if (face.root) {
+            EXPECT_NEAR(255 * face.mean, check(check, face.root), 0.5);
+        }
+    EXPECT_GT(checked, 50);
+}
+
+}  // namespace
+}  // namespace haarfield
