@@ -12,7 +12,7 @@ namespace haarfield {
 ///
 /// meshes  by instance, from mesh_radiance or refined_radiance. Vertices that are buried, and so seen by no
 ///         sample, keep their radiance.
-/// cost    one shaded point a triangle, 60 us, and some 10 us a vertex. The same bits for any number of
+/// cost    one shaded point a triangle, 50 us, and some 10 us a vertex. The same bits for any number of
 /// threads. errors  interrupted. source  Kavan, Bargteil and Sloan 2011, Least squares vertex baking; the
 /// integral over a triangle is taken by
 ///         the rule of degree 2 with weights 3/4 in the middle and 1/12 at the corners, which needs no

@@ -14,7 +14,7 @@ struct RefinementSettings {
     /// difference, relative to the radiance plus the scene's mean radiance, each added over the channels. So
     /// it is relative where the scene is bright and absolute where it is dark, whatever the exposure.
     float tolerance = 0.01f;
-    std::size_t vertex_budget = 100000;  ///< Of all instances together.
+    std::size_t vertex_budget = 60000;  ///< Of all instances together.
 };
 
 struct Refinement {
@@ -35,7 +35,7 @@ struct Refinement {
 ///
 /// start   by instance, from mesh_radiance. If it has more vertices than the budget it stays as it is.
 /// returns the same bits for any number of threads.
-/// cost    some 60 us per shaded point, of which there are two to three times as many as vertices.
+/// cost    some 50 us per shaded point, of which there are two to three times as many as vertices.
 /// errors  interrupted.
 /// source  the four-triangle longest-edge partition: Rivara 1984, Algorithms for refining triangular grids
 ///         suitable for adaptive and multigrid techniques.
