@@ -8,7 +8,7 @@
 #include <mutex>
 
 #include "shading/lighting.h"
-#include "shading/rasterized_visibility.h"
+#include "shading/seen_visibility.h"
 #include "shading/vertex_loop.h"
 #include "shading/vertex_shading.h"
 
@@ -96,10 +96,10 @@ Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<c
                                         const Progress& progress) {
     struct Worker {
         PointShader shader;
-        RasterizedVisibility own;
+        SeenVisibility own;
     };
     tbb::enumerable_thread_specific<Worker> workers([&] {
-        return Worker{PointShader(shading), RasterizedVisibility(shading.settings.face_size)};
+        return Worker{PointShader(shading), SeenVisibility(shading.settings.face_size)};
     });
     std::vector<Rgb> radiance(points.size());
     std::mutex progress_mutex;
@@ -109,10 +109,8 @@ Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<c
         for (std::size_t i = range.begin(); i != range.end() && !progress.stop.stop_requested(); ++i) {
             const auto& [instance, point] = points[i];
             const ShadedEntity& entity = shading.scene.entities[shading.scene.instances[instance].entity];
-            const FieldSettings& made_with = entity.field->settings;
-            radiance[i] = worker.shader(instance, point,
-                                        worker.own(entity.occlusion->own(), point.sample, &point.normal,
-                                                   {made_with.coefficients, made_with.relative_l2_error}));
+            const OccluderView own{&entity.occlusion->own(), point.sample, &point.normal};
+            radiance[i] = worker.shader(instance, point, worker.own({&own, 1}));
         }
         if (!progress.report) return;
         const std::lock_guard lock(progress_mutex);

@@ -32,6 +32,7 @@ private:
     static RenderSettings of_size() {
         RenderSettings settings;
         settings.face_size = ExampleScene::size;
+        settings.occlusion = Occlusion::fields;  // radiance is smooth then
         return settings;
     }
     static ExampleScene lit_box() {

@@ -118,8 +118,8 @@ std::vector<PlotPanel> study_meshes(std::size_t vertices, const MeshStudyOptions
             time.back().points.emplace_back(seconds, difference.psnr_db);
         }
     }
-    const PlotAxis psnr{"PSNR, dB", false, {}};
-    return {{"Quality", {"vertices", true, {}}, psnr, quality},
+    const PlotAxis psnr{"PSNR, dB", false, {32, 34, 36, 38, 40, 42}};
+    return {{"Quality", {"vertices", true, {1e4, 2e4, 5e4, 1e5, 2e5}}, psnr, quality},
             {"Cost", {"CPU time of shading, s", true, {}}, psnr, time}};
 }
 

@@ -5,8 +5,6 @@
 #include <numeric>
 
 #include "fields/haar_transform.h"
-#include "shading/rasterized_visibility.h"
-#include "tests/example_meshes.h"
 #include "tests/pixel_reference.h"
 #include "tests/wide_texels.h"
 
@@ -106,28 +104,6 @@ TEST(WideVisibility, StopsWhenAsked) {
     const auto result = WideVisibility::make(example.field, std::vector<std::uint32_t>{0}, stop.get_token());
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().what, interrupted);
-}
-
-TEST(RasterizedVisibility, IsWhatAFieldWouldHoldOfThePoint) {
-    const Occluder box = make_occluder(box_mesh(Vec3f(-1, -1, -1), Vec3f(1, 1, 1), 2));
-    const Vec3f up = Vec3f(0.2f, 1, -0.1f).normalized();
-    VisibilityRasterizer rasterizer(64);
-    VisibilityTransform transform(64);
-    RasterizedVisibility rasterized(64);
-    CubemapTree tree;
-    for (const Vec3f& point : {Vec3f(1.5f, 0.2f, 0.1f), Vec3f(-1, 3, 2), Vec3f(0.1f, 1.2f, -4)})
-        for (const Vec3f* horizon : {static_cast<const Vec3f*>(nullptr), &up}) {
-            const Truncation truncation{0, 0.1f};
-            transform(rasterizer.open_samples(box, point, horizon), horizon, truncation, tree);
-            const WideCubemap<std::uint8_t>& found = rasterized(box, point, horizon, truncation);
-            for (std::size_t face = 0; face < cubemap_faces; ++face) {
-                const auto texels = texels_of(found[face], 64);
-                const auto expected = quadtree_texels(tree.faces[face], 64);
-                for (std::size_t t = 0; t < texels.size(); ++t)
-                    ASSERT_NEAR(texels[t], std::clamp(expected[t], 0.0f, 1.0f), 0.5 / 255 + 1.0 / 512)
-                        << point << ", face " << face;
-            }
-        }
 }
 
 }  // namespace
