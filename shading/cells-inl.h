@@ -118,6 +118,14 @@ HWY_INLINE Cells choose(unsigned cells, const Cells& if_set, const Cells& if_cle
     return result;
 }
 
+/// The cells whose values are at most a bound, and zero elsewhere.
+HWY_INLINE Cells only_up_to(float bound, const Cells& values) {
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i)
+        result.part[i] = hn::IfThenElseZero(hn::Le(values.part[i], hn::Set(Floats(), bound)), values.part[i]);
+    return result;
+}
+
 HWY_INLINE unsigned bits_of(const hn::Mask<Floats>* masks) {
     unsigned result = 0;
     for (std::size_t i = 0; i < parts; ++i) {

@@ -60,12 +60,12 @@ public:
             vertex_.brdf.diffuse = weights[0] > 0 ? Rgb(1, 0, 0) : Rgb(0.0f);
             vertex_.brdf.specular = Rgb(0, weights[1] > 0 ? 1 : 0, weights[2] > 0 ? 1 : 0);
             vertex_.brdf.metallic = Rgb(0, 0, 1);
-            pruning_.take(vertex_.product(frame_.white));
+            pruning_.take_channels(vertex_.product(frame_.white));
         }
         // An equal share of the error for each of them.
         double allowed = 0;
         for (std::size_t term = 0; term < terms_; ++term)
-            allowed += weights[term] * pruning_.energies()[term] * frame_.allowed / double(terms_);
+            allowed += weights[term] * pruning_.channel_energy(term) * frame_.allowed / double(terms_);
         for (std::size_t term = 0; term < terms_; ++term)
             if (weights[term] > 0)
                 pruning_.append_channel(term, allowed / weights[term], rows_);

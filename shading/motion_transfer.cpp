@@ -36,7 +36,7 @@ public:
     void add_row(std::size_t instance, std::uint32_t vertex, Rgb& open) {
         if (instance == frame_.transfer.instance || !vertex_.look_from(instance, vertex))
             return rows_.append_empty();
-        pruning_.take(vertex_.product(frame_.transfer.light));
+        pruning_.take_rgb(vertex_.product(frame_.transfer.light));
         open = pruning_.integral();
         pruning_.append_rgb(frame_.allowed * double(open.dot(open)), rows_);
     }

@@ -16,13 +16,11 @@
 
 namespace haarfield {
 
-/// One block's numbers, from amplitudes to energies. By channel; the last energy is the sum.
-struct PrunedBlock {
-    const float* amplitude[3];
-    float* value[3];
-    float* energy[4];
-    const float* normalisation;
-    const float* weight;
+/// A product with, by level of blocks and slot, what turns a square of its amplitudes into an energy.
+struct MeasuredProduct {
+    std::span<const WaveletBlock<3>> blocks;
+    const std::uint8_t* levels;
+    const ProductPruning::Slots* weights;
 };
 
 }  // namespace haarfield
@@ -33,39 +31,63 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// Fills values and energies of blocks, and adds up energies by channel.
-void measure(std::span<const PrunedBlock> blocks, double* energies) {
-    Cells sums[3];
-    for (Cells& sum : sums) sum = all_cells(0);
-    for (const PrunedBlock& block : blocks) {
-        const Cells normalisation = load_cells(block.normalisation), weight = load_cells(block.weight);
-        Cells together = all_cells(0);
-        for (int c = 0; c < 3; ++c) {
-            const Cells value = load_cells(block.amplitude[c]) * normalisation;
-            const Cells energy = value * value * weight;
-            store_cells(value, block.value[c]);
-            store_cells(energy, block.energy[c]);
-            together = together + energy;
-            sums[c] = sums[c] + energy;
-        }
-        store_cells(together, block.energy[3]);
-    }
-    for (int c = 0; c < 3; ++c) energies[c] = double(sum_of(sums[c]));
+/// Writes the energies of one block, and keeps them if they are not all zero.
+HWY_INLINE void add_energies(const Cells& energy, std::size_t place, ProductPruning::Energies& to) {
+    store_cells(energy, to.energy[to.blocks].data());
+    to.place[to.blocks] = static_cast<std::uint32_t>(place);
+    to.blocks += cells_above(energy, 0) != 0;
 }
 
-float energy_below(const float* energies, std::size_t count, float limit) {
-    Cells sum = all_cells(0);
-    for (std::size_t i = 0; i < count; i += wide_cells) {
-        const Cells energy = load_cells(energies + i);
-        sum = sum + only(~cells_above(energy, limit), energy);
+/// Energies of each channel.
+void measure_channels(const MeasuredProduct& product, ProductPruning::Energies* energies) {
+    Cells sums[3];
+    for (Cells& sum : sums) sum = all_cells(0);
+    for (std::size_t i = 0; i < product.blocks.size(); ++i) {
+        const Cells weight = load_cells(product.weights[product.levels[i]].data());
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Cells amplitude = load_cells(product.blocks[i].amplitude[c].data());
+            const Cells energy = amplitude * amplitude * weight;
+            sums[c] = sums[c] + energy;
+            add_energies(energy, i, energies[c]);
+        }
     }
-    return sum_of(sum);
+    for (std::size_t c = 0; c < 3; ++c) energies[c].sum = double(sum_of(sums[c]));
+}
+
+/// Energies summed over the channels.
+void measure_rgb(const MeasuredProduct& product, ProductPruning::Energies* energies) {
+    Cells sum = all_cells(0);
+    for (std::size_t i = 0; i < product.blocks.size(); ++i) {
+        const auto& amplitude = product.blocks[i].amplitude;
+        Cells energy = all_cells(0);
+        for (const auto& channel : amplitude) {
+            const Cells value = load_cells(channel.data());
+            energy = multiply_add(value, value, energy);
+        }
+        energy = energy * load_cells(product.weights[product.levels[i]].data());
+        sum = sum + energy;
+        add_energies(energy, i, energies[0]);
+    }
+    energies[0].sum = double(sum_of(sum));
+}
+
+/// Sum of the energies that are not above a limit.
+float energy_below(const ProductPruning::Energies& energies, float limit) {
+    // Two sums, lest each addition wait for the one before.
+    Cells even = all_cells(0), odd = even;
+    std::size_t i = 0;
+    for (; i + 2 <= energies.blocks; i += 2) {
+        even = even + only_up_to(limit, load_cells(energies.energy[i].data()));
+        odd = odd + only_up_to(limit, load_cells(energies.energy[i + 1].data()));
+    }
+    if (i < energies.blocks) even = even + only_up_to(limit, load_cells(energies.energy[i].data()));
+    return sum_of(even + odd);
 }
 
 /// For each block, the cells whose energy is above a limit.
-void mark_above(const float* energies, std::size_t count, float limit, std::uint16_t* marks) {
-    for (std::size_t i = 0; i < count; i += wide_cells)
-        *marks++ = static_cast<std::uint16_t>(cells_above(load_cells(energies + i), limit));
+void mark_above(const ProductPruning::Energies& energies, float limit, std::uint16_t* marks) {
+    for (std::size_t i = 0; i < energies.blocks; ++i)
+        marks[i] = static_cast<std::uint16_t>(cells_above(load_cells(energies.energy[i].data()), limit));
 }
 
 }  // namespace HWY_NAMESPACE
@@ -75,7 +97,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace haarfield {
 
-HWY_EXPORT(measure);
+HWY_EXPORT(measure_channels);
+HWY_EXPORT(measure_rgb);
 HWY_EXPORT(energy_below);
 HWY_EXPORT(mark_above);
 
@@ -86,14 +109,15 @@ namespace {
 /// If each energy is below its even share, all of them are within what is allowed; and one that is larger
 /// than all that is allowed must be kept. Between the two the range of bits, which are in the order of
 /// floats, is halved.
-float energy_limit(const float* energies, std::size_t count, double allowed) {
+float energy_limit(const ProductPruning::Energies& energies, double allowed) {
     const auto limit_bits = [](double limit) {
         return std::bit_cast<std::uint32_t>(static_cast<float>(std::min(limit, 1e38)));
     };
-    std::uint32_t low = limit_bits(allowed / double(count + 1)), high = limit_bits(allowed);
+    const auto count = double(energies.blocks * wide_cells);
+    std::uint32_t low = limit_bits(allowed / (count + 1)), high = limit_bits(allowed);
     while (high - low > 1u << 20) {
         const std::uint32_t middle = low + (high - low) / 2;
-        const float below = HWY_DYNAMIC_DISPATCH(energy_below)(energies, count, std::bit_cast<float>(middle));
+        const float below = HWY_DYNAMIC_DISPATCH(energy_below)(energies, std::bit_cast<float>(middle));
         (double(below) <= allowed ? low : high) = middle;
     }
     return std::bit_cast<float>(low);
@@ -105,63 +129,78 @@ ProductPruning::ProductPruning(int face_size, const CoefficientSpectrum& spectru
     : face_size_(face_size), numbers_(face_size) {
     for (int level = 0; level < 4; ++level)
         for (std::size_t slot = 0; slot < wide_cells; ++slot) {
-            const float s = spectrum[spectrum_place(level, slot)];
-            weights_[std::size_t(level)][slot] = s * s;
-            normalisation_[std::size_t(level)][slot] = coefficient_of_amplitude(level, slot);
+            const float of_amplitude = coefficient_of_amplitude(level, slot),
+                        matters = of_amplitude * spectrum[spectrum_place(level, slot)];
+            normalisation_[std::size_t(level)][slot] = of_amplitude;
+            weights_[std::size_t(level)][slot] = matters * matters;
         }
 }
 
-ProductPruning::~ProductPruning() = default;
-
 void ProductPruning::take(std::span<const WaveletBlock<3>> product) {
-    const std::size_t count = product.size();
-    blocks_.resize(count);
-    for (auto& values : values_) values.resize(count);
-    for (auto& energy : energy_) energy.resize(count);
-    work_.resize(count);
-    integral_ = Rgb(0.0f);
-    for (std::size_t i = 0; i < count; ++i) {
-        const WaveletBlock<3>& from = product[i];
-        blocks_[i] = from.block;
-        const auto level = static_cast<std::size_t>(level_of_block(numbers_, from.block));
-        for (std::size_t c = 0; c < 3; ++c) {
-            work_[i].amplitude[c] = from.amplitude[c].data();
-            work_[i].value[c] = values_[c][i].data();
-            if (level == 0) integral_[int(c)] += from.amplitude[c][0];
+    product_ = product;
+    levels_.resize(product.size());
+    for (std::size_t i = 0; i < product.size(); ++i)
+        levels_[i] = static_cast<std::uint8_t>(level_of_block(numbers_, product[i].block));
+    for (Energies& energies : energies_) {
+        if (energies.place.size() < product.size() + 1) {
+            energies.energy.resize(product.size() + 1);
+            energies.place.resize(product.size() + 1);
         }
-        for (std::size_t c = 0; c < 4; ++c) work_[i].energy[c] = energy_[c][i].data();
-        work_[i].normalisation = normalisation_[level].data();
-        work_[i].weight = weights_[level].data();
+        energies.blocks = 0;
+        energies.sum = 0;
     }
-    HWY_DYNAMIC_DISPATCH(measure)(work_, energies_.data());
+}
+
+void ProductPruning::take_channels(std::span<const WaveletBlock<3>> product) {
+    take(product);
+    HWY_DYNAMIC_DISPATCH(measure_channels)({product_, levels_.data(), weights_.data()}, energies_.data());
+}
+
+void ProductPruning::take_rgb(std::span<const WaveletBlock<3>> product) {
+    take(product);
+    HWY_DYNAMIC_DISPATCH(measure_rgb)({product_, levels_.data(), weights_.data()}, energies_.data());
+}
+
+Rgb ProductPruning::integral() const {
+    Rgb sum(0.0f);
+    for (std::size_t i = 0; i < product_.size(); ++i)
+        if (levels_[i] == 0)
+            for (std::size_t c = 0; c < 3; ++c) sum[int(c)] += product_[i].amplitude[c][0];
+    return sum;
 }
 
 template <int channels>
-void ProductPruning::append(std::size_t first_channel, double allowed, SparseVectors& to) {
+void ProductPruning::append(std::size_t first_channel, const Energies& energies, double allowed,
+                            SparseVectors& to) {
     assert(to.channels == channels && to.face_size == face_size_);
-    const std::size_t count = blocks_.size() * wide_cells;
-    const float* energies = count > 0 ? energy_[channels == 1 ? first_channel : 3][0].data() : nullptr;
-    const float limit = energy_limit(energies, count, allowed);
-    marks_.resize(blocks_.size());
-    HWY_DYNAMIC_DISPATCH(mark_above)(energies, count, limit, marks_.data());
-    kept_index_.clear();
-    kept_value_.clear();
-    for (std::size_t i = 0; i < blocks_.size(); ++i)
+    const float limit = energy_limit(energies, allowed);
+    marks_.resize(std::max(marks_.size(), energies.blocks));
+    HWY_DYNAMIC_DISPATCH(mark_above)(energies, limit, marks_.data());
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < energies.blocks; ++i) count += std::size_t(std::popcount(marks_[i]));
+    kept_index_.resize(count);
+    kept_value_.resize(count * channels);
+    std::uint32_t* index = kept_index_.data();
+    float* value = kept_value_.data();
+    for (std::size_t i = 0; i < energies.blocks; ++i) {
+        const WaveletBlock<3>& block = product_[energies.place[i]];
+        const Slots& normalisation = normalisation_[levels_[energies.place[i]]];
         for (unsigned left = marks_[i]; left != 0; left &= left - 1) {
             const auto slot = static_cast<std::uint32_t>(std::countr_zero(left));
-            kept_index_.push_back(blocks_[i] * static_cast<std::uint32_t>(wide_cells) + slot);
+            *index++ = block.block * static_cast<std::uint32_t>(wide_cells) + slot;
             for (std::size_t c = 0; c < channels; ++c)
-                kept_value_.push_back(values_[first_channel + c][i][slot]);
+                *value++ = block.amplitude[first_channel + c][slot] * normalisation[slot];
         }
+    }
     to.append(kept_index_, kept_value_);
 }
 
 void ProductPruning::append_channel(std::size_t channel, double allowed, SparseVectors& to) {
-    append<1>(channel, allowed, to);
+    append<1>(channel, energies_[channel], allowed, to);
 }
 
 void ProductPruning::append_rgb(double allowed, SparseVectors& to) {
-    append<3>(0, allowed, to);
+    append<3>(0, energies_[0], allowed, to);
 }
 
 }  // namespace haarfield

@@ -40,19 +40,39 @@ struct BlockWriter {
     }
 };
 
+/// The Haar transform of four means that lie `step` apart: their mean and their wavelets.
+HWY_INLINE void transform_square(float* cell, std::size_t step) {
+    float &a = cell[0], &b = cell[step], &c = cell[2 * step], &d = cell[3 * step];
+    const float upper = a + b, lower = c + d, upper_slope = a - b, lower_slope = c - d;
+    a = (upper + lower) * 0.25f;
+    b = (upper_slope + lower_slope) * 0.25f;
+    c = (upper - lower) * 0.25f;
+    d = (upper_slope - lower_slope) * 0.25f;
+}
+
+/// transform_square of all quadrants. Sums and differences are the same bits in vectors.
+HWY_INLINE void transform_quadrants(float* cell) {
+#if HWY_TARGET == HWY_SCALAR
+    for (std::size_t quadrant = 0; quadrant < wide_cells; quadrant += 4) transform_square(cell + quadrant, 1);
+#else
+    // The cells of a quadrant are one block of 128 bits.
+    alignas(16) static constexpr float alternating[] = {1, -1, 1, -1}, halves[] = {1, 1, -1, -1};
+    const auto across = hn::LoadDup128(Floats(), alternating), down = hn::LoadDup128(Floats(), halves);
+    const Cells cells = load_cells(cell);
+    Cells result;
+    for (std::size_t i = 0; i < parts; ++i) {
+        const auto pairs = hn::MulAdd(cells.part[i], across, hn::Shuffle2301(cells.part[i]));
+        const auto all = hn::MulAdd(pairs, down, hn::Shuffle1032(pairs));
+        result.part[i] = hn::Mul(all, hn::Set(Floats(), 0.25f));
+    }
+    store_cells(result, cell);
+#endif
+}
+
 /// The Haar transform of a block's cells, into the slots of WaveletBlock. Returns their mean.
-inline float transform_cells(std::array<float, wide_cells>& cell) {
-    const auto transform = [&](std::size_t first, std::size_t step) {
-        float &a = cell[first], &b = cell[first + step], &c = cell[first + 2 * step],
-              &d = cell[first + 3 * step];
-        const float upper = a + b, lower = c + d, upper_slope = a - b, lower_slope = c - d;
-        a = (upper + lower) * 0.25f;
-        b = (upper_slope + lower_slope) * 0.25f;
-        c = (upper - lower) * 0.25f;
-        d = (upper_slope - lower_slope) * 0.25f;
-    };
-    for (std::size_t quadrant = 0; quadrant < wide_cells; quadrant += 4) transform(quadrant, 1);
-    transform(0, 4);
+HWY_INLINE float transform_cells(std::array<float, wide_cells>& cell) {
+    transform_quadrants(cell.data());
+    transform_square(cell.data(), 4);
     return cell[0];
 }
 
