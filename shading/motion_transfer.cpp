@@ -16,6 +16,8 @@ namespace {
 /// An instance there hides nothing from the others. [m]
 constexpr float far_away = 1e6f;
 
+constexpr int moving_depth = 4;  ///< Of FrameQuality::moving.
+
 struct Frame {
     const ShadedScene& scene;  ///< With the moving instance far away.
     const ShadingGeometry& geometry;
@@ -81,25 +83,40 @@ Result<SparseVectorBlocks> sample_occlusions(const VisibilityField& field, const
     return occlusions;
 }
 
+/// Marks vertices, so that of each triangle's one at least is not marked.
+std::vector<std::uint8_t> interpolated_vertices(const Mesh& mesh) {
+    std::vector<std::uint8_t> marked(mesh.positions.size(), 1);
+    for (const auto& [a, b, c] : mesh.triangles)
+        if (marked[a] && marked[b] && marked[c]) marked[a] = 0;
+    return marked;
+}
+
 /// The radiance of the moving instance's own vertices.
 Result<Done> shade_own(const MotionTransfer& transfer, const ShadedScene& scene,
-                       const ShadingGeometry& geometry, const RenderSettings& settings, int depth,
+                       const ShadingGeometry& geometry, const RenderSettings& settings, FrameQuality quality,
                        std::span<Rgb> radiance, const Progress& progress) {
     const std::size_t instance = transfer.instance, entity = scene.instances[instance].entity;
-    const std::vector<std::uint8_t>& buried = scene.entities[entity].occlusion->samples().buried;
+    RenderSettings of_frame = settings;
+    std::vector<std::uint8_t> left_out = scene.entities[entity].occlusion->samples().buried;
+    if (quality == FrameQuality::moving) {
+        of_frame.depth = moving_depth;
+        of_frame.occlusion = Occlusion::fields;
+        for (std::size_t v = 0; v < left_out.size(); ++v) left_out[v] |= transfer.interpolated[v];
+    }
     const std::vector<std::uint32_t>& order = geometry.entities[entity].order;
     tbb::enumerable_thread_specific<VertexTransfer> vertices(
-        [&] { return VertexTransfer(scene, geometry, settings); });
+        [&] { return VertexTransfer(scene, geometry, of_frame); });
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.size(), 256), [&](const auto& range) {
         VertexTransfer& vertex = vertices.local();
         for (std::size_t i = range.begin(); i != range.end(); ++i) {
             if (progress.stop.stop_requested()) return;
             const std::uint32_t v = order[i];
-            const bool is_lit = !buried[v] && vertex.look_from(instance, v);
-            radiance[v] = is_lit ? vertex.radiance(transfer.light, depth) : Rgb(0.0f);
+            const bool is_lit = !left_out[v] && vertex.look_from(instance, v);
+            radiance[v] = is_lit ? vertex.radiance(transfer.light, of_frame.depth) : Rgb(0.0f);
         }
     });
     if (progress.stop.stop_requested()) return Error{"", interrupted};
+    fill_buried(*scene.entities[entity].mesh, left_out, radiance);
     return Done{};
 }
 
@@ -123,6 +140,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                           {rows, settings.face_size, 3},
                           std::vector<Rgb>(rows, Rgb(0.0f)),
                           std::move(*occlusions),
+                          interpolated_vertices(*scene.entities[entity].mesh),
                           LightPyramid(light, settings.face_size)};
     ShadedScene without = scene;
     without.instances[instance].translate = Vec3f(far_away);
@@ -148,8 +166,8 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
 }
 
 Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& scene,
-                             const ShadingGeometry& geometry, const RenderSettings& settings, int own_depth,
-                             VertexRadiance& radiance, const Progress& progress) {
+                             const ShadingGeometry& geometry, const RenderSettings& settings,
+                             FrameQuality quality, VertexRadiance& radiance, const Progress& progress) {
     const TransferRows rows(scene);
     const ShadedInstance& moving = scene.instances[transfer.instance];
     const VisibilityField& field = *scene.entities[moving.entity].field;
@@ -172,7 +190,7 @@ Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& 
     interpolated_inner_products(transfer.vectors, transfer.occlusions, at, by_row);
     for (std::size_t row = 0; row < by_row.size(); ++row) by_row[row] = transfer.open[row] - by_row[row];
     const std::size_t own = rows.first(transfer.instance), own_end = rows.first(transfer.instance + 1);
-    const Result<Done> shaded = shade_own(transfer, scene, geometry, settings, own_depth,
+    const Result<Done> shaded = shade_own(transfer, scene, geometry, settings, quality,
                                           std::span(by_row).subspan(own, own_end - own), progress);
     if (!shaded) return shaded.error();
     store_radiance(scene, by_row, radiance);

@@ -18,9 +18,17 @@ struct MotionTransfer {
     SparseVectorBlocks vectors;     ///< RGB. Empty rows for the moving instance's own vertices.
     std::vector<Rgb> open;          ///< By row: <T, 1>, the radiance without the moving instance.
     SparseVectorBlocks occlusions;  ///< 1 - visibility at the samples of its field: planar, then spherical.
+    std::vector<std::uint8_t> interpolated;  ///< Its own vertices that are not shaded while it moves.
     LightPyramid light;
 
     std::size_t bytes() const { return vectors.bytes() + open.size() * sizeof(Rgb) + occlusions.bytes(); }
+};
+
+/// How exactly the vertices of an instance that moves are shaded themselves.
+enum class FrameQuality {
+    moving,  ///< Four levels deep, past the others by their fields, at one vertex of each triangle or more;
+             ///< the others take the mean of those next to them. For while it is dragged.
+    still,  ///< In full.
 };
 
 /// errors   interrupted; the instance is rasterized at the vertices (RenderSettings::exact_triangles): it has
@@ -31,14 +39,14 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                                        const RgbCubemapTree& light, std::size_t instance,
                                        const Progress& progress = {});
 
-/// Radiance with the moving instance where the scene has it now. Its own vertices are shaded by full product
-/// integrals down to own_depth, since all that they see changes.
+/// Radiance with the moving instance where the scene has it now. Its own vertices are shaded by product
+/// integrals, since all that they see changes.
 ///
 /// scene    the one that the vectors were made for, but for the instance's translation and scale.
 /// errors   interrupted.
 /// cost     one inner product per vertex in the instance's reach, with up to eight samples side by side.
 Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& scene,
-                             const ShadingGeometry& geometry, const RenderSettings& settings, int own_depth,
-                             VertexRadiance& radiance, const Progress& progress = {});
+                             const ShadingGeometry& geometry, const RenderSettings& settings,
+                             FrameQuality quality, VertexRadiance& radiance, const Progress& progress = {});
 
 }  // namespace haarfield

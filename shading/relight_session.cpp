@@ -12,8 +12,6 @@
 namespace haarfield {
 namespace {
 
-constexpr int moving_depth = 4;  ///< Of FrameQuality::moving.
-
 constexpr bool is_identity(const Rotation& rotation) {
     return rotation.row == Rotation().row;
 }
@@ -210,14 +208,8 @@ Result<Done> RelightSession::frame(FrameQuality quality, const Progress& progres
         transfer_view(*by_eye, scene_, radiance_);
         return Done{};
     }
-    if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_)) {
-        RenderSettings of_frame = settings_;
-        if (quality == FrameQuality::moving) {
-            of_frame.depth = moving_depth;
-            of_frame.occlusion = Occlusion::fields;
-        }
-        return transfer_motion(*by_motion, scene_, *geometry_, of_frame, of_frame.depth, radiance_, progress);
-    }
+    if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_))
+        return transfer_motion(*by_motion, scene_, *geometry_, settings_, quality, radiance_, progress);
     return Error{"",
                  "there are no transfer vectors for what the scene is now; wanted vary_light, vary_eye or "
                  "vary_instance first"};

@@ -54,12 +54,6 @@ struct SessionScene {
     Vec3f eye{0, 0, 0};
 };
 
-/// How exactly the vertices of an instance that moves are shaded themselves.
-enum class FrameQuality {
-    moving,  ///< To a depth of four levels, and past the others by their fields: for while it is dragged.
-    still,   ///< In full.
-};
-
 class RelightSession {
 public:
     RelightSession(SessionScene scene, const RenderSettings& settings, const TransferSettings& transfer = {});

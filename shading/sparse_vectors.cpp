@@ -1,7 +1,5 @@
 #include "shading/sparse_vectors.h"
 
-#include <Imath/half.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -214,12 +212,6 @@ CoefficientSpectrum rms_spectrum(const SparseVectorBlocks& functions) {
                 energies[spectrum_place(numbers, index)] += double(value) * value;
             });
     return root_mean_squares(energies, double(functions.rows));
-}
-
-float half_value(std::uint16_t bits) {
-    Imath::half value;
-    value.setBits(bits);
-    return value;
 }
 
 }  // namespace haarfield

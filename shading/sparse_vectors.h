@@ -131,8 +131,12 @@ CoefficientSpectrum root_mean_squares(const SpectrumEnergies& sums, double funct
 CoefficientSpectrum rms_spectrum(const DenseCoefficients& f);
 CoefficientSpectrum rms_spectrum(const SparseVectorBlocks& functions);
 
-/// Value of an IEEE half float.
-float half_value(std::uint16_t bits);
+/// Value of an IEEE half float that is finite.
+inline float half_value(std::uint16_t bits) {
+    // The exponent is counted from -15 instead of -127; the product is exact.
+    const float magnitude = std::bit_cast<float>((bits & 0x7fffu) << 13) * 0x1p112f;
+    return (bits & 0x8000u) != 0 ? -magnitude : magnitude;
+}
 
 template <class Use>
 void SparseVectors::for_each(std::size_t row, const Use& use) const {

@@ -139,7 +139,8 @@ TEST(MotionTransfer, FollowsTheInstanceAlongUpAndDown) {
          {Vec3f(0.6f, 0, -0.9f), Vec3f(-0.4f, 0, 1.1f), Vec3f(0.2f, 0.9f, 0.3f), Vec3f(40, 0, 0)}) {
         scene.scene.instances[3].translate = place;
         VertexRadiance found;
-        ASSERT_TRUE(transfer_motion(transfer, scene.scene, scene.geometry(), settings(), full_depth, found));
+        ASSERT_TRUE(
+            transfer_motion(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
         EXPECT_LT(relative_rmse(found, scene.full()), 1e-3) << place;
     }
 }
@@ -154,7 +155,8 @@ TEST(MotionTransfer, PruningIsWithinTheErrorItIsGiven) {
     for (const Vec3f& place : {Vec3f(0.6f, 0, -0.9f), Vec3f(-0.4f, 0, 1.1f), Vec3f(0.2f, 0.9f, 0.3f)}) {
         scene.scene.instances[3].translate = place;
         VertexRadiance found;
-        ASSERT_TRUE(transfer_motion(transfer, scene.scene, scene.geometry(), settings(), full_depth, found));
+        ASSERT_TRUE(
+            transfer_motion(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
         EXPECT_LT(relative_rmse(found, scene.full()), 0.02) << place;
     }
 }
@@ -178,7 +180,7 @@ TEST(RadianceTransfer, DoesNotDependOnTheNumberOfThreads) {
                       radiance[1]);
         EXPECT_TRUE(
             transfer_motion(*motion_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light, 1),
-                            scene.scene, scene.geometry(), settings(), 4, radiance[2]));
+                            scene.scene, scene.geometry(), settings(), FrameQuality::moving, radiance[2]));
         return radiance;
     };
     std::optional<std::array<VertexRadiance, 3>> wanted;

@@ -1,8 +1,10 @@
 #include "shading/sparse_vectors.h"
 
+#include <Imath/half.h>
 #include <gtest/gtest.h>
 
 #include <map>
+#include <random>
 
 #include "fields/haar_transform.h"
 #include "shading/product_pruning.h"
@@ -240,6 +242,26 @@ TEST(SparseVectors, KeepWhatTheyAreGivenToHalfPrecision) {
             EXPECT_EQ(count, sum.indices().size());
         }
     }
+}
+
+TEST(SparseVectors, ValuesAreTheNearestHalfFloats) {
+    std::vector<std::uint32_t> indices;
+    std::vector<float> values;
+    std::mt19937 random(2006);
+    for (std::uint32_t i = 0; i < 4000; ++i) {
+        const float magnitude = std::ldexp(1 + float(random() % 8192) / 8192, -1 - int(i % 28));
+        indices.push_back(i);
+        values.push_back(i % 2 == 0 ? magnitude : -magnitude);
+    }
+    values[0] = 1;  // the scale
+    SparseVectors vectors(64, 1);
+    vectors.append(indices, values);
+    std::size_t next = 0;
+    vectors.for_each(0, [&](std::uint32_t, float value) {
+        EXPECT_EQ(value, float(Imath::half(values[next]))) << values[next];
+        ++next;
+    });
+    EXPECT_EQ(next, values.size());
 }
 
 TEST(SparseVectors, InterpolatedInnerProductsAreWeightedSumsOfIntegrals) {
