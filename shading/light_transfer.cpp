@@ -116,8 +116,7 @@ CoefficientSpectrum transfer_spectrum(const ShadedScene& scene, std::span<const 
             weights[i] = energy(term_colours(brdf)[i % terms]) * squared(blocks[b].scale[i]);
         }
         blocks[b].for_each([&](std::uint32_t index, std::uint16_t row, float value) {
-            const std::size_t place =
-                spectrum_place(level_of_block(numbers, index / wide_cells), index % wide_cells);
+            const std::size_t place = spectrum_place(numbers, index);
             energies[place] += weights[row] * squared(value);
         });
     }

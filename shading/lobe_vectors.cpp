@@ -139,34 +139,75 @@ private:
     int steps_;
 };
 
+/// Leaves out the coefficients that matter least, as ProductPruning does.
+LobeShapes::Coefficients pruned(const LobeShapes::Coefficients& lobe, const BlockNumbers& numbers,
+                                const CoefficientSpectrum& factor, float error) {
+    std::vector<std::pair<double, std::size_t>> energies;
+    double left_out = 0;
+    for (std::size_t i = 0; i < lobe.size(); ++i) {
+        const double matters =
+            double(lobe[i].second) * double(factor[spectrum_place(numbers, lobe[i].first)]);
+        energies.emplace_back(matters * matters, i);
+        left_out += matters * matters;
+    }
+    std::sort(energies.begin(), energies.end(), std::greater<>());
+    const double allowed = left_out * (double(error) * double(error));
+    LobeShapes::Coefficients result;
+    for (std::size_t i = 0; i < lobe.size() && (error == 0 || left_out > allowed); ++i) {
+        left_out -= energies[i].first;
+        result.push_back(lobe[energies[i].second]);
+    }
+    return result;
+}
+
 }  // namespace
 
-Result<LobeVectors> lobe_vectors(std::span<const float> exponents, int face_size, float error,
-                                 const Progress& progress) {
-    LobeVectors result;
-    const int side = result.steps + 1;
-    const auto lobes_of_exponent = static_cast<std::uint32_t>(cubemap_faces * side * side);
-    for (const float exponent : std::set<float>(exponents.begin(), exponents.end())) {
-        const auto next = static_cast<std::uint32_t>(result.first.size()) * lobes_of_exponent;
-        result.first.emplace(exponent, next);
-    }
-    result.lobes = SparseVectorBlocks(result.first.size() * lobes_of_exponent, face_size, 1);
-
-    const FirstDirections first_directions(result.steps);
-    std::vector<std::vector<std::pair<std::uint32_t, float>>> first_lobes(result.first.size() *
-                                                                          first_directions.count());
-    std::vector<float> exponent_of;
-    for (const auto& [exponent, unused] : result.first) exponent_of.push_back(exponent);
+Result<LobeShapes> lobe_shapes(std::span<const float> exponents, int face_size, float error,
+                               const Progress& progress) {
+    LobeShapes result;
+    result.face_size = face_size;
+    const std::set<float> different(exponents.begin(), exponents.end());
+    result.exponents.assign(different.begin(), different.end());
+    const FirstDirections directions(result.steps);
+    result.lobes.resize(result.exponents.size() * directions.count());
     tbb::enumerable_thread_specific<CoefficientSum> sums([&] { return CoefficientSum(face_size); });
-    tbb::parallel_for(std::size_t(0), first_lobes.size(), [&](std::size_t i) {
+    tbb::parallel_for(std::size_t(0), result.lobes.size(), [&](std::size_t i) {
         if (progress.stop.stop_requested()) return;
         CoefficientSum& sum = sums.local();
         sum.clear();
         const std::vector<float> texels =
-            lobe_texels(exponent_of[i / first_directions.count()],
-                        first_directions.direction(i % first_directions.count()), face_size);
+            lobe_texels(result.exponents[i / directions.count()],
+                        directions.direction(i % directions.count()), face_size);
         sum.add(haar_cubemap<float>(texels, face_size, {0, error}), 1);
-        for (const std::uint32_t index : sum.indices()) first_lobes[i].emplace_back(index, sum[index]);
+        for (const std::uint32_t index : sum.indices()) result.lobes[i].emplace_back(index, sum[index]);
+    });
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    SpectrumEnergies energies{};
+    const BlockNumbers numbers(face_size);
+    for (const LobeShapes::Coefficients& lobe : result.lobes)
+        for (const auto& [index, value] : lobe)
+            energies[spectrum_place(numbers, index)] += double(value) * double(value);
+    result.spectrum = root_mean_squares(energies, double(std::max<std::size_t>(1, result.lobes.size())));
+    return result;
+}
+
+Result<LobeVectors> lobe_vectors(const LobeShapes& shapes, const CoefficientSpectrum& factor, float error,
+                                 const Progress& progress) {
+    LobeVectors result;
+    result.steps = shapes.steps;
+    const int side = result.steps + 1;
+    const auto lobes_of_exponent = static_cast<std::uint32_t>(cubemap_faces * side * side);
+    for (const float exponent : shapes.exponents) {
+        const auto next = static_cast<std::uint32_t>(result.first.size()) * lobes_of_exponent;
+        result.first.emplace(exponent, next);
+    }
+    result.lobes = SparseVectorBlocks(result.first.size() * lobes_of_exponent, shapes.face_size, 1);
+
+    const FirstDirections first_directions(result.steps);
+    const BlockNumbers numbers(shapes.face_size);
+    std::vector<LobeShapes::Coefficients> first_lobes(shapes.lobes.size());
+    tbb::parallel_for(std::size_t(0), first_lobes.size(), [&](std::size_t i) {
+        first_lobes[i] = pruned(shapes.lobes[i], numbers, factor, error);
     });
 
     std::map<Symmetry, std::vector<Image>> images_by_symmetry;
@@ -178,8 +219,9 @@ Result<LobeVectors> lobe_vectors(std::span<const float> exponents, int face_size
         for (int row = 0; row < side; ++row)
             for (int column = 0; column < side; ++column)
                 images_by_symmetry.try_emplace(symmetry_to(grid_direction(face, row, column)));
-    for (auto& [symmetry, image] : images_by_symmetry) image = images(symmetry, face_size);
+    for (auto& [symmetry, image] : images_by_symmetry) image = images(symmetry, shapes.face_size);
 
+    tbb::enumerable_thread_specific<CoefficientSum> sums([&] { return CoefficientSum(shapes.face_size); });
     tbb::parallel_for(std::size_t(0), result.lobes.blocks.size(), [&](std::size_t b) {
         if (progress.stop.stop_requested()) return;
         CoefficientSum& sum = sums.local();

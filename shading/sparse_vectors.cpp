@@ -11,6 +11,14 @@ float coefficient_of_amplitude(int block_level, std::size_t slot) {
     return std::ldexp(1.0f, 1 - static_cast<int>(spectrum_place(block_level, slot)));
 }
 
+double coefficients_at(std::size_t place) {
+    return cubemap_faces * (place == 0 ? 1 : std::ldexp(3.0, 2 * (static_cast<int>(place) - 1)));
+}
+
+std::size_t spectrum_place(const BlockNumbers& numbers, std::uint32_t index) {
+    return spectrum_place(level_of_block(numbers, index / wide_cells), index % wide_cells);
+}
+
 int level_of_block(const BlockNumbers& numbers, std::size_t block) {
     int level = 0;
     while (level + 1 < numbers.levels() && block >= numbers(level + 1, 0, 0)) ++level;
@@ -73,11 +81,6 @@ void CoefficientSum::add(const CubemapTree& f, float weight) {
 
 namespace {
 
-/// Place in a CoefficientSpectrum by index.
-std::size_t spectrum_place(const BlockNumbers& numbers, std::uint32_t index) {
-    return haarfield::spectrum_place(level_of_block(numbers, index / wide_cells), index % wide_cells);
-}
-
 /// The nearest half float, the even one of two, for a magnitude of at most 1 and a little. Without branches:
 /// Imath's conversion takes several times as long.
 std::uint16_t half_bits(float value) {
@@ -96,9 +99,7 @@ std::uint16_t half_bits(float value) {
 CoefficientSpectrum root_mean_squares(const SpectrumEnergies& sums, double functions) {
     CoefficientSpectrum spectrum;
     for (std::size_t place = 0; place < spectrum.size(); ++place) {
-        const double coefficients =
-            cubemap_faces * (place == 0 ? 1 : std::ldexp(3.0, 2 * (static_cast<int>(place) - 1)));
-        spectrum[place] = static_cast<float>(std::sqrt(sums[place] / (functions * coefficients)));
+        spectrum[place] = static_cast<float>(std::sqrt(sums[place] / (functions * coefficients_at(place))));
     }
     return spectrum;
 }
@@ -211,7 +212,7 @@ CoefficientSpectrum rms_spectrum(const SparseVectorBlocks& functions) {
             block.for_each(row, [&](std::uint32_t index, float value) {
                 energies[spectrum_place(numbers, index)] += double(value) * value;
             });
-    return root_mean_squares(energies, double(functions.rows));
+    return root_mean_squares(energies, double(functions.rows) * functions.blocks[0].channels);
 }
 
 }  // namespace haarfield

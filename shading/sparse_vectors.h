@@ -31,6 +31,12 @@ float coefficient_of_amplitude(int block_level, std::size_t slot);
 
 int level_of_block(const BlockNumbers& numbers, std::size_t block);
 
+/// How many coefficients of a cubemap share a place in a CoefficientSpectrum.
+double coefficients_at(std::size_t place);
+
+/// Place in a CoefficientSpectrum of an index.
+std::size_t spectrum_place(const BlockNumbers& numbers, std::uint32_t index);
+
 /// One function while it is made or changed, by all of its coefficients. Keeps its memory from one to the
 /// next.
 class CoefficientSum {
@@ -87,7 +93,7 @@ struct SparseVectors {
     /// Forgets the rows, and keeps the memory.
     void clear();
 
-    /// Calls use(index, value) for each coefficient of a row of one channel.
+    /// Calls use(index, value) for each coefficient of a row, and each channel.
     template <class Use>
     void for_each(std::size_t row, const Use& use) const;
 };
@@ -127,7 +133,7 @@ using SpectrumEnergies = std::array<double, std::tuple_size_v<CoefficientSpectru
 /// From sums over a number of functions.
 CoefficientSpectrum root_mean_squares(const SpectrumEnergies& sums, double functions);
 
-/// Of one function, over its channels; of all rows of a set of one channel.
+/// Over the channels; of all rows of a set.
 CoefficientSpectrum rms_spectrum(const DenseCoefficients& f);
 CoefficientSpectrum rms_spectrum(const SparseVectorBlocks& functions);
 
@@ -143,7 +149,9 @@ void SparseVectors::for_each(std::size_t row, const Use& use) const {
     const std::size_t page_count = pages();
     for (std::size_t page = 0; page < page_count; ++page)
         for (std::size_t i = first[row * page_count + page]; i < first[row * page_count + page + 1]; ++i)
-            use(static_cast<std::uint32_t>(page << 16 | index[i]), half_value(value[i]) * scale[row]);
+            for (std::size_t c = 0; c < std::size_t(channels); ++c)
+                use(static_cast<std::uint32_t>(page << 16 | index[i]),
+                    half_value(value[i * std::size_t(channels) + c]) * scale[row]);
 }
 
 }  // namespace haarfield

@@ -11,7 +11,11 @@
 namespace haarfield {
 namespace {
 
-constexpr float lobe_error = 2e-3f;  ///< Of pruning the lobes.
+double squared(float value) {
+    return double(value) * double(value);
+}
+
+constexpr float lobe_error = 2e-3f;  ///< Of truncating the lobes.
 
 struct Frame {
     const ShadedScene& scene;
@@ -99,21 +103,33 @@ Interpolation highlight_lobes(const LobeVectors& vectors, const VertexBrdf& brdf
     return result;
 }
 
+/// Root mean square of the radiance, over that of the highlights alone as the spectra of their two factors
+/// have it: by how much more these may err than the whole.
+float total_over_specular(const ViewTransfer& transfer, const CoefficientSpectrum& vectors,
+                          const CoefficientSpectrum& lobes) {
+    double specular = 0, diffuse = 0;
+    for (std::size_t place = 0; place < vectors.size(); ++place)
+        specular += coefficients_at(place) * squared(vectors[place]) * squared(lobes[place]);
+    specular *= 3 * double(transfer.diffuse.size());
+    for (const Rgb& radiance : transfer.diffuse) diffuse += double(radiance.dot(radiance));
+    return specular > 0 ? static_cast<float>(std::sqrt(1 + diffuse / specular)) : 1.0f;
+}
+
 }  // namespace
 
 Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
                                    const RenderSettings& settings, const TransferSettings& transfer,
                                    const RgbCubemapTree& light, const Progress& progress) {
-    Result<LobeVectors> lobes =
-        lobe_vectors(specular_exponents(scene), settings.face_size, lobe_error, progress);
-    if (!lobes) return lobes.error();
+    const Result<LobeShapes> shapes =
+        lobe_shapes(specular_exponents(scene), settings.face_size, lobe_error, progress);
+    if (!shapes) return shapes.error();
     const std::size_t rows = TransferRows(scene).count();
-    ViewTransfer result{{rows, settings.face_size, 3}, std::vector<Rgb>(rows, Rgb(0.0f)), std::move(*lobes)};
+    ViewTransfer result{{rows, settings.face_size, 3}, std::vector<Rgb>(rows, Rgb(0.0f)), {}};
     const Frame frame{scene,
                       geometry,
                       settings,
                       LightPyramid(light, settings.face_size),
-                      rms_spectrum(result.lobes.lobes),
+                      shapes->spectrum,
                       double(transfer.pruning_error) * double(transfer.pruning_error)};
     const Result<Done> made = make_rows(
         scene, SparseVectorBlocks::block_rows,
@@ -127,6 +143,12 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
         },
         progress);
     if (!made) return made.error();
+    const CoefficientSpectrum spectrum = rms_spectrum(result.specular);
+    Result<LobeVectors> lobes = lobe_vectors(
+        *shapes, spectrum,
+        transfer.pruning_error / 2 * total_over_specular(result, spectrum, shapes->spectrum), progress);
+    if (!lobes) return lobes.error();
+    result.lobes = std::move(*lobes);
     return result;
 }
 

@@ -35,7 +35,7 @@ std::vector<double> texels_of(const SparseVectorBlocks& vectors, const Interpola
 TEST(LobeVectors, AreTheLobesOfAllDirections) {
     const int size = 8;
     const float exponents[] = {30, 4, 30};
-    const LobeVectors vectors = *lobe_vectors(exponents, size, 0);
+    const LobeVectors vectors = *lobe_vectors(*lobe_shapes(exponents, size, 0), {}, 0);
     EXPECT_EQ(vectors.first.size(), 2u);
     for (const float exponent : {4.0f, 30.0f})
         for (int i = 0; i < 40; ++i) {
@@ -54,7 +54,10 @@ TEST(LobeVectors, AreTheLobesOfAllDirections) {
 
 TEST(LobeVectors, PruningKeepsTheErrorAndShortensThem) {
     const float exponent[] = {20};
-    const LobeVectors all = *lobe_vectors(exponent, 16, 0), few = *lobe_vectors(exponent, 16, 0.02f);
+    CoefficientSpectrum even;
+    even.fill(2);
+    const LobeShapes shapes = *lobe_shapes(exponent, 16, 0);
+    const LobeVectors all = *lobe_vectors(shapes, even, 0), few = *lobe_vectors(shapes, even, 0.02f);
     EXPECT_LT(few.lobes.bytes() * 2, all.lobes.bytes());
     for (std::uint32_t row = 0; row < few.lobes.rows; row += 997) {
         double energy = 0, kept = 0;
@@ -73,9 +76,12 @@ TEST(LobeVectors, StopWhenAsked) {
     std::stop_source stop;
     stop.request_stop();
     const float exponent[] = {20};
-    const auto result = lobe_vectors(exponent, 16, 0, {{}, stop.get_token()});
-    ASSERT_FALSE(result);
-    EXPECT_EQ(result.error().what, interrupted);
+    const auto shapes = lobe_shapes(exponent, 16, 0, {{}, stop.get_token()});
+    ASSERT_FALSE(shapes);
+    EXPECT_EQ(shapes.error().what, interrupted);
+    const auto vectors = lobe_vectors(*lobe_shapes(exponent, 16, 0), {}, 0, {{}, stop.get_token()});
+    ASSERT_FALSE(vectors);
+    EXPECT_EQ(vectors.error().what, interrupted);
 }
 
 }  // namespace

@@ -2,9 +2,8 @@
 #include "bridge/movie.h"
 #include "bridge/preview.h"
 #include "scenes/scene_session.h"
-#include "shading/lighting.h"
 #include "tools/command.h"
-#include "tools/scene_options.h"
+#include "tools/relight_modes.h"
 
 #include <fmt/format.h>
 
@@ -14,158 +13,6 @@
 namespace haarfield {
 
 namespace {
-
-struct RelightOptions {
-    SceneOptions scene;
-    FieldOptions fields;
-    OcclusionOptions occlusion;
-    std::string output;
-    bool spin_light = false, orbit = false;
-    std::vector<float> axis{0, 1, 0};  ///< Of the spin.
-    std::vector<std::string> lights;   ///< Files.
-    std::vector<std::string> move;     ///< Instance and path.
-    int frames = 48;
-    std::string format = "png";
-    std::string movie;
-    int frames_per_second = 24;  ///< Of the movie.
-    float pruning_error = TransferSettings().pruning_error;
-};
-
-/// What the frames are made of.
-struct Stage {
-    const RelightOptions& options;
-    Scene scene;  ///< Its camera and instances are those of the frame at hand.
-    RenderSettings settings;
-    std::vector<LatLongImage> environments;
-    std::vector<float> weights;  ///< Of the environments, in the frame at hand.
-    Rotation rotation;           ///< Of the environments, in the frame at hand.
-    RelightSession* session = nullptr;
-
-    Rgb background(const Vec3f& direction) const {
-        const Vec3d before = rotation.inverse()(Vec3d(direction));
-        Rgb sum(0.0f);
-        for (std::size_t i = 0; i < environments.size(); ++i)
-            if (weights[i] > 0) sum += radiance_from(environments[i], before) * weights[i];
-        return sum;
-    }
-};
-
-/// One way to change a scene from frame to frame.
-struct Mode {
-    std::string name;
-    std::function<Result<Done>(const Progress&)> prepare;  ///< Makes the transfer vectors.
-    std::function<void(double share)> change;              ///< share: 0 in the first frame, 1 in the last.
-    bool closed = false;  ///< The frame after the last would be the first one again.
-};
-
-Mode spinning_light(Stage& stage) {
-    const auto& axis = stage.options.axis;
-    return {"spin-light", [&](const Progress& progress) { return stage.session->vary_light(progress); },
-            [&stage, axis = Vec3d(double(axis[0]), double(axis[1]), double(axis[2]))](double share) {
-                stage.rotation = rotation_about(axis, 2 * pi * share);
-                stage.session->turn_environment(stage.rotation);
-            },
-            true};
-}
-
-/// From one environment to the next.
-Mode fading_lights(Stage& stage) {
-    auto encoded = std::make_shared<std::vector<DenseCoefficients>>();
-    const auto show = [&stage, encoded](double share) {
-        const double place = share * double(encoded->size() - 1);
-        std::vector<const DenseCoefficients*> lights;
-        for (std::size_t i = 0; i < encoded->size(); ++i) {
-            stage.weights[i] = static_cast<float>(std::max(0.0, 1 - std::abs(place - double(i))));
-            lights.push_back(&(*encoded)[i]);
-        }
-        stage.session->show_light(weighted_sum(lights, stage.weights));
-    };
-    return {"lights",
-            [&stage, encoded, show](const Progress& progress) {
-                for (const LatLongImage& environment : stage.environments)
-                    encoded->push_back(dense_coefficients(lighting_tree(environment, stage.settings.face_size,
-                                                                        {stage.settings.light_coefficients}),
-                                                          stage.settings.face_size));
-                show(0.5);  // the vectors are pruned for all of them
-                return stage.session->vary_light(progress);
-            },
-            show};
-}
-
-/// Round the target, seen from above counter-clockwise.
-Mode orbiting_eye(Stage& stage) {
-    return {"orbit", [&](const Progress& progress) { return stage.session->vary_eye(progress); },
-            [&stage, start = stage.scene.camera.position](double share) {
-                Camera& camera = stage.scene.camera;
-                camera.position =
-                    camera.target + rotation_about({0, 1, 0}, 2 * pi * share)(start - camera.target);
-                stage.session->set_eye(camera.position);
-            },
-            true};
-}
-
-/// Along a path of straight lines, at an even pace.
-Mode moving_instance(Stage& stage, std::size_t instance, std::vector<Vec3f> path) {
-    return {"move",
-            [&stage, instance](const Progress& progress) {
-                return stage.session->vary_instance(instance, progress);
-            },
-            [&stage, instance, path = std::move(path)](double share) {
-                float length = 0;
-                for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).length();
-                float left = static_cast<float>(share) * length;
-                std::size_t i = 1;
-                while (i + 1 < path.size() && left > (path[i] - path[i - 1]).length())
-                    left -= (path[i] - path[i - 1]).length(), ++i;
-                const Vec3f step = path[i] - path[i - 1];
-                const float along = step.length() > 0 ? std::min(1.0f, left / step.length()) : 0;
-                Instance& moving = stage.scene.instances[instance];
-                moving.translate = path[i - 1] + step * along;
-                stage.session->place(instance, moving.translate, moving.scale);
-            }};
-}
-
-/// X,Y,Z of a path. [m]
-Result<Vec3f> path_point(std::string_view text) {
-    Vec3f point;
-    std::string_view rest = text;
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto [end, failure] = std::from_chars(rest.data(), rest.data() + rest.size(), point[axis]);
-        const bool is_last = axis == 2, ends = end == rest.data() + rest.size();
-        if (failure != std::errc() || !(std::abs(point[axis]) <= 1e6f) || ends != is_last ||
-            (!ends && *end != ','))
-            return Error{"--move", fmt::format("{} is no point of a path; wanted X,Y,Z in metres", text)};
-        rest.remove_prefix(std::min(rest.size(), static_cast<std::size_t>(end - rest.data()) + 1));
-    }
-    return point;
-}
-
-Result<Mode> moving_instance(Stage& stage) {
-    const std::string &name = stage.options.move[0], &text = stage.options.move[1];
-    const auto& instances = stage.scene.instances;
-    const auto instance = std::ranges::find(instances, name, &Instance::name);
-    if (instance == instances.end()) {
-        std::string names;
-        for (const Instance& other : instances) names += (names.empty() ? "" : ", ") + other.name;
-        return Error{"--move", fmt::format("there is no instance {}; wanted one of {}", name, names)};
-    }
-    std::vector<Vec3f> path{instance->translate};
-    for (std::size_t first = 0; first <= text.size();) {
-        const std::size_t end = std::min(text.find(':', first), text.size());
-        const Result<Vec3f> point = path_point(std::string_view(text).substr(first, end - first));
-        if (!point) return point.error();
-        path.push_back(*point);
-        first = end + 1;
-    }
-    return moving_instance(stage, static_cast<std::size_t>(instance - instances.begin()), std::move(path));
-}
-
-Result<Mode> chosen_mode(Stage& stage) {
-    if (stage.options.spin_light) return spinning_light(stage);
-    if (!stage.options.lights.empty()) return fading_lights(stage);
-    if (stage.options.orbit) return orbiting_eye(stage);
-    return moving_instance(stage);
-}
 
 /// The scene's own environment, or those of --lights.
 Result<std::vector<LatLongImage>> opened_environments(const Scene& scene, const RelightOptions& options,
@@ -189,7 +36,8 @@ Result<std::vector<LatLongImage>> opened_environments(const Scene& scene, const 
 /// Writes a frame, as a picture or for POV-Ray.
 class FrameWriter {
 public:
-    FrameWriter(const Stage& stage, const SceneEntities& entities) : stage_(stage), entities_(entities) {}
+    FrameWriter(const RelightStage& stage, const SceneEntities& entities)
+        : stage_(stage), entities_(entities) {}
 
     Result<Done> write(int frame) {
         const std::filesystem::path output = stage_.options.output;
@@ -238,7 +86,7 @@ private:
         return Done{};
     }
 
-    const Stage& stage_;
+    const RelightStage& stage_;
     const SceneEntities& entities_;
     Preview preview_;
     double preview_seconds_ = 0;
@@ -267,7 +115,7 @@ Result<ExitCode> run(const RelightOptions& options, Session& session) {
     std::error_code trouble;
     std::filesystem::create_directories(output, trouble);
     if (trouble) return Error{output.string(), "can not make the folder: " + trouble.message()};
-    Stage stage{options, std::move(*scene), {}, std::move(*environments), {}, {}, nullptr};
+    RelightStage stage{options, std::move(*scene), {}, std::move(*environments), {}, {}, nullptr};
     stage.settings.face_size = options.fields.face_size;
     apply_occlusion(options.occlusion, stage.settings);
     stage.weights.assign(stage.environments.size(), 0);
@@ -275,7 +123,7 @@ Result<ExitCode> run(const RelightOptions& options, Session& session) {
     RelightSession relight(session_scene(stage.scene, *entities, stage.environments[0]), stage.settings,
                            {options.pruning_error});
     stage.session = &relight;
-    const Result<Mode> mode = chosen_mode(stage);
+    const Result<RelightMode> mode = chosen_mode(stage);
     if (!mode) return mode.error();
 
     const auto start = std::chrono::steady_clock::now();

@@ -1,0 +1,133 @@
+#include "tools/relight_modes.h"
+
+#include "shading/lighting.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+namespace haarfield {
+
+namespace {
+
+RelightMode spinning_light(RelightStage& stage) {
+    const auto& axis = stage.options.axis;
+    return {"spin-light", [&](const Progress& progress) { return stage.session->vary_light(progress); },
+            [&stage, axis = Vec3d(double(axis[0]), double(axis[1]), double(axis[2]))](double share) {
+                stage.rotation = rotation_about(axis, 2 * pi * share);
+                stage.session->turn_environment(stage.rotation);
+            },
+            true};
+}
+
+/// From one environment to the next.
+RelightMode fading_lights(RelightStage& stage) {
+    auto encoded = std::make_shared<std::vector<DenseCoefficients>>();
+    const auto show = [&stage, encoded](double share) {
+        const double place = share * double(encoded->size() - 1);
+        std::vector<const DenseCoefficients*> lights;
+        for (std::size_t i = 0; i < encoded->size(); ++i) {
+            stage.weights[i] = static_cast<float>(std::max(0.0, 1 - std::abs(place - double(i))));
+            lights.push_back(&(*encoded)[i]);
+        }
+        stage.session->show_light(weighted_sum(lights, stage.weights));
+    };
+    return {"lights",
+            [&stage, encoded, show](const Progress& progress) {
+                for (const LatLongImage& environment : stage.environments)
+                    encoded->push_back(dense_coefficients(lighting_tree(environment, stage.settings.face_size,
+                                                                        {stage.settings.light_coefficients}),
+                                                          stage.settings.face_size));
+                show(0.5);  // the vectors are pruned for all of them
+                return stage.session->vary_light(progress);
+            },
+            show};
+}
+
+/// Round the target, seen from above counter-clockwise.
+RelightMode orbiting_eye(RelightStage& stage) {
+    return {"orbit", [&](const Progress& progress) { return stage.session->vary_eye(progress); },
+            [&stage, start = stage.scene.camera.position](double share) {
+                Camera& camera = stage.scene.camera;
+                camera.position =
+                    camera.target + rotation_about({0, 1, 0}, 2 * pi * share)(start - camera.target);
+                stage.session->set_eye(camera.position);
+            },
+            true};
+}
+
+/// Along a path of straight lines, at an even pace.
+RelightMode moving_instance(RelightStage& stage, std::size_t instance, std::vector<Vec3f> path) {
+    return {"move",
+            [&stage, instance](const Progress& progress) {
+                return stage.session->vary_instance(instance, progress);
+            },
+            [&stage, instance, path = std::move(path)](double share) {
+                float length = 0;
+                for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).length();
+                float left = static_cast<float>(share) * length;
+                std::size_t i = 1;
+                while (i + 1 < path.size() && left > (path[i] - path[i - 1]).length())
+                    left -= (path[i] - path[i - 1]).length(), ++i;
+                const Vec3f step = path[i] - path[i - 1];
+                const float along = step.length() > 0 ? std::min(1.0f, left / step.length()) : 0;
+                Instance& moving = stage.scene.instances[instance];
+                moving.translate = path[i - 1] + step * along;
+                stage.session->place(instance, moving.translate, moving.scale);
+            }};
+}
+
+/// X,Y,Z of a path. [m]
+Result<Vec3f> path_point(std::string_view text) {
+    Vec3f point;
+    std::string_view rest = text;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto [end, failure] = std::from_chars(rest.data(), rest.data() + rest.size(), point[axis]);
+        const bool is_last = axis == 2, ends = end == rest.data() + rest.size();
+        if (failure != std::errc() || !(std::abs(point[axis]) <= 1e6f) || ends != is_last ||
+            (!ends && *end != ','))
+            return Error{"--move", fmt::format("{} is no point of a path; wanted X,Y,Z in metres", text)};
+        rest.remove_prefix(std::min(rest.size(), static_cast<std::size_t>(end - rest.data()) + 1));
+    }
+    return point;
+}
+
+Result<RelightMode> moving_instance(RelightStage& stage) {
+    const std::string &name = stage.options.move[0], &text = stage.options.move[1];
+    const auto& instances = stage.scene.instances;
+    const auto instance = std::ranges::find(instances, name, &Instance::name);
+    if (instance == instances.end()) {
+        std::string names;
+        for (const Instance& other : instances) names += (names.empty() ? "" : ", ") + other.name;
+        return Error{"--move", fmt::format("there is no instance {}; wanted one of {}", name, names)};
+    }
+    std::vector<Vec3f> path{instance->translate};
+    for (std::size_t first = 0; first <= text.size();) {
+        const std::size_t end = std::min(text.find(':', first), text.size());
+        const Result<Vec3f> point = path_point(std::string_view(text).substr(first, end - first));
+        if (!point) return point.error();
+        path.push_back(*point);
+        first = end + 1;
+    }
+    return moving_instance(stage, static_cast<std::size_t>(instance - instances.begin()), std::move(path));
+}
+
+}  // namespace
+
+Rgb RelightStage::background(const Vec3f& direction) const {
+    const Vec3d before = rotation.inverse()(Vec3d(direction));
+    Rgb sum(0.0f);
+    for (std::size_t i = 0; i < environments.size(); ++i)
+        if (weights[i] > 0) sum += radiance_from(environments[i], before) * weights[i];
+    return sum;
+}
+
+Result<RelightMode> chosen_mode(RelightStage& stage) {
+    if (stage.options.spin_light) return spinning_light(stage);
+    if (!stage.options.lights.empty()) return fading_lights(stage);
+    if (stage.options.orbit) return orbiting_eye(stage);
+    return moving_instance(stage);
+}
+
+}  // namespace haarfield

@@ -1,0 +1,51 @@
+#pragma once
+/// What `relight` changes from frame to frame: the light, the view or the place of an instance.
+
+#include "scenes/scene.h"
+#include "shading/relight_session.h"
+#include "tools/scene_options.h"
+
+namespace haarfield {
+
+struct RelightOptions {
+    SceneOptions scene;
+    FieldOptions fields;
+    OcclusionOptions occlusion;
+    std::string output;
+    bool spin_light = false, orbit = false;
+    std::vector<float> axis{0, 1, 0};  ///< Of the spin.
+    std::vector<std::string> lights;   ///< Files.
+    std::vector<std::string> move;     ///< Instance and path.
+    int frames = 48;
+    std::string format = "png";
+    std::string movie;
+    int frames_per_second = 24;  ///< Of the movie.
+    float pruning_error = TransferSettings().pruning_error;
+};
+
+/// What the frames are made of.
+struct RelightStage {
+    const RelightOptions& options;
+    Scene scene;  ///< Its camera and instances are those of the frame at hand.
+    RenderSettings settings;
+    std::vector<LatLongImage> environments;
+    std::vector<float> weights;  ///< Of the environments, in the frame at hand.
+    Rotation rotation;           ///< Of the environments, in the frame at hand.
+    RelightSession* session = nullptr;
+
+    Rgb background(const Vec3f& direction) const;
+};
+
+/// One way to change a scene from frame to frame.
+struct RelightMode {
+    std::string name;
+    std::function<Result<Done>(const Progress&)> prepare;  ///< Makes the transfer vectors.
+    std::function<void(double share)> change;              ///< share: 0 in the first frame, 1 in the last.
+    bool closed = false;  ///< The frame after the last would be the first one again.
+};
+
+/// The mode that the options ask for. The stage must outlive it, and its session be there.
+/// errors  --move names no instance, or no path.
+Result<RelightMode> chosen_mode(RelightStage& stage);
+
+}  // namespace haarfield
