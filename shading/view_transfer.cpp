@@ -17,6 +17,10 @@ double squared(float value) {
 
 constexpr float lobe_error = 2e-3f;  ///< Of truncating the lobes.
 
+/// Of the error that vectors and lobes may have each: where a lobe meets a small light its coefficients are
+/// not independent, but add up.
+constexpr float factor_share = 0.5f;
+
 struct Frame {
     const ShadedScene& scene;
     const ShadingGeometry& geometry;
@@ -130,7 +134,7 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
                       settings,
                       LightPyramid(light, settings.face_size),
                       shapes->spectrum,
-                      double(transfer.pruning_error) * double(transfer.pruning_error)};
+                      squared(transfer.pruning_error * factor_share)};
     const Result<Done> made = make_rows(
         scene, SparseVectorBlocks::block_rows,
         [&]() -> BlockMaker {
@@ -146,7 +150,8 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
     const CoefficientSpectrum spectrum = rms_spectrum(result.specular);
     Result<LobeVectors> lobes = lobe_vectors(
         *shapes, spectrum,
-        transfer.pruning_error / 2 * total_over_specular(result, spectrum, shapes->spectrum), progress);
+        transfer.pruning_error * factor_share * total_over_specular(result, spectrum, shapes->spectrum),
+        progress);
     if (!lobes) return lobes.error();
     result.lobes = std::move(*lobes);
     return result;
