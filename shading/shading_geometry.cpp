@@ -1,12 +1,17 @@
 #include "shading/shading_geometry.h"
 
 #include <algorithm>
+#include <limits>
+#include <tuple>
 
 namespace haarfield {
 namespace {
 
 /// How far from an occluder's ground plane a vertex still counts as on it. [radii of the occluder]
 constexpr float on_ground = 2e-3f;
+
+/// So many instances are rasterized at a vertex, if that is chosen automatically.
+constexpr std::size_t most_rasterized = 8;
 
 /// How far from its sampler's centre an instance hides anything. [outer radii]
 constexpr float reach = 1.5f;
@@ -56,6 +61,9 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                                          const Progress& progress) {
     ShadingGeometry geometry{{},
                              settings.face_size,
+                             settings.occlusion == Occlusion::automatic
+                                 ? most_rasterized
+                                 : std::numeric_limits<std::size_t>::max(),
                              DirectionPyramid(settings.face_size),
                              InstanceGrid(spheres_of_influence(scene))};
     for (const ShadedEntity& entity : scene.entities) {
@@ -93,21 +101,19 @@ bool VertexVisibility::look(std::size_t instance_index, const WideCubemap<std::u
     trees_.clear();
     parts_.clear();
     cones_.clear();
-    rasterized_.clear();
+    candidates_.clear();
     const std::span<const std::uint32_t> near = geometry_.grid.near(view.point);
     parts_.reserve(2 + 8 * near.size());  // so that spans of them stay
     trees_.emplace_back();
     add_tree(own, 1);
     for (const std::uint32_t i : near)
-        if (i != instance_index && !look_past(scene_.instances[i], view)) return false;
-    if (!rasterized_.empty()) {
-        trees_.emplace_back();
-        add_tree(seen_(rasterized_), 1);
-    }
+        if (i != instance_index && !look_past(i, view)) return false;
+    if (!candidates_.empty()) rasterize(view);
     return true;
 }
 
-bool VertexVisibility::look_past(const ShadedInstance& other, const VertexView& view) {
+bool VertexVisibility::look_past(std::uint32_t instance, const VertexView& view) {
+    const ShadedInstance& other = scene_.instances[instance];
     const ShadedEntity& entity = scene_.entities[other.entity];
     const ShadingGeometry::Entity& prepared = geometry_.entities[other.entity];
     const VisibilityField& field = *entity.field;
@@ -118,25 +124,51 @@ bool VertexVisibility::look_past(const ShadedInstance& other, const VertexView& 
     const bool planar = is_on_ground(field, other, view);
     const Vec3f from_centre = point - (planar ? field.planar.centre : field.spherical.centre);
     const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around;
-    if ((rasterizes_ || !prepared.polygons.empty()) &&
-        from_centre.length2() < exact_distance * exact_distance) {
-        if (occluder.one_sided > 0 && entity.occlusion->in_coarse()(point)) return false;
-        // Finding what lies below the horizon has a cost, too.
-        const bool mostly_below = (occluder.bounds.centre() - point).dot(view.normal) < 0;
-        if (prepared.polygons.empty())
-            rasterized_.push_back({&occluder, point, mostly_below ? &view.normal : nullptr});
-        else
-            add_cones(prepared.polygons, point, cones_);
+    const bool is_exact = from_centre.length2() < exact_distance * exact_distance;
+    if (!is_exact || (prepared.polygons.empty() && !rasterizes_)) {
+        look_up(other, view);
         return true;
     }
-    const Interpolation samples = field_lookup(field, other, view).samples;
-    if (samples.count == 0) return true;
+    if (occluder.one_sided > 0 && entity.occlusion->in_coarse()(point)) return false;
+    if (prepared.polygons.empty())
+        candidates_.push_back({from_centre.length2() / (exact_distance * exact_distance), instance});
+    else
+        add_cones(prepared.polygons, point, cones_);
+    return true;
+}
+
+void VertexVisibility::look_up(const ShadedInstance& other, const VertexView& view) {
+    const WideVisibility& visibility = geometry_.entities[other.entity].visibility;
+    const auto [planar, samples] = field_lookup(*scene_.entities[other.entity].field, other, view);
+    if (samples.count == 0) return;
     trees_.emplace_back().constant = samples.open;
     for (std::size_t k = 0; k < std::size_t(samples.count); ++k)
-        add_tree(planar ? prepared.visibility.planar(samples.sample[k])
-                        : prepared.visibility.spherical(samples.sample[k]),
+        add_tree(planar ? visibility.planar(samples.sample[k]) : visibility.spherical(samples.sample[k]),
                  samples.weight[k]);
-    return true;
+}
+
+void VertexVisibility::rasterize(const VertexView& view) {
+    if (candidates_.size() > geometry_.most_rasterized) {
+        const auto end = candidates_.begin() + std::ptrdiff_t(geometry_.most_rasterized);
+        std::nth_element(candidates_.begin(), end, candidates_.end(),
+                         [](const Candidate& a, const Candidate& b) {
+                             return std::tie(a.distance, a.instance) < std::tie(b.distance, b.instance);
+                         });
+        for (auto farther = end; farther != candidates_.end(); ++farther)
+            look_up(scene_.instances[farther->instance], view);
+        candidates_.erase(end, candidates_.end());
+    }
+    rasterized_.clear();
+    for (const Candidate& candidate : candidates_) {
+        const ShadedInstance& other = scene_.instances[candidate.instance];
+        const Occluder& occluder = scene_.entities[other.entity].occlusion->coarse();
+        const Vec3f point = (view.point - other.translate) / other.scale;
+        // Finding what lies below the horizon has a cost, too.
+        const bool mostly_below = (occluder.bounds.centre() - point).dot(view.normal) < 0;
+        rasterized_.push_back({&occluder, point, mostly_below ? &view.normal : nullptr});
+    }
+    trees_.emplace_back();
+    add_tree(seen_(rasterized_), 1);
 }
 
 }  // namespace haarfield

@@ -23,6 +23,7 @@ struct ShadingGeometry {
     };
     std::vector<Entity> entities;  ///< As in the scene.
     int face_size;
+    std::size_t most_rasterized;  ///< Instances, at a vertex.
     DirectionPyramid directions;
     InstanceGrid grid;  ///< Of the places from which the instances can be seen.
 };
@@ -48,8 +49,9 @@ FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& ins
 /// What a vertex sees past its own and all other instances.
 ///
 /// What is seen exactly is so as cones if it has few triangles, and else rasterized, all of it into one
-/// cubemap. Instances that are open, or lie below the vertex's horizon, cost nothing but their place in the
-/// grid's cell.
+/// cubemap; if that is chosen automatically, no more than the eight nearest, by their share of the distance
+/// within which they are to be, so that a crowd has a bounded cost. Instances that are open, or lie below the
+/// vertex's horizon, cost nothing but their place in the grid's cell.
 ///
 /// Holds its memory: nothing is allocated per vertex once it has grown.
 class VertexVisibility {
@@ -72,8 +74,16 @@ public:
     const BlockedCones& cones() const { return cones_; }
 
 private:
-    /// Takes an instance into account; false if the vertex is inside of it.
-    bool look_past(const ShadedInstance& other, const VertexView& view);
+    /// An instance to be rasterized.
+    struct Candidate {
+        float distance;  ///< Squared, over that within which it is seen exactly.
+        std::uint32_t instance;
+    };
+
+    /// Takes an instance into account, or adds it to the candidates; false if the vertex is inside of it.
+    bool look_past(std::uint32_t instance, const VertexView& view);
+    void look_up(const ShadedInstance& other, const VertexView& view);
+    void rasterize(const VertexView& view);
     void add_tree(const WideCubemap<std::uint8_t>& tree, float weight);
 
     const ShadedScene& scene_;
@@ -82,7 +92,8 @@ private:
     std::vector<WeightedTrees<std::uint8_t>> trees_;
     std::vector<WeightedTrees<std::uint8_t>::Part> parts_;
     BlockedCones cones_;
-    std::vector<OccluderView> rasterized_;  ///< What is seen exactly, but not as cones.
+    std::vector<Candidate> candidates_;
+    std::vector<OccluderView> rasterized_;
     SeenVisibility seen_;
 };
 

@@ -221,6 +221,33 @@ TEST(Renderer, OcclusionIsExactWhereItIsChosenToBe) {
     EXPECT_LT(some, difference(fields, dense));
 }
 
+TEST(Renderer, InACrowdOnlyTheNearestAreRasterized) {
+    ExampleScene example;
+    const auto floor = example.add_entity(square_mesh(0.2f, 0), matte(1)),
+               ball = example.add_entity(sphere_mesh({0, 0.3f, 0}, 0.3f, 8), matte(0.5f));
+    example.scene.instances = {{floor, {0, 0, 0}, 1}};
+    const auto add_ball = [&](int i, float distance) {
+        const double azimuth = 0.7 * i;
+        example.scene.instances.push_back(
+            {ball, Vec3d(distance * std::cos(azimuth), 0, distance * std::sin(azimuth)), 1});
+    };
+    example.scene.environment = environment([](const Vec3d& d) { return 1 + d.x; });
+    RenderSettings settings;
+    settings.face_size = ExampleScene::size;
+    settings.exact_triangles = 2;
+    settings.occlusion_error = 0;
+    const auto differs = [&] {
+        settings.occlusion = Occlusion::automatic;
+        const auto automatic = *vertex_radiance(example.scene, settings);
+        settings.occlusion = Occlusion::exact;
+        return difference({automatic[0]}, {(*vertex_radiance(example.scene, settings))[0]}) > 1e-5;
+    };
+    for (int i = 0; i < 8; ++i) add_ball(i, 1);
+    EXPECT_FALSE(differs());
+    add_ball(8, 1.5f);
+    EXPECT_TRUE(differs());
+}
+
 TEST(Renderer, SeesNothingFromInsideOfWhatItSeesExactly) {
     ExampleScene example;
     const auto small = example.add_entity(box_mesh({-0.1f, -0.1f, -0.1f}, {0.1f, 0.1f, 0.1f}), matte(1)),
