@@ -134,22 +134,52 @@ public:
         return image;
     }
 
+    std::vector<std::optional<MeshPoint>> points() const {
+        std::vector<std::optional<MeshPoint>> result(std::size_t(width_) * std::size_t(height_));
+        tbb::parallel_for(0, (height_ + 3) / 4, [&](int band) {
+            for (int column = 0; column < width_; column += 4) {
+                const Hits hits = cast(square_places(column, 4 * band));
+                for_pixels_of_square(column, 4 * band, [&](std::size_t pixel, std::size_t i) {
+                    result[pixel] = hits.points[i];
+                });
+            }
+        });
+        return result;
+    }
+
 private:
+    /// What rays have met.
+    struct Hits {
+        std::array<Vec3f, packet> directions;
+        std::array<std::optional<MeshPoint>, packet> points;
+    };
+
     std::size_t place_of(int column, int row) const {
         return std::size_t(row) * std::size_t(width_) + std::size_t(column);
     }
 
-    /// Traces the centres of 4 x 4 pixels.
-    void draw_square(int column, int row) {
+    /// The centres of 4 x 4 pixels.
+    static std::array<PixelPlace, packet> square_places(int column, int row) {
         std::array<PixelPlace, packet> at;
         for (unsigned i = 0; i < packet; ++i)
             at[i] = {static_cast<float>(column) + static_cast<float>(i % 4) + 0.5f,
                      static_cast<float>(row) + static_cast<float>(i / 4) + 0.5f};
-        std::array<Sample, packet> found;
-        trace(at, found);
+        return at;
+    }
+
+    /// Calls use(place in the picture, place in the square) for those that are in the picture.
+    template <class Use>
+    void for_pixels_of_square(int column, int row, const Use& use) const {
         for (int i = 0; i < int(packet); ++i)
             if (column + i % 4 < width_ && row + i / 4 < height_)
-                samples_[place_of(column + i % 4, row + i / 4)] = found[std::size_t(i)];
+                use(place_of(column + i % 4, row + i / 4), std::size_t(i));
+    }
+
+    void draw_square(int column, int row) {
+        std::array<Sample, packet> found;
+        trace(square_places(column, row), found);
+        for_pixels_of_square(column, row,
+                             [&](std::size_t pixel, std::size_t i) { samples_[pixel] = found[i]; });
     }
 
     bool is_edge(int column, int row) const {
@@ -174,12 +204,30 @@ private:
 
     void trace(const std::array<PixelPlace, packet>& at, std::array<Sample, packet>& found,
                std::size_t count = packet) const {
+        const Hits hits = cast(at, count);
+        for (std::size_t i = 0; i < count; ++i) {
+            Sample& sample = found[i];
+            if (!hits.points[i]) {
+                sample = {background_(hits.directions[i]), RTC_INVALID_GEOMETRY_ID};
+                continue;
+            }
+            const MeshPoint& point = *hits.points[i];
+            const PreviewInstance& instance = instances_[point.instance];
+            const auto& triangle = instance.mesh->triangles[point.triangle];
+            sample.object = point.instance;
+            sample.radiance = instance.radiance[triangle[0]] * (1 - point.u - point.v) +
+                              instance.radiance[triangle[1]] * point.u +
+                              instance.radiance[triangle[2]] * point.v;
+        }
+    }
+
+    Hits cast(const std::array<PixelPlace, packet>& at, std::size_t count = packet) const {
         RTCRayHit16 rays;
         alignas(64) std::array<int, packet> valid;
-        std::array<Vec3f, packet> directions;
+        Hits result;
         for (std::size_t i = 0; i < packet; ++i) {
             const Vec3f direction = corner_ + right_ * at[i].x + down_ * at[i].y;
-            directions[i] = direction;
+            result.directions[i] = direction;
             valid[i] = i < count ? -1 : 0;
             rays.ray.org_x[i] = origin_.x;
             rays.ray.org_y[i] = origin_.y;
@@ -198,20 +246,11 @@ private:
         rtcInitIntersectContext(&context);
         context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
         rtcIntersect16(valid.data(), scene_, &context, &rays);
-        for (std::size_t i = 0; i < count; ++i) {
-            Sample& sample = found[i];
-            sample.object = rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ? RTC_INVALID_GEOMETRY_ID
-                                                                          : rays.hit.instID[0][i];
-            if (sample.object == RTC_INVALID_GEOMETRY_ID) {
-                sample.radiance = background_(directions[i]);
-                continue;
-            }
-            const PreviewInstance& instance = instances_[sample.object];
-            const auto& triangle = instance.mesh->triangles[rays.hit.primID[i]];
-            const float u = rays.hit.u[i], v = rays.hit.v[i];
-            sample.radiance = instance.radiance[triangle[0]] * (1 - u - v) +
-                              instance.radiance[triangle[1]] * u + instance.radiance[triangle[2]] * v;
-        }
+        for (std::size_t i = 0; i < count; ++i)
+            if (rays.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
+                result.points[i] =
+                    MeshPoint{rays.hit.instID[0][i], rays.hit.primID[i], rays.hit.u[i], rays.hit.v[i]};
+        return result;
     }
 
     const int width_, height_;
@@ -232,6 +271,12 @@ Image Preview::draw(const Camera& camera, std::span<const PreviewInstance> insta
                     const Background& background) {
     const OwnedScene scene = rays_->scene_of(instances);
     return Drawing(camera, instances, background, scene.get()).image();
+}
+
+std::vector<std::optional<MeshPoint>> Preview::points(const Camera& camera,
+                                                      std::span<const PreviewInstance> instances) {
+    const OwnedScene scene = rays_->scene_of(instances);
+    return Drawing(camera, instances, {}, scene.get()).points();
 }
 
 }  // namespace haarfield

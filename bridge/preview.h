@@ -9,6 +9,7 @@
 #include "bridge/image.h"
 #include "fields/mesh.h"
 #include "scenes/scene.h"
+#include "shading/mesh_point.h"
 
 namespace haarfield {
 
@@ -39,6 +40,10 @@ public:
     ///       triangles.
     Image draw(const Camera& camera, std::span<const PreviewInstance> instances,
                const Background& background);
+
+    /// What the centres of the camera's pixels show, row by row from the top; nothing where no object is.
+    std::vector<std::optional<MeshPoint>> points(const Camera& camera,
+                                                 std::span<const PreviewInstance> instances);
 
 private:
     struct Rays;

@@ -10,18 +10,19 @@ namespace haarfield {
 namespace {
 
 /// The mean of two pictures of the same objects, with its error.
-Image mean_picture(const Image& a, const Image& b) {
+Image mean_picture(const Image& a, const Image& b, std::vector<Rgb>& half_difference) {
     Image mean = a;
+    half_difference.resize(mean.pixels.size());
     double difference = 0, radiance = 0;
     for (std::size_t i = 0; i < mean.pixels.size(); ++i) {
         mean.pixels[i] = (a.pixels[i] + b.pixels[i]) * 0.5f;
+        half_difference[i] = (a.pixels[i] - b.pixels[i]) * 0.5f;
         if (!mean.coverage.empty()) {
             mean.coverage[i] = 0.5f * (a.coverage[i] + b.coverage[i]);
             if (mean.coverage[i] < 0.5f) continue;
         }
         for (int c = 0; c < 3; ++c) {
-            const double half = 0.5 * (double(a.pixels[i][c]) - double(b.pixels[i][c]));
-            difference += half * half;
+            difference += double(half_difference[i][c]) * double(half_difference[i][c]);
             radiance += double(mean.pixels[i][c]) * double(mean.pixels[i][c]);
         }
     }
@@ -50,7 +51,30 @@ Result<ReferencePicture> rendered_reference(const std::filesystem::path& scene, 
         picture.run[set] = std::move(half->run);
         halves[set] = std::move(half->image);
     }
-    picture.image = mean_picture(halves[0], halves[1]);
+    picture.image = mean_picture(halves[0], halves[1], picture.half_difference);
+    return picture;
+}
+
+Result<RenderedScene> radiosity_picture(const std::filesystem::path& scene, const PovrayOptions& options,
+                                        const Progress& progress) {
+    // The background is the light, so that it can not be left out: it is taken off by coverage afterwards.
+    PovrayOptions unlit = options;
+    unlit.antialiasing_threshold = 0;  // every picture with the same rays
+    unlit.declarations.insert(unlit.declarations.end(), {first_lights_alone, second_lights_alone});
+    PovrayOptions lit = unlit, behind = unlit;
+    lit.declarations.push_back(by_radiosity);
+    behind.declarations.push_back(background_alone);
+    unlit.declarations.push_back(without_background);
+    Result<RenderedScene> picture = rendered_scene(scene, lit, progress);
+    if (!picture) return picture;
+    const Progress silent{{}, progress.stop};
+    const Result<RenderedScene> covered = rendered_scene(scene, unlit, silent);
+    if (!covered) return covered.error();
+    const Result<RenderedScene> background = rendered_scene(scene, behind, silent);
+    if (!background) return background.error();
+    picture->image.coverage = covered->image.coverage;
+    for (std::size_t i = 0; i < picture->image.pixels.size(); ++i)
+        picture->image.pixels[i] -= background->image.pixels[i] * (1 - picture->image.coverage[i]);
     return picture;
 }
 

@@ -211,10 +211,16 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "// povray +I{0}.pov +W{1} +H{2} +A0.0 +AM1 +R3 -J\n"
         "// One metre is {3} units: POV-Ray's shadows ignore what is nearer than 1e-3 units.\n"
         "#version 3.7;\n"
-        "global_settings {{ assumed_gamma 1 adc_bailout 0 }}\n\n{4}\n{5}\n"
+        "global_settings {{ assumed_gamma 1 adc_bailout 0 }}\n"
+        "#ifdef ({7})\n"
+        "// The background's light alone: one bounce, as fine as POV-Ray can.\n"
+        "global_settings {{ radiosity {{ recursion_limit 1 brightness 1 gray_threshold 0 normal on\n"
+        "  pretrace_start 0.08 pretrace_end 0.01 count 1600 error_bound 0.1 nearest_count 10\n"
+        "  minimum_reuse 0.004 }} }}\n"
+        "#end\n\n{4}\n{5}\n"
         "#ifndef ({6})\n",
         scene_name, camera.width, camera.height, files.world_scale, *camera_text, *background_text,
-        background_alone);
+        background_alone, by_radiosity);
 
     using Shared = std::pair<const Mesh*, const Material*>;
     std::map<Shared, std::size_t> mesh_number;

@@ -23,6 +23,9 @@ struct ReferenceInstance {
 inline constexpr const char* first_lights_alone = "First_Lights_Alone";
 inline constexpr const char* second_lights_alone = "Second_Lights_Alone";
 
+/// Or, with both of them, to be lit by its background instead: radiosity_picture.
+inline constexpr const char* by_radiosity = "By_Radiosity";
+
 struct ReferenceFiles {
     std::filesystem::path scene;                  ///< `NAME.pov`
     std::vector<std::filesystem::path> includes;  ///< The meshes, one file each.

@@ -2,76 +2,66 @@
 
 #include <memory>
 
-#include "fields/visibility_rasterizer.h"
 #include "shading/lighting.h"
-#include "shading/vertex_loop.h"
 
 namespace haarfield {
-namespace {
 
-struct DenseFrame {
-    const ShadedScene& scene;
-    std::vector<Rgb> light;         ///< lighting.h: radiance * solid angle * size^2, by texel.
-    std::vector<Vec3f> directions;  ///< Of the texels' centres.
-};
+DenseLight::DenseLight(const LatLongImage& environment, int size)
+    : face_size(size), light(lighting_texels(environment, size)), directions(texel_directions(size)) {}
 
-struct DenseWorker {
-    VisibilityRasterizer rasterizer;
-    std::vector<float> visibility;
-
-    explicit DenseWorker(int face_size) : rasterizer(face_size) {}
-
-    void multiply(std::span<const std::uint8_t> open) {
-        for (std::size_t i = 0; i < visibility.size(); ++i)
-            visibility[i] *= static_cast<float>(open[i]) / samples_per_texel;
-    }
-};
-
-Rgb dense_vertex(const DenseFrame& frame, std::size_t instance_index, std::uint32_t vertex,
-                 DenseWorker& worker) {
-    const ShadedScene& scene = frame.scene;
-    const ShadedInstance& instance = scene.instances[instance_index];
-    const ShadedEntity& entity = scene.entities[instance.entity];
-    const Material& material = entity.materials[entity.mesh->vertex_materials[vertex]];
-    const VertexView view = vertex_view(scene, instance, vertex);
-
-    worker.visibility.assign(frame.directions.size(), 1.0f);
-    worker.multiply(worker.rasterizer.open_samples(entity.occlusion->own(),
-                                                   entity.occlusion->samples().points[vertex], &view.normal));
-    for (std::size_t other = 0; other < scene.instances.size(); ++other) {
-        if (other == instance_index) continue;
-        const EntityOcclusion& occlusion = *scene.entities[scene.instances[other].entity].occlusion;
-        const Vec3f point = (view.point - scene.instances[other].translate) / scene.instances[other].scale;
-        if (occlusion.in_coarse()(point)) return Rgb(0.0f);
-        worker.multiply(worker.rasterizer.open_samples(occlusion.coarse(), point));
-    }
-
-    const Vec3d normal(view.normal), mirror(view.mirror);
-    Vec3d radiance(0.0);
-    for (std::size_t i = 0; i < frame.directions.size(); ++i)
-        if (worker.visibility[i] > 0)
-            radiance += Vec3d(frame.light[i]) * double(worker.visibility[i]) *
-                        reflectance(material, normal, mirror, Vec3d(frame.directions[i]));
+Vec3d DenseLight::radiance_from(std::size_t texel, const Material& material, const VertexView& view) const {
     // light holds size^2, for integrals over the unit square of each face.
-    return Rgb(Vec3f(radiance / (double(frame.directions.size()) / cubemap_faces)));
+    const double texels_a_face = double(face_size) * face_size;
+    return Vec3d(light[texel]) *
+           reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(directions[texel])) /
+           texels_a_face;
 }
 
-}  // namespace
+void multiply_by_open(std::span<float> visibility, std::span<const std::uint8_t> open_samples) {
+    for (std::size_t i = 0; i < visibility.size(); ++i) visibility[i] *= open_fraction(open_samples[i]);
+}
+
+DenseShader::DenseShader(const ShadedScene& scene, const DenseLight& light)
+    : scene_(scene), light_(light), rasterizer_(light.face_size) {}
+
+Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point) {
+    return radiance(instance, point, vertex_view(scene_, scene_.instances[instance], point));
+}
+
+Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const VertexView& view) {
+    const ShadedEntity& entity = scene_.entities[scene_.instances[instance].entity];
+    visibility_.assign(light_.directions.size(), 1.0f);
+    multiply_by_open(visibility_,
+                     rasterizer_.open_samples(entity.occlusion->own(), point.sample, &view.normal));
+    for (std::size_t other = 0; other < scene_.instances.size(); ++other) {
+        if (other == instance) continue;
+        const EntityOcclusion& occlusion = *scene_.entities[scene_.instances[other].entity].occlusion;
+        const Vec3f from = (view.point - scene_.instances[other].translate) / scene_.instances[other].scale;
+        if (occlusion.in_coarse()(from)) return Rgb(0.0f);
+        multiply_by_open(visibility_, rasterizer_.open_samples(occlusion.coarse(), from));
+    }
+    Vec3d radiance(0.0);
+    for (std::size_t i = 0; i < visibility_.size(); ++i)
+        if (visibility_[i] > 0)
+            radiance +=
+                light_.radiance_from(i, entity.materials[point.material], view) * double(visibility_[i]);
+    return Rgb(Vec3f(radiance));
+}
 
 Result<std::vector<std::vector<Rgb>>> dense_vertex_radiance(const ShadedScene& scene,
                                                             const RenderSettings& settings,
                                                             const Progress& progress) {
-    const DenseFrame frame{scene, lighting_texels(scene.environment, settings.face_size),
-                           texel_directions(settings.face_size)};
+    const DenseLight light(scene.environment, settings.face_size);
     std::vector<std::vector<std::uint32_t>> orders;
     for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
     const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
     return shaded_vertices(
         scene, order_spans,
         [&]() -> VertexShader {
-            return [&frame, worker = std::make_shared<DenseWorker>(settings.face_size)](
-                       std::size_t instance, std::uint32_t vertex) {
-                return dense_vertex(frame, instance, vertex, *worker);
+            return [&scene, shader = std::make_shared<DenseShader>(scene, light)](std::size_t instance,
+                                                                                  std::uint32_t vertex) {
+                return shader->radiance(
+                    instance, surface_point(scene.entities[scene.instances[instance].entity], vertex));
             };
         },
         progress);

@@ -43,6 +43,16 @@ bool is_on_ground(const VisibilityField& field, const ShadedInstance& instance, 
     return std::abs(height) <= on_ground * field.bounds.radius();
 }
 
+/// How far a vertex is from an instance, squared; less than 1 where it sees it exactly.
+float squared_exact_distance(const ShadingGeometry::Entity& prepared, const VisibilityField& field,
+                             const ShadedInstance& instance, const VertexView& view) {
+    const Vec3f point = (view.point - instance.translate) / instance.scale;
+    const bool planar = is_on_ground(field, instance, view);
+    const Vec3f from_centre = point - (planar ? field.planar.centre : field.spherical.centre);
+    const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around;
+    return from_centre.length2() / (exact_distance * exact_distance);
+}
+
 }  // namespace
 
 std::vector<Sphere> spheres_of_influence(const ShadedScene& scene) {
@@ -112,6 +122,11 @@ bool VertexVisibility::look(std::size_t instance_index, const WideCubemap<std::u
     return true;
 }
 
+bool is_seen_exactly(const ShadingGeometry::Entity& prepared, const VisibilityField& field,
+                     const ShadedInstance& instance, const VertexView& view) {
+    return squared_exact_distance(prepared, field, instance, view) < 1;
+}
+
 bool VertexVisibility::look_past(std::uint32_t instance, const VertexView& view) {
     const ShadedInstance& other = scene_.instances[instance];
     const ShadedEntity& entity = scene_.entities[other.entity];
@@ -121,17 +136,14 @@ bool VertexVisibility::look_past(std::uint32_t instance, const VertexView& view)
     const Vec3f point = (view.point - other.translate) / other.scale;
     if (lies_below(occluder.bounds, point, view.normal)) return true;
 
-    const bool planar = is_on_ground(field, other, view);
-    const Vec3f from_centre = point - (planar ? field.planar.centre : field.spherical.centre);
-    const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around;
-    const bool is_exact = from_centre.length2() < exact_distance * exact_distance;
-    if (!is_exact || (prepared.polygons.empty() && !rasterizes_)) {
+    const float distance = squared_exact_distance(prepared, field, other, view);
+    if (!(distance < 1) || (prepared.polygons.empty() && !rasterizes_)) {
         look_up(other, view);
         return true;
     }
     if (occluder.one_sided > 0 && entity.occlusion->in_coarse()(point)) return false;
     if (prepared.polygons.empty())
-        candidates_.push_back({from_centre.length2() / (exact_distance * exact_distance), instance});
+        candidates_.push_back({distance, instance});
     else
         add_cones(prepared.polygons, point, cones_);
     return true;

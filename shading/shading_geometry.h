@@ -46,6 +46,10 @@ struct FieldLookup {
 FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& instance,
                          const VertexView& view);
 
+/// Whether a vertex is so near an instance that it sees it exactly, and does not look it up.
+bool is_seen_exactly(const ShadingGeometry::Entity& prepared, const VisibilityField& field,
+                     const ShadedInstance& instance, const VertexView& view);
+
 /// What a vertex sees past its own and all other instances.
 ///
 /// What is seen exactly is so as cones if it has few triangles, and else rasterized, all of it into one

@@ -22,8 +22,8 @@ extern char** environ;
 
 namespace {
 
-constexpr const char* all_commands[] = {"precompute", "bake", "reference", "compare",
-                                        "relight",    "info", "verify"};
+constexpr const char* all_commands[] = {"precompute", "bake",    "reference", "compare",
+                                        "budget",     "relight", "info",      "verify"};
 
 std::string text_of(const std::filesystem::path& file) {
     std::ostringstream text;
@@ -277,6 +277,26 @@ TEST_F(Commands, ABoxOnAFloorLooksAsItsReference) {
     const Outcome refused = run(strict);
     EXPECT_EQ(refused.code, 3) << refused.err;
     EXPECT_NE(refused.err.find("PSNR"), std::string::npos);
+}
+
+TEST_F(Commands, ABudgetSaysWhatIsApproximatedAndWhetherTheOracleIsRight) {
+    write_scene();
+    const Outcome outcome = run({"budget", "room.toml", "-o", "out", "--points", "60", "--lights", "256",
+                                 "--light-coefficients", "20", "--report", "budget.json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const nlohmann::json made = report("budget.json");
+    std::map<std::string, double> error;
+    for (const auto& entry : made["budget"]) error[entry["approximation"]] = entry["relative_rmse"];
+    EXPECT_EQ(error.size(), 10u);
+    EXPECT_GT(error["lighting"], 1e-4);
+    EXPECT_LT(error["lighting"], 0.1);
+    EXPECT_GT(error["interpolation"], 0);
+    EXPECT_EQ(made["vertices"], 60);
+    EXPECT_EQ(made["oracle"]["points"], 60);
+    EXPECT_GE(made["oracle"]["agreeing"], 50);
+    const std::string page = text_of(folder_ / "out/budget.html");
+    for (const char* part : {"<svg", "lighting", "data:image/png", "of 60 points", "<circle", "haarfield budget"})
+        EXPECT_NE(page.find(part), std::string::npos) << part;
 }
 
 TEST_F(Commands, ThePictureDoesNotDependOnTheNumberOfThreads) {

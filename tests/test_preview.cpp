@@ -43,6 +43,31 @@ TEST(Preview, InterpolatesRadianceOverTheTriangles) {
         }
 }
 
+TEST(Preview, PointsAreWhereThePixelsSeeThem) {
+    const Mesh square = square_mesh(2, 0, 3);
+    const std::vector<PreviewInstance> instances{{&square, {50, 0, 0}, 1, {}},
+                                                 {&square, {0.2f, 0, 0}, 0.5f, {}}};
+    const int width = 14, height = 12;
+    const auto points = Preview().points(camera({0, 1, 0}, {0, 0, 0}, width, height), instances);
+    ASSERT_EQ(points.size(), std::size_t(width * height));
+    for (int row = 0; row < height; ++row)
+        for (int column = 0; column < width; ++column) {
+            // Looking straight down, as above.
+            const float x = (float(column) + 0.5f - 7) * 2 / height, z = (float(row) + 0.5f) * 2 / height - 1;
+            const auto& point = points[std::size_t(row * width + column)];
+            const bool inside = std::abs(x - 0.2f) < 0.5f && std::abs(z) < 0.5f;
+            ASSERT_EQ(point.has_value(), inside) << row << ", " << column;
+            if (!inside) continue;
+            EXPECT_EQ(point->instance, 1u);
+            Vec3f place(0.2f, 0, 0);
+            for (std::size_t c = 0; c < 3; ++c)
+                place +=
+                    square.positions[square.triangles[point->triangle][c]] * (0.5f * point->weights()[c]);
+            EXPECT_NEAR(place.x, x, 1e-5);
+            EXPECT_NEAR(place.z, z, 1e-5);
+        }
+}
+
 TEST(Preview, PlacesAndScalesInstances) {
     const Mesh square = square_mesh(1, 0);
     const std::vector<Rgb> red(square.positions.size(), Rgb(1, 0, 0)),

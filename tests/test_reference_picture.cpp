@@ -72,6 +72,25 @@ TEST(ReferencePicture, IsTheMeanOfTwoSetsOfLightsAndOfAllOfThem) {
     EXPECT_NEAR(*picture->image.relative_error, 0.5 * relative_difference(first, second), 2e-3);
 }
 
+TEST(ReferencePicture, RadiosityIsOfTheSameOpinion) {
+    const ShadowedSquare square;
+    const std::filesystem::path scene = square.scene(512);
+    PovrayOptions options = ShadowedSquare::options();
+    options.declarations.clear();
+    const Result<ReferencePicture> dome = rendered_reference(scene, options);
+    const Result<RenderedScene> radiosity = radiosity_picture(scene, options);
+    ASSERT_TRUE(dome) << dome.error().message();
+    ASSERT_TRUE(radiosity) << radiosity.error().message();
+    EXPECT_EQ(radiosity->image.coverage, dome->image.coverage);
+    EXPECT_LT(relative_difference(radiosity->image, dome->image), 0.03);
+    double found = 0, wanted = 0;
+    for (std::size_t i = 0; i < dome->image.pixels.size(); ++i) {
+        found += double(radiosity->image.pixels[i].x);
+        wanted += double(dome->image.pixels[i].x);
+    }
+    EXPECT_NEAR(found / wanted, 1, 0.01);
+}
+
 TEST(ReferencePicture, TellsItsOwnError) {
     const ShadowedSquare square;
     const Result<ReferencePicture> truth = rendered_reference(square.scene(8192), ShadowedSquare::options());

@@ -17,10 +17,8 @@ struct BakeOptions {
     SceneOptions scene;
     FieldOptions fields;
     OcclusionOptions occlusion;
+    RenderSettings settings;
     std::string output;
-    int depth = full_depth;
-    float tolerance = 0;
-    int light_coefficients = RenderSettings().light_coefficients;
     std::string evaluator = "tree";
     std::optional<float> refine;
     std::size_t vertex_budget = RefinementSettings().vertex_budget;
@@ -104,11 +102,8 @@ Result<ExitCode> run(const BakeOptions& options, Session& session) {
     if (!entities) return entities.error();
 
     const ShadedScene shaded = shaded_scene(*scene, *entities, std::move(*environment));
-    RenderSettings settings;
+    RenderSettings settings = options.settings;
     settings.face_size = options.fields.face_size;
-    settings.depth = options.depth;
-    settings.tolerance = options.tolerance;
-    settings.light_coefficients = options.light_coefficients;
     apply_occlusion(options.occlusion, settings);
     const auto start = std::chrono::steady_clock::now();
     const Result<BakedScene> baked = baked_scene(*scene, *entities, shaded, settings, options, session);
@@ -161,23 +156,7 @@ Command bake_command(CLI::App& program) {
     add_occlusion_options(*app, options->occlusion);
     add_picture_options(*app, options->scene);
     app->add_flag("--no-render", options->no_render, "Do not run POV-Ray");
-    app->add_option("--depth", options->depth,
-                    "Levels of the trees that take part: less is faster and coarser")
-        ->check(CLI::Range(0, full_depth))
-        ->capture_default_str()
-        ->type_name("D");
-    app->add_option(
-           "--tolerance", options->tolerance,
-           "Largest error a vertex may have by ending early, relative to its radiance; 0: none. A promise that "
-           "saves little: the error that is proved is some hundred times the real one. For speed use --depth")
-        ->check(CLI::Range(0.0, 1.0))
-        ->capture_default_str()
-        ->type_name("E");
-    app->add_option("--light-coefficients", options->light_coefficients,
-                    "Wavelets kept a cubemap face, of lighting; 0: all")
-        ->check(CLI::Range(0, 65536))
-        ->capture_default_str()
-        ->type_name("M");
+    add_shading_options(*app, options->settings);
     app->add_option("--evaluator", options->evaluator,
                     "tree: wavelet product integrals; dense: plain sums, slow")
         ->check(CLI::IsMember({"tree", "dense"}))

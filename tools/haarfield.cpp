@@ -22,7 +22,7 @@ ExitCode run_program(int argument_count, const char* const* arguments) {
     std::vector<Command> commands;
     CommonOptions options;
     for (const auto make : {precompute_command, bake_command, reference_command, compare_command,
-                            relight_command, info_command, verify_command}) {
+                            budget_command, relight_command, info_command, verify_command}) {
         commands.push_back(make(program));
         add_common_options(*commands.back().app, options);
     }

@@ -1,9 +1,10 @@
 #include "bridge/reference_picture.h"
-#include "bridge/reference_scene.h"
 #include "tools/command.h"
 #include "tools/scene_options.h"
 
 #include <fmt/format.h>
+
+#include <algorithm>
 
 namespace haarfield {
 
@@ -14,6 +15,7 @@ struct ReferenceOptions {
     std::string output;
     int lights = 1024;
     double relative_error = 0;  // instead of `lights`, unless 0
+    bool radiosity = false;     // instead of lights
 };
 
 /// The number of lights that the wanted error needs, from two small pictures.
@@ -43,6 +45,26 @@ Result<int> chosen_lights(const std::filesystem::path& folder, const std::string
     return estimate.lights;
 }
 
+/// Lit by POV-Ray's radiosity instead of a dome.
+Result<ExitCode> render_by_radiosity(const ReferenceFiles& files, const std::filesystem::path& exr,
+                                     std::span<const ReferenceInstance> instances,
+                                     const PovrayOptions& povray, Session& session) {
+    for (const ReferenceInstance& instance : instances)
+        if (std::ranges::any_of(instance.materials,
+                                [](const Material& material) { return material.specular != Rgb(0.0f); }))
+            session.warn(
+                fmt::format("{} has highlights, which POV-Ray's radiosity leaves out", instance.name));
+    const Result<RenderedScene> picture = radiosity_picture(files.scene, povray, session.progress);
+    if (!picture) return picture.error();
+    if (Result<Done> written =
+            write_with_background(picture->image, files.scene, exr, povray, session.progress);
+        !written)
+        return written.error();
+    report_picture(exr, {&picture->run, 1}, session);
+    session.report["scene"] = files.scene.string();
+    return ExitCode::done;
+}
+
 Result<ExitCode> run(const ReferenceOptions& options, Session& session) {
     const std::filesystem::path output = options.output;
     const Result<Scene> scene = opened_scene(options.scene);
@@ -50,25 +72,9 @@ Result<ExitCode> run(const ReferenceOptions& options, Session& session) {
     const Result<LatLongImage> environment = opened_environment(*scene, session);
     if (!environment) return environment.error();
 
-    // The original meshes only: neither subdivided nor simplified.
-    Scene plain = *scene;
-    for (Entity& entity : plain.entities) {
-        entity.fine_vertices = 0;
-        entity.coarse_triangles = 0;
-    }
-    SceneEntityOptions wanted;
-    wanted.fields = false;
-    const Result<SceneEntities> entities = prepare_scene_entities(plain, wanted, session.progress);
+    const Result<SceneEntities> entities = original_entities(*scene, session);
     if (!entities) return entities.error();
-    for (const std::string& warning : entities->warnings) session.warn(warning);
-
-    std::vector<ReferenceInstance> instances;
-    for (std::size_t i = 0; i < scene->instances.size(); ++i) {
-        const Instance& instance = scene->instances[i];
-        const SceneEntity& entity = *entities->entities[entities->entity_of_instance[i]];
-        instances.push_back(
-            {instance.name, &entity.mesh.original, entity.materials, instance.translate, instance.scale});
-    }
+    const std::vector<ReferenceInstance> instances = reference_instances(*scene, *entities);
     if (session.progress.stop.stop_requested()) return Error{"", interrupted};
     const std::string stem = file_stem(*scene) + "_reference";
     const PovrayOptions povray = povray_options(*scene, options.scene, session);
@@ -81,11 +87,12 @@ Result<ExitCode> run(const ReferenceOptions& options, Session& session) {
         write_reference_scene(output, stem, scene->camera, instances, *environment, *lights);
     if (!files) return files.error();
     for (const std::string& warning : files->warnings) session.warn(warning);
+    const std::filesystem::path exr = output / "reference.exr";
+    if (options.radiosity) return render_by_radiosity(*files, exr, instances, povray, session);
     fmt::print("scene  {} with {} lights\n", files->scene.string(), files->lights);
 
     const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, session.progress);
     if (!picture) return picture.error();
-    const std::filesystem::path exr = output / "reference.exr";
     if (Result<Done> written =
             write_with_background(picture->image, files->scene, exr, povray, session.progress);
         !written)
@@ -114,11 +121,16 @@ Command reference_command(CLI::App& program) {
             ->check(CLI::Range(16, 100000))
             ->capture_default_str()
             ->type_name("N");
-    app->add_option("--relative-error", options->relative_error,
-                    "Take as many lights as bring the reference's own relative error down to E")
-        ->check(CLI::Range(1e-4, 1.0))
+    CLI::Option* relative_error =
+        app->add_option("--relative-error", options->relative_error,
+                        "Take as many lights as bring the reference's own relative error down to E")
+            ->check(CLI::Range(1e-4, 1.0))
+            ->excludes(lights)
+            ->type_name("E");
+    app->add_flag("--radiosity", options->radiosity,
+                  "A second opinion for smooth skies: POV-Ray's radiosity instead of lights; no highlights")
         ->excludes(lights)
-        ->type_name("E");
+        ->excludes(relative_error);
     add_picture_options(*app, options->scene);
     app->footer(
         "Two independent sets of lights are rendered; the reference is their mean, and their difference "

@@ -232,4 +232,53 @@ Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& op
     return entities;
 }
 
+void add_shading_options(CLI::App& command, RenderSettings& settings) {
+    command
+        .add_option("--depth", settings.depth,
+                    "Levels of the trees that take part: less is faster and coarser")
+        ->check(CLI::Range(0, full_depth))
+        ->capture_default_str()
+        ->type_name("D");
+    command
+        .add_option("--tolerance", settings.tolerance,
+                    "Largest error a vertex may have by ending early, relative to its radiance; 0: none. A "
+                    "promise that "
+                    "saves little: the error that is proved is some hundred times the real one. For speed "
+                    "use --depth")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str()
+        ->type_name("E");
+    command
+        .add_option("--light-coefficients", settings.light_coefficients,
+                    "Wavelets kept a cubemap face, of lighting; 0: all")
+        ->check(CLI::Range(0, 65536))
+        ->capture_default_str()
+        ->type_name("M");
+}
+
+Result<SceneEntities> original_entities(const Scene& scene, Session& session) {
+    Scene plain = scene;
+    for (Entity& entity : plain.entities) {
+        entity.fine_vertices = 0;
+        entity.coarse_triangles = 0;
+    }
+    SceneEntityOptions wanted;
+    wanted.fields = false;
+    Result<SceneEntities> entities = prepare_scene_entities(plain, wanted, session.progress);
+    if (!entities) return entities;
+    for (const std::string& warning : entities->warnings) session.warn(warning);
+    return entities;
+}
+
+std::vector<ReferenceInstance> reference_instances(const Scene& scene, const SceneEntities& originals) {
+    std::vector<ReferenceInstance> instances;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        const SceneEntity& entity = *originals.entities[originals.entity_of_instance[i]];
+        instances.push_back(
+            {instance.name, &entity.mesh.original, entity.materials, instance.translate, instance.scale});
+    }
+    return instances;
+}
+
 }  // namespace haarfield

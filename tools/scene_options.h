@@ -2,6 +2,7 @@
 /// What precompute, bake and reference share: the scene, what the command line changes in it, its light.
 
 #include "bridge/povray_process.h"
+#include "bridge/reference_scene.h"
 #include "scenes/scene.h"
 #include "scenes/scene_entities.h"
 #include "tools/command.h"
@@ -75,5 +76,15 @@ void add_field_options(CLI::App& command, FieldOptions& options);
 /// prepare_scene_entities, with warnings, messages and the report's `fields`; a line for each on stdout.
 Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
                                       const std::filesystem::path& output, Session& session);
+
+/// Adds --depth, --tolerance and --light-coefficients.
+void add_shading_options(CLI::App& command, RenderSettings& settings);
+
+/// The meshes as they were read, neither subdivided nor simplified, and without fields: what the ray tracer
+/// is given. With warnings.
+Result<SceneEntities> original_entities(const Scene& scene, Session& session);
+
+/// What write_reference_scene takes of them; they must outlive its call.
+std::vector<ReferenceInstance> reference_instances(const Scene& scene, const SceneEntities& originals);
 
 }  // namespace haarfield

@@ -1,0 +1,221 @@
+#include "bridge/budget_report.h"
+#include "bridge/camera_frame.h"
+#include "bridge/preview.h"
+#include "bridge/reference_scene.h"
+#include "shading/turned_light.h"
+#include "tools/command.h"
+#include "tools/scene_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <random>
+
+namespace haarfield {
+
+namespace {
+
+struct BudgetOptions {
+    SceneOptions scene;
+    FieldOptions fields;
+    OcclusionOptions occlusion;
+    RenderSettings settings;
+    std::string output;
+    std::size_t points = 400;
+    int lights = 0;  // of POV-Ray's dome; 0: the oracle is not checked
+};
+
+constexpr int checked_width = 160;  // of POV-Ray's picture [pixels]
+constexpr int checked_face_size = 256;
+
+std::vector<PreviewInstance> preview_instances(const ShadedScene& scene,
+                                               const std::vector<std::vector<Rgb>>& radiance) {
+    std::vector<PreviewInstance> instances;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const ShadedInstance& instance = scene.instances[i];
+        instances.push_back(
+            {scene.entities[instance.entity].mesh, instance.translate, instance.scale, radiance[i]});
+    }
+    return instances;
+}
+
+std::vector<MeshPoint> random_points(const std::vector<std::optional<MeshPoint>>& pixels,
+                                     std::size_t wanted) {
+    std::vector<MeshPoint> points;
+    for (const std::optional<MeshPoint>& pixel : pixels)
+        if (pixel) points.push_back(*pixel);
+    std::mt19937 random(2006);
+    std::shuffle(points.begin(), points.end(), random);
+    points.resize(std::min(points.size(), wanted));
+    return points;
+}
+
+/// Where the worst of the vertices are in the picture; those that are not seen are left out.
+std::vector<BudgetReport::Mark> worst_marks(const ShadedScene& scene, const Camera& camera,
+                                            const std::vector<std::optional<MeshPoint>>& pixels,
+                                            const std::vector<BudgetVertex>& vertices) {
+    constexpr std::size_t most = 20;
+    const CameraFrame frame = camera_frame(camera);
+    const double half_height = std::tan(0.5 * double(camera.vertical_fov));
+    double mean = 0;
+    for (const BudgetVertex& vertex : vertices)
+        mean += double(luminance(vertex.exact)) / double(vertices.size());
+    std::vector<BudgetReport::Mark> marks;
+    for (const BudgetVertex& vertex : vertices) {
+        if (marks.size() == most) break;
+        const ShadedInstance& instance = scene.instances[vertex.instance];
+        const Mesh& mesh = *scene.entities[instance.entity].mesh;
+        const auto placed = [&](std::uint32_t v) {
+            return Vec3d(mesh.positions[v] * instance.scale + instance.translate);
+        };
+        const Vec3d place = placed(vertex.vertex), from_eye = place - Vec3d(camera.position);
+        const double depth = from_eye.dot(frame.forward);
+        if (depth <= 0) continue;
+        const double scale = camera.height / (2 * half_height * depth),
+                     x = camera.width * 0.5 + from_eye.dot(frame.right) * scale,
+                     y = camera.height * 0.5 - from_eye.dot(frame.up) * scale;
+        if (!(x >= 0 && x < camera.width && y >= 0 && y < camera.height)) continue;
+        const std::optional<MeshPoint>& seen =
+            pixels[std::size_t(y) * std::size_t(camera.width) + std::size_t(x)];
+        if (!seen || seen->instance != vertex.instance) continue;
+        const auto& corners = mesh.triangles[seen->triangle];
+        if ((placed(corners[0]) - place).length() > 0.02 * depth) continue;  // another side of the object
+        marks.push_back({x, y, double((vertex.baked - vertex.exact).length()) / std::sqrt(3.0) / mean});
+    }
+    return marks;
+}
+
+/// The dense oracle against POV-Ray, both with the original meshes.
+Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& scene,
+                                   const LatLongImage& environment, Session& session) {
+    const Result<SceneEntities> originals = original_entities(scene, session);
+    if (!originals) return originals.error();
+    Camera camera = scene.camera;
+    camera.width = std::min(camera.width, checked_width);
+    camera.height = std::max(1, scene.camera.height * camera.width / scene.camera.width);
+    const Result<ReferenceFiles> files =
+        write_reference_scene(options.output, file_stem(scene) + "_check", camera,
+                              reference_instances(scene, *originals), environment, options.lights);
+    if (!files) return files.error();
+    for (const std::string& warning : files->warnings) session.warn(warning);
+    PovrayOptions povray = povray_options(scene, options.scene, session);
+    povray.width = camera.width;
+    povray.height = camera.height;
+    povray.antialiasing = 0;
+    const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, session.progress);
+    if (!picture) return picture.error();
+    return oracle_check(shaded_scene(scene, *originals, environment), camera, *picture, checked_face_size,
+                        options.points, session.progress);
+}
+
+void report_entries(const std::vector<BudgetEntry>& entries, Session& session) {
+    fmt::print("{:<20} {:>10} {:>9} {:>9} {:>7}\n", "approximation", "rel. RMSE", "99 %", "bias", "points");
+    session.report["budget"] = nlohmann::json::array();
+    for (const BudgetEntry& entry : entries) {
+        fmt::print("{:<20} {:>8.3f} % {:>7.2f} % {:>+7.3f} % {:>7}  {}\n", entry.name,
+                   100 * entry.relative_rmse, 100 * entry.relative_99, 100 * entry.bias, entry.points,
+                   entry.meaning);
+        session.report["budget"].push_back({{"approximation", entry.name},
+                                            {"meaning", entry.meaning},
+                                            {"relative_rmse", entry.relative_rmse},
+                                            {"relative_99", entry.relative_99},
+                                            {"bias", entry.bias},
+                                            {"points", entry.points}});
+    }
+}
+
+void report_check(const OracleCheck& check, Session& session) {
+    fmt::print(
+        "oracle  agrees with POV-Ray at {} of {} points ({:.1f} %): relative RMSE {:.4f}, bias {:+.4f}; of "
+        "POV-Ray's own {:.4f}\n",
+        check.agreeing, check.points,
+        100.0 * double(check.agreeing) / double(std::max<std::size_t>(1, check.points)), check.relative_rmse,
+        check.bias, check.reference_error);
+    session.report["oracle"] = {{"points", check.points},
+                                {"agreeing", check.agreeing},
+                                {"relative_rmse", check.relative_rmse},
+                                {"bias", check.bias},
+                                {"reference_relative_error", check.reference_error}};
+}
+
+Result<ExitCode> run(const BudgetOptions& options, Session& session) {
+    const std::filesystem::path output = options.output;
+    const Result<Scene> scene = opened_scene(options.scene);
+    if (!scene) return scene.error();
+    const Result<LatLongImage> environment = opened_environment(*scene, session);
+    if (!environment) return environment.error();
+    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, session);
+    if (!entities) return entities.error();
+    const ShadedScene shaded = shaded_scene(*scene, *entities, *environment);
+    RenderSettings settings = options.settings;
+    settings.face_size = options.fields.face_size;
+    apply_occlusion(options.occlusion, settings);
+
+    std::vector<const Mesh*> originals;
+    for (const auto& entity : entities->entities) originals.push_back(&entity->mesh.original);
+    Result<ErrorBudget> budget = error_budget(shaded, originals, settings, options.points, session.progress);
+    if (!budget) return budget.error();
+    const auto radiance = vertex_radiance(shaded, settings, session.progress);
+    if (!radiance) return radiance.error();
+    const std::vector<PreviewInstance> instances = preview_instances(shaded, *radiance);
+    Preview preview;
+    const std::vector<std::optional<MeshPoint>> pixels = preview.points(scene->camera, instances);
+    const Result<BudgetEntry> interpolation =
+        interpolation_error(shaded, random_points(pixels, options.points), settings, session.progress);
+    if (!interpolation) return interpolation.error();
+    budget->entries.push_back(*interpolation);
+    report_entries(budget->entries, session);
+    session.report["vertices"] = budget->vertices.size();
+
+    const Image picture = preview.draw(scene->camera, instances, [&](const Vec3f& direction) {
+        return radiance_from(*environment, Vec3d(direction));
+    });
+    BudgetReport page;
+    page.title = scene->name;
+    page.entries = budget->entries;
+    page.vertices = budget->vertices.size();
+    page.preview = &picture;
+    page.worst = worst_marks(shaded, scene->camera, pixels, budget->vertices);
+    page.commands = {session.command_line};
+    if (options.lights > 0) {
+        const Result<OracleCheck> check = checked_oracle(options, *scene, *environment, session);
+        if (!check) return check.error();
+        report_check(*check, session);
+        page.oracle = *check;
+    }
+    if (const Result<Done> written = write_budget_report(page, output / "budget.html"); !written)
+        return written.error();
+    fmt::print("report  {}\n", (output / "budget.html").string());
+    return ExitCode::done;
+}
+
+}  // namespace
+
+Command budget_command(CLI::App& program) {
+    CLI::App* app = program.add_subcommand("budget", "Say how far a bake is from the truth, and why");
+    const auto options = std::make_shared<BudgetOptions>();
+    add_scene_option(*app, options->scene);
+    app->add_option("-o,--output", options->output, "Folder for budget.html and the fields")
+        ->required()
+        ->type_name("DIR");
+    add_field_options(*app, options->fields);
+    add_occlusion_options(*app, options->occlusion);
+    add_shading_options(*app, options->settings);
+    add_view_options(*app, options->scene);
+    app->add_option("--points", options->points, "Random vertices, and pixels, at which errors are measured")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str()
+        ->type_name("N");
+    app->add_option(
+           "--lights", options->lights,
+           "Check the oracle against POV-Ray's ray tracer, too, with a dome of so many lights; 0: do not")
+        ->check(CLI::Range(16, 100000) | CLI::IsMember({0}))
+        ->capture_default_str()
+        ->type_name("N");
+    app->footer(
+        "Each approximation is measured alone, against dense sums over exact visibility.\n"
+        "Example:\n  haarfield budget scenes/single_chair.toml -o out/chair --lights 1024");
+    return {app, [options](Session& session) { return run(*options, session); }};
+}
+
+}  // namespace haarfield
