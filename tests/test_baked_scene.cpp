@@ -167,6 +167,47 @@ TEST(BakedScene, AnIncludeServesASceneOfOnesOwn) {
     EXPECT_EQ(image->pixels[8 * 4 + 6], Rgb(0.25f, 0.5f, 0.75f));
 }
 
+TEST(BakedScene, LeavesTheLightsTexturesAndCameraOfASceneOfOnesOwnAlone) {
+    const TestFolder folder;
+    const Mesh mesh = upright_square_mesh(1, 1);
+    const Rgb baked(0.25f, 0.5f, 0.75f);
+    const std::vector<Rgb> radiance(mesh.positions.size(), baked);
+    const std::vector<BakedInstance> instances{{"square", &mesh, Vec3f(0, 0, 0), 1, radiance}};
+    const Camera camera = frontal_camera(3, 32);
+    const Result<BakedFiles> files = write_baked_scene(folder.path(), "baked", camera, instances, {});
+    ASSERT_TRUE(files) << files.error().message();
+    const std::string own =
+        "#version 3.7;\nglobal_settings { assumed_gamma 1 ambient_light rgb 0.3 }\n"
+        "camera { location <0, 0, -3> direction 1.5*z right x up y }\n"
+        "light_source { <-20, 5, -20> rgb 2 }\n"
+        "plane { -z, -0.5 pigment { checker rgb <0.8, 0.3, 0.1> rgb 0.6 scale 0.3 }\n"
+        "  finish { ambient 0.2 diffuse 0.5 phong 0.4 phong_size 8 } }\n";
+    const auto rendered = [&](const std::string& name, const std::string& text) {
+        EXPECT_TRUE(write_file(folder / (name + ".pov"), text));
+        EXPECT_TRUE(run_povray(folder / (name + ".pov"), folder / (name + ".exr"), options_for(camera)));
+        return read_image(folder / (name + ".exr"));
+    };
+    const Result<Image> without = rendered("without", own);
+    const Result<Image> with = rendered("with", own +
+                                                    "#include \"baked_Square.inc\"\n"
+                                                    "object { Baked_Square scale 0.5 translate 0.5*x }\n");
+    ASSERT_TRUE(without && with);
+    // The square and its shadow, which falls to the right, lie in the right half.
+    int colours_of_the_plane = 0, of_the_square = 0;
+    for (int y = 0; y < camera.height; ++y)
+        for (int x = 0; x < camera.width; ++x) {
+            const Rgb &before = without->pixels[y * camera.width + x],
+                      &after = with->pixels[y * camera.width + x];
+            if (x < camera.width / 2 - 1) {
+                EXPECT_EQ(after, before) << x << ' ' << y;
+            }
+            colours_of_the_plane += before != without->pixels[0];
+            of_the_square += (after - baked).length() < 0.01f;
+        }
+    EXPECT_GT(colours_of_the_plane, 100);
+    EXPECT_GT(of_the_square, 20);
+}
+
 TEST(BakedScene, SharesEqualColoursAndClampsWhatAPictureCanNotHold) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 2);
