@@ -17,8 +17,11 @@ std::size_t part_thin_sheets(Mesh& fine, const Mesh& original) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, fine.positions.size(), 256), [&](const auto& range) {
         for (std::size_t v = range.begin(); v != range.end(); ++v) {
             const Vec3f& normal = fine.normals[v];
-            // The vertex's own triangles are met from the front on the way in, and passed through.
-            moved[v] = rays.passes_a_back(fine.positions[v] + normal * offset, -normal, 2 * offset);
+            const Vec3f above = fine.positions[v] + normal * offset;
+            // The vertex's own triangles are met from the front on the way in, and passed through. Where two
+            // solids touch, above one is inside the other.
+            moved[v] = rays.passes_a_back(above, -normal, 2 * offset) &&
+                       rays.distance_to_back(above + normal * offset, normal, INFINITY) == 0;
             if (moved[v]) fine.positions[v] += normal * offset;
         }
     });

@@ -10,7 +10,8 @@ namespace haarfield {
 /// Parts what lies on its own back: a solid extruded by nothing, a sheet modelled once from each side. A
 /// renderer sees the one or the other there by chance, and only one of them is lit. A vertex moves outwards
 /// along its normal by surface_offset if the back of another triangle lies within that distance of it, so
-/// that of two such sides each shows its own colours. On the rim of a sheet vertices may stay where they are.
+/// that of two such sides each shows its own colours. Solids that touch are left alone. On the rim of a sheet
+/// vertices may stay where they are.
 ///
 /// fine      changes by 1e-4 radii at such places only.
 /// original  the surface that `fine` subdivides; its triangles agree (orient_triangles).

@@ -28,7 +28,7 @@ using VertexRadiance = std::vector<std::vector<Rgb>>;
 struct TransferSettings {
     /// By how much pruning may change a vertex's radiance: relative, root mean square over functions whose
     /// coefficients are independent and as large as the average of their level. 0: nothing is pruned.
-    float pruning_error = 0.01f;
+    float pruning_error = 0.008f;
 };
 
 /// Numbers the vertices of a scene.

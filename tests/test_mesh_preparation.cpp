@@ -295,7 +295,9 @@ TEST(MeshPreparation, PartsTheSidesOfASheetWithoutThickness) {
 }
 
 TEST(MeshPreparation, LeavesSolidsAsTheyAre) {
-    EXPECT_EQ(prepared(box({0, 0, 0}, {1, 1, 1}), {500, 0}).findings.parted_vertices, 0u);
+    Mesh touching = box({0, 0, 0}, {1, 1, 1});
+    append(touching, box({0.25f, 1, 0.25f}, {0.75f, 2, 0.75f}));
+    EXPECT_EQ(prepared(touching, {500, 0}).findings.parted_vertices, 0u);
 }
 
 TEST(MeshPreparation, TakesNonManifoldMeshes) {

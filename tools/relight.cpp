@@ -193,6 +193,7 @@ Command relight_command(CLI::App& program) {
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output, "Folder for the frames")->required()->type_name("DIR");
     add_field_options(*app, options->fields);
+    options->occlusion.choice = "fields";  // what moves is seen by its field while it does, and set-up is short
     add_occlusion_options(*app, options->occlusion);
     add_view_options(*app, options->scene);
     CLI::Option_group* modes = app->add_option_group("Modes", "What varies; one of them");
