@@ -1,5 +1,5 @@
 #pragma once
-/// A scene as its author writes it. DESIGN: files are TOML; units here are metres and radians.
+/// A scene as its author writes it, in metres and radians; its file, in TOML, has degrees.
 
 #include "fields/vector.h"
 #include "shading/material.h"
