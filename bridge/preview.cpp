@@ -119,17 +119,36 @@ public:
         corner_ = Vec3f(frame.forward - frame.right * half_width + frame.up * half_height);
     }
 
-    Image image() {
-        samples_.resize(std::size_t(width_) * std::size_t(height_));
-        tbb::parallel_for(0, (height_ + 3) / 4, [&](int band) {
-            for (int column = 0; column < width_; column += 4) draw_square(column, 4 * band);
-        });
-        Image image{width_, height_, {}, {}};
-        image.pixels.resize(samples_.size());
+    Image image(const BeforeReading& before_reading) {
+        const std::size_t pixels = std::size_t(width_) * std::size_t(height_);
+        std::vector<std::optional<MeshPoint>> seen = points();
+        if (before_reading && !before_reading(vertices_of(seen))) return {};
+        samples_.resize(pixels);
         tbb::parallel_for(0, height_, [&](int row) {
-            for (int column = 0; column < width_; ++column)
-                image.pixels[place_of(column, row)] =
-                    is_edge(column, row) ? smooth(column, row) : samples_[place_of(column, row)].radiance;
+            for (int column = 0; column < width_; ++column) {
+                const std::size_t pixel = place_of(column, row);
+                samples_[pixel] = sample_of(seen[pixel], direction(centre_of(column, row)));
+            }
+        });
+
+        const std::vector<std::uint32_t> edges = edge_pixels();
+        seen.resize(places.size() * edges.size());
+        tbb::parallel_for(std::size_t(0), edges.size(), [&](std::size_t e) {
+            const Hits hits = cast(further_places(edges[e]), places.size());
+            std::copy_n(hits.points.begin(), places.size(),
+                        seen.begin() + static_cast<std::ptrdiff_t>(places.size() * e));
+        });
+        if (before_reading && !before_reading(vertices_of(seen))) return {};
+        Image image{width_, height_, {}, {}};
+        image.pixels.resize(pixels);
+        std::transform(samples_.begin(), samples_.end(), image.pixels.begin(),
+                       [](const Sample& sample) { return sample.radiance; });
+        tbb::parallel_for(std::size_t(0), edges.size(), [&](std::size_t e) {
+            const auto at = further_places(edges[e]);
+            Rgb sum(0.0f);
+            for (std::size_t i = 0; i < places.size(); ++i)
+                sum += sample_of(seen[places.size() * e + i], direction(at[i])).radiance;
+            image.pixels[edges[e]] = sum / static_cast<float>(places.size());
         });
         return image;
     }
@@ -150,7 +169,6 @@ public:
 private:
     /// What rays have met.
     struct Hits {
-        std::array<Vec3f, packet> directions;
         std::array<std::optional<MeshPoint>, packet> points;
     };
 
@@ -175,11 +193,16 @@ private:
                 use(place_of(column + i % 4, row + i / 4), std::size_t(i));
     }
 
-    void draw_square(int column, int row) {
-        std::array<Sample, packet> found;
-        trace(square_places(column, row), found);
-        for_pixels_of_square(column, row,
-                             [&](std::size_t pixel, std::size_t i) { samples_[pixel] = found[i]; });
+    std::vector<std::uint32_t> edge_pixels() const {
+        std::vector<std::uint8_t> marked(samples_.size());
+        tbb::parallel_for(0, height_, [&](int row) {
+            for (int column = 0; column < width_; ++column)
+                marked[place_of(column, row)] = is_edge(column, row);
+        });
+        std::vector<std::uint32_t> pixels;
+        for (std::size_t i = 0; i < marked.size(); ++i)
+            if (marked[i]) pixels.push_back(static_cast<std::uint32_t>(i));
+        return pixels;
     }
 
     bool is_edge(int column, int row) const {
@@ -190,35 +213,40 @@ private:
                (row + 1 < height_ && differs(here, samples_[place_of(column, row + 1)]));
     }
 
-    Rgb smooth(int column, int row) const {
-        std::array<PixelPlace, packet> at;
-        for (std::size_t i = 0; i < packet; ++i)
-            at[i] = {static_cast<float>(column) + (places[i % 8][0] + 0.5f) / 8,
-                     static_cast<float>(row) + (places[i % 8][1] + 0.5f) / 8};
-        std::array<Sample, packet> found;
-        trace(at, found, places.size());
-        Rgb sum(0.0f);
-        for (std::size_t i = 0; i < places.size(); ++i) sum += found[i].radiance;
-        return sum / static_cast<float>(places.size());
+    static PixelPlace centre_of(int column, int row) {
+        return {static_cast<float>(column) + 0.5f, static_cast<float>(row) + 0.5f};
     }
 
-    void trace(const std::array<PixelPlace, packet>& at, std::array<Sample, packet>& found,
-               std::size_t count = packet) const {
-        const Hits hits = cast(at, count);
-        for (std::size_t i = 0; i < count; ++i) {
-            Sample& sample = found[i];
-            if (!hits.points[i]) {
-                sample = {background_(hits.directions[i]), RTC_INVALID_GEOMETRY_ID};
-                continue;
-            }
-            const MeshPoint& point = *hits.points[i];
-            const PreviewInstance& instance = instances_[point.instance];
-            const auto& triangle = instance.mesh->triangles[point.triangle];
-            sample.object = point.instance;
-            sample.radiance = instance.radiance[triangle[0]] * (1 - point.u - point.v) +
-                              instance.radiance[triangle[1]] * point.u +
-                              instance.radiance[triangle[2]] * point.v;
-        }
+    /// Of a pixel's eight further rays.
+    std::array<PixelPlace, packet> further_places(std::uint32_t pixel) const {
+        const auto column = static_cast<float>(pixel % static_cast<std::uint32_t>(width_)),
+                   row = static_cast<float>(pixel / static_cast<std::uint32_t>(width_));
+        std::array<PixelPlace, packet> at;
+        for (std::size_t i = 0; i < packet; ++i)
+            at[i] = {column + (places[i % 8][0] + 0.5f) / 8, row + (places[i % 8][1] + 0.5f) / 8};
+        return at;
+    }
+
+    Vec3f direction(const PixelPlace& at) const { return corner_ + right_ * at.x + down_ * at.y; }
+
+    Sample sample_of(const std::optional<MeshPoint>& seen, const Vec3f& along) const {
+        if (!seen) return {background_(along), RTC_INVALID_GEOMETRY_ID};
+        const PreviewInstance& instance = instances_[seen->instance];
+        const auto& triangle = instance.mesh->triangles[seen->triangle];
+        return {instance.radiance[triangle[0]] * (1 - seen->u - seen->v) +
+                    instance.radiance[triangle[1]] * seen->u + instance.radiance[triangle[2]] * seen->v,
+                seen->instance};
+    }
+
+    SeenVertices vertices_of(std::span<const std::optional<MeshPoint>> seen) const {
+        SeenVertices vertices;
+        for (const PreviewInstance& instance : instances_)
+            vertices.emplace_back(instance.mesh->positions.size(), std::uint8_t(0));
+        for (const std::optional<MeshPoint>& point : seen)
+            if (point)
+                for (const std::uint32_t v : instances_[point->instance].mesh->triangles[point->triangle])
+                    vertices[point->instance][v] = 1;
+        return vertices;
     }
 
     Hits cast(const std::array<PixelPlace, packet>& at, std::size_t count = packet) const {
@@ -226,15 +254,14 @@ private:
         alignas(64) std::array<int, packet> valid;
         Hits result;
         for (std::size_t i = 0; i < packet; ++i) {
-            const Vec3f direction = corner_ + right_ * at[i].x + down_ * at[i].y;
-            result.directions[i] = direction;
+            const Vec3f along = direction(at[i]);
             valid[i] = i < count ? -1 : 0;
             rays.ray.org_x[i] = origin_.x;
             rays.ray.org_y[i] = origin_.y;
             rays.ray.org_z[i] = origin_.z;
-            rays.ray.dir_x[i] = direction.x;
-            rays.ray.dir_y[i] = direction.y;
-            rays.ray.dir_z[i] = direction.z;
+            rays.ray.dir_x[i] = along.x;
+            rays.ray.dir_y[i] = along.y;
+            rays.ray.dir_z[i] = along.z;
             rays.ray.tnear[i] = 0;
             rays.ray.tfar[i] = INFINITY;
             rays.ray.time[i] = 0;
@@ -268,9 +295,9 @@ Preview::Preview() : rays_(std::make_unique<Rays>()) {}
 Preview::~Preview() = default;
 
 Image Preview::draw(const Camera& camera, std::span<const PreviewInstance> instances,
-                    const Background& background) {
+                    const Background& background, const BeforeReading& before_reading) {
     const OwnedScene scene = rays_->scene_of(instances);
-    return Drawing(camera, instances, background, scene.get()).image();
+    return Drawing(camera, instances, background, scene.get()).image(before_reading);
 }
 
 std::vector<std::optional<MeshPoint>> Preview::points(const Camera& camera,

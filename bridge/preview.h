@@ -24,6 +24,11 @@ struct PreviewInstance {
 /// Radiance from a direction (of any length but zero). Called from many threads at once.
 using Background = std::function<Rgb(const Vec3f& direction)>;
 
+/// Told of vertices whose radiance is read next: 1, by instance and vertex. Those of before may be among
+/// them. False: it will not be there.
+using SeenVertices = std::vector<std::vector<std::uint8_t>>;
+using BeforeReading = std::function<bool(const SeenVertices&)>;
+
 /// Draws instances as they stand, by primary rays and with the radiance interpolated over the triangles: what
 /// POV-Ray makes of a baked scene. Keeps what it needs of the meshes from one picture to the next.
 class Preview {
@@ -36,10 +41,15 @@ public:
     /// One ray a pixel; eight more where neighbouring pixels differ, in the object or in colour.
     /// The same bits for any number of threads.
     ///
+    /// before_reading  if given, called twice by this thread, between the rays and the colours: with the
+    ///                 vertices that pixels' centres see, and with those that the further rays see. Only then
+    ///                 must their radiance be there, and it may have moved; that of vertices that are not
+    ///                 seen is not read. If it returns false the picture is empty.
+    ///
     /// cost  some 30 ms for 640 x 480 pixels on two cores; for a mesh that is new, some 0.1 s per 100,000
     ///       triangles.
-    Image draw(const Camera& camera, std::span<const PreviewInstance> instances,
-               const Background& background);
+    Image draw(const Camera& camera, std::span<const PreviewInstance> instances, const Background& background,
+               const BeforeReading& before_reading = {});
 
     /// What the centres of the camera's pixels show, row by row from the top; nothing where no object is.
     std::vector<std::optional<MeshPoint>> points(const Camera& camera,

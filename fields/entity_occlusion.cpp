@@ -11,13 +11,13 @@ const Occluder& own_occluder(const Occluder& coarse, const Occluder& original) {
 
 }  // namespace
 
-EntityOcclusion::EntityOcclusion(const PreparedMesh& mesh)
+EntityOcclusion::EntityOcclusion(const PreparedMesh& mesh, const std::stop_token& stop)
     : coarse_(make_occluder(mesh.coarse)),
       original_(make_occluder(mesh.original)),
       own_(own_occluder(coarse_, original_)),
       in_coarse_(coarse_),
       in_original_(original_),
       sampler_(original_, in_original_, own_),
-      samples_(local_samples(mesh.fine, sampler_)) {}
+      samples_(local_samples(mesh.fine, sampler_, stop)) {}
 
 }  // namespace haarfield

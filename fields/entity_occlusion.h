@@ -13,7 +13,8 @@ namespace haarfield {
 class EntityOcclusion {
 public:
     /// The mesh is not referred to afterwards.
-    explicit EntityOcclusion(const PreparedMesh& mesh);
+    /// stop  when it is requested, returns soon, and the result is of no use.
+    explicit EntityOcclusion(const PreparedMesh& mesh, const std::stop_token& stop = {});
     EntityOcclusion(const EntityOcclusion&) = delete;
     EntityOcclusion& operator=(const EntityOcclusion&) = delete;
 

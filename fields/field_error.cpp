@@ -67,12 +67,12 @@ std::vector<Vec3f> random_points(const Sampler& sampler, bool on_level) {
 template <class Sampler>
 SamplerError sampler_error(const VisibilityField& field, const Sampler& sampler,
                            const std::vector<std::int32_t>& handles, const std::vector<Vec3f>& points,
-                           const Vec3f& lift, const EntityOcclusion& occlusion) {
+                           const Vec3f& lift, const EntityOcclusion& occlusion, const std::stop_token& stop) {
     const std::vector<double> solid_angle = solid_angles(field.settings.face_size);
     std::vector<std::optional<SquaredNorms>> norms(points.size());
     tbb::enumerable_thread_specific<VisibilityRasterizer> rasterizers(field.settings.face_size);
     tbb::parallel_for(std::size_t(0), points.size(), [&](std::size_t i) {
-        if (occlusion.in_original()(points[i] + lift)) return;
+        if (stop.stop_requested() || occlusion.in_original()(points[i] + lift)) return;
         norms[i] = squared_norms(interpolated_visibility(field, handles, sampler.interpolation(points[i])),
                                  rasterizers.local().open_samples(occlusion.coarse(), points[i] + lift),
                                  solid_angle, field.settings.face_size);
@@ -99,12 +99,13 @@ SamplerError sampler_error(const VisibilityField& field, const Sampler& sampler,
 
 }  // namespace
 
-FieldError field_error(const VisibilityField& field, const EntityOcclusion& occlusion) {
+FieldError field_error(const VisibilityField& field, const EntityOcclusion& occlusion,
+                       const std::stop_token& stop) {
     const Vec3f lift(0, field.bounds.radius() * surface_offset, 0);
     return {sampler_error(field, field.planar, field.planar_handles, random_points(field.planar, true), lift,
-                          occlusion),
+                          occlusion, stop),
             sampler_error(field, field.spherical, field.spherical_handles,
-                          random_points(field.spherical, false), Vec3f(0.0f), occlusion)};
+                          random_points(field.spherical, false), Vec3f(0.0f), occlusion, stop)};
 }
 
 }  // namespace haarfield

@@ -1,6 +1,8 @@
 #pragma once
 /// How far the visibility that is looked up in a field is from what would be seen.
 
+#include <stop_token>
+
 #include "fields/entity_occlusion.h"
 #include "fields/visibility_field.h"
 
@@ -12,6 +14,8 @@ namespace haarfield {
 /// field      as precompute_field makes it, of the same mesh as `occlusion`.
 /// cost       1,280 rasterizations and lookups, on all of oneTBB's threads; the result does not depend on
 ///            their number.
-FieldError field_error(const VisibilityField& field, const EntityOcclusion& occlusion);
+/// stop       when it is requested, returns soon, and the result is of no use.
+FieldError field_error(const VisibilityField& field, const EntityOcclusion& occlusion,
+                       const std::stop_token& stop = {});
 
 }  // namespace haarfield

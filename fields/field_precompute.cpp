@@ -180,7 +180,8 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
     field.spherical_handles.assign(spherical, local);
     field.local_handles.assign(local, handles.end());
     field.pool = std::move(pool).finish();
-    field.error = field_error(field, occlusion);
+    field.error = field_error(field, occlusion, progress.stop);
+    if (progress.stop.stop_requested()) return Error{field.entity, interrupted};
     return field;
 }
 

@@ -14,14 +14,14 @@ struct VisibleMiddles {
     std::vector<std::uint32_t> count;
 };
 
-VisibleMiddles visible_middles(const Mesh& mesh, const LocalSampler& sampler) {
+VisibleMiddles visible_middles(const Mesh& mesh, const LocalSampler& sampler, const std::stop_token& stop) {
     struct Middle {
         Vec3f position;
         bool buried;
     };
     std::vector<Middle> of_triangle(mesh.triangles.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, of_triangle.size(), 64), [&](const auto& range) {
-        for (std::size_t t = range.begin(); t != range.end(); ++t) {
+        for (std::size_t t = range.begin(); t != range.end() && !stop.stop_requested(); ++t) {
             const Vec3f &a = mesh.positions[mesh.triangles[t][0]], &b = mesh.positions[mesh.triangles[t][1]],
                         &c = mesh.positions[mesh.triangles[t][2]];
             of_triangle[t] = {(a + b + c) / 3.0f, sampler.is_buried(a, b, c)};
@@ -70,12 +70,12 @@ Vec3f LocalSampler::sample(const Vec3f& position, const Vec3f& normal, const Vec
     return point;
 }
 
-LocalSamples local_samples(const Mesh& fine, const LocalSampler& sampler) {
-    const VisibleMiddles middles = visible_middles(fine, sampler);
+LocalSamples local_samples(const Mesh& fine, const LocalSampler& sampler, std::stop_token stop) {
+    const VisibleMiddles middles = visible_middles(fine, sampler, stop);
     LocalSamples samples;
     samples.points = fine.positions;
     samples.buried.assign(fine.positions.size(), 0);
-    for (std::size_t v = 0; v < fine.positions.size(); ++v)
+    for (std::size_t v = 0; v < fine.positions.size() && !stop.stop_requested(); ++v)
         if (middles.count[v] == 0)
             samples.buried[v] = 1;
         else

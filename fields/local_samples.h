@@ -6,6 +6,7 @@
 #include "fields/surface_rays.h"
 
 #include <memory>
+#include <stop_token>
 
 namespace haarfield {
 
@@ -41,7 +42,8 @@ struct LocalSamples {
     std::vector<std::uint8_t> buried;  ///< 1 where all triangles round the vertex lie inside the entity.
 };
 
-LocalSamples local_samples(const Mesh& fine, const LocalSampler& sampler);
+/// stop  when it is requested, returns soon, and the samples are of no use.
+LocalSamples local_samples(const Mesh& fine, const LocalSampler& sampler, std::stop_token stop = {});
 
 /// The offset of a sample above the surface. [radii]
 inline constexpr float surface_offset = 1e-4f;

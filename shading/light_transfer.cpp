@@ -51,9 +51,9 @@ public:
           pruning_(frame.settings.face_size, frame.spectrum),
           rows_(frame.settings.face_size, 1) {}
 
-    void add_row(std::size_t instance, std::uint32_t vertex) {
+    void add_row(const InstanceVertex& vertex) {
         std::array<double, most_terms> weights{};
-        if (vertex_.look_from(instance, vertex)) {
+        if (vertex_.look_from(vertex)) {
             const std::array<Rgb, most_terms> colours = term_colours(vertex_.brdf);
             std::ranges::transform(colours, weights.begin(), energy);
             // Under white light, the terms in a channel each.
@@ -98,15 +98,15 @@ RgbCubemapTree white_light() {
 }
 
 VertexBrdf brdf_of_row(const ShadedScene& scene, const TransferRows& rows, std::size_t row) {
-    const std::size_t instance = rows.instance_of(row);
-    const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
-    return vertex_brdf(entity.materials[entity.mesh->vertex_materials[row - rows.first(instance)]], {});
+    const InstanceVertex at = rows[row];
+    const ShadedEntity& entity = scene.entities[scene.instances[at.instance].entity];
+    return vertex_brdf(entity.materials[entity.mesh->vertex_materials[at.vertex]], {});
 }
 
 /// Of the vectors with their materials' colours, over one row in sixteen.
-CoefficientSpectrum transfer_spectrum(const ShadedScene& scene, std::span<const SparseColumns> blocks,
-                                      std::size_t terms, int face_size) {
-    const TransferRows rows(scene);
+CoefficientSpectrum transfer_spectrum(const ShadedScene& scene, const TransferRows& rows,
+                                      std::span<const SparseColumns> blocks, std::size_t terms,
+                                      int face_size) {
     const BlockNumbers numbers(face_size);
     SpectrumEnergies energies{};
     std::vector<double> weights(terms * LightTransfer::block_rows);
@@ -134,10 +134,10 @@ std::size_t LightTransfer::bytes() const {
 Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
                                      const RenderSettings& settings, const TransferSettings& transfer,
                                      const DenseCoefficients& typical, const Progress& progress) {
+    const TransferRows rows(scene, geometry);
     LightTransfer result;
     result.terms = has_metals(scene) ? 3 : 2;
-    result.blocks.resize((TransferRows(scene).count() + LightTransfer::block_rows - 1) /
-                         LightTransfer::block_rows);
+    result.blocks.resize((rows.count() + LightTransfer::block_rows - 1) / LightTransfer::block_rows);
     result.pruning_error = transfer.pruning_error;
     const Frame frame{scene,
                       geometry,
@@ -146,27 +146,27 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
                       rms_spectrum(typical),
                       squared(transfer.pruning_error)};
     const Result<Done> made = make_rows(
-        scene, LightTransfer::block_rows,
+        rows, LightTransfer::block_rows,
         [&]() -> BlockMaker {
             const auto maker = std::make_shared<LightBlockMaker>(frame, result.terms);
-            return {[maker](std::size_t, std::size_t instance, std::uint32_t vertex) {
-                        maker->add_row(instance, vertex);
-                    },
+            return {[maker](std::size_t, const InstanceVertex& vertex) { maker->add_row(vertex); },
                     [maker] { maker->add_buried(); },
                     [maker, &result](std::size_t block) { result.blocks[block] = maker->complete(); }};
         },
         progress);
     if (!made) return made.error();
-    result.spectrum = transfer_spectrum(scene, result.blocks, result.terms, settings.face_size);
+    result.spectrum = transfer_spectrum(scene, rows, result.blocks, result.terms, settings.face_size);
     return result;
 }
 
-void transfer_light(const LightTransfer& transfer, const ShadedScene& scene, const DenseCoefficients& light,
-                    VertexRadiance& radiance) {
+Result<Done> transfer_light(const LightTransfer& transfer, const ShadedScene& scene,
+                            const ShadingGeometry& geometry, const DenseCoefficients& light,
+                            VertexRadiance& radiance, const Progress& progress) {
     const FewCoefficients few = largest_coefficients(light, transfer.spectrum, transfer.pruning_error / 8);
-    const TransferRows rows(scene);
+    const TransferRows rows(scene, geometry);
     std::vector<Rgb> by_row(rows.count(), Rgb(0.0f));
     tbb::parallel_for(std::size_t(0), transfer.blocks.size(), [&](std::size_t b) {
+        if (progress.stop.stop_requested()) return;
         const SparseColumns& block = transfer.blocks[b];
         std::array<std::array<float, 4>, most_terms * LightTransfer::block_rows> sums{};
         add_inner_products(block, few, std::span(sums).first(block.scale.size()));
@@ -179,7 +179,9 @@ void transfer_light(const LightTransfer& transfer, const ShadedScene& scene, con
             }
         }
     });
-    store_radiance(scene, by_row, radiance);
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    store_radiance(scene, geometry, by_row, radiance);
+    return Done{};
 }
 
 }  // namespace haarfield

@@ -35,9 +35,11 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 ///
 /// Those of the light's coefficients that matter least are left out, to an eighth of the error of pruning.
 ///
-/// scene  the one that the vectors were made for.
-/// cost   a multiplication and an addition for each coefficient that a vertex and the light have in common.
-void transfer_light(const LightTransfer& transfer, const ShadedScene& scene, const DenseCoefficients& light,
-                    VertexRadiance& radiance);
+/// scene, geometry  those that the vectors were made for.
+/// errors  interrupted; then `radiance` is as it was.
+/// cost    a multiplication and an addition for each coefficient that a vertex and the light have in common.
+Result<Done> transfer_light(const LightTransfer& transfer, const ShadedScene& scene,
+                            const ShadingGeometry& geometry, const DenseCoefficients& light,
+                            VertexRadiance& radiance, const Progress& progress = {});
 
 }  // namespace haarfield

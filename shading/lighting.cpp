@@ -139,10 +139,11 @@ double solid_angle_round_pole(const Wedge& wedge, double f, double w, double rad
 /// The energy that the texels of the task's two faces receive on it.
 class Collector {
 public:
-    Collector(const Task& task, const LatLongImage& image, int size)
+    Collector(const Task& task, const LatLongImage& image, int size, const std::stop_token& stop)
         : task_(task),
           image_(image),
           size_(size),
+          stop_(stop),
           rows_(pixel_rows(task.hemisphere, image.height)),
           energy_(2 * std::size_t(size) * std::size_t(size)) {
         // Lines between texels, from the middle of a face outwards; of a single texel, its half.
@@ -150,8 +151,10 @@ public:
     }
 
     std::vector<Energy> collect() && {
-        for (const Wedge& wedge : wedges(task_, image_.width, lines_)) collect_on_side(wedge);
-        for (const Wedge& wedge : wedges(task_, image_.width, {})) collect_on_cap(wedge);
+        for (const Wedge& wedge : wedges(task_, image_.width, lines_))
+            if (!stop_.stop_requested()) collect_on_side(wedge);
+        for (const Wedge& wedge : wedges(task_, image_.width, {}))
+            if (!stop_.stop_requested()) collect_on_cap(wedge);
         return std::move(energy_);
     }
 
@@ -227,6 +230,7 @@ private:
     Task task_;
     const LatLongImage& image_;
     int size_;
+    const std::stop_token& stop_;
     std::vector<PixelRow> rows_;
     std::vector<double> lines_;
     std::vector<Energy> energy_;
@@ -234,15 +238,16 @@ private:
 
 }  // namespace
 
-std::vector<Rgb> lighting_texels(const LatLongImage& environment, int size) {
+std::vector<Rgb> lighting_texels(const LatLongImage& environment, int size, const std::stop_token& stop) {
     assert(is_face_size(size));
     assert(environment.width > 0 && environment.height > 0 &&
            environment.pixels.size() == std::size_t(environment.width) * std::size_t(environment.height));
     std::array<Task, 16> tasks;
     std::array<std::vector<Energy>, 16> parts;
     for (int i = 0; i < 16; ++i) tasks[std::size_t(i)] = {i / 4, i & 1 ? -1 : +1, i & 2 ? -1 : +1};
-    tbb::parallel_for(std::size_t(0), tasks.size(),
-                      [&](std::size_t i) { parts[i] = Collector(tasks[i], environment, size).collect(); });
+    tbb::parallel_for(std::size_t(0), tasks.size(), [&](std::size_t i) {
+        parts[i] = Collector(tasks[i], environment, size, stop).collect();
+    });
 
     // Parts meet in texels on the diagonals and in the middle: added in the order of the tasks.
     const std::size_t face_texels = std::size_t(size) * std::size_t(size);
@@ -267,8 +272,9 @@ std::vector<Rgb> lighting_texels(const LatLongImage& environment, int size) {
     return texels;
 }
 
-RgbCubemapTree lighting_tree(const LatLongImage& environment, int size, const Truncation& truncation) {
-    return haar_cubemap<Rgb>(lighting_texels(environment, size), size, truncation);
+RgbCubemapTree lighting_tree(const LatLongImage& environment, int size, const Truncation& truncation,
+                             const std::stop_token& stop) {
+    return haar_cubemap<Rgb>(lighting_texels(environment, size, stop), size, truncation);
 }
 
 }  // namespace haarfield

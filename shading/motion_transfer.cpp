@@ -35,8 +35,8 @@ public:
           pruning_(frame.settings.face_size, frame.spectrum),
           rows_(frame.settings.face_size, 3) {}
 
-    void add_row(std::size_t instance, std::uint32_t vertex, Rgb& open) {
-        if (instance == frame_.transfer.instance || !vertex_.look_from(instance, vertex))
+    void add_row(const InstanceVertex& vertex, Rgb& open) {
+        if (vertex.instance == frame_.transfer.instance || !vertex_.look_from(vertex))
             return rows_.append_empty();
         pruning_.take_rgb(vertex_.product(frame_.transfer.light));
         open = pruning_.integral();
@@ -83,41 +83,53 @@ Result<SparseVectorBlocks> sample_occlusions(const VisibilityField& field, const
     return occlusions;
 }
 
-/// Marks vertices, so that of each triangle's one at least is not marked.
-std::vector<std::uint8_t> interpolated_vertices(const Mesh& mesh) {
+/// Marks the buried vertices and more, so that of each triangle's one at least is not marked, if it was not
+/// before.
+std::vector<std::uint8_t> left_out_vertices(const Mesh& mesh, std::span<const std::uint8_t> buried) {
     std::vector<std::uint8_t> marked(mesh.positions.size(), 1);
     for (const auto& [a, b, c] : mesh.triangles)
         if (marked[a] && marked[b] && marked[c]) marked[a] = 0;
+    for (std::size_t v = 0; v < marked.size(); ++v) marked[v] |= buried[v];
     return marked;
 }
 
-/// The radiance of the moving instance's own vertices.
-Result<Done> shade_own(const MotionTransfer& transfer, const ShadedScene& scene,
-                       const ShadingGeometry& geometry, const RenderSettings& settings, FrameQuality quality,
-                       std::span<Rgb> radiance, const Progress& progress) {
-    const std::size_t instance = transfer.instance, entity = scene.instances[instance].entity;
-    RenderSettings of_frame = settings;
-    std::vector<std::uint8_t> left_out = scene.entities[entity].occlusion->samples().buried;
-    if (quality == FrameQuality::moving) {
-        of_frame.depth = moving_depth;
-        of_frame.occlusion = Occlusion::fields;
-        for (std::size_t v = 0; v < left_out.size(); ++v) left_out[v] |= transfer.interpolated[v];
-    }
-    const std::vector<std::uint32_t>& order = geometry.entities[entity].order;
+/// The radiance of the moving instance's own vertices that are not left out, by vertex.
+Result<std::vector<Rgb>> own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
+                                      const ShadingGeometry& geometry, const RenderSettings& settings,
+                                      std::span<const std::uint8_t> left_out, const Progress& progress) {
+    const std::size_t instance = transfer.instance;
+    const std::vector<std::uint32_t>& order = geometry.entities[scene.instances[instance].entity].order;
+    std::vector<Rgb> radiance(order.size(), Rgb(0.0f));
     tbb::enumerable_thread_specific<VertexTransfer> vertices(
-        [&] { return VertexTransfer(scene, geometry, of_frame); });
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.size(), 256), [&](const auto& range) {
+        [&] { return VertexTransfer(scene, geometry, settings); });
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.size(), 64), [&](const auto& range) {
         VertexTransfer& vertex = vertices.local();
-        for (std::size_t i = range.begin(); i != range.end(); ++i) {
-            if (progress.stop.stop_requested()) return;
+        for (std::size_t i = range.begin(); i != range.end() && !progress.stop.stop_requested(); ++i) {
             const std::uint32_t v = order[i];
-            const bool is_lit = !left_out[v] && vertex.look_from(instance, v);
-            radiance[v] = is_lit ? vertex.radiance(transfer.light, of_frame.depth) : Rgb(0.0f);
+            if (left_out[v] || !vertex.look_from({instance, v})) continue;
+            const Rgb found = vertex.radiance(transfer.light, settings.depth);
+            for (int c = 0; c < 3; ++c) radiance[v][c] = std::max(found[c], 0.0f);
         }
     });
     if (progress.stop.stop_requested()) return Error{"", interrupted};
-    fill_buried(*scene.entities[entity].mesh, left_out, radiance);
-    return Done{};
+    return radiance;
+}
+
+Result<std::vector<Rgb>> own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
+                                      const ShadingGeometry& geometry, const RenderSettings& settings,
+                                      FrameQuality quality, const Progress& progress) {
+    const std::size_t entity = scene.instances[transfer.instance].entity;
+    RenderSettings of_frame = settings;
+    if (quality == FrameQuality::moving) {
+        of_frame.depth = moving_depth;
+        of_frame.occlusion = Occlusion::fields;
+    }
+    const bool is_moving = quality == FrameQuality::moving;
+    Result<std::vector<Rgb>> radiance = own_radiance(
+        transfer, scene, geometry, of_frame,
+        is_moving ? transfer.left_out : scene.entities[entity].occlusion->samples().buried, progress);
+    if (radiance) (is_moving ? transfer.fill : geometry.entities[entity].fill)(*radiance);
+    return radiance;
 }
 
 }  // namespace
@@ -135,15 +147,19 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                             settings.exact_triangles)};
     Result<SparseVectorBlocks> occlusions = sample_occlusions(*scene.entities[entity].field, progress);
     if (!occlusions) return occlusions.error();
-    const std::size_t rows = TransferRows(scene).count();
-    MotionTransfer result{instance,
-                          {rows, settings.face_size, 3},
-                          std::vector<Rgb>(rows, Rgb(0.0f)),
-                          std::move(*occlusions),
-                          interpolated_vertices(*scene.entities[entity].mesh),
-                          LightPyramid(light, settings.face_size)};
     ShadedScene without = scene;
     without.instances[instance].translate = Vec3f(far_away);
+    const TransferRows rows(without, geometry);
+    const Mesh& mesh = *scene.entities[entity].mesh;
+    const std::vector<std::uint8_t> left_out =
+        left_out_vertices(mesh, scene.entities[entity].occlusion->samples().buried);
+    MotionTransfer result{instance,
+                          {rows.count(), settings.face_size, 3},
+                          std::vector<Rgb>(rows.count(), Rgb(0.0f)),
+                          std::move(*occlusions),
+                          left_out,
+                          BuriedFill(mesh, left_out),
+                          LightPyramid(light, settings.face_size)};
     const Frame frame{without,
                       geometry,
                       settings,
@@ -151,11 +167,11 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                       rms_spectrum(result.occlusions),
                       double(transfer.pruning_error) * double(transfer.pruning_error)};
     const Result<Done> made = make_rows(
-        without, SparseVectorBlocks::block_rows,
+        rows, SparseVectorBlocks::block_rows,
         [&]() -> BlockMaker {
             const auto maker = std::make_shared<MotionBlockMaker>(frame);
-            return {[&, maker](std::size_t row, std::size_t of, std::uint32_t vertex) {
-                        maker->add_row(of, vertex, result.open[row]);
+            return {[&, maker](std::size_t row, const InstanceVertex& vertex) {
+                        maker->add_row(vertex, result.open[row]);
                     },
                     [maker] { maker->add_buried(); },
                     [&, maker](std::size_t block) { result.vectors.blocks[block] = maker->complete(); }};
@@ -168,7 +184,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
 Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& scene,
                              const ShadingGeometry& geometry, const RenderSettings& settings,
                              FrameQuality quality, VertexRadiance& radiance, const Progress& progress) {
-    const TransferRows rows(scene);
+    const TransferRows rows(scene, geometry);
     const ShadedInstance& moving = scene.instances[transfer.instance];
     const VisibilityField& field = *scene.entities[moving.entity].field;
     const auto planar_samples = static_cast<std::uint32_t>(field.planar_handles.size());
@@ -176,9 +192,8 @@ Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& 
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows.count(), 1024), [&](const auto& range) {
         for (std::size_t row = range.begin(); row != range.end(); ++row) {
             if (transfer.vectors.is_empty(row)) continue;
-            const std::size_t instance = rows.instance_of(row);
-            const VertexView view = vertex_view(scene, scene.instances[instance],
-                                                static_cast<std::uint32_t>(row - rows.first(instance)));
+            const auto [instance, vertex] = rows[row];
+            const VertexView view = vertex_view(scene, scene.instances[instance], vertex);
             const FieldLookup lookup = field_lookup(field, moving, view);
             at[row] = lookup.samples;
             if (!lookup.planar)
@@ -187,13 +202,14 @@ Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& 
         }
     });
     std::vector<Rgb> by_row(rows.count());
-    interpolated_inner_products(transfer.vectors, transfer.occlusions, at, by_row);
+    const Result<Done> multiplied =
+        interpolated_inner_products(transfer.vectors, transfer.occlusions, at, by_row, progress.stop);
+    if (!multiplied) return multiplied.error();
     for (std::size_t row = 0; row < by_row.size(); ++row) by_row[row] = transfer.open[row] - by_row[row];
-    const std::size_t own = rows.first(transfer.instance), own_end = rows.first(transfer.instance + 1);
-    const Result<Done> shaded = shade_own(transfer, scene, geometry, settings, quality,
-                                          std::span(by_row).subspan(own, own_end - own), progress);
-    if (!shaded) return shaded.error();
-    store_radiance(scene, by_row, radiance);
+    Result<std::vector<Rgb>> own = own_radiance(transfer, scene, geometry, settings, quality, progress);
+    if (!own) return own.error();
+    store_radiance(scene, geometry, by_row, radiance);
+    radiance[transfer.instance] = std::move(*own);
     return Done{};
 }
 

@@ -18,7 +18,8 @@ struct MotionTransfer {
     SparseVectorBlocks vectors;     ///< RGB. Empty rows for the moving instance's own vertices.
     std::vector<Rgb> open;          ///< By row: <T, 1>, the radiance without the moving instance.
     SparseVectorBlocks occlusions;  ///< 1 - visibility at the samples of its field: planar, then spherical.
-    std::vector<std::uint8_t> interpolated;  ///< Its own vertices that are not shaded while it moves.
+    std::vector<std::uint8_t> left_out;  ///< Its own vertices that are not shaded while it moves: 1.
+    BuriedFill fill;                     ///< For them.
     LightPyramid light;
 
     std::size_t bytes() const { return vectors.bytes() + open.size() * sizeof(Rgb) + occlusions.bytes(); }
@@ -28,7 +29,7 @@ struct MotionTransfer {
 enum class FrameQuality {
     moving,  ///< Four levels deep, past the others by their fields, at one vertex of each triangle or more;
              ///< the others take the mean of those next to them. For while it is dragged.
-    still,  ///< In full.
+    still,   ///< In full.
 };
 
 /// errors   interrupted; the instance is rasterized at the vertices (RenderSettings::exact_triangles): it has
@@ -43,7 +44,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
 /// integrals, since all that they see changes.
 ///
 /// scene    the one that the vectors were made for, but for the instance's translation and scale.
-/// errors   interrupted.
+/// errors   interrupted; then `radiance` is as it was.
 /// cost     one inner product per vertex in the instance's reach, with up to eight samples side by side.
 Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& scene,
                              const ShadingGeometry& geometry, const RenderSettings& settings,

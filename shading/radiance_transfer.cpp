@@ -1,5 +1,6 @@
 #include "shading/radiance_transfer.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
@@ -9,21 +10,37 @@
 #include "shading/vertex_loop.h"
 
 namespace haarfield {
+namespace {
 
-TransferRows::TransferRows(const ShadedScene& scene) : first_(1, 0) {
-    for (const ShadedInstance& instance : scene.instances)
-        first_.push_back(first_.back() + scene.entities[instance.entity].mesh->positions.size());
+Rgb without_negative(const Rgb& r) {
+    return Rgb(std::max(r.x, 0.0f), std::max(r.y, 0.0f), std::max(r.z, 0.0f));
 }
 
-std::size_t TransferRows::instance_of(std::size_t row) const {
-    return static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), row) - first_.begin()) - 1;
+}  // namespace
+
+TransferRows::TransferRows(const ShadedScene& scene, const ShadingGeometry& geometry)
+    : scene_(scene), geometry_(geometry), first_(1, 0) {
+    for (std::size_t i = 0; i < scene.instances.size(); ++i)
+        first_.push_back(first_.back() + vertices(i).size());
 }
 
-bool VertexTransfer::look_from(std::size_t instance, std::uint32_t vertex) {
-    const ShadedEntity& entity = scene_.entities[scene_.instances[instance].entity];
-    const VertexView view = vertex_view(scene_, scene_.instances[instance], vertex);
-    brdf = vertex_brdf(entity.materials[entity.mesh->vertex_materials[vertex]], view);
-    return visibility_.look(instance, vertex, view);
+InstanceVertex TransferRows::operator[](std::size_t row) const {
+    const auto after = std::upper_bound(first_.begin(), first_.end(), row);
+    const auto instance = static_cast<std::size_t>(after - first_.begin()) - 1;
+    return {instance, vertices(instance)[row - first_[instance]]};
+}
+
+bool TransferRows::is_buried(const InstanceVertex& vertex) const {
+    const ShadedEntity& entity = scene_.entities[scene_.instances[vertex.instance].entity];
+    return entity.occlusion->samples().buried[vertex.vertex] != 0;
+}
+
+bool VertexTransfer::look_from(const InstanceVertex& at) {
+    const ShadedInstance& instance = scene_.instances[at.instance];
+    const ShadedEntity& entity = scene_.entities[instance.entity];
+    const VertexView view = vertex_view(scene_, instance, at.vertex);
+    brdf = vertex_brdf(entity.materials[entity.mesh->vertex_materials[at.vertex]], view);
+    return visibility_.look(at.instance, at.vertex, view);
 }
 
 std::span<const WaveletBlock<3>> VertexTransfer::product(const LightPyramid& light) {
@@ -37,9 +54,8 @@ Rgb VertexTransfer::radiance(const LightPyramid& light, int depth) {
                            memory_);
 }
 
-Result<Done> make_rows(const ShadedScene& scene, std::size_t block_rows,
+Result<Done> make_rows(const TransferRows& rows, std::size_t block_rows,
                        const std::function<BlockMaker()>& make_maker, const Progress& progress) {
-    const TransferRows rows(scene);
     std::mutex progress_mutex;
     std::uint64_t done = 0;
     tbb::enumerable_thread_specific<BlockMaker> makers(make_maker);
@@ -48,11 +64,11 @@ Result<Done> make_rows(const ShadedScene& scene, std::size_t block_rows,
         const std::size_t first = block * block_rows, end = std::min(rows.count(), first + block_rows);
         for (std::size_t row = first; row < end; ++row) {
             if (progress.stop.stop_requested()) return;
-            const std::size_t instance = rows.instance_of(row), vertex = row - rows.first(instance);
-            if (scene.entities[scene.instances[instance].entity].occlusion->samples().buried[vertex])
+            const InstanceVertex vertex = rows[row];
+            if (rows.is_buried(vertex))
                 make.add_buried();
             else
-                make.add_row(row, instance, static_cast<std::uint32_t>(vertex));
+                make.add_row(row, vertex);
         }
         make.complete(block);
         if (!progress.report) return;
@@ -64,18 +80,22 @@ Result<Done> make_rows(const ShadedScene& scene, std::size_t block_rows,
     return Done{};
 }
 
-void store_radiance(const ShadedScene& scene, std::span<const Rgb> by_row, VertexRadiance& radiance) {
-    const TransferRows rows(scene);
+void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,
+                    VertexRadiance& radiance, const VertexChoice* choice) {
+    const TransferRows rows(scene, geometry);
     radiance.resize(scene.instances.size());
-    tbb::parallel_for(std::size_t(0), scene.instances.size(), [&](std::size_t i) {
-        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
-        radiance[i].resize(entity.mesh->positions.size());
-        std::transform(
-            by_row.begin() + static_cast<std::ptrdiff_t>(rows.first(i)),
-            by_row.begin() + static_cast<std::ptrdiff_t>(rows.first(i + 1)), radiance[i].begin(),
-            [](const Rgb& r) { return Rgb(std::max(r.x, 0.0f), std::max(r.y, 0.0f), std::max(r.z, 0.0f)); });
-        fill_buried(*entity.mesh, entity.occlusion->samples().buried, radiance[i]);
-    });
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const std::span<const std::uint32_t> vertices = rows.vertices(i);
+        const std::span<const Rgb> values = by_row.subspan(rows.first(i), vertices.size());
+        radiance[i].resize(vertices.size());
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices.size(), 4096), [&](const auto& range) {
+            for (std::size_t k = range.begin(); k != range.end(); ++k)
+                if (!choice || (*choice)[i][vertices[k]])
+                    radiance[i][vertices[k]] = without_negative(values[k]);
+        });
+    }
+    tbb::parallel_for(std::size_t(0), radiance.size(),
+                      [&](std::size_t i) { geometry.entities[scene.instances[i].entity].fill(radiance[i]); });
 }
 
 }  // namespace haarfield

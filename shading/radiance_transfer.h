@@ -10,8 +10,9 @@
 /// multiplied
 ///         with, to an error that the user chooses.
 ///
-/// Rows    all vertices of all instances, one instance after the other. Buried vertices have empty rows; in
-///         each frame they take the mean of their neighbours, as in vertex_radiance.
+/// Rows    all vertices of all instances, one instance after the other, in the order in which neighbours in
+///         space are near each other. Buried vertices have empty rows; in each frame they take the mean of
+///         their neighbours, as in vertex_radiance.
 
 #include <functional>
 
@@ -31,16 +32,29 @@ struct TransferSettings {
     float pruning_error = 0.008f;
 };
 
-/// Numbers the vertices of a scene.
+/// A vertex of a scene.
+struct InstanceVertex {
+    std::size_t instance;
+    std::uint32_t vertex;  ///< Of the fine mesh.
+};
+
+/// Numbers the vertices of a scene. Scene and geometry must outlive it.
 class TransferRows {
 public:
-    explicit TransferRows(const ShadedScene& scene);
+    TransferRows(const ShadedScene& scene, const ShadingGeometry& geometry);
 
     std::size_t count() const { return first_.back(); }
     std::size_t first(std::size_t instance) const { return first_[instance]; }
-    std::size_t instance_of(std::size_t row) const;
+    /// Of an instance's rows, the vertices.
+    std::span<const std::uint32_t> vertices(std::size_t instance) const {
+        return geometry_.entities[scene_.instances[instance].entity].order;
+    }
+    InstanceVertex operator[](std::size_t row) const;
+    bool is_buried(const InstanceVertex& vertex) const;
 
 private:
+    const ShadedScene& scene_;
+    const ShadingGeometry& geometry_;
     std::vector<std::size_t> first_;  ///< By instance; one more at the end.
 };
 
@@ -48,10 +62,13 @@ private:
 class VertexTransfer {
 public:
     VertexTransfer(const ShadedScene& scene, const ShadingGeometry& geometry, const RenderSettings& settings)
-        : scene_(scene), geometry_(geometry), settings_(settings), visibility_(scene, geometry, settings.occlusion != Occlusion::fields) {}
+        : scene_(scene),
+          geometry_(geometry),
+          settings_(settings),
+          visibility_(scene, geometry, settings.occlusion != Occlusion::fields) {}
 
     /// Takes up a vertex; false if it sees nothing.
-    bool look_from(std::size_t instance, std::uint32_t vertex);
+    bool look_from(const InstanceVertex& vertex);
 
     /// What the vertex does with light; to be changed for the products that follow.
     VertexBrdf brdf;
@@ -71,7 +88,7 @@ private:
 
 /// One thread's way to the transfer vectors: makes one block of rows after another.
 struct BlockMaker {
-    std::function<void(std::size_t row, std::size_t instance, std::uint32_t vertex)> add_row;
+    std::function<void(std::size_t row, const InstanceVertex& vertex)> add_row;
     std::function<void()> add_buried;                 ///< A row without coefficients.
     std::function<void(std::size_t block)> complete;  ///< The rows since the last call are a block.
 };
@@ -80,10 +97,18 @@ struct BlockMaker {
 ///
 /// make_maker  makes a BlockMaker for one thread, with that thread's buffers.
 /// errors      interrupted.
-Result<Done> make_rows(const ShadedScene& scene, std::size_t block_rows,
+Result<Done> make_rows(const TransferRows& rows, std::size_t block_rows,
                        const std::function<BlockMaker()>& make_maker, const Progress& progress);
 
+/// Vertices of a scene that are wanted: 1, by instance and vertex of its fine mesh.
+using VertexChoice = std::vector<std::vector<std::uint8_t>>;
+
 /// One value a row, as radiance by instance; buried vertices are filled, and nothing is negative.
-void store_radiance(const ShadedScene& scene, std::span<const Rgb> by_row, VertexRadiance& radiance);
+///
+/// choice  null: all. Else those that are wanted, and what these are filled from; the radiance of others is
+/// of
+///         no use, unless they were chosen before.
+void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,
+                    VertexRadiance& radiance, const VertexChoice* choice = nullptr);
 
 }  // namespace haarfield

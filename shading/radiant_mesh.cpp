@@ -1,5 +1,7 @@
 #include "shading/radiant_mesh.h"
 
+#include "shading/buried_fill.h"
+
 namespace haarfield {
 
 std::optional<SurfacePoint> point_on(const Mesh& mesh, std::span<const std::uint32_t> triangles,
@@ -46,7 +48,7 @@ Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std:
         RadiantMesh& shaded = result.emplace_back(
             RadiantMesh{meshes[e], std::vector<Rgb>(meshes[e].positions.size(), Rgb(0.0f))});
         for (const std::uint32_t v : orders[e]) shaded.radiance[v] = *next++;
-        fill_buried(shaded.mesh, samples[e].buried, shaded.radiance);
+        BuriedFill(shaded.mesh, samples[e].buried)(shaded.radiance);
     }
     return result;
 }

@@ -44,15 +44,27 @@ std::optional<std::size_t> RelightSession::pose_of(const SessionInstance& instan
     return std::nullopt;
 }
 
-const DenseCoefficients& RelightSession::light() {
-    if (!light_) light_ = dense_coefficients(light_tree(), settings_.face_size);
-    return *light_;
+Result<const DenseCoefficients*> RelightSession::light(const Progress& progress) {
+    if (!light_) {
+        const Result<RgbCubemapTree> tree = light_tree(progress);
+        if (!tree) return tree.error();
+        light_ = dense_coefficients(*tree, settings_.face_size);
+    }
+    return &*light_;
 }
 
-RgbCubemapTree RelightSession::light_tree() {
+Result<RgbCubemapTree> RelightSession::light_tree(const Progress& progress) {
     const Truncation truncation{settings_.light_coefficients};
-    if (is_identity(rotation_)) return lighting_tree(environment_, settings_.face_size, truncation);
-    if (!turnable_) turnable_ = turnable_light(environment_, settings_.face_size);
+    if (is_identity(rotation_)) {
+        RgbCubemapTree tree = lighting_tree(environment_, settings_.face_size, truncation, progress.stop);
+        if (progress.stop.stop_requested()) return Error{"", interrupted};
+        return tree;
+    }
+    if (!turnable_) {
+        TurnableLight made = turnable_light(environment_, settings_.face_size, progress.stop);
+        if (progress.stop.stop_requested()) return Error{"", interrupted};
+        turnable_ = std::move(made);
+    }
     return haar_cubemap<Rgb>(turned_lighting_texels(*turnable_, rotation_), settings_.face_size, truncation);
 }
 
@@ -69,8 +81,10 @@ Result<const ShadingGeometry*> RelightSession::current_geometry(const Progress& 
 Result<Done> RelightSession::vary_light(const Progress& progress) {
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
+    const Result<const DenseCoefficients*> typical = light(progress);
+    if (!typical) return typical.error();
     Result<LightTransfer> made =
-        light_transfer(scene_, **geometry, settings_, transfer_settings_, light(), progress);
+        light_transfer(scene_, **geometry, settings_, transfer_settings_, **typical, progress);
     if (!made) return made.error();
     transfer_ = std::move(*made);
     return Done{};
@@ -79,8 +93,10 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
 Result<Done> RelightSession::vary_eye(const Progress& progress) {
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
+    const Result<RgbCubemapTree> light = light_tree(progress);
+    if (!light) return light.error();
     Result<ViewTransfer> made =
-        view_transfer(scene_, **geometry, settings_, transfer_settings_, light_tree(), progress);
+        view_transfer(scene_, **geometry, settings_, transfer_settings_, *light, progress);
     if (!made) return made.error();
     transfer_ = std::move(*made);
     return Done{};
@@ -90,8 +106,10 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
     assert(instance < instances_.size());
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
+    const Result<RgbCubemapTree> light = light_tree(progress);
+    if (!light) return light.error();
     Result<MotionTransfer> made =
-        motion_transfer(scene_, **geometry, settings_, transfer_settings_, light_tree(), instance, progress);
+        motion_transfer(scene_, **geometry, settings_, transfer_settings_, *light, instance, progress);
     if (!made) return made.error();
     transfer_ = std::move(*made);
     return Done{};
@@ -176,7 +194,7 @@ Result<Done> RelightSession::rotate(std::size_t instance, const Vec3d& axis, dou
 Result<std::shared_ptr<const RelightSession::OwnPose>> RelightSession::made_pose(
     const SessionInstance& instance, const Progress& progress) const {
     const SessionEntity& entity = entities_[instance.entity];
-    auto pose = std::make_shared<OwnPose>(turned_mesh(*entity.mesh, instance.rotate));
+    auto pose = std::make_shared<OwnPose>(turned_mesh(*entity.mesh, instance.rotate), progress.stop);
     if (progress.stop.stop_requested()) return Error{"", interrupted};
     Result<VisibilityField> field =
         precompute_field(entity.name, pose->mesh, pose->occlusion, entity.field, progress);
@@ -200,14 +218,26 @@ void RelightSession::drop_unused_poses() {
 }
 
 Result<Done> RelightSession::frame(FrameQuality quality, const Progress& progress) {
+    return transferred(quality, nullptr, progress);
+}
+
+Result<Done> RelightSession::frame_of(VertexChoice vertices, FrameQuality quality, const Progress& progress) {
+    assert(vertices.size() == instances_.size());
+    if (geometry_)
+        for (std::size_t i = 0; i < vertices.size(); ++i)
+            geometry_->entities[scene_.instances[i].entity].fill.add_sources(vertices[i]);
+    return transferred(quality, &vertices, progress);
+}
+
+Result<Done> RelightSession::transferred(FrameQuality quality, const VertexChoice* vertices,
+                                         const Progress& progress) {
     if (const auto* by_light = std::get_if<LightTransfer>(&transfer_)) {
-        transfer_light(*by_light, scene_, light(), radiance_);
-        return Done{};
+        const Result<const DenseCoefficients*> now = light(progress);
+        if (!now) return now.error();
+        return transfer_light(*by_light, scene_, *geometry_, **now, radiance_, progress);
     }
-    if (const auto* by_eye = std::get_if<ViewTransfer>(&transfer_)) {
-        transfer_view(*by_eye, scene_, radiance_);
-        return Done{};
-    }
+    if (const auto* by_eye = std::get_if<ViewTransfer>(&transfer_))
+        return transfer_view(*by_eye, scene_, *geometry_, radiance_, vertices, progress);
     if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_))
         return transfer_motion(*by_motion, scene_, *geometry_, settings_, quality, radiance_, progress);
     return Error{"",
@@ -216,14 +246,17 @@ Result<Done> RelightSession::frame(FrameQuality quality, const Progress& progres
 }
 
 Result<Done> RelightSession::commit(const Progress& progress) {
-    scene_.environment = is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_);
+    LatLongImage environment =
+        is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_, progress.stop);
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
     const LightPyramid light(
-        lighting_tree(scene_.environment, settings_.face_size, {settings_.light_coefficients}),
+        lighting_tree(environment, settings_.face_size, {settings_.light_coefficients}, progress.stop),
         settings_.face_size);
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
     Result<VertexRadiance> full = vertex_radiance(scene_, **geometry, light, settings_, progress);
     if (!full) return full.error();
+    scene_.environment = std::move(environment);
     radiance_ = std::move(*full);
     return Done{};
 }

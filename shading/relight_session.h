@@ -78,7 +78,8 @@ public:
     /// Those that the transfer vectors were not made for make them void.
     /// @{
 
-    /// Exchanges the environment; clean. cost: encoding, some 0.1 s for 1024 x 512 pixels.
+    /// Exchanges the environment; clean. cost: encoding in the next call that needs it, some 0.1 s for
+    /// 1024 x 512 pixels.
     void set_environment(LatLongImage environment);
     /// Exchanges the light for one that is encoded already, until the environment is set or turned: for
     /// mixing and dimming many times a second. commit() bakes the environment, not this.
@@ -102,6 +103,13 @@ public:
     /// Radiance as it is now, by the transfer vectors. errors: interrupted; nothing varies.
     Result<Done> frame(FrameQuality quality = FrameQuality::still, const Progress& progress = {});
 
+    /// The same for some vertices only, such as those that the camera sees: with the bits of a whole frame.
+    /// The radiance of others is of no use, unless they were chosen since the last change.
+    ///
+    /// cost    while the eye varies, that of the chosen ones; otherwise that of all.
+    Result<Done> frame_of(VertexChoice vertices, FrameQuality quality = FrameQuality::still,
+                          const Progress& progress = {});
+
     /// Radiance as it is now, in full: what vertex_radiance makes of the scene.
     Result<Done> commit(const Progress& progress = {});
 
@@ -118,7 +126,8 @@ private:
         EntityOcclusion occlusion;
         VisibilityField field;
 
-        explicit OwnPose(PreparedMesh turned) : mesh(std::move(turned)), occlusion(mesh) {}
+        OwnPose(PreparedMesh turned, const std::stop_token& stop)
+            : mesh(std::move(turned)), occlusion(mesh, stop) {}
     };
 
     std::optional<std::size_t> pose_of(const SessionInstance& instance) const;
@@ -126,9 +135,10 @@ private:
                                                      const Progress& progress) const;
     void drop_unused_poses();
     Result<const ShadingGeometry*> current_geometry(const Progress& progress);
-    RgbCubemapTree light_tree();
-    const DenseCoefficients& light();
+    Result<RgbCubemapTree> light_tree(const Progress& progress);
+    Result<const DenseCoefficients*> light(const Progress& progress);
     void light_changes();
+    Result<Done> transferred(FrameQuality quality, const VertexChoice* vertices, const Progress& progress);
 
     RenderSettings settings_;
     TransferSettings transfer_settings_;

@@ -88,7 +88,8 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
         geometry.entities.push_back(
             {std::move(order), std::move(*visibility), std::move(polygons),
              exact_distance(field.planar, field.error.planar, occlusion, settings.occlusion_error),
-             exact_distance(field.spherical, field.error.spherical, occlusion, settings.occlusion_error)});
+             exact_distance(field.spherical, field.error.spherical, occlusion, settings.occlusion_error),
+             BuriedFill(*entity.mesh, entity.occlusion->samples().buried)});
     }
     return geometry;
 }

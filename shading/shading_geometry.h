@@ -1,6 +1,7 @@
 #pragma once
 /// What shading prepares once for a scene's objects, whatever the light and the view.
 
+#include "shading/buried_fill.h"
 #include "shading/direction_pyramid.h"
 #include "shading/instance_grid.h"
 #include "shading/near_occluders.h"
@@ -20,6 +21,7 @@ struct ShadingGeometry {
         /// Within these distances of the samplers' centres the entity is seen exactly, from its ground plane
         /// and from elsewhere. [m]
         float exact_on_ground, exact_around;
+        BuriedFill fill;  ///< Of the fine mesh.
     };
     std::vector<Entity> entities;  ///< As in the scene.
     int face_size;

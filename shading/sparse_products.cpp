@@ -170,11 +170,13 @@ std::vector<std::uint32_t> rows_by_sample(const SparseVectorBlocks& vectors,
 
 }  // namespace
 
-void interpolated_inner_products(const SparseVectorBlocks& vectors, const SparseVectorBlocks& functions,
-                                 std::span<const Interpolation> at, std::span<Rgb> out) {
+Result<Done> interpolated_inner_products(const SparseVectorBlocks& vectors,
+                                         const SparseVectorBlocks& functions,
+                                         std::span<const Interpolation> at, std::span<Rgb> out,
+                                         const std::stop_token& stop) {
     assert(at.size() == vectors.rows && out.size() == vectors.rows);
     std::fill(out.begin(), out.end(), Rgb(0.0f));
-    if (vectors.rows == 0 || functions.rows == 0) return;
+    if (vectors.rows == 0 || functions.rows == 0) return Done{};
     const int face_size = vectors.blocks[0].face_size;
     const std::vector<std::uint32_t> order = rows_by_sample(vectors, at, functions.rows);
 
@@ -189,7 +191,7 @@ void interpolated_inner_products(const SparseVectorBlocks& vectors, const Sparse
         Worker& worker = workers.local();
         ColumnSums sums;
         std::array<std::size_t, columns> column{};
-        for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        for (std::size_t i = range.begin(); i != range.end() && !stop.stop_requested(); ++i) {
             const std::uint32_t row = order[i];
             worker.spread.hold(at[row], column);
             HWY_DYNAMIC_DISPATCH(row_products)
@@ -203,6 +205,8 @@ void interpolated_inner_products(const SparseVectorBlocks& vectors, const Sparse
             out[row] = sum;
         }
     });
+    if (stop.stop_requested()) return Error{"", interrupted};
+    return Done{};
 }
 
 }  // namespace haarfield

@@ -45,9 +45,9 @@ Rgb interpolated(const TurnableLight& light, const Vec3f& direction) {
 
 }  // namespace
 
-TurnableLight turnable_light(const LatLongImage& environment, int face_size) {
+TurnableLight turnable_light(const LatLongImage& environment, int face_size, const std::stop_token& stop) {
     const int size = 2 * face_size;
-    TurnableLight light{face_size, lighting_texels(environment, size)};
+    TurnableLight light{face_size, lighting_texels(environment, size, stop)};
     for (std::size_t i = 0; i < light.radiance.size(); ++i) {
         const int column = static_cast<int>(i) % size, row = static_cast<int>(i) / size % size;
         light.radiance[i] /= static_cast<float>(texel_solid_angle(column, row, size) * size * size);
@@ -98,13 +98,14 @@ Rgb radiance_from(const LatLongImage& image, const Vec3d& direction) {
     return along_row(top) * (1 - lower_share) + along_row(top + 1) * lower_share;
 }
 
-LatLongImage turned_environment(const LatLongImage& image, const Rotation& rotation) {
+LatLongImage turned_environment(const LatLongImage& image, const Rotation& rotation,
+                                const std::stop_token& stop) {
     if (rotation.row[1] == Vec3d(0, 1, 0))
         return turned_environment(image, std::atan2(rotation.row[0].z, rotation.row[0].x), 0);
     const Rotation inverse = rotation.inverse();
     LatLongImage turned = image;
     tbb::parallel_for(0, image.height, [&](int row) {
-        for (int column = 0; column < image.width; ++column)
+        for (int column = 0; column < image.width && !stop.stop_requested(); ++column)
             turned.pixels[std::size_t(row * image.width + column)] = radiance_from(
                 image, inverse(lat_long_direction((column + 0.5) / image.width, (row + 0.5) / image.height)));
     });

@@ -1,6 +1,8 @@
 #pragma once
 /// Light that turns from frame to frame.
 
+#include <stop_token>
+
 #include "fields/rotation.h"
 #include "shading/environment.h"
 
@@ -13,7 +15,9 @@ struct TurnableLight {
 };
 
 /// cost  that of lighting_texels at twice the size: some 0.2 s for 1024 x 512 pixels.
-TurnableLight turnable_light(const LatLongImage& environment, int face_size);
+/// stop  when it is requested, returns soon, and the light is of no use.
+TurnableLight turnable_light(const LatLongImage& environment, int face_size,
+                             const std::stop_token& stop = {});
 
 /// As lighting_texels of the environment turned by a rotation.
 ///
@@ -28,7 +32,9 @@ std::vector<Rgb> turned_lighting_texels(const TurnableLight& light, const Rotati
 /// The environment turned by a rotation, as an image.
 ///
 /// accuracy  about +y as turned_environment of environment.h; otherwise interpolated between pixels.
-LatLongImage turned_environment(const LatLongImage& image, const Rotation& rotation);
+/// stop      when it is requested, returns soon, and the image is of no use.
+LatLongImage turned_environment(const LatLongImage& image, const Rotation& rotation,
+                                const std::stop_token& stop = {});
 
 /// Radiance from a direction (of any length but zero), interpolated between pixels.
 Rgb radiance_from(const LatLongImage& image, const Vec3d& direction);

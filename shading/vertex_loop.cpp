@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <mutex>
 
+#include "shading/buried_fill.h"
+
 namespace haarfield {
 
 SurfacePoint surface_point(const ShadedEntity& entity, std::uint32_t vertex) {
@@ -33,36 +35,6 @@ VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance,
 
 VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex) {
     return vertex_view(scene, instance, surface_point(scene.entities[instance.entity], vertex));
-}
-
-void fill_buried(const Mesh& mesh, std::span<const std::uint8_t> buried, std::span<Rgb> radiance) {
-    std::vector<std::uint8_t> known(buried.size());
-    std::size_t missing = 0;
-    for (std::size_t v = 0; v < buried.size(); ++v) {
-        known[v] = !buried[v];
-        missing += buried[v] != 0;
-    }
-    std::vector<Rgb> sum(buried.size(), Rgb(0.0f));
-    std::vector<std::uint32_t> count(buried.size());
-    while (missing > 0) {
-        std::fill(count.begin(), count.end(), 0u);
-        for (const auto& triangle : mesh.triangles)
-            for (std::size_t k = 0; k < 3; ++k)
-                for (std::size_t step = 1; step < 3; ++step) {
-                    const std::uint32_t to = triangle[k], from = triangle[(k + step) % 3];
-                    if (known[to] || !known[from]) continue;
-                    sum[to] = count[to]++ == 0 ? radiance[from] : sum[to] + radiance[from];
-                }
-        std::size_t reached = 0;
-        for (std::size_t v = 0; v < buried.size(); ++v)
-            if (!known[v] && count[v] > 0) {
-                radiance[v] = sum[v] / static_cast<float>(count[v]);
-                known[v] = 1;
-                ++reached;
-            }
-        if (reached == 0) return;
-        missing -= reached;
-    }
 }
 
 std::vector<std::uint32_t> spatial_order(std::span<const Vec3f> points) {
@@ -118,7 +90,7 @@ Result<std::vector<std::vector<Rgb>>> shaded_vertices(const ShadedScene& scene,
             progress.report("shading", done, total);
         });
         if (progress.stop.stop_requested()) return Error{"", interrupted};
-        fill_buried(*entity.mesh, entity.occlusion->samples().buried, radiance[i]);
+        BuriedFill(*entity.mesh, entity.occlusion->samples().buried)(radiance[i]);
     }
     return radiance;
 }

@@ -35,10 +35,6 @@ VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance,
 /// The same of a vertex.
 VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex);
 
-/// Gives each buried vertex the mean radiance of its unburied neighbours along the edges, then of those in
-/// turn, until no more can be reached.
-void fill_buried(const Mesh& mesh, std::span<const std::uint8_t> buried, std::span<Rgb> radiance);
-
 /// The points' numbers along a space-filling curve, so that neighbours in the order are neighbours in space.
 std::vector<std::uint32_t> spatial_order(std::span<const Vec3f> points);
 

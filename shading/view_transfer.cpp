@@ -38,8 +38,8 @@ public:
           pruning_(frame.settings.face_size, frame.spectrum),
           rows_(frame.settings.face_size, 3) {}
 
-    void add_row(std::size_t instance, std::uint32_t vertex, Rgb& diffuse) {
-        if (!vertex_.look_from(instance, vertex)) return rows_.append_empty();
+    void add_row(const InstanceVertex& vertex, Rgb& diffuse) {
+        if (!vertex_.look_from(vertex)) return rows_.append_empty();
         VertexBrdf& brdf = vertex_.brdf;
         const Rgb specular = brdf.specular;
         brdf.specular = Rgb(0.0f);
@@ -127,8 +127,8 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
     const Result<LobeShapes> shapes =
         lobe_shapes(specular_exponents(scene), settings.face_size, lobe_error, progress);
     if (!shapes) return shapes.error();
-    const std::size_t rows = TransferRows(scene).count();
-    ViewTransfer result{{rows, settings.face_size, 3}, std::vector<Rgb>(rows, Rgb(0.0f)), {}};
+    const TransferRows rows(scene, geometry);
+    ViewTransfer result{{rows.count(), settings.face_size, 3}, std::vector<Rgb>(rows.count(), Rgb(0.0f)), {}};
     const Frame frame{scene,
                       geometry,
                       settings,
@@ -136,11 +136,11 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
                       shapes->spectrum,
                       squared(transfer.pruning_error * factor_share)};
     const Result<Done> made = make_rows(
-        scene, SparseVectorBlocks::block_rows,
+        rows, SparseVectorBlocks::block_rows,
         [&]() -> BlockMaker {
             const auto maker = std::make_shared<ViewBlockMaker>(frame);
-            return {[&, maker](std::size_t row, std::size_t instance, std::uint32_t vertex) {
-                        maker->add_row(instance, vertex, result.diffuse[row]);
+            return {[&, maker](std::size_t row, const InstanceVertex& vertex) {
+                        maker->add_row(vertex, result.diffuse[row]);
                     },
                     [maker] { maker->add_buried(); },
                     [&, maker](std::size_t block) { result.specular.blocks[block] = maker->complete(); }};
@@ -157,24 +157,29 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
     return result;
 }
 
-void transfer_view(const ViewTransfer& transfer, const ShadedScene& scene, VertexRadiance& radiance) {
-    const TransferRows rows(scene);
+Result<Done> transfer_view(const ViewTransfer& transfer, const ShadedScene& scene,
+                           const ShadingGeometry& geometry, VertexRadiance& radiance,
+                           const VertexChoice* vertices, const Progress& progress) {
+    const TransferRows rows(scene, geometry);
     std::vector<Interpolation> at(rows.count());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows.count(), 1024), [&](const auto& range) {
         for (std::size_t row = range.begin(); row != range.end(); ++row) {
             if (transfer.specular.is_empty(row)) continue;
-            const std::size_t instance = rows.instance_of(row), vertex = row - rows.first(instance);
-            const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
+            const auto [i, vertex] = rows[row];
+            if (vertices && !(*vertices)[i][vertex]) continue;
+            const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
             const Material& material = entity.materials[entity.mesh->vertex_materials[vertex]];
-            const VertexView view =
-                vertex_view(scene, scene.instances[instance], static_cast<std::uint32_t>(vertex));
+            const VertexView view = vertex_view(scene, scene.instances[i], vertex);
             at[row] = highlight_lobes(transfer.lobes, vertex_brdf(material, view));
         }
     });
     std::vector<Rgb> by_row(rows.count());
-    interpolated_inner_products(transfer.specular, transfer.lobes.lobes, at, by_row);
+    const Result<Done> multiplied =
+        interpolated_inner_products(transfer.specular, transfer.lobes.lobes, at, by_row, progress.stop);
+    if (!multiplied) return multiplied.error();
     for (std::size_t row = 0; row < by_row.size(); ++row) by_row[row] += transfer.diffuse[row];
-    store_radiance(scene, by_row, radiance);
+    store_radiance(scene, geometry, by_row, radiance, vertices);
+    return Done{};
 }
 
 }  // namespace haarfield

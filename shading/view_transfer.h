@@ -26,8 +26,12 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
 
 /// Radiance towards the scene's eye.
 ///
-/// scene  the one that the vectors were made for, but for the eye.
-/// cost   one inner product per vertex with four lobes side by side.
-void transfer_view(const ViewTransfer& transfer, const ShadedScene& scene, VertexRadiance& radiance);
+/// scene     with `geometry` the one that the vectors were made for, but for the eye.
+/// vertices  null: all; else see store_radiance.
+/// errors    interrupted; then `radiance` is as it was.
+/// cost      one inner product per vertex with four lobes side by side.
+Result<Done> transfer_view(const ViewTransfer& transfer, const ShadedScene& scene,
+                           const ShadingGeometry& geometry, VertexRadiance& radiance,
+                           const VertexChoice* vertices = nullptr, const Progress& progress = {});
 
 }  // namespace haarfield

@@ -37,12 +37,13 @@ MotionTransfer made_by_motion() {
 
 VertexRadiance frame(const LightTransfer& transfer) {
     VertexRadiance radiance;
-    transfer_light(transfer, room().scene, dense_coefficients(room().light(), Room::size), radiance);
+    (void)transfer_light(transfer, room().scene, room().geometry(),
+                         dense_coefficients(room().light(), Room::size), radiance);
     return radiance;
 }
 VertexRadiance frame(const ViewTransfer& transfer) {
     VertexRadiance radiance;
-    transfer_view(transfer, room().scene, radiance);
+    (void)transfer_view(transfer, room().scene, room().geometry(), radiance);
     return radiance;
 }
 VertexRadiance frame(const MotionTransfer& transfer) {

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <cmath>
+#include <limits>
+
 #include "tests/example_meshes.h"
 
 namespace haarfield {
@@ -66,6 +69,31 @@ TEST(Preview, PointsAreWhereThePixelsSeeThem) {
             EXPECT_NEAR(place.x, x, 1e-5);
             EXPECT_NEAR(place.z, z, 1e-5);
         }
+}
+
+TEST(Preview, ReadsNoRadianceButWhatItAnnounces) {
+    const Mesh square = square_mesh(1, 0, 12);
+    std::vector<Rgb> radiance;  // with edges inside, too, which take further rays
+    for (const Vec3f& p : square.positions) radiance.push_back(Rgb(p.x > 0.1f ? 1.0f : 0.2f, p.z, 0.5f));
+    std::vector<Rgb> known(radiance.size(), Rgb(std::numeric_limits<float>::quiet_NaN()));
+    const auto instances_with = [&](std::span<const Rgb> values) {
+        return std::vector<PreviewInstance>{{&square, {0, 0, 0}, 1, values},
+                                            {&square, {0.3f, 0.4f, 0.2f}, 0.5f, radiance}};
+    };
+    const Camera eye = camera({0.3f, 1, 0.2f}, {0, 0, 0}, 60, 40);
+    Preview preview;
+    const Image whole = preview.draw(eye, instances_with(radiance), black);
+    int calls = 0;
+    const Image image = preview.draw(eye, instances_with(known), black, [&](const SeenVertices& seen) {
+        for (std::size_t v = 0; v < known.size(); ++v)
+            if (seen[0][v]) known[v] = radiance[v];
+        ++calls;
+        return true;
+    });
+    EXPECT_EQ(calls, 2);
+    EXPECT_EQ(image.pixels, whole.pixels);
+    EXPECT_TRUE(std::any_of(known.begin(), known.end(), [](const Rgb& r) { return std::isnan(r.x); }));
+    EXPECT_TRUE(preview.draw(eye, instances_with(known), black, [](auto&) { return false; }).pixels.empty());
 }
 
 TEST(Preview, PlacesAndScalesInstances) {

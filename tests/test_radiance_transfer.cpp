@@ -26,7 +26,8 @@ TEST(LightTransfer, UnprunedEqualsTheProductIntegralUnderAnyLight) {
     for (const double turn : {0.4, 2.0, 4.0}) {
         scene.scene.environment = sky(turn);
         VertexRadiance found;
-        transfer_light(transfer, scene.scene, dense_coefficients(scene.light(), scene.size), found);
+        ASSERT_TRUE(transfer_light(transfer, scene.scene, scene.geometry(),
+                                   dense_coefficients(scene.light(), scene.size), found));
         EXPECT_LT(relative_rmse(found, scene.full()), 1e-3) << turn;
     }
 }
@@ -41,7 +42,8 @@ TEST(LightTransfer, PruningIsWithinTheErrorItIsGiven) {
         for (const double turn : {0.4, 3.0}) {
             scene.scene.environment = sky(turn);
             VertexRadiance found;
-            transfer_light(transfer, scene.scene, dense_coefficients(scene.light(), scene.size), found);
+            ASSERT_TRUE(transfer_light(transfer, scene.scene, scene.geometry(),
+                                       dense_coefficients(scene.light(), scene.size), found));
             EXPECT_LT(relative_rmse(found, scene.full()), 2 * double(error) + 0.002) << error << ", " << turn;
         }
         EXPECT_LT(transfer.bytes(), bytes_before);
@@ -56,7 +58,7 @@ TEST(ViewTransfer, FollowsTheEye) {
     for (const Vec3f& eye : {Vec3f(2, 2, 3), Vec3f(-3, 1, 0.5f), Vec3f(0, 5, -1)}) {
         scene.scene.eye = eye;
         VertexRadiance found;
-        transfer_view(transfer, scene.scene, found);
+        ASSERT_TRUE(transfer_view(transfer, scene.scene, scene.geometry(), found));
         EXPECT_LT(relative_rmse(found, scene.full()), 0.01) << eye;
     }
 }
@@ -104,10 +106,10 @@ TEST(RadianceTransfer, DoesNotDependOnTheNumberOfThreads) {
         const RgbCubemapTree light = scene.light();
         std::array<VertexRadiance, 3> radiance;
         const DenseCoefficients dense = dense_coefficients(light, scene.size);
-        transfer_light(*light_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, dense),
-                       scene.scene, dense, radiance[0]);
-        transfer_view(*view_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light), scene.scene,
-                      radiance[1]);
+        EXPECT_TRUE(transfer_light(*light_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, dense),
+                                   scene.scene, scene.geometry(), dense, radiance[0]));
+        EXPECT_TRUE(transfer_view(*view_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light),
+                                  scene.scene, scene.geometry(), radiance[1]));
         EXPECT_TRUE(
             transfer_motion(*motion_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light, 1),
                             scene.scene, scene.geometry(), settings(), FrameQuality::moving, radiance[2]));

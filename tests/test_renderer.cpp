@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "shading/buried_fill.h"
 #include "shading/vertex_loop.h"
 #include "tests/example_scene.h"
 
@@ -281,7 +282,7 @@ TEST(Renderer, LessDepthIsCoarserButNear) {
     EXPECT_GT(before, 0);
 }
 
-TEST(VertexLoop, BuriedVerticesTakeTheMeanOfTheirNeighbours) {
+TEST(BuriedFill, BuriedVerticesTakeTheMeanOfTheirNeighbours) {
     Mesh mesh = square_mesh(2, 0, 2);  // vertex 4 is the middle of nine
     std::vector<Rgb> radiance(9, Rgb(1.0f));
     std::vector<std::uint8_t> buried(9, 0);
@@ -290,9 +291,35 @@ TEST(VertexLoop, BuriedVerticesTakeTheMeanOfTheirNeighbours) {
     buried[0] = 1;
     radiance[0] = Rgb(0.0f);
     for (std::size_t v : {1u, 2u, 3u, 5u, 6u, 7u, 8u}) radiance[v] = Rgb(2.0f);
-    fill_buried(mesh, buried, radiance);
+    BuriedFill(mesh, buried)(radiance);
     EXPECT_NEAR(radiance[4].x, 2, 1e-6);
     EXPECT_NEAR(radiance[0].x, 2, 1e-6);
+}
+
+TEST(BuriedFill, NeedsNothingButTheSourcesOfWhatIsChosen) {
+    constexpr std::size_t across = 9;
+    const Mesh mesh = square_mesh(2, 0, across - 1);
+    std::vector<std::uint8_t> buried(across * across, 0);
+    for (std::size_t row = 2; row < 7; ++row)  // three deep
+        for (std::size_t column = 2; column < 7; ++column) buried[row * across + column] = 1;
+    const BuriedFill fill(mesh, buried);
+    std::vector<Rgb> all;
+    for (std::size_t v = 0; v < buried.size(); ++v)
+        all.push_back(buried[v] ? Rgb(0.0f) : Rgb(float(1 + v % 7)));
+    const std::vector<Rgb> before = all;
+    fill(all);
+    for (const std::size_t chosen : {4 * across + 4, 2 * across + 2, std::size_t(0)}) {
+        std::vector<std::uint8_t> is_chosen(buried.size(), 0);
+        is_chosen[chosen] = 1;
+        fill.add_sources(is_chosen);
+        std::vector<Rgb> some(buried.size(), Rgb(-1e9f));
+        std::size_t count = 0;
+        for (std::size_t v = 0; v < some.size(); ++v)
+            if (is_chosen[v]) some[v] = before[v], ++count;
+        fill(some);
+        EXPECT_EQ(some[chosen], all[chosen]) << chosen;
+        EXPECT_LT(count, buried.size()) << chosen;
+    }
 }
 
 }  // namespace

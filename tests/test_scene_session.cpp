@@ -1,6 +1,7 @@
 #include "scenes/scene_session.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <fstream>
 
@@ -10,12 +11,11 @@ namespace haarfield {
 namespace {
 
 /// A stool on a floor, as files.
-class SceneSessionTest : public testing::Test {
+class SceneSessionTest : public testing::TestWithParam<Occlusion> {
 protected:
     void SetUp() override {
-        folder = std::filesystem::temp_directory_path() /
-                 ("haarfield_scene_session_" +
-                  std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+        folder =
+            std::filesystem::temp_directory_path() / ("haarfield_scene_session_" + std::to_string(getpid()));
         std::filesystem::remove_all(folder);
         std::filesystem::create_directories(folder);
         std::ofstream(folder / "floor.obj") << "v -3 0 -3\nv -3 0 3\nv 3 0 3\nv 3 0 -3\nf 1 2 3 4\n";
@@ -43,6 +43,7 @@ protected:
         options.face_size = 16;
         settings.face_size = 16;
         settings.exact_triangles = 2;
+        settings.occlusion = GetParam();
     }
     void TearDown() override { std::filesystem::remove_all(folder); }
 
@@ -64,7 +65,12 @@ protected:
     RenderSettings settings;
 };
 
-TEST_F(SceneSessionTest, ATurnedAndMovedSceneEqualsABakeOfItsFile) {
+INSTANTIATE_TEST_SUITE_P(Occlusion, SceneSessionTest,
+                         testing::Values(Occlusion::fields, Occlusion::automatic), [](const auto& test) {
+                             return test.param == Occlusion::fields ? "Fields" : "Automatic";
+                         });
+
+TEST_P(SceneSessionTest, ATurnedAndMovedSceneEqualsABakeOfItsFile) {
     const LatLongImage sky = sky_image({}, 128);
     const auto entities = prepare_scene_entities(scene, options);
     ASSERT_TRUE(entities) << entities.error().message();
@@ -96,7 +102,7 @@ TEST_F(SceneSessionTest, ATurnedAndMovedSceneEqualsABakeOfItsFile) {
     }
 }
 
-TEST_F(SceneSessionTest, OpensWithTheTurnsOfTheFile) {
+TEST_P(SceneSessionTest, OpensWithTheTurnsOfTheFile) {
     const auto entities = prepare_scene_entities(scene, options);
     ASSERT_TRUE(entities);
     RelightSession session(session_scene(scene, *entities, sky_image({}, 128)), settings);

@@ -39,28 +39,61 @@ public:
     FrameWriter(const RelightStage& stage, const SceneEntities& entities)
         : stage_(stage), entities_(entities) {}
 
-    Result<Done> write(int frame) {
+    /// Shades and writes a frame.
+    ///
+    /// by_vertex  shades only what the picture shows.
+    Result<Done> write(int frame, bool by_vertex, FrameQuality quality, const Progress& progress) {
         const std::filesystem::path output = stage_.options.output;
-        if (stage_.options.format == "povray")
-            return write_povray(output / fmt::format("frame_{:04}", frame));
-        const auto start = std::chrono::steady_clock::now();
-        std::vector<PreviewInstance> instances;
-        for (std::size_t i = 0; i < stage_.scene.instances.size(); ++i) {
-            const Instance& instance = stage_.scene.instances[i];
-            instances.push_back(
-                {&mesh(i), instance.translate, instance.scale, stage_.session->radiance()[i]});
+        const bool is_picture = stage_.options.format != "povray";
+        RelightSession& session = *stage_.session;
+        if (!is_picture || !by_vertex) {
+            const Result<Done> shaded = timed([&] { return session.frame(quality, progress); });
+            if (!shaded) return shaded;
         }
-        const Image image = preview_.draw(stage_.scene.camera, instances, [this](const Vec3f& direction) {
-            return stage_.background(direction);
-        });
-        preview_seconds_ += seconds_since(start);
+        if (!is_picture) return write_povray(output / fmt::format("frame_{:04}", frame));
+        Result<Done> shaded = Done{};
+        std::vector<PreviewInstance> instances = preview_instances();
+        const auto shade_seen = [&](const SeenVertices& seen) {
+            shaded = timed([&] { return session.frame_of(seen, quality, progress); });
+            if (shaded) std::ranges::copy(preview_instances(), instances.begin());
+            return bool(shaded);
+        };
+        const double shading_before = shading_seconds_;
+        const auto start = std::chrono::steady_clock::now();
+        const Image image = preview_.draw(
+            stage_.scene.camera, instances,
+            [this](const Vec3f& direction) { return stage_.background(direction); },
+            by_vertex ? shade_seen : BeforeReading());
+        preview_seconds_ += seconds_since(start) - (shading_seconds_ - shading_before);
+        if (!shaded) return shaded;
         return write_image(image, output / fmt::format("frame_{:04}.{}", frame, stage_.options.format));
     }
 
-    /// Of drawing all pictures so far.
+    /// Of drawing all pictures so far, and of shading the frames.
     double preview_seconds() const { return preview_seconds_; }
+    double shading_seconds() const { return shading_seconds_; }
 
 private:
+    template <class Shade>
+    Result<Done> timed(const Shade& shade) {
+        const auto start = std::chrono::steady_clock::now();
+        const Result<Done> result = shade();
+        shading_seconds_ += seconds_since(start);
+        return result;
+    }
+
+    /// With the radiance that the session has, if it has one yet.
+    std::vector<PreviewInstance> preview_instances() const {
+        std::vector<PreviewInstance> instances;
+        for (std::size_t i = 0; i < stage_.scene.instances.size(); ++i) {
+            const Instance& instance = stage_.scene.instances[i];
+            instances.push_back({&mesh(i), instance.translate, instance.scale, {}});
+            const VertexRadiance& radiance = stage_.session->radiance();
+            if (!radiance.empty()) instances.back().radiance = radiance[i];
+        }
+        return instances;
+    }
+
     const Mesh& mesh(std::size_t instance) const {
         return entities_.entities[entities_.entity_of_instance[instance]]->mesh.fine;
     }
@@ -89,7 +122,7 @@ private:
     const RelightStage& stage_;
     const SceneEntities& entities_;
     Preview preview_;
-    double preview_seconds_ = 0;
+    double preview_seconds_ = 0, shading_seconds_ = 0;
 };
 
 /// What CLI11 does not see in the options.
@@ -130,24 +163,23 @@ Result<ExitCode> run(const RelightOptions& options, Session& session) {
     if (const Result<Done> prepared = mode->prepare(session.progress); !prepared) return prepared.error();
     const double setup_seconds = seconds_since(start);
 
-    double frame_seconds = 0;
+    double change_seconds = 0;
     FrameWriter writer(stage, *entities);
     for (int frame = 0; frame < options.frames; ++frame) {
         if (session.progress.stop.stop_requested()) return Error{"", interrupted};
         const int steps = mode->closed ? options.frames : std::max(1, options.frames - 1);
-        const auto frame_start = std::chrono::steady_clock::now();
+        const auto start_of_frame = std::chrono::steady_clock::now();
         mode->change(double(frame) / steps);
         const bool is_last = frame + 1 == options.frames;
-        if (const Result<Done> shaded =
-                relight.frame(is_last ? FrameQuality::still : FrameQuality::moving, session.progress);
-            !shaded)
-            return shaded.error();
-        frame_seconds += seconds_since(frame_start);
-        if (const Result<Done> written = writer.write(frame + 1); !written) return written.error();
+        change_seconds += seconds_since(start_of_frame);
+        const Result<Done> written =
+            writer.write(frame + 1, mode->by_vertex, is_last ? FrameQuality::still : FrameQuality::moving,
+                         session.progress);
+        if (!written) return written.error();
         if (session.progress.report)
             session.progress.report("frames", std::uint64_t(frame) + 1, std::uint64_t(options.frames));
     }
-    const double frames_per_second = options.frames / frame_seconds,
+    const double frames_per_second = options.frames / (change_seconds + writer.shading_seconds()),
                  preview_seconds = writer.preview_seconds() / options.frames;
     session.report["mode"] = mode->name;
     session.report["setup_seconds"] = setup_seconds;
@@ -193,7 +225,8 @@ Command relight_command(CLI::App& program) {
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output, "Folder for the frames")->required()->type_name("DIR");
     add_field_options(*app, options->fields);
-    options->occlusion.choice = "fields";  // what moves is seen by its field while it does, and set-up is short
+    options->occlusion.choice =
+        "fields";  // what moves is seen by its field while it does, and set-up is short
     add_occlusion_options(*app, options->occlusion);
     add_view_options(*app, options->scene);
     CLI::Option_group* modes = app->add_option_group("Modes", "What varies; one of them");

@@ -54,7 +54,7 @@ RelightMode orbiting_eye(RelightStage& stage) {
                     camera.target + rotation_about({0, 1, 0}, 2 * pi * share)(start - camera.target);
                 stage.session->set_eye(camera.position);
             },
-            true};
+            true, true};
 }
 
 /// Along a path of straight lines, at an even pace.

@@ -41,7 +41,8 @@ struct RelightMode {
     std::string name;
     std::function<Result<Done>(const Progress&)> prepare;  ///< Makes the transfer vectors.
     std::function<void(double share)> change;              ///< share: 0 in the first frame, 1 in the last.
-    bool closed = false;  ///< The frame after the last would be the first one again.
+    bool closed = false;     ///< The frame after the last would be the first one again.
+    bool by_vertex = false;  ///< Frames of fewer vertices cost less: see RelightSession::frame_of.
 };
 
 /// The mode that the options ask for. The stage must outlive it, and its session be there.
