@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "shading/product_pruning.h"
+#include "shading/group_pruning.h"
 
 namespace haarfield {
 namespace {
@@ -21,113 +21,127 @@ struct Frame {
     const ShadedScene& scene;
     const ShadingGeometry& geometry;
     const RenderSettings& settings;
-    LightPyramid white;
+    const LightTransfer& transfer;
     CoefficientSpectrum spectrum;
-    double allowed;  ///< Energy, relative.
+    double error;
 };
 
-constexpr std::size_t most_terms = 3;
-
-/// What each term is multiplied with: diffuse, highlights, highlights times F. [1/sr]
-std::array<Rgb, most_terms> term_colours(const VertexBrdf& brdf) {
+LightTransfer::Colours colours_of(const Material& material) {
+    const VertexBrdf brdf = vertex_brdf(material, {});
     return {brdf.diffuse, brdf.specular * (Rgb(1.0f) - brdf.metallic), brdf.specular * brdf.metallic};
 }
 
-bool has_metals(const ShadedScene& scene) {
-    return std::ranges::any_of(scene.entities, [](const ShadedEntity& entity) {
-        return std::ranges::any_of(entity.materials, [](const Material& material) {
-            return vertex_brdf(material, {}).metallic != Rgb(0.0f);
-        });
-    });
+/// Fills in what the vectors are multiplied with.
+void list_colours(const ShadedScene& scene, const TransferRows& rows, LightTransfer& transfer) {
+    std::vector<std::size_t> first;
+    for (const ShadedEntity& entity : scene.entities) {
+        first.push_back(transfer.colours.size());
+        for (const Material& material : entity.materials) transfer.colours.push_back(colours_of(material));
+    }
+    const bool has_metals = std::ranges::any_of(
+        transfer.colours, [](const LightTransfer::Colours& colours) { return colours[2] != Rgb(0.0f); });
+    transfer.terms = has_metals ? 3 : 2;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const std::size_t entity = scene.instances[i].entity;
+        for (const std::uint32_t vertex : rows.vertices(i))
+            transfer.colour_of_row.push_back(static_cast<std::uint16_t>(
+                first[entity] + scene.entities[entity].mesh->vertex_materials[vertex]));
+    }
 }
 
-/// Makes the rows of each vertex of a block, one for each term.
+/// Makes the columns of a block, group by group.
+template <int terms>
 class LightBlockMaker {
 public:
-    LightBlockMaker(const Frame& frame, std::size_t terms)
+    explicit LightBlockMaker(const Frame& frame)
         : frame_(frame),
-          terms_(terms),
+          numbers_(frame.settings.face_size),
           vertex_(frame.scene, frame.geometry, frame.settings),
-          pruning_(frame.settings.face_size, frame.spectrum),
-          rows_(frame.settings.face_size, 1) {}
+          pruning_(frame.settings.face_size, frame.spectrum) {}
 
-    void add_row(const InstanceVertex& vertex) {
-        std::array<double, most_terms> weights{};
+    void add_row(std::size_t row, const InstanceVertex& vertex) {
         if (vertex_.look_from(vertex)) {
-            const std::array<Rgb, most_terms> colours = term_colours(vertex_.brdf);
-            std::ranges::transform(colours, weights.begin(), energy);
-            // Under white light, the terms in a channel each.
-            vertex_.brdf.diffuse = weights[0] > 0 ? Rgb(1, 0, 0) : Rgb(0.0f);
-            vertex_.brdf.specular = Rgb(0, weights[1] > 0 ? 1 : 0, weights[2] > 0 ? 1 : 0);
-            vertex_.brdf.metallic = Rgb(0, 0, 1);
-            pruning_.take_channels(vertex_.product(frame_.white));
+            vertex_.terms(numbers_, pruning_.product(rows_));
+            const auto& colours = frame_.transfer.colours[frame_.transfer.colour_of_row[row]];
+            std::array<float, terms> weights;
+            for (std::size_t term = 0; term < terms; ++term)
+                weights[term] = static_cast<float>(energy(colours[term]));
+            pruning_.set_weights(rows_, weights);
         }
-        // An equal share of the error for each of them.
-        double allowed = 0;
-        for (std::size_t term = 0; term < terms_; ++term)
-            allowed += weights[term] * pruning_.channel_energy(term) * frame_.allowed / double(terms_);
-        for (std::size_t term = 0; term < terms_; ++term)
-            if (weights[term] > 0)
-                pruning_.append_channel(term, allowed / weights[term], rows_);
-            else
-                rows_.append_empty();
+        next_row();
     }
 
-    void add_buried() {
-        for (std::size_t term = 0; term < terms_; ++term) rows_.append_empty();
-    }
+    void add_buried() { next_row(); }
 
-    SparseColumns complete() {
-        SparseColumns columns(rows_);
-        rows_.clear();
+    GroupedColumns complete() {
+        if (rows_ > 0) complete_group();
+        GroupedColumns columns(frame_.settings.face_size, indices_, entries_, std::move(scales_));
+        indices_.clear();
+        entries_.clear();
+        scales_.clear();
         return columns;
     }
 
 private:
+    void next_row() {
+        if (++rows_ == group_rows) complete_group();
+    }
+    void complete_group() {
+        pruning_.append(frame_.error, scales_.size(), indices_, entries_, scales_);
+        pruning_.clear();
+        rows_ = 0;
+    }
+
     const Frame& frame_;
-    const std::size_t terms_;
+    const BlockNumbers numbers_;
     VertexTransfer vertex_;
-    ProductPruning pruning_;
-    SparseVectors rows_;
+    GroupPruning<terms> pruning_;
+    std::size_t rows_ = 0;  ///< Of the group at hand.
+    std::vector<std::uint32_t> indices_;
+    std::vector<GroupEntry> entries_;
+    std::vector<float> scales_;
 };
 
-RgbCubemapTree white_light() {
-    RgbCubemapTree white;
-    for (RgbQuadtree& face : white.faces) face.scaling = Rgb(1.0f);
-    return white;
+template <int terms>
+BlockMaker block_maker(const Frame& frame, LightTransfer& result) {
+    const auto maker = std::make_shared<LightBlockMaker<terms>>(frame);
+    return {[maker](std::size_t row, const InstanceVertex& vertex) { maker->add_row(row, vertex); },
+            [maker] { maker->add_buried(); },
+            [maker, &result](std::size_t block) { result.blocks[block] = maker->complete(); }};
 }
 
-VertexBrdf brdf_of_row(const ShadedScene& scene, const TransferRows& rows, std::size_t row) {
-    const InstanceVertex at = rows[row];
-    const ShadedEntity& entity = scene.entities[scene.instances[at.instance].entity];
-    return vertex_brdf(entity.materials[entity.mesh->vertex_materials[at.vertex]], {});
-}
-
-/// Of the vectors with their materials' colours, over one row in sixteen.
-CoefficientSpectrum transfer_spectrum(const ShadedScene& scene, const TransferRows& rows,
-                                      std::span<const SparseColumns> blocks, std::size_t terms,
-                                      int face_size) {
+/// Of the vectors with their materials' colours, over one group in eight of one block in eight.
+CoefficientSpectrum transfer_spectrum(const LightTransfer& transfer, int face_size) {
+    constexpr std::size_t stride = 8;
     const BlockNumbers numbers(face_size);
     SpectrumEnergies energies{};
-    std::vector<double> weights(terms * LightTransfer::block_rows);
-    for (std::size_t b = 0; b < blocks.size(); b += 16) {
-        for (std::size_t i = 0; i < blocks[b].scale.size(); ++i) {
-            const VertexBrdf brdf = brdf_of_row(scene, rows, b * LightTransfer::block_rows + i / terms);
-            weights[i] = energy(term_colours(brdf)[i % terms]) * squared(blocks[b].scale[i]);
-        }
-        blocks[b].for_each([&](std::uint32_t index, std::uint16_t row, float value) {
-            const std::size_t place = spectrum_place(numbers, index);
-            energies[place] += weights[row] * squared(value);
-        });
+    double rows = 0;
+    for (std::size_t b = 0; b < transfer.blocks.size(); b += stride) {
+        const GroupedColumns& block = transfer.blocks[b];
+        const auto weight = [&](std::size_t group, std::size_t k) {
+            const std::size_t row = b * transfer.block_rows() + group / transfer.terms * group_rows + k;
+            if (row >= transfer.colour_of_row.size()) return 0.0;
+            return energy(transfer.colours[transfer.colour_of_row[row]][group % transfer.terms]);
+        };
+        for (std::uint32_t index = 0; index + 1 < block.first.size(); ++index)
+            for (std::uint32_t i = block.first[index]; i < block.first[index + 1]; ++i) {
+                const GroupEntry& entry = block.entry[i];
+                if (entry.group / transfer.terms % stride != 0) continue;
+                const double scale = squared(entry_step(entry.exponent) * block.scale[entry.group]);
+                double& sum = energies[spectrum_place(numbers, index)];
+                for (std::size_t k = 0; k < group_rows; ++k)
+                    sum += weight(entry.group, k) * scale * squared(entry.value[k]);
+            }
+        rows += double(block.scale.size() / transfer.terms * group_rows) / stride;
     }
-    return root_mean_squares(energies, 1);
+    return rows > 0 ? root_mean_squares(energies, 3 * rows) : CoefficientSpectrum{};
 }
 
 }  // namespace
 
 std::size_t LightTransfer::bytes() const {
-    std::size_t sum = 0;
-    for (const SparseColumns& block : blocks) sum += block.bytes();
+    std::size_t sum = colour_of_row.size() * sizeof colour_of_row[0];
+    for (const GroupedColumns& block : blocks) sum += block.bytes();
     return sum;
 }
 
@@ -136,26 +150,17 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
                                      const DenseCoefficients& typical, const Progress& progress) {
     const TransferRows rows(scene, geometry);
     LightTransfer result;
-    result.terms = has_metals(scene) ? 3 : 2;
-    result.blocks.resize((rows.count() + LightTransfer::block_rows - 1) / LightTransfer::block_rows);
+    list_colours(scene, rows, result);
+    result.blocks.resize((rows.count() + result.block_rows() - 1) / result.block_rows());
     result.pruning_error = transfer.pruning_error;
-    const Frame frame{scene,
-                      geometry,
-                      settings,
-                      LightPyramid(white_light(), settings.face_size),
-                      rms_spectrum(typical),
-                      squared(transfer.pruning_error)};
+    const Frame frame{
+        scene, geometry, settings, result, rms_spectrum(typical), double(transfer.pruning_error)};
     const Result<Done> made = make_rows(
-        rows, LightTransfer::block_rows,
-        [&]() -> BlockMaker {
-            const auto maker = std::make_shared<LightBlockMaker>(frame, result.terms);
-            return {[maker](std::size_t, const InstanceVertex& vertex) { maker->add_row(vertex); },
-                    [maker] { maker->add_buried(); },
-                    [maker, &result](std::size_t block) { result.blocks[block] = maker->complete(); }};
-        },
+        rows, result.block_rows(),
+        [&] { return result.terms == 3 ? block_maker<3>(frame, result) : block_maker<2>(frame, result); },
         progress);
     if (!made) return made.error();
-    result.spectrum = transfer_spectrum(scene, rows, result.blocks, result.terms, settings.face_size);
+    result.spectrum = transfer_spectrum(result, settings.face_size);
     return result;
 }
 
@@ -163,20 +168,24 @@ Result<Done> transfer_light(const LightTransfer& transfer, const ShadedScene& sc
                             const ShadingGeometry& geometry, const DenseCoefficients& light,
                             VertexRadiance& radiance, const Progress& progress) {
     const FewCoefficients few = largest_coefficients(light, transfer.spectrum, transfer.pruning_error / 8);
-    const TransferRows rows(scene, geometry);
-    std::vector<Rgb> by_row(rows.count(), Rgb(0.0f));
+    std::vector<Rgb> by_row(transfer.colour_of_row.size());
     tbb::parallel_for(std::size_t(0), transfer.blocks.size(), [&](std::size_t b) {
         if (progress.stop.stop_requested()) return;
-        const SparseColumns& block = transfer.blocks[b];
-        std::array<std::array<float, 4>, most_terms * LightTransfer::block_rows> sums{};
+        const GroupedColumns& block = transfer.blocks[b];
+        std::array<GroupSums, GroupedColumns::most_groups> sums{};
         add_inner_products(block, few, std::span(sums).first(block.scale.size()));
-        for (std::size_t i = 0; i < block.scale.size(); i += transfer.terms) {
-            const std::size_t row = b * LightTransfer::block_rows + i / transfer.terms;
-            const std::array<Rgb, most_terms> colours = term_colours(brdf_of_row(scene, rows, row));
-            for (std::size_t term = 0; term < transfer.terms; ++term) {
-                const std::array<float, 4>& sum = sums[i + term];
-                by_row[row] += colours[term] * Rgb(sum[0], sum[1], sum[2]) * block.scale[i + term];
+        const std::size_t first = b * transfer.block_rows(),
+                          end = std::min(by_row.size(), first + transfer.block_rows());
+        for (std::size_t row = first; row < end; ++row) {
+            const LightTransfer::Colours& colours = transfer.colours[transfer.colour_of_row[row]];
+            const std::size_t place = row - first, group = place / group_rows * transfer.terms;
+            Rgb sum(0.0f);
+            for (std::size_t t = 0; t < transfer.terms; ++t) {
+                const auto& [red, green, blue] = sums[group + t];
+                const std::size_t k = place % group_rows;
+                sum += colours[t] * Rgb(red[k], green[k], blue[k]) * block.scale[group + t];
             }
+            by_row[row] = sum;
         }
     });
     if (progress.stop.stop_requested()) return Error{"", interrupted};

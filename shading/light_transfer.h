@@ -1,25 +1,28 @@
 #pragma once
 /// Radiance transfer for a light that changes: turned, dimmed, exchanged, mixed.
 
+#include "shading/grouped_columns.h"
 #include "shading/radiance_transfer.h"
-#include "shading/sparse_columns.h"
 
 namespace haarfield {
 
-/// T = BRDF x visibilities x cosine per vertex. [1/sr]
-///
-/// The terms' vectors are kept apart, one value a coefficient: the indices of two together are at most twice
-/// as many as those of one RGB vector for both, which has three values a coefficient.
+/// T = BRDF x visibilities x cosine per vertex, without the materials' colours. [1/sr]
 struct LightTransfer {
-    static constexpr std::size_t block_rows = 512;
+    /// The most terms of a BRDF: diffuse, highlights, and of metals highlights times F (vertex_terms).
+    static constexpr std::size_t most_terms = 3;
+    using Colours = std::array<Rgb, most_terms>;  ///< What each term is multiplied with. [1/sr]
 
-    /// Row  terms * k + t  of a block is term t of its k-th row: 0 diffuse, 1 highlights, 2 highlights times
-    /// F (VertexBrdf), of metals. Without the materials' colours; empty where there is none.
-    std::vector<SparseColumns> blocks;
-    std::size_t terms = 2;           ///< 3 if there are metals in the scene.
-    CoefficientSpectrum spectrum{};  ///< Of T, over some rows and the channels.
-    float pruning_error = 0;         ///< That the vectors were made with.
+    /// Groups of neighbouring rows, and of each group one for each term: group  terms * k + t  of a block is
+    /// term t of its k-th eight rows.
+    std::vector<GroupedColumns> blocks;
+    std::size_t terms = 2;                     ///< 3 if there are metals in the scene.
+    std::vector<Colours> colours;              ///< Of the scene's materials.
+    std::vector<std::uint16_t> colour_of_row;  ///< In `colours`.
+    CoefficientSpectrum spectrum{};            ///< Of T, over some rows and the channels.
+    float pruning_error = 0;                   ///< That the vectors were made with.
 
+    /// Of each block but the last.
+    std::size_t block_rows() const { return GroupedColumns::most_groups / terms * group_rows; }
     std::size_t bytes() const;
 };
 

@@ -38,9 +38,9 @@ public:
     void add_row(const InstanceVertex& vertex, Rgb& open) {
         if (vertex.instance == frame_.transfer.instance || !vertex_.look_from(vertex))
             return rows_.append_empty();
-        pruning_.take_rgb(vertex_.product(frame_.transfer.light));
+        pruning_.take(vertex_.product(frame_.transfer.light));
         open = pruning_.integral();
-        pruning_.append_rgb(frame_.allowed * double(open.dot(open)), rows_);
+        pruning_.append(frame_.allowed * double(open.dot(open)), rows_);
     }
     void add_buried() { rows_.append_empty(); }
     SparseVectors complete() {

@@ -75,6 +75,13 @@ public:
 
     /// vertex_transfer of vertex_shading.h; valid until the next call.
     std::span<const WaveletBlock<3>> product(const LightPyramid& light);
+
+    /// vertex_terms of vertex_shading.h.
+    template <int count>
+    void terms(const BlockNumbers& numbers, std::vector<WaveletBlock<count>>& product) {
+        vertex_terms(numbers, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
+                     settings_.depth, memory_, product);
+    }
     Rgb radiance(const LightPyramid& light, int depth);
 
 private:

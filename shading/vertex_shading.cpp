@@ -22,7 +22,7 @@ inline constexpr float lobe_varies = 4e-3f;
 
 /// One of a vertex's highlights, and where it has to be looked for.
 struct Highlight {
-    float weight = 0, exponent = 1;
+    float weight = 0, exponent = 1;  ///< To the power of zero it is 1 everywhere.
     bool about_half_vector = false;
     /// By level: the cosines, between mirror and middle of a cell, above which the lobe is not zero somewhere
     /// in it, and above which it varies.
@@ -32,6 +32,9 @@ struct Highlight {
     Highlight(float of_weight, float to_power, bool of_half_vector, const DirectionPyramid& directions,
               int last_level)
         : weight(of_weight), exponent(to_power), about_half_vector(of_half_vector) {
+        near.fill(exponent == 0 ? -2.0f : 0.0f);
+        curved.fill(2);
+        if (exponent == 0) return;
         // The mirror direction turns twice as far as the half vector.
         const float turn = about_half_vector ? 2 : 1;
         const float zero_at = turn * std::acos(std::pow(lobe_zero, 1 / exponent)),
@@ -46,7 +49,6 @@ struct Highlight {
 
 /// What all faces and blocks of a vertex share.
 struct VertexTerms {
-    const LightPyramid& light;
     const DirectionPyramid& directions;
     const VertexBrdf& brdf;
     const BlockedCones& near;
@@ -56,10 +58,8 @@ struct VertexTerms {
     std::array<float, 4>
         margin{};  ///< By level: sine of the largest angle from a cell's middle to its border.
 
-    VertexTerms(const LightPyramid& from, const DirectionPyramid& pyramid, const VertexBrdf& what,
-                const BlockedCones& cones, int last)
-        : light(from),
-          directions(pyramid),
+    VertexTerms(const DirectionPyramid& pyramid, const VertexBrdf& what, const BlockedCones& cones, int last)
+        : directions(pyramid),
           brdf(what),
           near(cones),
           last_level(last),
@@ -110,11 +110,73 @@ struct BlockDirections {
     }
 };
 
-/// Lighting times BRDF times what is seen past the near occluders, on one face.
+/// A BRDF over a block's cells, without its colours.
+struct ReflectedCells {
+    Cells cosine;      ///< Clamped.
+    Cells highlights;  ///< With what they are weighted by; if there are any.
+    Cells loss;        ///< What a metal takes from them, if it is one.
+    bool has_highlights = false;
+};
+
+/// What reflects light: with the materials' colours, times the lighting.
+struct LitColours {
+    static constexpr int channels = 3;
+
+    const LightPyramid& light;
+
+    HWY_INLINE unsigned write(const VertexTerms& terms, const ReflectedCells& cells, int level,
+                              std::size_t face, std::size_t block, Cells* value) const {
+        const Rgb &diffuse = terms.brdf.diffuse, &specular = terms.brdf.specular;
+        Cells reflected[3];
+        for (int c = 0; c < 3; ++c) reflected[c] = all_cells(diffuse[c]) * cells.cosine;
+        if (cells.has_highlights)
+            for (int c = 0; c < 3; ++c) {
+                Cells colour = all_cells(specular[c]);
+                if (terms.is_metallic)
+                    colour = colour - colour * all_cells(terms.brdf.metallic[c]) * cells.loss;
+                reflected[c] = multiply_add(colour, cells.highlights, reflected[c]);
+            }
+        const std::size_t index = light.numbers()(level, face, block);
+        const LightBlock& lit = light.block(index);
+        value[0] = load_cells(lit.red.data()) * reflected[0];
+        value[1] = load_cells(lit.green.data()) * reflected[1];
+        value[2] = load_cells(lit.blue.data()) * reflected[2];
+        return light.varying(index);
+    }
+};
+
+/// What reflects light: by term, see vertex_terms.
+template <int term_count>
+struct PlainTerms {
+    static constexpr int channels = term_count;
+
+    HWY_INLINE unsigned write(const VertexTerms& terms, const ReflectedCells& cells, int, std::size_t,
+                              std::size_t, Cells* value) const {
+        value[0] = cells.cosine;
+        for (int term = 1; term < channels; ++term)
+            value[term] = cells.has_highlights ? cells.highlights : all_cells(0);
+        if constexpr (channels == 3) {
+            if (!terms.is_metallic) value[2] = all_cells(0);
+            if (cells.has_highlights && terms.is_metallic)
+                value[2] = cells.highlights - cells.highlights * cells.loss;
+        }
+        return 0;
+    }
+};
+
+/// What reflects light, times what is seen past the near occluders, on one face.
+///
+/// Reflected  unsigned write(terms, cells, level, face, block, value): writes its channels, and returns the
+///            cells on which they vary with the light.
+template <class Reflected>
 class FaceShading {
 public:
-    FaceShading(const VertexTerms& terms, std::size_t face, std::vector<Vec3f>& sides)
-        : terms_(terms),
+    static constexpr int channels = Reflected::channels;
+
+    FaceShading(const Reflected& reflected, const VertexTerms& terms, std::size_t face,
+                std::vector<Vec3f>& sides)
+        : reflected_(reflected),
+          terms_(terms),
           normal_(in_face_frame(terms.brdf.normal, int(face))),
           mirror_(in_face_frame(terms.brdf.mirror, int(face))),
           to_eye_(in_face_frame(terms.to_eye, int(face))),
@@ -127,10 +189,10 @@ public:
     /// Whether the face lies below the horizon.
     bool is_dark() const { return normal_.z + std::abs(normal_.x) + std::abs(normal_.y) <= 0; }
 
-    HWY_INLINE HeadCells<3> operator()(int level, std::size_t face, std::size_t block) const {
+    HWY_INLINE HeadCells<channels> operator()(int level, std::size_t face, std::size_t block) const {
         const auto at = std::size_t(level);
         const bool last = level == terms_.last_level;
-        HeadCells<3> head;
+        HeadCells<channels> head;
         Cells open = all_cells(1);
         unsigned half_blocked = 0;
         const BlockDirections d(terms_.directions.block(level, block));
@@ -145,32 +207,20 @@ public:
         head.zero |= ~not_below & all_sixteen;
         // Below the root the cosine hardly varies, or is next to nothing.
         unsigned varying = !last && level == 0 ? not_below : 0;
-        const Cells clamped = clamped_cosine(d, cosine, horizon);
-
-        Cells reflected[3];
-        const Rgb &diffuse = terms_.brdf.diffuse, &specular = terms_.brdf.specular;
-        for (int c = 0; c < 3; ++c) reflected[c] = all_cells(diffuse[c]) * clamped;
-        Cells highlights = all_cells(0);
+        ReflectedCells cells;
+        cells.cosine = clamped_cosine(d, cosine, horizon);
+        cells.highlights = all_cells(0);
         unsigned curved = 0;
-        if (add_highlights(level, block, d, cosine, highlights, curved)) {
-            highlights =
-                highlights * (terms_.brdf.cosine_weighted ? clamped : share_above(d, cosine, horizon));
-            const Cells loss = terms_.is_metallic ? metallic_loss(cosine) : all_cells(0);
-            for (int c = 0; c < 3; ++c) {
-                Cells colour = all_cells(specular[c]);
-                if (terms_.is_metallic) colour = colour - colour * all_cells(terms_.brdf.metallic[c]) * loss;
-                reflected[c] = multiply_add(colour, highlights, reflected[c]);
-            }
+        cells.has_highlights = add_highlights(level, block, d, cosine, cells.highlights, curved);
+        if (cells.has_highlights) {
+            cells.highlights = cells.highlights *
+                               (terms_.brdf.cosine_weighted ? cells.cosine : share_above(d, cosine, horizon));
+            if (terms_.is_metallic) cells.loss = metallic_loss(cosine);
             if (!last) varying |= curved & not_below;
         }
-        const std::size_t index = terms_.light.numbers()(level, face, block);
-        const LightBlock& light = terms_.light.block(index);
-        head.value[0] = load_cells(light.red.data()) * reflected[0];
-        head.value[1] = load_cells(light.green.data()) * reflected[1];
-        head.value[2] = load_cells(light.blue.data()) * reflected[2];
+        const unsigned lit = reflected_.write(terms_, cells, level, face, block, head.value);
         if (has_cones)
             for (Cells& channel : head.value) channel = channel * open;
-        const unsigned lit = terms_.light.varying(index);
         head.once = lit | varying | half_blocked;
         head.twice = (lit & varying) | (lit & half_blocked) | (varying & half_blocked);
         return head;
@@ -203,9 +253,10 @@ public:
             unsigned wholly = 0;
             block_near(d, level, block, open, result.unbounded, wholly);
         }
-        const std::size_t index = terms_.light.numbers()(level, face, block);
-        const LightBlock& light = terms_.light.block(index);
-        const Cells light_deviation = load_cells(terms_.light.deviation(index).data());
+        const LightPyramid& lighting = reflected_.light;
+        const std::size_t index = lighting.numbers()(level, face, block);
+        const LightBlock& light = lighting.block(index);
+        const Cells light_deviation = load_cells(lighting.deviation(index).data());
         const Cells light_size = magnitude(load_cells(light.red.data())) +
                                  magnitude(load_cells(light.green.data())) +
                                  magnitude(load_cells(light.blue.data()));
@@ -267,6 +318,7 @@ private:
     /// Mean over the cells of a lobe; see vertex_shading.h.
     HWY_INLINE Cells lobe_cells(const Highlight& highlight, const BlockDirections& d, const Cells& cosine,
                                 const Cells& aligned) const {
+        if (highlight.exponent == 0) return all_cells(1);
         const Cells n = all_cells(highlight.exponent), one = all_cells(1);
         const Cells energy = all_cells(1 / (highlight.exponent + 1));
         if (!highlight.about_half_vector) {
@@ -350,6 +402,7 @@ private:
         return all ? CellsCovered::all : CellsCovered::some;
     }
 
+    const Reflected& reflected_;
     const VertexTerms& terms_;
     const Vec3f normal_, mirror_, to_eye_;
     const Vec3f across_;         ///< The plane of incidence.
@@ -376,15 +429,17 @@ struct RadianceSum {
 };
 
 /// Walks all faces.
-RadianceSum walked(const VertexTerms& terms, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                   const Depth& depth, float negligible, WalkMemory<std::uint8_t>& memory) {
+RadianceSum walked(const LightPyramid& light, const VertexTerms& terms,
+                   std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
+                   float negligible, WalkMemory<std::uint8_t>& memory) {
+    const LitColours reflected{light};
     RadianceSum sum(negligible);
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
-        const FaceShading shading(terms, face, memory.sides);
+        const FaceShading shading(reflected, terms, face, memory.sides);
         if (shading.is_dark()) continue;
         const FaceFactors factors = list_factors(visibilities, face, memory.varying[0]);
         if (factors.constant == 0) continue;
-        Walk<std::uint8_t, FaceShading, RadianceSum> walk(shading, sum, memory, depth);
+        Walk<std::uint8_t, FaceShading<LitColours>, RadianceSum> walk(shading, sum, memory, depth);
         walk.visit(0, face, 0, factors.constant * RadianceSum::cell_share);
     }
     return sum;
@@ -399,39 +454,69 @@ Rgb radiance(const LightPyramid& light, const DirectionPyramid& directions, cons
              WalkMemory<std::uint8_t>& memory, float tolerance) {
     const int face_levels = light.numbers().levels();
     const Depth levels(depth, face_levels);
-    const VertexTerms terms(light, directions, brdf, near, levels.levels - 1);
+    const VertexTerms terms(directions, brdf, near, levels.levels - 1);
     if (tolerance > 0 && levels.levels > 1) {
         // Of a coarse guess at the radiance, each of some hundred cells may spoil its share; the sum of the
         // bounds is checked against what is found, and where it is too much the cells may spoil less.
-        const VertexTerms coarse(light, directions, brdf, near, 0);
-        const Rgb guess = walked(coarse, visibilities, Depth(2, face_levels), 0, memory).total();
+        const VertexTerms coarse(directions, brdf, near, 0);
+        const Rgb guess = walked(light, coarse, visibilities, Depth(2, face_levels), 0, memory).total();
         float negligible = tolerance * size_of(guess) / 128;
         for (int trial = 0; trial < 3 && negligible > 0; ++trial, negligible /= 8) {
-            const RadianceSum sum = walked(terms, visibilities, levels, negligible, memory);
+            const RadianceSum sum = walked(light, terms, visibilities, levels, negligible, memory);
             const Rgb total = sum.total();
             // The full walk's result is at least this less the error, so this is enough:
             if (sum.error <= tolerance * (size_of(total) - sum.error)) return total;
         }
     }
-    return walked(terms, visibilities, levels, 0, memory).total();
+    return walked(light, terms, visibilities, levels, 0, memory).total();
+}
+
+template <class Reflected>
+void write_product(const Reflected& reflected, const BlockNumbers& numbers, const VertexTerms& terms,
+                   std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
+                   WalkMemory<std::uint8_t>& memory,
+                   std::vector<WaveletBlock<Reflected::channels>>& product) {
+    using Writer = BlockWriter<Reflected::channels>;
+    product.clear();
+    Writer writer{numbers, product};
+    for (std::size_t face = 0; face < cubemap_faces; ++face) {
+        const FaceShading shading(reflected, terms, face, memory.sides);
+        if (shading.is_dark()) continue;
+        const FaceFactors factors = list_factors(visibilities, face, memory.varying[0]);
+        if (factors.constant == 0) continue;
+        Walk<std::uint8_t, FaceShading<Reflected>, Writer> walk(shading, writer, memory, depth);
+        walk.visit(0, face, 0, factors.constant);
+    }
+    transform_blocks(product);
 }
 
 void transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
               const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
               WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
     const Depth levels(depth, light.numbers().levels());
-    const VertexTerms terms(light, directions, brdf, near, levels.levels - 1);
-    product.clear();
-    BlockWriter<3> writer{light.numbers(), product};
-    for (std::size_t face = 0; face < cubemap_faces; ++face) {
-        const FaceShading shading(terms, face, memory.sides);
-        if (shading.is_dark()) continue;
-        const FaceFactors factors = list_factors(visibilities, face, memory.varying[0]);
-        if (factors.constant == 0) continue;
-        Walk<std::uint8_t, FaceShading, BlockWriter<3>> walk(shading, writer, memory, levels);
-        walk.visit(0, face, 0, factors.constant);
-    }
-    transform_blocks(product);
+    const VertexTerms terms(directions, brdf, near, levels.levels - 1);
+    write_product(LitColours{light}, light.numbers(), terms, visibilities, levels, memory, product);
+}
+
+template <int count>
+void write_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                 const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                 int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<count>>& product) {
+    const Depth levels(depth, numbers.levels());
+    const VertexTerms terms(directions, brdf, near, levels.levels - 1);
+    write_product(PlainTerms<count>(), numbers, terms, visibilities, levels, memory, product);
+}
+
+void two_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+               const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+               WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<2>>& product) {
+    write_terms(numbers, directions, brdf, near, visibilities, depth, memory, product);
+}
+
+void three_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                 const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                 int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
+    write_terms(numbers, directions, brdf, near, visibilities, depth, memory, product);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -443,6 +528,8 @@ namespace haarfield {
 
 HWY_EXPORT(radiance);
 HWY_EXPORT(transfer);
+HWY_EXPORT(two_terms);
+HWY_EXPORT(three_terms);
 
 Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
                     const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
@@ -457,6 +544,20 @@ void vertex_transfer(const LightPyramid& light, const DirectionPyramid& directio
                      int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
     memory.reserve(visibilities);
     HWY_DYNAMIC_DISPATCH(transfer)(light, directions, brdf, near, visibilities, depth, memory, product);
+}
+
+void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<2>>& product) {
+    memory.reserve(visibilities);
+    HWY_DYNAMIC_DISPATCH(two_terms)(numbers, directions, brdf, near, visibilities, depth, memory, product);
+}
+
+void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
+    memory.reserve(visibilities);
+    HWY_DYNAMIC_DISPATCH(three_terms)(numbers, directions, brdf, near, visibilities, depth, memory, product);
 }
 
 }  // namespace haarfield

@@ -14,11 +14,11 @@ namespace haarfield {
 /// where c is max(0,N.w) if the highlight is cosine-weighted, and otherwise 1 above the horizon and 0 below
 /// it; H and F as in material.h.
 struct VertexBrdf {
-    Vec3f normal;        ///< N.
-    Vec3f mirror;        ///< R: the view direction, mirrored about the normal.
-    Rgb diffuse{0.0f};   ///< Albedo / pi. [1/sr]
-    Rgb specular{0.0f};  ///< With its normalisation. [1/sr]
-    float phong = 1, shininess = 1;
+    Vec3f normal;                    ///< N.
+    Vec3f mirror;                    ///< R: the view direction, mirrored about the normal.
+    Rgb diffuse{0.0f};               ///< Albedo / pi. [1/sr]
+    Rgb specular{0.0f};              ///< With its normalisation. [1/sr]
+    float phong = 1, shininess = 1;  ///< Shininess 0: the same in all directions.
     float blinn = 0, blinn_exponent = 20;
     Rgb metallic{0.0f};  ///< What a metal takes from its highlights under light along N. In [0, 1].
     bool cosine_weighted = false;
@@ -54,5 +54,21 @@ Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& direction
 void vertex_transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
                      const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
                      int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product);
+
+/// The terms of what a vertex does with light, times visibilities, each as a channel of a function product:
+///     t_0 = max(0,N.w),   t_1 = highlight c,   t_2 = highlight c F(N.w),
+/// without the colours, so that outgoing = int L [diffuse t_0 + specular (1 - metallic) t_1 + specular
+/// metallic t_2] dw. Of two terms t_2 is left out; of three it is zero unless metallic is not.
+///
+/// numbers  of the blocks, for faces of the size of `directions`.
+/// cost     as vertex_transfer; of diffuse and specular it matters only whether they are zero.
+/// @{
+void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<2>>& product);
+void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product);
+/// @}
 
 }  // namespace haarfield

@@ -52,8 +52,8 @@ public:
         brdf.shininess = 0;
         brdf.blinn = 0;
         brdf.mirror = brdf.normal;
-        pruning_.take_rgb(vertex_.product(frame_.light));
-        pruning_.append_rgb(frame_.allowed * (pruning_.rgb_energy() + double(diffuse.dot(diffuse))), rows_);
+        pruning_.take(vertex_.product(frame_.light));
+        pruning_.append(frame_.allowed * (pruning_.energy() + double(diffuse.dot(diffuse))), rows_);
     }
     void add_buried() { rows_.append_empty(); }
     SparseVectors complete() {

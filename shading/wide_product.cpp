@@ -86,7 +86,9 @@ void write_product(const Head& head, const BlockNumbers& numbers,
         }
         const auto place = static_cast<std::uint32_t>(blocks.size());
         WaveletBlock<channels>& root = blocks.emplace_back();
-        root = {static_cast<std::uint32_t>(face), place, 0, {}};
+        root.block = static_cast<std::uint32_t>(face);
+        root.parent = place;
+        root.cell = 0;
         // All cells alike, which is transformed below.
         for (int c = 0; c < channels; ++c)
             root.amplitude[std::size_t(c)].fill(on_face.mean * head.mean(face, c));

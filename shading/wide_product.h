@@ -34,6 +34,8 @@ struct WaveletBlock {
     std::uint32_t parent;  ///< Place in the list; of a face's root: its own.
     std::uint32_t cell;    ///< Of the parent.
     std::array<std::array<float, wide_cells>, channels> amplitude;
+
+    WaveletBlock() {}  // NOLINT: of thousands a vertex, whose values are written next, none is cleared first
 };
 
 /// T = light f_1 ... f_k, untruncated, as the blocks that hold its wavelets, parents before children. Blocks

@@ -1,0 +1,89 @@
+#include "shading/coefficient_energies.h"
+
+#include <algorithm>
+#include <bit>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "shading/coefficient_energies.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "shading/cells-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace haarfield {
+namespace HWY_NAMESPACE {
+
+/// Sum of the energies that are not above a limit.
+float energy_below(const CoefficientEnergies& energies, float limit) {
+    // Two sums, lest each addition wait for the one before.
+    Cells even = all_cells(0), odd = even;
+    std::size_t i = 0;
+    for (; i + 2 <= energies.blocks; i += 2) {
+        even = even + only_up_to(limit, load_cells(energies.energy[i].data()));
+        odd = odd + only_up_to(limit, load_cells(energies.energy[i + 1].data()));
+    }
+    if (i < energies.blocks) even = even + only_up_to(limit, load_cells(energies.energy[i].data()));
+    return sum_of(even + odd);
+}
+
+/// Marks the cells whose energy is above a limit, and counts them.
+std::size_t mark_above(CoefficientEnergies& energies, float limit) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < energies.blocks; ++i) {
+        const unsigned marks = cells_above(load_cells(energies.energy[i].data()), limit);
+        energies.marks[i] = static_cast<std::uint16_t>(marks);
+        count += std::size_t(std::popcount(marks));
+    }
+    return count;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace haarfield
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace haarfield {
+
+HWY_EXPORT(energy_below);
+HWY_EXPORT(mark_above);
+
+EnergyWeights::EnergyWeights(const CoefficientSpectrum& spectrum) {
+    for (int level = 0; level < 4; ++level)
+        for (std::size_t slot = 0; slot < wide_cells; ++slot) {
+            const float of_amplitude = coefficient_of_amplitude(level, slot),
+                        matters = of_amplitude * spectrum[spectrum_place(level, slot)];
+            normalisation[std::size_t(level)][slot] = of_amplitude;
+            weight[std::size_t(level)][slot] = matters * matters;
+        }
+}
+
+void CoefficientEnergies::clear(std::size_t room) {
+    if (place.size() < room) {
+        energy.resize(room);
+        place.resize(room);
+        marks.resize(room);
+    }
+    blocks = 0;
+    sum = 0;
+}
+
+/// If each energy is below its even share, all of them are within what is allowed; and one that is larger
+/// than all that is allowed must be kept. Between the two the range of bits, which are in the order of
+/// floats, is halved.
+std::size_t CoefficientEnergies::mark(double allowed) {
+    const auto limit_bits = [](double limit) {
+        return std::bit_cast<std::uint32_t>(static_cast<float>(std::min(limit, 1e38)));
+    };
+    const auto count = double(blocks * wide_cells);
+    std::uint32_t low = limit_bits(allowed / (count + 1)), high = limit_bits(allowed);
+    while (high - low > 1u << 20) {
+        const std::uint32_t middle = low + (high - low) / 2;
+        const float below = HWY_DYNAMIC_DISPATCH(energy_below)(*this, std::bit_cast<float>(middle));
+        (double(below) <= allowed ? low : high) = middle;
+    }
+    return HWY_DYNAMIC_DISPATCH(mark_above)(*this, std::bit_cast<float>(low));
+}
+
+}  // namespace haarfield
+#endif
