@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "shading/coefficient_energies.cpp"
@@ -56,6 +57,20 @@ EnergyWeights::EnergyWeights(const CoefficientSpectrum& spectrum) {
             normalisation[std::size_t(level)][slot] = of_amplitude;
             weight[std::size_t(level)][slot] = matters * matters;
         }
+}
+
+DetailWeights detail_weights(const CoefficientSpectrum& spectrum, double energy_of_a_cell) {
+    DetailWeights detail;
+    for (std::size_t level = 0; level < detail.weight.size(); ++level) {
+        const std::size_t below =
+            std::min(spectrum_place(static_cast<int>(level) + 1, 4), spectrum.size() - 1);
+        const float largest = *std::max_element(spectrum.begin() + std::ptrdiff_t(below), spectrum.end());
+        const double weight = std::ldexp(double(largest) * double(largest), -4 * (int(level) + 1));
+        detail.weight[level] = static_cast<float>(weight);
+        detail.negligible[level] =
+            static_cast<float>(std::min(std::sqrt(energy_of_a_cell / std::max(weight, 1e-37)), 1e30));
+    }
+    return detail;
 }
 
 void CoefficientEnergies::clear(std::size_t room) {

@@ -18,6 +18,10 @@ struct EnergyWeights {
     explicit EnergyWeights(const CoefficientSpectrum& spectrum);
 };
 
+/// A spectrum's weights of what lies below the cells of blocks, and the deviations whose energy in one cell
+/// is at most so much.
+DetailWeights detail_weights(const CoefficientSpectrum& spectrum, double energy_of_a_cell);
+
 /// The energies of a list of blocks, as far as there are any. Keeps its memory from one list to the next.
 struct CoefficientEnergies {
     std::vector<SlotValues> energy;

@@ -38,6 +38,7 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 ///
 /// Those of the light's coefficients that matter least are left out, to an eighth of the error of pruning.
 ///
+/// accuracy  besides pruning, rounding to bytes: 0.2 %.
 /// scene, geometry  those that the vectors were made for.
 /// errors  interrupted; then `radiance` is as it was.
 /// cost    a multiplication and an addition for each coefficient that a vertex and the light have in common.

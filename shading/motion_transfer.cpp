@@ -7,7 +7,6 @@
 
 #include <memory>
 
-#include "shading/product_pruning.h"
 #include "shading/sparse_products.h"
 
 namespace haarfield {
@@ -15,6 +14,10 @@ namespace {
 
 /// An instance there hides nothing from the others. [m]
 constexpr float far_away = 1e6f;
+
+/// Of the error, what the vectors may have: where an occlusion ends at a small light its coefficients are not
+/// independent, but add up.
+constexpr double pruning_share = 0.75;
 
 constexpr int moving_depth = 4;  ///< Of FrameQuality::moving.
 
@@ -24,7 +27,7 @@ struct Frame {
     const RenderSettings& settings;
     const MotionTransfer& transfer;
     CoefficientSpectrum spectrum;
-    double allowed;  ///< Energy, relative.
+    double error;  ///< Relative.
 };
 
 class MotionBlockMaker {
@@ -32,27 +35,31 @@ public:
     explicit MotionBlockMaker(const Frame& frame)
         : frame_(frame),
           vertex_(frame.scene, frame.geometry, frame.settings),
-          pruning_(frame.settings.face_size, frame.spectrum),
+          pruning_(frame.settings.face_size, frame.spectrum, frame.error),
           rows_(frame.settings.face_size, 3) {}
 
     void add_row(const InstanceVertex& vertex, Rgb& open) {
         if (vertex.instance == frame_.transfer.instance || !vertex_.look_from(vertex))
             return rows_.append_empty();
-        pruning_.take(vertex_.product(frame_.transfer.light));
+        pruning_.take(vertex_, frame_.transfer.light, [](const ProductPruning& product) {
+            const Rgb whole = product.integral();
+            return double(whole.dot(whole));
+        });
         open = pruning_.integral();
-        pruning_.append(frame_.allowed * double(open.dot(open)), rows_);
+        pruning_.append(rows_);
     }
     void add_buried() { rows_.append_empty(); }
     SparseVectors complete() {
         SparseVectors block(rows_);
         rows_.clear();
+        pruning_.forget();
         return block;
     }
 
 private:
     const Frame& frame_;
     VertexTransfer vertex_;
-    ProductPruning pruning_;
+    TransferPruning pruning_;
     SparseVectors rows_;
 };
 
@@ -165,7 +172,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                       settings,
                       result,
                       rms_spectrum(result.occlusions),
-                      double(transfer.pruning_error) * double(transfer.pruning_error)};
+                      double(transfer.pruning_error) * pruning_share};
     const Result<Done> made = make_rows(
         rows, SparseVectorBlocks::block_rows,
         [&]() -> BlockMaker {

@@ -43,9 +43,10 @@ bool VertexTransfer::look_from(const InstanceVertex& at) {
     return visibility_.look(at.instance, at.vertex, view);
 }
 
-std::span<const WaveletBlock<3>> VertexTransfer::product(const LightPyramid& light) {
-    vertex_transfer(light, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
-                    settings_.depth, memory_, product_);
+std::span<const WaveletBlock<3>> VertexTransfer::product(const LightPyramid& light,
+                                                         const DetailWeights* detail) {
+    blurred_energy_ = vertex_transfer(light, geometry_.directions, brdf, visibility_.cones(),
+                                      visibility_.trees(), settings_.depth, memory_, product_, detail);
     return product_;
 }
 

@@ -18,6 +18,7 @@
 
 #include "fields/progress.h"
 #include "fields/result.h"
+#include "shading/product_pruning.h"
 #include "shading/renderer.h"
 #include "shading/sparse_vectors.h"
 
@@ -74,7 +75,11 @@ public:
     VertexBrdf brdf;
 
     /// vertex_transfer of vertex_shading.h; valid until the next call.
-    std::span<const WaveletBlock<3>> product(const LightPyramid& light);
+    std::span<const WaveletBlock<3>> product(const LightPyramid& light,
+                                             const DetailWeights* detail = nullptr);
+
+    /// A bound on what the last product left out.
+    double blurred_energy() const { return blurred_energy_; }
 
     /// vertex_terms of vertex_shading.h.
     template <int count>
@@ -91,6 +96,47 @@ private:
     VertexVisibility visibility_;
     WalkMemory<std::uint8_t> memory_;
     std::vector<WaveletBlock<3>> product_;
+    double blurred_energy_ = 0;
+};
+
+/// One thread's way from vertices to pruned RGB vectors.
+///
+/// Details that are certain to be pruned are not even computed: a quarter of the error is theirs, and what it
+/// is is known, nearly, from the vertex before. Where that was too much the product is made once more.
+class TransferPruning {
+public:
+    /// error  of pruning, relative to a vertex's energy.
+    TransferPruning(int face_size, const CoefficientSpectrum& spectrum, double error)
+        : spectrum_(spectrum), error_(error), pruning_(face_size, spectrum) {}
+
+    /// Forgets the vertex before, so that the next one does not depend on it.
+    void forget() { allowed_ = 0; }
+
+    /// Takes up the product of a vertex with a light.
+    ///
+    /// energy_of  from ProductPruning, with the product at hand, to the vertex's energy.
+    template <class EnergyOf>
+    void take(VertexTransfer& vertex, const LightPyramid& light, const EnergyOf& energy_of) {
+        const DetailWeights detail = detail_weights(spectrum_, blurred_share * allowed_ / typical_cells);
+        pruning_.take(vertex.product(light, allowed_ > 0 ? &detail : nullptr));
+        allowed_ = error_ * error_ * energy_of(pruning_);
+        if (vertex.blurred_energy() <= blurred_share * allowed_) return;
+        pruning_.take(vertex.product(light));
+        allowed_ = error_ * error_ * energy_of(pruning_);
+    }
+
+    /// Of the product at hand.
+    Rgb integral() const { return pruning_.integral(); }
+    void append(SparseVectors& to) { pruning_.append((1 - blurred_share) * allowed_, to); }
+
+private:
+    static constexpr double blurred_share = 0.25;
+    static constexpr double typical_cells = 128;  ///< That are blurred.
+
+    CoefficientSpectrum spectrum_;
+    double error_;
+    ProductPruning pruning_;
+    double allowed_ = 0;  ///< Energy, of the vertex at hand.
 };
 
 /// One thread's way to the transfer vectors: makes one block of rows after another.

@@ -242,9 +242,15 @@ public:
         const Cells cosine_deviation = square_root(spread * (all_cells(2) - spread)) + at_horizon;
         HeadErrors result;
         Cells lobe = all_cells(0);
+        const float specular_peak = std::max({specular.x, specular.y, specular.z});
+        float constant = 0;  // the sum of lobes to the power of zero
         for (const Highlight& highlight : terms_.highlights()) {
+            if (highlight.exponent == 0) {
+                constant += specular_peak * highlight.weight;
+                continue;
+            }
             lobe =
-                multiply_add(all_cells(std::max({specular.x, specular.y, specular.z}) * highlight.weight),
+                multiply_add(all_cells(specular_peak * highlight.weight),
                              larger(lobe_cells(highlight, d, cosine, aligned), all_cells(lobe_varies)), lobe);
             result.unbounded |= cells_above(aligned, highlight.curved[at]);
         }
@@ -261,10 +267,15 @@ public:
                                  magnitude(load_cells(light.green.data())) +
                                  magnitude(load_cells(light.blue.data()));
         const Cells largest =
-            diffuse_peak * (larger(cosine, all_cells(0)) + all_cells(2 * terms_.margin[at])) + lobe;
-        const Cells deviation = diffuse_peak * cosine_deviation + lobe;
+            diffuse_peak * (larger(cosine, all_cells(0)) + all_cells(2 * terms_.margin[at])) + lobe +
+            all_cells(constant);
+        // An indicator deviates by a half at most, and so does what it is weighted with less.
+        const Cells constant_deviation = terms_.brdf.cosine_weighted ? all_cells(constant) * cosine_deviation
+                                                                     : only(horizon, all_cells(constant));
+        const Cells deviation = diffuse_peak * cosine_deviation + lobe + constant_deviation;
         result.deviation = light_deviation * largest + light_size * deviation;
-        result.mean_error = light_deviation * deviation + light_size * (diffuse_peak * at_horizon + lobe);
+        result.mean_error = light_deviation * deviation +
+                            light_size * (diffuse_peak * at_horizon + lobe + constant_deviation);
         return result;
     }
 
@@ -411,7 +422,7 @@ private:
 
 struct RadianceSum {
     static constexpr unsigned needed = 2;
-    static constexpr bool may_prune = true;
+    static constexpr bool may_prune = true, may_blur = false;
     static constexpr float cell_share = 1.0f / wide_cells;
 
     Cells sum[3];
@@ -420,6 +431,7 @@ struct RadianceSum {
     explicit RadianceSum(float negligible_error) : negligible(negligible_error) {
         for (Cells& channel : sum) channel = all_cells(0);
     }
+    bool needs_bounds() const { return negligible > 0; }
     Rgb total() const { return Rgb(sum_of(sum[0]), sum_of(sum[1]), sum_of(sum[2])); }
     HWY_INLINE void visit(int, std::size_t, std::size_t, unsigned done, const Cells& product,
                           const HeadCells<3>& head) {
@@ -471,14 +483,14 @@ Rgb radiance(const LightPyramid& light, const DirectionPyramid& directions, cons
     return walked(light, terms, visibilities, levels, 0, memory).total();
 }
 
-template <class Reflected>
-void write_product(const Reflected& reflected, const BlockNumbers& numbers, const VertexTerms& terms,
-                   std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
-                   WalkMemory<std::uint8_t>& memory,
-                   std::vector<WaveletBlock<Reflected::channels>>& product) {
-    using Writer = BlockWriter<Reflected::channels>;
+/// Returns a bound on the energy of what is blurred.
+template <class Writer, class Reflected>
+double write_product(const Reflected& reflected, const BlockNumbers& numbers, const VertexTerms& terms,
+                     std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
+                     const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
+                     std::vector<WaveletBlock<Reflected::channels>>& product) {
     product.clear();
-    Writer writer{numbers, product};
+    Writer writer{numbers, product, detail};
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const FaceShading shading(reflected, terms, face, memory.sides);
         if (shading.is_dark()) continue;
@@ -488,14 +500,17 @@ void write_product(const Reflected& reflected, const BlockNumbers& numbers, cons
         walk.visit(0, face, 0, factors.constant);
     }
     transform_blocks(product);
+    return writer.blurred_energy;
 }
 
-void transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-              const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
-              WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
+double transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                int depth, const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
+                std::vector<WaveletBlock<3>>& product) {
     const Depth levels(depth, light.numbers().levels());
     const VertexTerms terms(directions, brdf, near, levels.levels - 1);
-    write_product(LitColours{light}, light.numbers(), terms, visibilities, levels, memory, product);
+    return write_product<BlockWriter<3, true>>(LitColours{light}, light.numbers(), terms, visibilities,
+                                               levels, detail, memory, product);
 }
 
 template <int count>
@@ -504,7 +519,8 @@ void write_terms(const BlockNumbers& numbers, const DirectionPyramid& directions
                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<count>>& product) {
     const Depth levels(depth, numbers.levels());
     const VertexTerms terms(directions, brdf, near, levels.levels - 1);
-    write_product(PlainTerms<count>(), numbers, terms, visibilities, levels, memory, product);
+    write_product<BlockWriter<count>>(PlainTerms<count>(), numbers, terms, visibilities, levels, nullptr,
+                                      memory, product);
 }
 
 void two_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
@@ -539,11 +555,13 @@ Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& direction
                                           tolerance);
 }
 
-void vertex_transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                     const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                     int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
+double vertex_transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                       const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                       int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
+                       const DetailWeights* detail) {
     memory.reserve(visibilities);
-    HWY_DYNAMIC_DISPATCH(transfer)(light, directions, brdf, near, visibilities, depth, memory, product);
+    return HWY_DYNAMIC_DISPATCH(transfer)(light, directions, brdf, near, visibilities, depth, detail, memory,
+                                          product);
 }
 
 void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,

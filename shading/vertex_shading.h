@@ -51,9 +51,14 @@ Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& direction
 /// The function whose integral vertex_radiance is: lighting times BRDF times visibilities, per channel, as a
 /// function product (wide_product.h). `product` is overwritten, its memory reused; faces that are dark have
 /// no block.
-void vertex_transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                     const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                     int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product);
+///
+/// detail   null: everything is there. Else what is negligible may be left out: blocks below cells whose mean
+///          is kept.
+/// returns  a bound on the energy of what is left out, with the weights of `detail`.
+double vertex_transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                       const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                       int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
+                       const DetailWeights* detail = nullptr);
 
 /// The terms of what a vertex does with light, times visibilities, each as a channel of a function product:
 ///     t_0 = max(0,N.w),   t_1 = highlight c,   t_2 = highlight c F(N.w),

@@ -5,7 +5,6 @@
 
 #include <memory>
 
-#include "shading/product_pruning.h"
 #include "shading/sparse_products.h"
 
 namespace haarfield {
@@ -19,7 +18,7 @@ constexpr float lobe_error = 2e-3f;  ///< Of truncating the lobes.
 
 /// Of the error that vectors and lobes may have each: where a lobe meets a small light its coefficients are
 /// not independent, but add up.
-constexpr float factor_share = 0.5f;
+constexpr float factor_share = 0.4f;
 
 struct Frame {
     const ShadedScene& scene;
@@ -27,7 +26,7 @@ struct Frame {
     const RenderSettings& settings;
     LightPyramid light;
     CoefficientSpectrum spectrum;
-    double allowed;  ///< Energy, relative.
+    double error;  ///< Relative.
 };
 
 class ViewBlockMaker {
@@ -35,7 +34,7 @@ public:
     explicit ViewBlockMaker(const Frame& frame)
         : frame_(frame),
           vertex_(frame.scene, frame.geometry, frame.settings),
-          pruning_(frame.settings.face_size, frame.spectrum),
+          pruning_(frame.settings.face_size, frame.spectrum, frame.error),
           rows_(frame.settings.face_size, 3) {}
 
     void add_row(const InstanceVertex& vertex, Rgb& diffuse) {
@@ -52,20 +51,23 @@ public:
         brdf.shininess = 0;
         brdf.blinn = 0;
         brdf.mirror = brdf.normal;
-        pruning_.take(vertex_.product(frame_.light));
-        pruning_.append(frame_.allowed * (pruning_.energy() + double(diffuse.dot(diffuse))), rows_);
+        pruning_.take(vertex_, frame_.light, [&](const ProductPruning& product) {
+            return product.energy() + double(diffuse.dot(diffuse));
+        });
+        pruning_.append(rows_);
     }
     void add_buried() { rows_.append_empty(); }
     SparseVectors complete() {
         SparseVectors block(rows_);
         rows_.clear();
+        pruning_.forget();
         return block;
     }
 
 private:
     const Frame& frame_;
     VertexTransfer vertex_;
-    ProductPruning pruning_;
+    TransferPruning pruning_;
     SparseVectors rows_;
 };
 
@@ -134,7 +136,7 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
                       settings,
                       LightPyramid(light, settings.face_size),
                       shapes->spectrum,
-                      squared(transfer.pruning_error * factor_share)};
+                      double(transfer.pruning_error * factor_share)};
     const Result<Done> made = make_rows(
         rows, SparseVectorBlocks::block_rows,
         [&]() -> BlockMaker {

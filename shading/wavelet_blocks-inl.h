@@ -16,27 +16,57 @@ namespace haarfield {
 namespace HWY_NAMESPACE {
 
 /// Sink of a walk: the means of the product over the cells that are done.
-template <int channels>
+///
+/// blurs  whether details may be left out: of blurred cells only the mean is kept.
+template <int channels, bool blurs = false>
 struct BlockWriter {
     static constexpr unsigned needed = 1;
-    static constexpr bool may_prune = false;
+    static constexpr bool may_prune = false, may_blur = blurs;
     static constexpr float cell_share = 1;
 
     BlockNumbers numbers;
     std::vector<WaveletBlock<channels>>& blocks;
-    std::array<std::size_t, 4> place{};  ///< Of the block at hand and those above, by level.
+    const DetailWeights* detail = nullptr;  ///< Null: nothing is blurred.
+    double blurred_energy = 0;              ///< A bound.
+    std::array<std::size_t, 4> place{};     ///< Of the block at hand and those above, by level.
+    std::array<unsigned, 4> blurred{};      ///< Of these, the cells.
+
+    bool needs_bounds() const { return detail != nullptr; }
+    float negligible(int level) const { return detail->negligible[std::size_t(level)]; }
+    void add_blurred(int level, float squares) {
+        blurred_energy += double(squares) * double(detail->weight[std::size_t(level)]);
+    }
+    void set_blurred(int level, unsigned cells) { blurred[std::size_t(level)] = cells; }
+    bool is_blurred(int level, std::size_t block) const {
+        return level > 0 && (blurred[std::size_t(level) - 1] >> (block % wide_cells) & 1u) != 0;
+    }
 
     HWY_INLINE void visit(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
                           const HeadCells<channels>& head) {
+        const Cells share = only(done, product);
+        if constexpr (blurs)
+            if (is_blurred(level, block)) return add_mean(level, block, share, head);
         const std::size_t here = place[std::size_t(level)] = blocks.size();
         const std::size_t parent = level == 0 ? here : place[std::size_t(level) - 1];
         WaveletBlock<channels>& added = blocks.emplace_back();
         added.block = static_cast<std::uint32_t>(numbers(level, face, block));
         added.parent = static_cast<std::uint32_t>(parent);
         added.cell = static_cast<std::uint32_t>(block % wide_cells);
-        const Cells share = only(done, product);
         for (std::size_t c = 0; c < channels; ++c)
             store_cells(share * head.value[c], added.amplitude[c].data());
+    }
+
+private:
+    /// To the blurred cell that the block lies in.
+    void add_mean(int level, std::size_t block, const Cells& share, const HeadCells<channels>& head) {
+        float part = 1.0f / wide_cells;
+        for (--level; is_blurred(level, block / wide_cells); --level) {
+            block /= wide_cells;
+            part /= wide_cells;
+        }
+        WaveletBlock<channels>& above = blocks[place[std::size_t(level)]];
+        for (std::size_t c = 0; c < channels; ++c)
+            above.amplitude[c][block % wide_cells] += sum_of(share * head.value[c]) * part;
     }
 };
 

@@ -35,7 +35,7 @@ struct One {
 
 struct Integral {
     static constexpr unsigned needed = 2;
-    static constexpr bool may_prune = false;
+    static constexpr bool may_prune = false, may_blur = false;
     static constexpr float cell_share = 1.0f / wide_cells;
 
     Cells sum[3];

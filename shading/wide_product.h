@@ -38,6 +38,15 @@ struct WaveletBlock {
     WaveletBlock() {}  // NOLINT: of thousands a vertex, whose values are written next, none is cleared first
 };
 
+/// Which details of a product do not matter: by level of blocks, what lies below one of its cells.
+///
+/// Wavelets are orthonormal, so that the squares of the coefficients below a cell add up to the mean square
+/// of what the product deviates by from its mean there, times the cell's share of the face.
+struct DetailWeights {
+    std::array<float, 4> weight{};      ///< From a mean square to an energy: at least.
+    std::array<float, 4> negligible{};  ///< Root mean square deviations up to here are left out.
+};
+
 /// T = light f_1 ... f_k, untruncated, as the blocks that hold its wavelets, parents before children. Blocks
 /// that are absent are zero; of every face the root is there. `product` is overwritten, its memory reused.
 ///

@@ -79,6 +79,14 @@ struct ProductErrors {
         for (int c = 1; c < channels; ++c) size = size + magnitude(head.value[c]);
         return errors.deviation * deviation + (mean + mean_error) * errors.mean_error + size * mean_error;
     }
+    /// Of the root mean square of  f w - mean(f w)  in the cells: at most that of  (f - c) w,  plus |c| times
+    /// the deviation of w, as w <= 1 and the mean is what it deviates least from.
+    template <int channels>
+    HWY_INLINE Cells deviation_bound(const HeadCells<channels>& head, const HeadErrors& errors) const {
+        Cells size = magnitude(head.value[0]);
+        for (int c = 1; c < channels; ++c) size = size + magnitude(head.value[c]);
+        return errors.deviation + size * deviation;
+    }
 };
 
 /// Goes down a face, cell by cell, while at least Sink::needed functions vary and no constant factor is zero.
@@ -90,7 +98,9 @@ struct ProductErrors {
 /// Sink  is told of each block, parents first: visit(level, face, block, cells that are done, product of the
 ///       constants and trees, head). `constant` of the root is what that product is multiplied by, on each
 ///       level once more by Sink::cell_share. If its `negligible` is positive, cells are done early where
-///       what that changes is bounded by less; the bounds add up in `error`.
+///       what that changes is bounded by less; the bounds add up in `error`. If it may_blur, what varies
+///       within some cells does not matter, but for their means: these it keeps, and below them the walk goes
+///       on only where two functions vary.
 template <class Cell, class Head, class Sink>
 class Walk {
     using HeadValue = std::invoke_result_t<const Head&, int, std::size_t, std::size_t>;
@@ -148,8 +158,8 @@ private:
             constants = constants * choose(cells, all_cells(1), value);
             twice |= once & cells;
             once |= cells;
-            if constexpr (Sink::may_prune)
-                if (sink_.negligible > 0) errors.add(cells, value);
+            if constexpr (Sink::may_prune || Sink::may_blur)
+                if (sink_.needs_bounds()) errors.add(cells, value);
         }
         const unsigned zero = head.zero | cells_that_are_zero(constants);
         unsigned more = (Sink::needed == 2 ? twice : once) & ~zero;
@@ -161,6 +171,17 @@ private:
                 if (pruned != 0) sink_.error += sum_of(only(pruned, bound));
                 more &= ~pruned;
             }
+        if constexpr (Sink::may_blur) {
+            unsigned blurred = sink_.is_blurred(level, block) ? all_sixteen : 0;
+            if (blurred == 0 && sink_.needs_bounds() && more != 0) {
+                const HeadErrors of_head = head_.errors(level, face, block);
+                const Cells bound = magnitude(constants) * errors.deviation_bound(head, of_head);
+                blurred = more & ~(of_head.unbounded | cells_above(bound, sink_.negligible(level)));
+                if (blurred != 0) sink_.add_blurred(level, sum_of(only(blurred, bound * bound)));
+            }
+            sink_.set_blurred(level, blurred);
+            more &= ~blurred | twice;
+        }
         sink_.visit(level, face, block, all_sixteen & ~(more | zero), product, head);
         if (more == 0) return;
         if (level + 1 == last_level_) return finish_cells(level, face, block, constants, more);

@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
+#include <map>
 #include <numeric>
 #include <optional>
 #include <random>
 
 #include "fields/haar_transform.h"
+#include "shading/coefficient_energies.h"
 #include "shading/material.h"
 #include "shading/wide_visibility.h"
 #include "tests/example_meshes.h"
@@ -338,6 +340,74 @@ TEST(VertexShading, NeverErrsByMoreThanTheTolerance) {
         }
     }
     EXPECT_GT(changed, 200);
+}
+
+/// By index (sparse_vectors.h), of an RGB product.
+std::map<std::uint32_t, Vec3d> coefficients_of(const std::vector<WaveletBlock<3>>& product) {
+    std::map<std::uint32_t, Vec3d> result;
+    const BlockNumbers numbers(size);
+    for (const WaveletBlock<3>& block : product)
+        for (std::uint32_t slot = 0; slot < wide_cells; ++slot) {
+            const double of_amplitude =
+                double(coefficient_of_amplitude(level_of_block(numbers, block.block), slot));
+            for (int c = 0; c < 3; ++c)
+                result[16 * block.block + slot][c] =
+                    of_amplitude * double(block.amplitude[std::size_t(c)][slot]);
+        }
+    return result;
+}
+
+TEST(VertexTransfer, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
+    constexpr CoefficientSpectrum spectrum{1, 0.8f, 0.6f, 0.3f, 0.2f, 0.1f, 0.05f};
+    std::mt19937 random(9);
+    WalkMemory<std::uint8_t> memory;
+    std::vector<WaveletBlock<3>> product;
+    int fewer = 0;
+    for (std::uint32_t seed = 0; seed < 4; ++seed) {
+        const Example example(30 + seed);
+        BlockedCones cones;
+        if (seed % 2)
+            add_cones(convex_polygons(make_occluder(square_mesh(2, -0.5f))), Vec3f(0.1f, 0.05f, -0.08f),
+                      cones);
+        for (int i = 0; i < 16; ++i) {
+            VertexBrdf brdf;
+            brdf.normal = random_direction(random);
+            brdf.mirror = i % 2 ? brdf.normal : (random_direction(random) + brdf.normal).normalized();
+            brdf.diffuse = i % 4 ? Rgb(0.3f, 0.2f, 0.1f) : Rgb(0.0f);
+            brdf.specular = i % 3 ? Rgb(0.1f, 0.2f, 0.3f) : Rgb(0.0f);
+            brdf.shininess = i % 2 ? 0.0f : 20.0f;
+            brdf.cosine_weighted = i % 8 < 4;
+            const auto made = [&](const DetailWeights* detail) {
+                const double bound =
+                    vertex_transfer(*example.light, example.directions, brdf, cones, example.visibilities,
+                                    full_depth, memory, product, detail);
+                return std::pair(coefficients_of(product), bound);
+            };
+            const auto [whole, nothing] = made(nullptr);
+            EXPECT_EQ(nothing, 0);
+            for (const double energy : {1e-9, 1e-7, 1e-5}) {
+                const DetailWeights detail = detail_weights(spectrum, energy);
+                const auto [blurred, bound] = made(&detail);
+                double missing = 0;
+                for (const auto& [index, wanted] : whole) {
+                    const auto found = blurred.find(index);
+                    const Vec3d difference = wanted - (found == blurred.end() ? Vec3d(0.0) : found->second);
+                    const double weight = double(
+                        spectrum[spectrum_place(level_of_block(BlockNumbers(size), index / 16), index % 16)]);
+                    // Blocks above keep their coefficients, but for the rounding of means to bytes.
+                    if (found == blurred.end())
+                        missing += difference.dot(difference) * weight * weight;
+                    else
+                        EXPECT_LT(difference.length(), 2e-3);
+                }
+                EXPECT_LE(missing, bound * 1.0001 + 1e-14) << seed << ", " << i << ", " << energy;
+                EXPECT_LE(bound, energy * 2000);
+                EXPECT_LE(blurred.size(), whole.size());
+                fewer += blurred.size() < whole.size();
+            }
+        }
+    }
+    EXPECT_GT(fewer, 60);
 }
 
 TEST(VertexShading, AgreesBetweenInstructionSets) {
