@@ -9,12 +9,12 @@ namespace haarfield {
 
 /// Buffers of block_contour.
 struct ContourScratch {
-    AlignedBuffer<float> columns;            ///< Where the sub-columns are.
-    AlignedBuffer<std::uint32_t> of_face;    ///< The contour edges that matter to a face.
-    AlignedBuffer<float> queue, lines;       ///< Some of them, and their lines on the face.
-    AlignedBuffer<std::uint32_t> crossings;  ///< Places in the counters that these change,
-    AlignedBuffer<std::uint8_t> changes;     ///< and by how much.
-    AlignedBuffer<std::uint8_t> counters;    ///< Changes of the number of layers: texel row, sub-column.
+    AlignedBuffer<float> columns;                           ///< Where the sub-columns are.
+    AlignedBuffer<float> lines;                             ///< Contour edges on a face;
+    AlignedBuffer<std::uint32_t> wide;                      ///< those of many sub-columns;
+    std::array<AlignedBuffer<std::uint32_t>, 2> crossings;  ///< places in the counters that they change.
+    AlignedBuffer<std::uint8_t> counters;  ///< Changes of the number of layers: texel row, sub-column;
+    AlignedBuffer<std::uint8_t> starts;    ///< and above the first row, from sub-column to sub-column.
 };
 
 /// Blocks the samples that lie inside of a contour; the masks must be clear.

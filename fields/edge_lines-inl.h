@@ -1,7 +1,7 @@
 /// What the span and the contour rasterizer compute alike, to the bit: edges as lines on a cubemap face.
 /// Included once per instruction set, as Highway wants it.
 
-#include "fields/view_frame.h"
+#include "fields/viewed_occluder-inl.h"
 
 #if defined(HAARFIELD_FIELDS_EDGE_LINES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef HAARFIELD_FIELDS_EDGE_LINES_INL_H
@@ -17,10 +17,6 @@ namespace haarfield {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-// A cap, so that vectors never exceed the padding; below it the length is the machine's.
-using Floats = hn::CappedTag<float, 16>;
-using VF = hn::Vec<Floats>;
 
 struct FaceVertices {
     VF u, v, w;

@@ -33,27 +33,25 @@ inline bool runs_to_larger_u(float p_u, float p_w, float q_u, float q_w, const F
 
 /// Layers of the triangles that count, along an axis, in the direction of its larger coordinates or the
 /// other.
-///
-/// facing  by triangle: 1 seen from the front, -1 from behind, 0 does not count.
-inline int layers_along_axis(const Occluder& occluder, const ViewedOccluder& viewed,
-                             const std::int8_t* facing, int axis, bool to_larger) {
+inline int layers_along_axis(const Occluder& occluder, const ViewedOccluder& viewed, int axis,
+                             bool to_larger) {
     const auto [across, up] = axis_frames[std::size_t(axis)];
     const Vec3f& from = viewed.view_point;
     if (to_larger ? from[axis] > occluder.bounds.upper[axis] : from[axis] < occluder.bounds.lower[axis])
         return 0;
     int layers = 0;
     for (const std::uint32_t t : occluder.grids[std::size_t(axis)].triangles_at(from[across], from[up])) {
-        if (facing[t] == 0) continue;
         int left = 0;
         for (std::size_t k = 0; k < 3; ++k) {
-            const float* p = viewed.vertices.data() + 4 * std::size_t(occluder.triangles[t][k]);
-            const float* q = viewed.vertices.data() + 4 * std::size_t(occluder.triangles[t][(k + 1) % 3]);
-            left += turns_left(p[across], p[up], q[across], q[up]);
+            const Vec3f &p = occluder.positions[occluder.triangles[t][k]],
+                        &q = occluder.positions[occluder.triangles[t][(k + 1) % 3]];
+            left += turns_left(from_view_point(p[across], from[across]), from_view_point(p[up], from[up]),
+                               from_view_point(q[across], from[across]), from_view_point(q[up], from[up]));
         }
         // All to the left: round the axis counter-clockwise, as seen from its larger coordinates. Seen from
         // the front it then lies in the direction of the smaller ones.
-        if (left == 3) layers += (facing[t] < 0) == to_larger;
-        if (left == 0) layers += (facing[t] > 0) == to_larger;
+        if (left == 3) layers += facing(occluder, viewed, t) == (to_larger ? -1 : 1);
+        if (left == 0) layers += facing(occluder, viewed, t) == (to_larger ? 1 : -1);
     }
     return layers;
 }

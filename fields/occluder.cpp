@@ -20,55 +20,6 @@ struct PositionHash {
     }
 };
 
-/// A triangle's plane as a point: the unit normal, and the distance from the occluder's middle in radii.
-using DualPoint = std::array<float, 4>;
-
-DualPoint dual_point(const Occluder& occluder, const Triangle& t) {
-    const Vec3f centre = occluder.bounds.centre();
-    const Vec3f a = occluder.positions[t[0]] - centre, b = occluder.positions[t[1]] - centre,
-                c = occluder.positions[t[2]] - centre;
-    const Vec3d cross = (Vec3d(b) - Vec3d(a)).cross(Vec3d(c) - Vec3d(a));
-    const double length = cross.length(), radius = occluder.bounds.radius();
-    if (!(length > 0 && radius > 0)) return {};
-    const Vec3f normal(cross / length);
-    const auto distance = static_cast<float>(Vec3d(normal).dot(Vec3d(a)) / radius);
-    return {normal.x, normal.y, normal.z, distance};
-}
-
-/// Splits planes along their widest extent until `cluster` are left. What is seen from a point from the front
-/// is a half-space of them, so that it cuts through few of the clusters.
-void sort_by_clusters(std::span<std::pair<DualPoint, Triangle>> planes, std::size_t cluster) {
-    if (planes.size() <= cluster) return;
-    DualPoint low = planes[0].first, high = low;
-    for (const auto& [point, triangle] : planes)
-        for (std::size_t k = 0; k < 4; ++k) {
-            low[k] = std::min(low[k], point[k]);
-            high[k] = std::max(high[k], point[k]);
-        }
-    std::size_t widest = 0;
-    for (std::size_t k = 1; k < 4; ++k)
-        if (high[k] - low[k] > high[widest] - low[widest]) widest = k;
-    const std::size_t half = (planes.size() / cluster + 1) / 2 * cluster;
-    std::nth_element(planes.begin(), planes.begin() + std::ptrdiff_t(half), planes.end(),
-                     [widest](const auto& a, const auto& b) {
-                         return a.first[widest] != b.first[widest] ? a.first[widest] < b.first[widest]
-                                                                   : a.second < b.second;
-                     });
-    sort_by_clusters(planes.first(half), cluster);
-    sort_by_clusters(planes.subspan(half), cluster);
-}
-
-/// Puts triangles beside each other that lie close and face alike, so that many groups of 64 are seen wholly
-/// from the front or from behind.
-void sort_by_facing(Occluder& occluder, std::uint32_t first, std::uint32_t last) {
-    std::vector<std::pair<DualPoint, Triangle>> planes;
-    planes.reserve(last - first);
-    for (std::uint32_t i = first; i < last; ++i)
-        planes.emplace_back(dual_point(occluder, occluder.triangles[i]), occluder.triangles[i]);
-    sort_by_clusters(planes, 64);
-    for (std::uint32_t i = first; i < last; ++i) occluder.triangles[i] = planes[i - first].second;
-}
-
 }  // namespace
 
 Occluder make_occluder(const Mesh& mesh) {
@@ -122,8 +73,6 @@ Occluder make_occluder(const Mesh& mesh) {
             if (is_one_sided(t) == wanted) occluder.triangles.push_back(triangles[t]);
         if (wanted) occluder.one_sided = static_cast<std::uint32_t>(occluder.triangles.size());
     }
-    sort_by_facing(occluder, 0, occluder.one_sided);
-    sort_by_facing(occluder, occluder.one_sided, static_cast<std::uint32_t>(occluder.triangles.size()));
     prepare_occluder(occluder);
     return occluder;
 }

@@ -2,43 +2,11 @@
 /// A mesh as something that blocks light: triangles, and which of them may be seen from behind.
 
 #include "fields/mesh.h"
+#include "fields/occluder_edges.h"
 
 #include <span>
 
 namespace haarfield {
-
-/// Points by coordinate, padded to whole vectors. [m]
-struct SoaPoints {
-    std::vector<float> x, y, z;
-};
-
-/// Planes of triangles by coordinate, padded to multiples of 64. A point p is in front where
-/// (x, y, z) . (p - centre) > offset;  (x, y, z) is the normal, as long as the triangle's least altitude:
-/// what is compared is a measure of how thick the triangle looks from p. A triangle without area and the
-/// padding have NaN as offset, so that nothing is in front of them or behind.
-struct SoaPlanes {
-    std::vector<float> x, y, z, offset;
-};
-
-/// The two vertices of an edge.
-struct EdgeEnds {
-    std::uint32_t low, high;
-};
-
-/// The triangles on both sides of an edge: in one it runs from its lower vertex to the higher, in the other
-/// back. Where there is no such triangle, the number of all triangles stands in its place.
-struct EdgeSides {
-    std::uint32_t forward, backward;
-};
-
-/// What the contour rasterizer works with: the triangles of those pieces whose edges have two triangles for
-/// the most part. An edge with more triangles, or with two that do not agree, is there more than once.
-struct OccluderEdges {
-    std::vector<EdgeEnds> ends;        ///< Of each edge. Those within cluster c of 64 triangles are
-    std::vector<EdgeSides> sides;      ///< [first[c], first[c + 1]);
-    std::vector<std::uint32_t> first;  ///< those between clusters come last.
-    std::vector<std::uint64_t> loose;  ///< Bit per triangle: set if its piece is left to the span rasterizer.
-};
 
 /// Triangles by the cell of the plane across an axis that their boxes touch.
 struct AxisGrid {
@@ -72,10 +40,10 @@ struct Occluder {
     Bounds bounds;
 
     // What follows is derived from it by prepare_occluder.
-    SoaPoints soa_positions;
-    SoaPlanes planes;
+    std::vector<float> padded_positions;  ///< x, y, z, 0 of each, and of a vector more.
+    SoaPlanes planes;                     ///< Padded to multiples of 64.
     Vec3d planes_centre;
-    OccluderEdges contour_edges;
+    OccluderEdges edges;
     std::array<AxisGrid, 3> grids;  ///< By axis.
 };
 

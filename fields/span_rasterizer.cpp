@@ -183,14 +183,41 @@ void block_queue(SpanScratch& scratch, std::size_t count, int face, BlockedSampl
     blocked.spanned_faces |= 1u << face;
 }
 
+/// A vector of vertices, the first of which has a number divisible by its length.
+void view_vertices(const Occluder& occluder, const ViewedOccluder& viewed, std::size_t first,
+                   float* vertices) {
+    const Floats d;
+    const Codes di;
+    const ViewedVertices v =
+        load_viewed_vertices(occluder.padded_positions.data() + 4 * first, viewed.view_point);
+    VC code = common_outcodes(v, v);
+    if (viewed.horizon) {
+        const auto below = hn::Le(height_over_view_point(v, viewed.up), hn::Set(d, viewed.lowest));
+        code = hn::Or(code, hn::IfThenElseZero(hn::RebindMask(di, below), hn::Set(di, below_horizon)));
+    }
+    hn::StoreInterleaved4(v.x, v.y, v.z, hn::BitCast(d, code), d, vertices + 4 * first);
+}
+
 void block_spans(const Occluder& occluder, const ViewedOccluder& viewed, const std::uint64_t* chosen,
                  SpanScratch& scratch, BlockedSamples& blocked) {
+    const Floats d;
+    const std::size_t lanes = hn::Lanes(d), vertex_count = occluder.positions.size();
+    const auto count = static_cast<std::uint32_t>(occluder.triangles.size());
+    scratch.vertices.reserve(4 * (vertex_count + 16));
+    scratch.viewed_vectors.reserve(vertex_count / lanes + 1);
     scratch.queue.reserve(cubemap_faces * 3 * queue_floats);
     scratch.edges.reserve(edge_data_count * queue_length);
-    const float* vertices = viewed.vertices.data();
+    float* vertices = scratch.vertices.data();
+    std::uint8_t* viewed_vectors = scratch.viewed_vectors.data();
+    std::fill_n(viewed_vectors, vertex_count / lanes + 1, std::uint8_t(0));
     std::size_t queued[cubemap_faces] = {};
     const auto block = [&](std::uint32_t t, bool front) {
         const auto& [i, j, k] = occluder.triangles[t];
+        for (const std::uint32_t v : {i, j, k})
+            if (std::uint8_t& is_viewed = viewed_vectors[v / lanes]; !is_viewed) {
+                view_vertices(occluder, viewed, v / lanes * lanes, vertices);
+                is_viewed = 1;
+            }
         const float *a = vertices + 4 * std::size_t(i), *b = vertices + 4 * std::size_t(front ? j : k),
                     *c = vertices + 4 * std::size_t(front ? k : j);
         const unsigned common =
@@ -208,9 +235,17 @@ void block_spans(const Occluder& occluder, const ViewedOccluder& viewed, const s
             }
         }
     };
-    const auto count = static_cast<std::uint32_t>(occluder.triangles.size());
     for (std::uint32_t start = 0; start < count; start += 64) {
-        const std::uint64_t front = viewed.front.data()[start / 64], back = viewed.back.data()[start / 64];
+        if (chosen[start / 64] == 0) continue;
+        std::uint64_t front = 0, back = 0;
+        for (std::size_t i = 0; i < 64; i += lanes) {
+            const SoaPlanes& of = occluder.planes;
+            const std::size_t t = start + i;
+            const VF heights = heights_over_planes(d, of.x.data() + t, of.y.data() + t, of.z.data() + t,
+                                                   of.offset.data() + t, viewed.from_centre);
+            front |= bits_of(d, hn::Gt(heights, hn::Zero(d))) << i;
+            back |= bits_of(d, hn::Lt(heights, hn::Zero(d))) << i;
+        }
         const std::uint64_t two_sided = ~bits_below(occluder.one_sided, start);
         for (std::uint64_t drawn = (front | (back & two_sided)) & chosen[start / 64]; drawn != 0;
              drawn &= drawn - 1) {

@@ -2,7 +2,6 @@
 /// What the two paths of the visibility rasterizer share: faces by components, outcodes, the sample pattern.
 
 #include <array>
-#include <bit>
 #include <cstdint>
 
 #include "fields/cubemap.h"
@@ -79,14 +78,6 @@ inline constexpr RowOffsets row_offsets;
 constexpr std::uint64_t bits_below(std::uint32_t end, std::uint32_t start) {
     if (end <= start) return 0;
     return end - start >= 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (end - start)) - 1;
-}
-
-/// The outcode bits that the vertices of a triangle have in common; vertices as in ViewedOccluder.
-inline unsigned common_outcode(const float* vertices, const std::array<std::uint32_t, 3>& triangle) {
-    const auto code = [&](std::size_t k) {
-        return std::bit_cast<unsigned>(vertices[4 * std::size_t(triangle[k]) + 3]);
-    };
-    return code(0) & code(1) & code(2);
 }
 
 }  // namespace haarfield

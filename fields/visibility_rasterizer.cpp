@@ -12,7 +12,6 @@ struct VisibilityRasterizer::Buffers {
     explicit Buffers(int face_size) : blocked(face_size), contoured(face_size) {}
 
     BlockedSamples blocked, contoured;
-    ViewedOccluder viewed;
     VisibleContour contour;
     ContourScratch lines;
     SpanScratch spans;
@@ -38,10 +37,10 @@ std::span<const std::uint8_t> VisibilityRasterizer::open_samples(const Occluder&
 }
 
 std::span<const std::uint8_t> VisibilityRasterizer::open_samples(std::span<const OccluderView> views) {
-    auto& [blocked, contoured, viewed, contour, lines, spans, open] = *buffers_;
+    auto& [blocked, contoured, contour, lines, spans, open] = *buffers_;
     for (std::size_t i = 0; i < views.size(); ++i) {
         const Occluder& occluder = *views[i].occluder;
-        look_at(occluder, views[i].point, views[i].horizon, viewed);
+        const ViewedOccluder viewed = look_at(occluder, views[i].point, views[i].horizon);
         find_contour(occluder, viewed, contour);
         if (!block_contour(occluder, viewed, contour, lines, i == 0 ? blocked : contoured))
             std::fill(contour.left.begin(), contour.left.end(), ~std::uint64_t(0));

@@ -194,15 +194,13 @@ public:
     std::span<const std::uint8_t> open_samples(const Occluder& occluder, const Vec3f& point,
                                                const Vec3f* horizon = nullptr) {
         const std::vector<std::uint64_t> all(occluder.triangles.size() / 64 + 1, ~std::uint64_t(0));
-        look_at(occluder, point, horizon, viewed_);
-        block_spans(occluder, viewed_, all.data(), scratch_, blocked_);
+        block_spans(occluder, look_at(occluder, point, horizon), all.data(), scratch_, blocked_);
         count_open_samples(blocked_, open_.data());
         return {open_.data(), std::size_t(6 * size_ * size_)};
     }
 
 private:
     BlockedSamples blocked_;
-    ViewedOccluder viewed_;
     SpanScratch scratch_;
     std::vector<std::uint8_t> open_;
     int size_;
@@ -265,7 +263,6 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBits) {
     all.push_back({"mixed", mixed_mesh(), false});
     VisibilityRasterizer rasterizer(64);
     SpansAlone spans(64);
-    ViewedOccluder viewed;
     VisibleContour contour;
     ContourScratch scratch;
     std::size_t points = 0, drawn_edges = 0;
@@ -277,7 +274,7 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBits) {
                                  spans.open_samples(occluder, point, horizon)),
                       0)
                 << example.name << " from " << point;
-            look_at(occluder, point, horizon, viewed);
+            const ViewedOccluder viewed = look_at(occluder, point, horizon);
             find_contour(occluder, viewed, contour);
             BlockedSamples blocked(64);
             EXPECT_TRUE(block_contour(occluder, viewed, contour, scratch, blocked)) << example.name;
@@ -339,22 +336,19 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsInThePlaneOfASide) {
     const std::array<const Occluder*, 2> both{&box, &two_sided};
     VisibilityRasterizer rasterizer(64);
     SpansAlone spans(64);
-    ViewedOccluder viewed;
-    VisibleContour contour;
     for (int x = -9; x <= 9; ++x)
         for (const int z : {-31, -25, -17, 17, 19, 27})
             for (const Occluder* occluder : both) {
                 const float depth = static_cast<float>(z) / 8;
                 const Vec3f point(static_cast<float>(x) / 8 + 0.013f, -slope * depth, depth);
-                look_at(*occluder, point, nullptr, viewed);
-                find_contour(*occluder, viewed, contour);
-                for (std::size_t t = 0; t < occluder->triangles.size(); ++t) {
+                const ViewedOccluder viewed = look_at(*occluder, point, nullptr);
+                for (std::uint32_t t = 0; t < occluder->triangles.size(); ++t) {
                     const auto& triangle = occluder->triangles[t];
                     const bool in_plane = std::all_of(triangle.begin(), triangle.end(), [&](auto v) {
                         return occluder->positions[v].y == -slope * occluder->positions[v].z;
                     });
                     if (in_plane) {
-                        ASSERT_EQ(contour.facing[t], 0) << "triangle " << t << " from " << point;
+                        ASSERT_EQ(facing(*occluder, viewed, t), 0) << "triangle " << t << " from " << point;
                     }
                 }
                 ASSERT_EQ(difference(rasterizer.open_samples(*occluder, point),
