@@ -53,8 +53,8 @@ public:
     /// What can be seen past an occluder: counts of open samples, 0 to samples_per_texel, face by face and
     /// row by row, 6 * face_size^2 of them; valid until the next call. Arguments as OccluderView has them.
     ///
-    /// cost  O(triangles / 16 + contour edges + crossed sub-columns); of pieces whose triangles share few
-    ///       edges, O(triangles + covered sub-columns).
+    /// cost  O(triangles / 64 + edges near the contour + crossed sub-columns), and with a horizon vertices
+    ///       / 16; of pieces whose triangles share few edges, O(triangles + covered sub-columns).
     std::span<const std::uint8_t> open_samples(const Occluder& occluder, const Vec3f& view_point,
                                                const Vec3f* horizon = nullptr);
 

@@ -37,8 +37,8 @@ struct VisibleContour {
 
 /// The contour of the triangles that count (viewed_occluder.h).
 ///
-/// cost  O(edges / 256 + edges of clusters that the view point or the horizon cuts). With a horizon,
-///       O(vertices / 16) more.
+/// cost  O(edges / 128 + edges of clusters that the contour or the horizon crosses), and with a horizon
+///       vertices / 16.
 void find_contour(const Occluder& occluder, const ViewedOccluder& viewed, VisibleContour& contour);
 
 }  // namespace haarfield
