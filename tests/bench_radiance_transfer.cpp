@@ -20,7 +20,7 @@ Room& room() {
 }
 
 std::int64_t vertex_count(const Room& room) {
-    return static_cast<std::int64_t>(TransferRows(room.scene).count());
+    return static_cast<std::int64_t>(TransferRows(room.scene, room.geometry()).count());
 }
 
 LightTransfer made_by_light() {
