@@ -169,6 +169,7 @@ Result<LobeShapes> lobe_shapes(std::span<const float> exponents, int face_size, 
     const std::set<float> different(exponents.begin(), exponents.end());
     result.exponents.assign(different.begin(), different.end());
     const FirstDirections directions(result.steps);
+    const std::vector<Vec3f> centres = texel_directions(face_size);
     result.lobes.resize(result.exponents.size() * directions.count());
     tbb::enumerable_thread_specific<CoefficientSum> sums([&] { return CoefficientSum(face_size); });
     tbb::parallel_for(std::size_t(0), result.lobes.size(), [&](std::size_t i) {
@@ -177,7 +178,7 @@ Result<LobeShapes> lobe_shapes(std::span<const float> exponents, int face_size, 
         sum.clear();
         const std::vector<float> texels =
             lobe_texels(result.exponents[i / directions.count()],
-                        directions.direction(i % directions.count()), face_size);
+                        directions.direction(i % directions.count()), face_size, centres);
         sum.add(haar_cubemap<float>(texels, face_size, {0, error}), 1);
         for (const std::uint32_t index : sum.indices()) result.lobes[i].emplace_back(index, sum[index]);
     });

@@ -13,8 +13,12 @@ constexpr float negligible = 1e-5f;
 }  // namespace
 
 std::vector<float> lobe_texels(float exponent, const Vec3f& direction, int size) {
+    return lobe_texels(exponent, direction, size, texel_directions(size));
+}
+
+std::vector<float> lobe_texels(float exponent, const Vec3f& direction, int size,
+                               std::span<const Vec3f> centres) {
     assert(exponent > 0 && exponent <= 1000 && is_face_size(size));
-    const std::vector<Vec3f> centres = texel_directions(size);
     std::vector<float> texels(centres.size());
     // A narrow lobe varies within a texel: then its mean is taken over 2 x 2 places.
     const bool narrow = exponent * 16 > static_cast<float>(size * size);

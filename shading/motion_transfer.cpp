@@ -7,6 +7,7 @@
 
 #include <memory>
 
+#include "shading/occlusion_vectors.h"
 #include "shading/sparse_products.h"
 
 namespace haarfield {
@@ -15,9 +16,8 @@ namespace {
 /// An instance there hides nothing from the others. [m]
 constexpr float far_away = 1e6f;
 
-/// Of the error, what the vectors may have: where an occlusion ends at a small light its coefficients are not
-/// independent, but add up.
-constexpr double pruning_share = 0.75;
+/// Of the error of pruning, what the occlusions may have; and the vectors.
+constexpr double occlusion_share = 0.5, vector_share = 0.85;
 
 constexpr int moving_depth = 4;  ///< Of FrameQuality::moving.
 
@@ -62,33 +62,6 @@ private:
     TransferPruning pruning_;
     SparseVectors rows_;
 };
-
-/// 1 - visibility at each sample of a field: planar, then spherical.
-Result<SparseVectorBlocks> sample_occlusions(const VisibilityField& field, const Progress& progress) {
-    const std::size_t planar = field.planar_handles.size();
-    SparseVectorBlocks occlusions(planar + field.spherical_handles.size(), field.pool.face_size, 1);
-    tbb::enumerable_thread_specific<CoefficientSum> sums(
-        [&] { return CoefficientSum(field.pool.face_size); });
-    tbb::parallel_for(std::size_t(0), occlusions.blocks.size(), [&](std::size_t b) {
-        if (progress.stop.stop_requested()) return;
-        CoefficientSum& sum = sums.local();
-        const std::size_t end = std::min(occlusions.rows, (b + 1) * SparseVectorBlocks::block_rows);
-        for (std::size_t i = b * SparseVectorBlocks::block_rows; i < end; ++i) {
-            Interpolation sample;
-            sample.sample[0] = static_cast<std::uint32_t>(i < planar ? i : i - planar);
-            sample.weight[0] = 1;
-            sample.count = 1;
-            CubemapTree tree = interpolated_visibility(
-                field, i < planar ? field.planar_handles : field.spherical_handles, sample);
-            for (Quadtree& face : tree.faces) face.scaling -= 1;
-            sum.clear();
-            sum.add(tree, -1);
-            occlusions.blocks[b].append(sum);
-        }
-    });
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
-    return occlusions;
-}
 
 /// Marks the buried vertices and more, so that of each triangle's one at least is not marked, if it was not
 /// before.
@@ -152,7 +125,9 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                             "has no field to move; wanted more than {}",
                             instance, scene.entities[entity].occlusion->coarse().triangles.size(),
                             settings.exact_triangles)};
-    Result<SparseVectorBlocks> occlusions = sample_occlusions(*scene.entities[entity].field, progress);
+    Result<SparseVectorBlocks> occlusions =
+        occlusion_vectors(*scene.entities[entity].field, geometry.entities[entity].visibility,
+                          double(transfer.pruning_error) * occlusion_share, progress);
     if (!occlusions) return occlusions.error();
     ShadedScene without = scene;
     without.instances[instance].translate = Vec3f(far_away);
@@ -172,7 +147,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                       settings,
                       result,
                       rms_spectrum(result.occlusions),
-                      double(transfer.pruning_error) * pruning_share};
+                      double(transfer.pruning_error) * vector_share};
     const Result<Done> made = make_rows(
         rows, SparseVectorBlocks::block_rows,
         [&]() -> BlockMaker {

@@ -14,10 +14,10 @@ namespace haarfield {
 /// moving instance's field that are interpolated at the vertex: where it hides nothing, nothing is to be
 /// done, and nothing is lost by pruning.
 struct MotionTransfer {
-    std::size_t instance = 0;       ///< Which one moves.
-    SparseVectorBlocks vectors;     ///< RGB. Empty rows for the moving instance's own vertices.
-    std::vector<Rgb> open;          ///< By row: <T, 1>, the radiance without the moving instance.
-    SparseVectorBlocks occlusions;  ///< 1 - visibility at the samples of its field: planar, then spherical.
+    std::size_t instance = 0;            ///< Which one moves.
+    SparseVectorBlocks vectors;          ///< RGB. Empty rows for the moving instance's own vertices.
+    std::vector<Rgb> open;               ///< By row: <T, 1>, the radiance without the moving instance.
+    SparseVectorBlocks occlusions;       ///< occlusion_vectors of its field.
     std::vector<std::uint8_t> left_out;  ///< Its own vertices that are not shaded while it moves: 1.
     BuriedFill fill;                     ///< For them.
     LightPyramid light;

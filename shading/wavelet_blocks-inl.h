@@ -8,6 +8,7 @@
 #define HAARFIELD_WAVELET_BLOCKS_INL_H
 #endif
 
+#include "shading/square_transform.h"
 #include "shading/wide_product.h"
 #include "shading/wide_walk-inl.h"
 
@@ -70,16 +71,6 @@ private:
     }
 };
 
-/// The Haar transform of four means that lie `step` apart: their mean and their wavelets.
-HWY_INLINE void transform_square(float* cell, std::size_t step) {
-    float &a = cell[0], &b = cell[step], &c = cell[2 * step], &d = cell[3 * step];
-    const float upper = a + b, lower = c + d, upper_slope = a - b, lower_slope = c - d;
-    a = (upper + lower) * 0.25f;
-    b = (upper_slope + lower_slope) * 0.25f;
-    c = (upper - lower) * 0.25f;
-    d = (upper_slope - lower_slope) * 0.25f;
-}
-
 /// transform_square of all quadrants. Sums and differences are the same bits in vectors.
 HWY_INLINE void transform_quadrants(float* cell) {
 #if HWY_TARGET == HWY_SCALAR
@@ -99,8 +90,8 @@ HWY_INLINE void transform_quadrants(float* cell) {
 #endif
 }
 
-/// The Haar transform of a block's cells, into the slots of WaveletBlock. Returns their mean.
-HWY_INLINE float transform_cells(std::array<float, wide_cells>& cell) {
+/// transform_cells.
+HWY_INLINE float transform_cells_in_vectors(std::array<float, wide_cells>& cell) {
     transform_quadrants(cell.data());
     transform_square(cell.data(), 4);
     return cell[0];
@@ -111,7 +102,7 @@ template <int channels>
 void transform_blocks(std::vector<WaveletBlock<channels>>& blocks) {
     for (std::size_t i = blocks.size(); i-- > 0;)
         for (std::size_t c = 0; c < channels; ++c) {
-            const float mean = transform_cells(blocks[i].amplitude[c]);
+            const float mean = transform_cells_in_vectors(blocks[i].amplitude[c]);
             if (blocks[i].parent != i) blocks[blocks[i].parent].amplitude[c][blocks[i].cell] = mean;
         }
 }

@@ -28,10 +28,32 @@ std::vector<std::uint32_t> faces_in_use(const VisibilityField& field, std::span<
     return faces;
 }
 
+struct CellRange {
+    float mean, least, most;
+};
+
+/// Mean, smallest and largest of the cells, each brought back into [0, 1]. Four at a time, as one after the
+/// other they would wait for each other.
+CellRange clamped(std::array<float, wide_cells>& value) {
+    std::array<float, 4> sum{}, least{1, 1, 1, 1}, most{};
+    for (std::size_t cell = 0; cell < wide_cells; cell += 4)
+        for (std::size_t k = 0; k < 4; ++k) {
+            const float v = std::min(std::max(value[cell + k], 0.0f), 1.0f);
+            value[cell + k] = v;
+            sum[k] += v;
+            least[k] = std::min(least[k], v);
+            most[k] = std::max(most[k], v);
+        }
+    return {((sum[0] + sum[1]) + (sum[2] + sum[3])) / wide_cells,
+            std::min(std::min(least[0], least[1]), std::min(least[2], least[3])),
+            std::max(std::max(most[0], most[1]), std::max(most[2], most[3]))};
+}
+
 }  // namespace
 
 float VisibilityConverter::append(const Quadtree& tree, std::vector<WideNode<std::uint8_t>>& nodes) {
     squares_.clear();
+    children_.clear();
     if (tree.nodes.empty()) return std::clamp(tree.scaling, 0.0f, 1.0f);
     const Built root = build(tree, 0, tree.scaling);
     if (root.square != no_node) {
@@ -42,53 +64,47 @@ float VisibilityConverter::append(const Quadtree& tree, std::vector<WideNode<std
 }
 
 VisibilityConverter::Built VisibilityConverter::build(const Quadtree& tree, std::int32_t index, float mean) {
-    Square square;
-    square.child.fill(no_node);
     const Quadtree::Node& node = tree.nodes[std::size_t(index)];
-    float sum = 0, least = 1, most = 0;
-    bool has_children = false;
+    std::array<float, wide_cells> value;
+    std::array<std::int32_t, wide_cells> child;
+    Square square{};
     for (unsigned quadrant = 0; quadrant < 4; ++quadrant) {
         const std::int32_t inner_index = child_of(node, quadrant);
         const float quadrant_value = quadrant_mean(mean, node.wavelet, quadrant);
-        const Quadtree::Node* inner =
-            inner_index != no_node ? &tree.nodes[std::size_t(inner_index)] : nullptr;
-        for (unsigned k = 0; k < 4; ++k) {
-            const unsigned cell = 4 * quadrant + k;
-            float value = inner ? quadrant_mean(quadrant_value, inner->wavelet, k) : quadrant_value;
-            if (const std::int32_t below = inner ? child_of(*inner, k) : no_node; below != no_node) {
-                const Built built = build(tree, below, value);
-                value = built.mean;
-                square.child[cell] = built.square;
-                has_children |= built.square != no_node;
-            }
-            value = std::clamp(value, 0.0f, 1.0f);
-            square.mean[cell] = value;
-            sum += value;
-            least = std::min(least, value);
-            most = std::max(most, value);
+        float* cells = &value[4 * std::size_t(quadrant)];
+        if (inner_index == no_node) {
+            std::fill_n(cells, 4, quadrant_value);
+            continue;
         }
+        const Quadtree::Node& inner = tree.nodes[std::size_t(inner_index)];
+        for (unsigned k = 0; k < 4; ++k) cells[k] = quadrant_mean(quadrant_value, inner.wavelet, k);
+        if ((inner.children & 15u) == 0) continue;
+        for (unsigned k = 0; k < 4; ++k)
+            if (const std::int32_t below = child_of(inner, k); below != no_node) {
+                const Built built = build(tree, below, cells[k]);
+                cells[k] = built.mean;
+                if (built.square == no_node) continue;
+                square.varying |= static_cast<std::uint16_t>(1u << (4 * quadrant + k));
+                child[square.child_count++] = built.square;
+            }
     }
-    const float own_mean = sum / wide_cells;
-    if (!has_children && most - least < negligible) return {own_mean, no_node};
+    const CellRange range = clamped(value);
+    if (square.varying == 0 && range.most - range.least < negligible) return {range.mean, no_node};
+    for (std::size_t cell = 0; cell < wide_cells; ++cell) square.mean[cell] = in_bytes(value[cell]);
+    square.first_child = static_cast<std::uint32_t>(children_.size());
+    children_.insert(children_.end(), child.begin(), child.begin() + square.child_count);
     squares_.push_back(square);
-    return {own_mean, static_cast<std::int32_t>(squares_.size() - 1)};
+    return {range.mean, static_cast<std::int32_t>(squares_.size() - 1)};
 }
 
 void VisibilityConverter::write(std::size_t index, std::size_t place,
                                 std::vector<WideNode<std::uint8_t>>& nodes) const {
     const Square& square = squares_[index];
-    WideNode<std::uint8_t> wide;
-    std::size_t child = nodes.size();
-    wide.first_child = static_cast<std::uint32_t>(child - place);
-    for (unsigned cell = 0; cell < wide_cells; ++cell) {
-        wide.mean[cell] = in_bytes(square.mean[cell]);
-        if (square.child[cell] != no_node) wide.varying |= static_cast<std::uint16_t>(1u << cell);
-    }
-    nodes[place] = wide;
-    if (wide.varying == 0) return;
-    nodes.resize(child + std::size_t(std::popcount(wide.varying)));
-    for (const std::int32_t below : square.child)
-        if (below != no_node) write(std::size_t(below), child++, nodes);
+    const std::size_t first = nodes.size();
+    nodes[place] = {square.mean, static_cast<std::uint32_t>(first - place), square.varying};
+    nodes.resize(first + square.child_count);
+    for (std::size_t k = 0; k < square.child_count; ++k)
+        write(std::size_t(children_[square.first_child + k]), first + k, nodes);
 }
 
 Result<WideVisibility> WideVisibility::make(const VisibilityField& field,

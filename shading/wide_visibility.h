@@ -21,9 +21,12 @@ public:
     float append(const Quadtree& tree, std::vector<WideNode<std::uint8_t>>& nodes);
 
 private:
+    /// A node, and its children: so many of children_, from the first on.
     struct Square {
-        std::array<float, wide_cells> mean;
-        std::array<std::int32_t, wide_cells> child;  ///< In squares_, or no_node.
+        std::array<std::uint8_t, wide_cells> mean;
+        std::uint16_t varying;
+        std::uint16_t child_count;
+        std::uint32_t first_child;
     };
     struct Built {
         float mean;
@@ -36,6 +39,7 @@ private:
     void write(std::size_t index, std::size_t place, std::vector<WideNode<std::uint8_t>>& nodes) const;
 
     std::vector<Square> squares_;
+    std::vector<std::int32_t> children_;  ///< In squares_.
 };
 
 /// The trees of a field by sample, as VisibilityConverter makes them.

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numeric>
 
 #include "fields/haar_transform.h"
+#include "shading/occlusion_vectors.h"
 #include "tests/pixel_reference.h"
 #include "tests/wide_texels.h"
 
@@ -104,6 +106,42 @@ TEST(WideVisibility, StopsWhenAsked) {
     const auto result = WideVisibility::make(example.field, std::vector<std::uint32_t>{0}, stop.get_token());
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().what, interrupted);
+}
+
+TEST(OcclusionVectors, AreTheCoefficientsOfWhatTheSamplesHide) {
+    const ExampleField example(30);
+    const VisibilityField& field = example.field;
+    std::vector<std::uint32_t> order(field.local_handles.size());
+    std::iota(order.begin(), order.end(), 0u);
+    const WideVisibility wide = *WideVisibility::make(field, order);
+    std::size_t before = ~std::size_t(0);
+    for (const double error : {0.0, 0.01, 0.1}) {
+        const SparseVectorBlocks vectors = *occlusion_vectors(field, wide, error);
+        ASSERT_EQ(vectors.rows, field.planar_handles.size() + field.spherical_handles.size());
+        for (std::size_t row = 0; row < vectors.rows; ++row) {
+            const bool planar = row < field.planar_handles.size();
+            const auto sample = static_cast<std::uint32_t>(planar ? row : row - field.planar_handles.size());
+            std::vector<float> hidden;
+            for (const auto& face : planar ? wide.planar(sample) : wide.spherical(sample))
+                for (const double v : texels_of(face, 64)) hidden.push_back(static_cast<float>(1 - v));
+            CoefficientSum wanted(64);
+            wanted.add(haar_cubemap<float>(hidden, 64, {}), 1);
+            double energy = 0, difference = 0;
+            for (const std::uint32_t i : wanted.indices()) {
+                energy += double(wanted[i]) * double(wanted[i]);
+                difference += double(wanted[i]) * double(wanted[i]);
+            }
+            vectors.block_of(row).for_each(row, [&](std::uint32_t i, float v) {
+                difference += std::pow(double(wanted[i]) - double(v), 2) - std::pow(double(wanted[i]), 2);
+            });
+            EXPECT_LE(difference, (error * error + 1e-5) * energy) << error << ", " << row;
+        }
+        EXPECT_LT(vectors.coefficients(), before);
+        before = vectors.coefficients();
+    }
+    std::stop_source stop;
+    stop.request_stop();
+    EXPECT_FALSE(occlusion_vectors(field, wide, 0, {{}, stop.get_token()}));
 }
 
 }  // namespace
