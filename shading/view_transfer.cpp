@@ -18,7 +18,7 @@ constexpr float lobe_error = 2e-3f;  ///< Of truncating the lobes.
 
 /// Of the error that vectors and lobes may have each: where a lobe meets a small light its coefficients are
 /// not independent, but add up.
-constexpr float factor_share = 0.4f;
+constexpr float factor_share = 0.5f;
 
 struct Frame {
     const ShadedScene& scene;
