@@ -23,6 +23,16 @@ Bounds mesh_bounds(const Mesh& mesh) {
     return bounds;
 }
 
+void append_mesh(Mesh& mesh, const Mesh& added) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), added.positions.begin(), added.positions.end());
+    mesh.normals.insert(mesh.normals.end(), added.normals.begin(), added.normals.end());
+    mesh.vertex_materials.insert(mesh.vertex_materials.end(), added.vertex_materials.begin(),
+                                 added.vertex_materials.end());
+    for (const auto& t : added.triangles)
+        mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+}
+
 std::string MeshFindings::summary() const {
     std::string text;
     const auto add = [&text](const std::string& finding) { text += (text.empty() ? "" : ", ") + finding; };
@@ -40,6 +50,7 @@ std::string MeshFindings::summary() const {
         add(counted(boundary_edges, "open edge", "open edges") +
             (components == 1 ? " in its only piece"
                              : fmt::format(" in {} of {} pieces", open_components, components)));
+    if (backs) add(counted(backs, "triangle", "triangles") + " of sheets baked from both sides");
     if (parted_vertices) add("sheets without thickness, their two sides parted");
     if (self_intersecting) add("a piece intersects itself");
     return text;

@@ -31,6 +31,9 @@ struct Mesh {
 
 Bounds mesh_bounds(const Mesh& mesh);
 
+/// Adds a mesh with the same materials behind what is there.
+void append_mesh(Mesh& mesh, const Mesh& added);
+
 /// What was found in a mesh file, and mended where it could be.
 struct MeshFindings {
     std::uint64_t polygons = 0;              ///< Faces with more than three corners; triangulated.
@@ -44,6 +47,7 @@ struct MeshFindings {
     std::uint64_t components = 0;            ///< Connected pieces, by shared positions.
     std::uint64_t open_components = 0;       ///< Of these, not closed.
     std::uint64_t parted_vertices = 0;       ///< Of sheets without thickness, moved apart; see thin_sheets.h.
+    std::uint64_t backs = 0;                 ///< Triangles baked from both sides; see sheet_backs.h.
     bool self_intersecting = false;          ///< One piece by itself; pieces may cross each other.
 
     /// One line for a person, such as "312 n-gons triangulated, 18 open edges in 2 of 5 pieces";

@@ -2,6 +2,7 @@
 
 #include "fields/mesh_subdivision.h"
 #include "fields/mesh_topology.h"
+#include "fields/sheet_backs.h"
 #include "fields/thin_sheets.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -247,6 +248,12 @@ bool intersects_itself(const Mesh& mesh, const Progress& progress) {
 
 }  // namespace
 
+Mesh seen_surface(const PreparedMesh& prepared) {
+    Mesh surface = prepared.original;
+    append_mesh(surface, prepared.backs);
+    return surface;
+}
+
 Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& wanted,
                                   const Progress& progress) {
     constexpr std::size_t most_triangles_for_self_intersection = 200000;
@@ -270,7 +277,9 @@ Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& 
             return stopped;
         }
 
-    prepared.fine = subdivided(prepared.original, wanted.fine_vertices, progress);
+    prepared.backs = seen_backs(prepared.original);
+    prepared.findings.backs = prepared.backs.triangles.size();
+    prepared.fine = subdivided(seen_surface(prepared), wanted.fine_vertices, progress);
     if (progress.stop.stop_requested()) return stopped;
     prepared.findings.parted_vertices = part_thin_sheets(prepared.fine, prepared.original);
     return prepared;

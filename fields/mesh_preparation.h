@@ -15,10 +15,14 @@ struct MeshPreparation {
 
 struct PreparedMesh {
     Mesh original;  ///< As read, and mended.
-    Mesh fine;      ///< Subdivided: the same surface, at least fine_vertices vertices.
+    Mesh backs;     ///< Of the original's sheets, where they can be seen; see sheet_backs.h.
+    Mesh fine;      ///< Subdivided: the surface and the backs, at least fine_vertices vertices.
     Mesh coarse;    ///< Simplified: what casts shadows. Positions and triangles matter only.
     MeshFindings findings;
 };
+
+/// What is baked: the original and the backs of its sheets.
+Mesh seen_surface(const PreparedMesh& prepared);
 
 /// Makes coarse and fine mesh of an imported one.
 ///
@@ -31,7 +35,7 @@ struct PreparedMesh {
 ///           leaves up to a hundredth of the surface is dropped. Many small pieces, or many cuts,
 ///           can leave more than coarse_triangles.
 /// repair    see orient_triangles in mesh_topology.h: triangles agree, closed pieces face outwards.
-/// findings  those of the import, self_intersecting (left false above 200,000 triangles) and
+/// findings  those of the import, self_intersecting (left false above 200,000 triangles), backs and
 ///           parted_vertices.
 /// errors    no triangles; `interrupted`.
 /// cost      some 15 microseconds per triangle.

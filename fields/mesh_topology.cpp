@@ -237,6 +237,19 @@ std::vector<std::uint32_t> triangle_pieces(const Mesh& mesh, const MergedPositio
     return pieces;
 }
 
+std::vector<std::uint8_t> triangles_of_open_pieces(const Mesh& mesh) {
+    const MergedPositions merged = merged_positions(mesh.positions);
+    std::vector<std::uint32_t> pieces = triangle_pieces(mesh, merged);
+    std::vector<std::uint8_t> open(pieces.size());  // by piece, of which there are no more than triangles
+    for_each_edge(sorted_sides(merged_triangles(mesh, merged)), [&](const Side* first, const Side* last) {
+        if (last - first == 1) open[pieces[first->triangle]] = 1;
+    });
+    std::vector<std::uint8_t> of_open_piece;
+    of_open_piece.reserve(pieces.size());
+    for (const std::uint32_t piece : pieces) of_open_piece.push_back(open[piece]);
+    return of_open_piece;
+}
+
 void orient_triangles(Mesh& mesh, MeshFindings& findings) {
     const MergedPositions merged = merged_positions(mesh.positions);
     const std::vector<Side> sides = sorted_sides(merged_triangles(mesh, merged));

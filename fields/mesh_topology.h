@@ -34,4 +34,7 @@ void orient_triangles(Mesh& mesh, MeshFindings& findings);
 /// triangle. Pieces are connected by shared positions.
 std::vector<std::uint32_t> triangle_pieces(const Mesh& mesh, const MergedPositions& merged);
 
+/// For each triangle whether its piece has an edge with one triangle only: 1 or 0.
+std::vector<std::uint8_t> triangles_of_open_pieces(const Mesh& mesh);
+
 }  // namespace haarfield

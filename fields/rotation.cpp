@@ -54,7 +54,7 @@ Vec3f angles_xyz(const Rotation& rotation) {
 PreparedMesh turned_mesh(PreparedMesh mesh, const Vec3f& angles) {
     if (angles == Vec3f(0.0f)) return mesh;
     const Rotation rotation = rotation_xyz(angles);
-    for (Mesh* part : {&mesh.original, &mesh.fine, &mesh.coarse}) {
+    for (Mesh* part : {&mesh.original, &mesh.backs, &mesh.fine, &mesh.coarse}) {
         for (Vec3f& position : part->positions) position = rotation(position);
         for (Vec3f& normal : part->normals) normal = rotation(normal).normalized();
     }

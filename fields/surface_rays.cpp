@@ -28,6 +28,16 @@ void aim(Ray& ray, const Vec3f& from, const Vec3f& direction, float range) {
     ray.mask = ~0u;
 }
 
+RTCRayHit nearest_hit(RTCScene scene, const Vec3f& from, const Vec3f& direction, float range) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit ray{};
+    aim(ray.ray, from, direction, range);
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene, &context, &ray);
+    return ray;
+}
+
 }  // namespace
 
 SurfaceRays::SurfaceRays(std::span<const Vec3f> positions,
@@ -50,14 +60,14 @@ SurfaceRays::SurfaceRays(std::span<const Vec3f> positions,
 }
 
 float SurfaceRays::distance_to_back(const Vec3f& from, const Vec3f& direction, float range) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRayHit ray{};
-    aim(ray.ray, from, direction, range);
-    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_.get(), &context, &ray);
+    const RTCRayHit ray = nearest_hit(scene_.get(), from, direction, range);
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return 0;
     return Vec3f(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z).dot(direction) > 0 ? ray.ray.tfar : 0;
+}
+
+bool SurfaceRays::meets_surface(const Vec3f& from, const Vec3f& direction) const {
+    // not rtcOccluded1, which the filter works for
+    return nearest_hit(scene_.get(), from, direction, INFINITY).hit.geomID != RTC_INVALID_GEOMETRY_ID;
 }
 
 bool SurfaceRays::passes_a_back(const Vec3f& from, const Vec3f& direction, float range) const {

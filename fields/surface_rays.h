@@ -26,6 +26,9 @@ public:
     /// is met from the front is passed through.
     bool passes_a_back(const Vec3f& from, const Vec3f& direction, float range) const;
 
+    /// Whether any surface lies in a direction, however far.
+    bool meets_surface(const Vec3f& from, const Vec3f& direction) const;
+
 private:
     std::unique_ptr<RTCDeviceTy, void (*)(RTCDeviceTy*)> device_;
     std::unique_ptr<RTCSceneTy, void (*)(RTCSceneTy*)> scene_;

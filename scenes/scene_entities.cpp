@@ -160,7 +160,7 @@ std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vert
     std::vector<Mesh> meshes;
     for (const auto& entity : entities.entities) {
         const double share = static_cast<double>(entity->mesh.fine.positions.size()) / fine_vertices;
-        meshes.push_back(subdivided(entity->mesh.original,
+        meshes.push_back(subdivided(seen_surface(entity->mesh),
                                     static_cast<std::uint32_t>(share * static_cast<double>(vertices))));
         part_thin_sheets(meshes.back(), entity->mesh.original);
     }

@@ -16,6 +16,7 @@ BlockNumbers::BlockNumbers(int face_size) : levels_(wide_levels(face_size)) {
 LightPyramid::LightPyramid(const RgbCubemapTree& light, int face_size) : numbers_(face_size) {
     blocks_.resize(numbers_.count());
     varying_.resize(numbers_.count());
+    uneven_.resize(numbers_.count());
     deviations_.resize(numbers_.count());
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const RgbQuadtree& tree = light.faces[face];
@@ -23,6 +24,12 @@ LightPyramid::LightPyramid(const RgbCubemapTree& light, int face_size) : numbers
         constant_[face] = tree.nodes.empty();
         if (numbers_.levels() > 0) fill(tree, face, 0, 0, tree.nodes.empty() ? no_node : 0, tree.scaling);
     }
+    float total = 0;
+    for (const Rgb& mean : means_) total += std::abs(mean.x) + std::abs(mean.y) + std::abs(mean.z);
+    const float least = 3 * total / float(cubemap_faces);
+    for (std::size_t place = 0; place < uneven_.size(); ++place)
+        for (unsigned cell = 0; cell < wide_cells; ++cell)
+            if (deviations_[place][cell] > least) uneven_[place] |= static_cast<std::uint16_t>(1u << cell);
 }
 
 Vec3d LightPyramid::fill(const RgbQuadtree& tree, std::size_t face, int level, std::size_t block,

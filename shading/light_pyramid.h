@@ -41,6 +41,10 @@ public:
     std::uint16_t varying(std::size_t index) const { return varying_[index]; }  ///< As in WideNode.
     /// Root mean square deviation from the mean within each cell, added over the channels.
     const std::array<float, wide_cells>& deviation(std::size_t index) const { return deviations_[index]; }
+    /// Cells whose deviation is three times the mean over the sphere or more. A function that hardly changes
+    /// over any cell, such as a cosine, has to be multiplied more finely on these: they are few, and always
+    /// the same, so that what is lost on them is lost at all points that face one way.
+    std::uint16_t uneven(std::size_t index) const { return uneven_[index]; }
     const Rgb& mean(std::size_t face) const { return means_[face]; }
     bool is_constant(std::size_t face) const { return constant_[face]; }
 
@@ -51,7 +55,7 @@ private:
 
     BlockNumbers numbers_;
     std::vector<LightBlock> blocks_;
-    std::vector<std::uint16_t> varying_;
+    std::vector<std::uint16_t> varying_, uneven_;
     std::vector<std::array<float, wide_cells>> deviations_;
     std::array<Rgb, cubemap_faces> means_;
     std::array<bool, cubemap_faces> constant_{};

@@ -143,6 +143,9 @@ struct LitColours {
         value[2] = load_cells(lit.blue.data()) * reflected[2];
         return light.varying(index);
     }
+    unsigned uneven(int level, std::size_t face, std::size_t block) const {
+        return light.uneven(light.numbers()(level, face, block));
+    }
 };
 
 /// What reflects light: by term, see vertex_terms.
@@ -162,12 +165,13 @@ struct PlainTerms {
         }
         return 0;
     }
+    unsigned uneven(int, std::size_t, std::size_t) const { return 0; }
 };
 
 /// What reflects light, times what is seen past the near occluders, on one face.
 ///
 /// Reflected  unsigned write(terms, cells, level, face, block, value): writes its channels, and returns the
-///            cells on which they vary with the light.
+///            cells on which they vary with the light. unsigned uneven(level, face, block): see LightPyramid.
 template <class Reflected>
 class FaceShading {
 public:
@@ -205,8 +209,11 @@ public:
                        not_below = cells_above(cosine, -terms_.margin[at]);
         const unsigned horizon = not_below & ~above;
         head.zero |= ~not_below & all_sixteen;
-        // Below the root the cosine hardly varies, or is next to nothing.
-        unsigned varying = !last && level == 0 ? not_below : 0;
+        // Below the root the cosine hardly varies, or is next to nothing; which matters where all the light
+        // is.
+        unsigned varying = last         ? 0
+                           : level == 0 ? not_below
+                                        : not_below & reflected_.uneven(level, face, block);
         ReflectedCells cells;
         cells.cosine = clamped_cosine(d, cosine, horizon);
         cells.highlights = all_cells(0);

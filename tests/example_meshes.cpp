@@ -87,17 +87,12 @@ Mesh sphere_mesh(const Vec3f& centre, float radius, int segments) {
 
 Mesh joined_meshes(const Mesh& a, const Mesh& b) {
     Mesh mesh = a;
-    const auto first = static_cast<std::uint32_t>(a.positions.size());
-    mesh.positions.insert(mesh.positions.end(), b.positions.begin(), b.positions.end());
-    mesh.normals.insert(mesh.normals.end(), b.normals.begin(), b.normals.end());
-    mesh.vertex_materials.insert(mesh.vertex_materials.end(), b.vertex_materials.begin(),
-                                 b.vertex_materials.end());
-    for (const auto& t : b.triangles) mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    append_mesh(mesh, b);
     return mesh;
 }
 
 PreparedMesh prepared_as_is(const Mesh& mesh) {
-    return {mesh, mesh, mesh, {}};
+    return {.original = mesh, .backs = {}, .fine = mesh, .coarse = mesh, .findings = {}};
 }
 
 }  // namespace haarfield

@@ -47,16 +47,6 @@ Mesh box(const Vec3f& lower, const Vec3f& upper) {
                        {1, 7, 5}});
 }
 
-void append(Mesh& mesh, const Mesh& other) {
-    const auto offset = static_cast<std::uint32_t>(mesh.positions.size());
-    mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
-    mesh.normals.insert(mesh.normals.end(), other.normals.begin(), other.normals.end());
-    mesh.vertex_materials.insert(mesh.vertex_materials.end(), other.vertex_materials.begin(),
-                                 other.vertex_materials.end());
-    for (const auto& t : other.triangles)
-        mesh.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
-}
-
 /// A closed sphere of 2 * stacks * slices triangles (fewer at the poles), radius 1, smooth.
 Mesh sphere(int stacks, int slices, const Vec3f& centre = {0, 0, 0}) {
     Mesh mesh;
@@ -178,7 +168,7 @@ TEST(Subdivision, ClosedStaysClosedAcrossSeams) {
 TEST(Subdivision, InterpolatesNormalsAndKeepsMaterials) {
     Mesh mesh = sphere(8, 16);
     mesh.material_names = {"oak", "fabric"};
-    append(mesh, sphere(6, 12, {3, 0, 0}));
+    append_mesh(mesh, sphere(6, 12, {3, 0, 0}));
     for (std::size_t i = 8 * 16 - 14; i < mesh.positions.size(); ++i)
         if (mesh.positions[i].x > 1.5f) mesh.vertex_materials[i] = 1;
     const Mesh fine = subdivided(mesh, 4000);
@@ -229,7 +219,7 @@ TEST(MeshPreparation, CoarseSphereIsCloseClosedAndOutward) {
 
 TEST(MeshPreparation, SimplifiesPiecesThatPenetrateEachOther) {
     Mesh mesh = sphere(30, 60);
-    append(mesh, sphere(30, 60, {1, 0.3f, 0.1f}));
+    append_mesh(mesh, sphere(30, 60, {1, 0.3f, 0.1f}));
     const PreparedMesh ready = prepared(mesh, {0, 800});
     EXPECT_LE(ready.coarse.triangles.size(), 800u);
     EXPECT_EQ(open_edges(ready.coarse), 0);
@@ -296,13 +286,13 @@ TEST(MeshPreparation, PartsTheSidesOfASheetWithoutThickness) {
 
 TEST(MeshPreparation, LeavesSolidsAsTheyAre) {
     Mesh touching = box({0, 0, 0}, {1, 1, 1});
-    append(touching, box({0.25f, 1, 0.25f}, {0.75f, 2, 0.75f}));
+    append_mesh(touching, box({0.25f, 1, 0.25f}, {0.75f, 2, 0.75f}));
     EXPECT_EQ(prepared(touching, {500, 0}).findings.parted_vertices, 0u);
 }
 
 TEST(MeshPreparation, TakesNonManifoldMeshes) {
     Mesh mesh = box({0, 0, 0}, {1, 1, 1});
-    append(mesh, box({1, 1, 0}, {2, 2, 1}));  // touches along an edge: four triangles there
+    append_mesh(mesh, box({1, 1, 0}, {2, 2, 1}));  // touches along an edge: four triangles there
     mesh = subdivided(mesh, 3000);
     const PreparedMesh ready = prepared(mesh, {0, 200});
     EXPECT_GT(ready.findings.non_manifold_edges, 0u);

@@ -162,6 +162,32 @@ TEST(VertexShading, DiffuseEqualsTheSumOverTexels) {
     }
 }
 
+TEST(VertexShading, ConcentratedLightMeetsTheCosineThatItHas) {
+    // A texel in a corner of its block of 4 x 4, on each face: the cosine in the middle is another one.
+    RgbCubemapTree light;
+    for (RgbQuadtree& face : light.faces) {
+        std::vector<Rgb> texels(size * size, Rgb(0.0f));
+        texels[(24 * size) + 40] = Rgb(1000.0f);
+        face = haar_quadtree<Rgb>(texels, size, {});
+    }
+    const LightPyramid pyramid(light, size);
+    const DirectionPyramid directions(size);
+    WalkMemory<std::uint8_t> memory;
+    std::mt19937 random(5);
+    for (int i = 0; i < 20; ++i) {
+        VertexBrdf brdf;
+        brdf.normal = brdf.mirror = random_direction(random);
+        brdf.diffuse = Rgb(1.0f);
+        double expected = 0;
+        for (int face = 0; face < int(cubemap_faces); ++face)
+            expected += 1000 * std::max(0.0f, texel_direction(face, 40, 24, size).dot(brdf.normal));
+        expected /= size * size;
+        EXPECT_NEAR(vertex_radiance(pyramid, directions, brdf, {}, {}, full_depth, memory).x, expected,
+                    5e-3 * expected)
+            << brdf.normal;
+    }
+}
+
 TEST(VertexShading, HighlightsEqualTheSumOverTexels) {
     std::mt19937 random(2);
     const Example example(7);
