@@ -44,7 +44,7 @@ double vertex_microseconds(const ShadedScene& scene, Occlusion occlusion, std::s
     const LightPyramid light(
         lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
         settings.face_size);
-    const TransferRows rows(scene);
+    const TransferRows rows(scene, geometry);
     VertexTransfer vertex(scene, geometry, settings);
     double least = INFINITY;
     for (int round = 0; round < 3; ++round) {
@@ -53,10 +53,9 @@ double vertex_microseconds(const ShadedScene& scene, Occlusion occlusion, std::s
         for (std::size_t k = 0; k < vertices; ++k) {
             const double place = double(k) * 0.6180339887498949;  // the golden ratio spreads them evenly
             const auto row = static_cast<std::size_t>((place - std::floor(place)) * double(rows.count()));
-            const std::size_t instance = rows.instance_of(row);
-            const auto index = static_cast<std::uint32_t>(row - rows.first(instance));
-            if (scene.entities[scene.instances[instance].entity].occlusion->samples().buried[index]) continue;
-            if (vertex.look_from(instance, index)) vertex.radiance(light, settings.depth);
+            const InstanceVertex at = rows[row];
+            if (rows.is_buried(at)) continue;
+            if (vertex.look_from(at)) vertex.radiance(light, settings.depth);
             ++shaded;
         }
         least = std::min(least, 1e6 * (thread_seconds() - start) / double(shaded));
