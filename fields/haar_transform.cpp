@@ -9,13 +9,6 @@
 namespace haarfield {
 namespace {
 
-double squared(float value) {
-    return double(value) * value;
-}
-double squared(const Rgb& value) {
-    return squared(value.x) + squared(value.y) + squared(value.z);
-}
-
 /// The full transform: for each level, the wavelets of its 4^level squares, row by row, and the mean.
 template <class Value>
 struct FullTransform {

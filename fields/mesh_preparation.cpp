@@ -277,7 +277,7 @@ Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& 
             return stopped;
         }
 
-    prepared.backs = seen_backs(prepared.original);
+    if (prepared.findings.open_components > 0) prepared.backs = seen_backs(prepared.original);
     prepared.findings.backs = prepared.backs.triangles.size();
     prepared.fine = subdivided(seen_surface(prepared), wanted.fine_vertices, progress);
     if (progress.stop.stop_requested()) return stopped;

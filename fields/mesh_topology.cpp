@@ -58,6 +58,17 @@ void for_each_edge(const std::vector<Side>& sides, const Visit& visit) {
     }
 }
 
+/// By piece: 1 if it has an edge with one triangle only. As long as `pieces` is, which may be more than there
+/// are.
+std::vector<std::uint8_t> open_pieces(const std::vector<Side>& sides,
+                                      const std::vector<std::uint32_t>& pieces) {
+    std::vector<std::uint8_t> open(pieces.size());
+    for_each_edge(sides, [&](const Side* first, const Side* last) {
+        if (last - first == 1) open[pieces[first->triangle]] = 1;
+    });
+    return open;
+}
+
 /// The parts within which "facing the same way" has a meaning, and the triangles that must be
 /// turned round to agree with the first of their part.
 struct Parts {
@@ -239,11 +250,8 @@ std::vector<std::uint32_t> triangle_pieces(const Mesh& mesh, const MergedPositio
 
 std::vector<std::uint8_t> triangles_of_open_pieces(const Mesh& mesh) {
     const MergedPositions merged = merged_positions(mesh.positions);
-    std::vector<std::uint32_t> pieces = triangle_pieces(mesh, merged);
-    std::vector<std::uint8_t> open(pieces.size());  // by piece, of which there are no more than triangles
-    for_each_edge(sorted_sides(merged_triangles(mesh, merged)), [&](const Side* first, const Side* last) {
-        if (last - first == 1) open[pieces[first->triangle]] = 1;
-    });
+    const std::vector<std::uint32_t> pieces = triangle_pieces(mesh, merged);
+    const std::vector<std::uint8_t> open = open_pieces(sorted_sides(merged_triangles(mesh, merged)), pieces);
     std::vector<std::uint8_t> of_open_piece;
     of_open_piece.reserve(pieces.size());
     for (const std::uint32_t piece : pieces) of_open_piece.push_back(open[piece]);
@@ -258,16 +266,12 @@ void orient_triangles(Mesh& mesh, MeshFindings& findings) {
     findings.duplicate_vertices = mesh.positions.size() - merged.positions.size();
     findings.components = pieces.empty() ? 0 : *std::max_element(pieces.begin(), pieces.end()) + 1;
     findings.boundary_edges = findings.non_manifold_edges = 0;
-    std::vector<bool> open(findings.components);
     for_each_edge(sides, [&](const Side* first, const Side* last) {
-        if (last - first == 1) {
-            ++findings.boundary_edges;
-            open[pieces[first->triangle]] = true;
-        } else if (last - first > 2) {
-            ++findings.non_manifold_edges;
-        }
+        findings.boundary_edges += last - first == 1;
+        findings.non_manifold_edges += last - first > 2;
     });
-    findings.open_components = std::count(open.begin(), open.end(), true);
+    const std::vector<std::uint8_t> open = open_pieces(sides, pieces);
+    findings.open_components = std::count(open.begin(), open.end(), 1);
 
     Parts parts = agreeing_parts(sides, mesh.triangles.size());
     turn_parts_outwards(mesh, closed_parts(sides, parts), parts);

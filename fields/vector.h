@@ -7,6 +7,7 @@
 #include <Imath/ImathColor.h>
 #include <Imath/ImathVec.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace haarfield {
@@ -24,6 +25,18 @@ inline bool is_finite(const Vec3f& v) {
 /// Relative luminance of linear Rec. 709 RGB, in the colour's unit.
 inline float luminance(const Rgb& c) {
     return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
+}
+
+inline double squared(float value) {
+    return double(value) * value;
+}
+/// Summed over the channels.
+inline double squared(const Rgb& c) {
+    return squared(c.x) + squared(c.y) + squared(c.z);
+}
+
+inline Rgb without_negative(const Rgb& c) {
+    return Rgb(std::max(c.x, 0.0f), std::max(c.y, 0.0f), std::max(c.z, 0.0f));
 }
 
 }  // namespace haarfield

@@ -78,8 +78,8 @@ std::size_t GroupedColumns::bytes() const {
 FewCoefficients largest_coefficients(const DenseCoefficients& f, const CoefficientSpectrum& spectrum,
                                      float error) {
     const BlockNumbers numbers(f.face_size);
-    std::vector<std::pair<double, std::uint32_t>> energies;
-    double left_out = 0;
+    std::vector<double> energies;
+    std::vector<std::uint32_t> indices;
     for (int level = 0; level < numbers.levels(); ++level)
         for (std::size_t block = numbers(level, 0, 0); block < numbers(level, cubemap_faces, 0); ++block)
             for (std::size_t slot = 0; slot < wide_cells; ++slot) {
@@ -87,17 +87,11 @@ FewCoefficients largest_coefficients(const DenseCoefficients& f, const Coefficie
                 const auto& [red, green, blue, unused] = f.values[index];
                 if (red == 0 && green == 0 && blue == 0) continue;
                 const double matters = spectrum[spectrum_place(level, slot)];
-                const double energy =
-                    (double(red) * red + double(green) * green + double(blue) * blue) * (matters * matters);
-                energies.emplace_back(energy, static_cast<std::uint32_t>(index));
-                left_out += energy;
+                energies.push_back(squared(Rgb(red, green, blue)) * (matters * matters));
+                indices.push_back(static_cast<std::uint32_t>(index));
             }
-    const double allowed = left_out * (double(error) * double(error));
-    std::sort(energies.begin(), energies.end(), std::greater<>());
-    std::size_t kept = 0;
-    while (kept < energies.size() && left_out > allowed) left_out -= energies[kept++].first;
     FewCoefficients result;
-    for (std::size_t k = 0; k < kept; ++k) result.index.push_back(energies[k].second);
+    for (const std::uint32_t k : largest_energies(energies, error)) result.index.push_back(indices[k]);
     std::sort(result.index.begin(), result.index.end());
     for (const std::uint32_t index : result.index) result.value.push_back(f.values[index]);
     return result;

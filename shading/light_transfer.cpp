@@ -10,13 +10,6 @@
 namespace haarfield {
 namespace {
 
-double squared(float value) {
-    return double(value) * value;
-}
-double energy(const Rgb& c) {
-    return squared(c.x) + squared(c.y) + squared(c.z);
-}
-
 struct Frame {
     const ShadedScene& scene;
     const ShadingGeometry& geometry;
@@ -65,7 +58,7 @@ public:
             const auto& colours = frame_.transfer.colours[frame_.transfer.colour_of_row[row]];
             std::array<float, terms> weights;
             for (std::size_t term = 0; term < terms; ++term)
-                weights[term] = static_cast<float>(energy(colours[term]));
+                weights[term] = static_cast<float>(squared(colours[term]));
             pruning_.set_weights(rows_, weights);
         }
         next_row();
@@ -121,7 +114,7 @@ CoefficientSpectrum transfer_spectrum(const LightTransfer& transfer, int face_si
         const auto weight = [&](std::size_t group, std::size_t k) {
             const std::size_t row = b * transfer.block_rows() + group / transfer.terms * group_rows + k;
             if (row >= transfer.colour_of_row.size()) return 0.0;
-            return energy(transfer.colours[transfer.colour_of_row[row]][group % transfer.terms]);
+            return squared(transfer.colours[transfer.colour_of_row[row]][group % transfer.terms]);
         };
         for (std::uint32_t index = 0; index + 1 < block.first.size(); ++index)
             for (std::uint32_t i = block.first[index]; i < block.first[index + 1]; ++i) {

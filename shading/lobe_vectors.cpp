@@ -142,21 +142,13 @@ private:
 /// Leaves out the coefficients that matter least, as ProductPruning does.
 LobeShapes::Coefficients pruned(const LobeShapes::Coefficients& lobe, const BlockNumbers& numbers,
                                 const CoefficientSpectrum& factor, float error) {
-    std::vector<std::pair<double, std::size_t>> energies;
-    double left_out = 0;
-    for (std::size_t i = 0; i < lobe.size(); ++i) {
-        const double matters =
-            double(lobe[i].second) * double(factor[spectrum_place(numbers, lobe[i].first)]);
-        energies.emplace_back(matters * matters, i);
-        left_out += matters * matters;
+    std::vector<double> energies;
+    for (const auto& [index, value] : lobe) {
+        const double matters = double(value) * double(factor[spectrum_place(numbers, index)]);
+        energies.push_back(matters * matters);
     }
-    std::sort(energies.begin(), energies.end(), std::greater<>());
-    const double allowed = left_out * (double(error) * double(error));
     LobeShapes::Coefficients result;
-    for (std::size_t i = 0; i < lobe.size() && (error == 0 || left_out > allowed); ++i) {
-        left_out -= energies[i].first;
-        result.push_back(lobe[energies[i].second]);
-    }
+    for (const std::uint32_t i : largest_energies(energies, error)) result.push_back(lobe[i]);
     return result;
 }
 

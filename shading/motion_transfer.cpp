@@ -87,8 +87,7 @@ Result<std::vector<Rgb>> own_radiance(const MotionTransfer& transfer, const Shad
         for (std::size_t i = range.begin(); i != range.end() && !progress.stop.stop_requested(); ++i) {
             const std::uint32_t v = order[i];
             if (left_out[v] || !vertex.look_from({instance, v})) continue;
-            const Rgb found = vertex.radiance(transfer.light, settings.depth);
-            for (int c = 0; c < 3; ++c) radiance[v][c] = std::max(found[c], 0.0f);
+            radiance[v] = without_negative(vertex.radiance(transfer.light, settings.depth));
         }
     });
     if (progress.stop.stop_requested()) return Error{"", interrupted};

@@ -48,7 +48,7 @@ private:
         const WideNode<std::uint8_t>* child = &node + node.first_child;
         for (unsigned k = 0; k < wide_cells; ++k)
             cell[k] = node.varying >> k & 1u ? add_square(*child++, level + 1, face, block * wide_cells + k)
-                                             : 1 - static_cast<float>(node.mean[k]) * cell_unit;
+                                             : 1 - static_cast<float>(node.mean[k]) * cell_unit<std::uint8_t>;
         const float mean = transform_cells(cell.data());
         for (std::size_t slot = 0; slot < wide_cells; ++slot)
             cell[slot] *= coefficient_of_amplitude(level, slot);
@@ -65,8 +65,6 @@ private:
             sum += energies_.energy[place][slot] = coefficients[slot] * coefficients[slot];
         energies_.sum += double(sum);
     }
-
-    static constexpr float cell_unit = 1.0f / 255;
 
     BlockNumbers numbers_;
     double error_;

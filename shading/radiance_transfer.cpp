@@ -10,13 +10,6 @@
 #include "shading/vertex_loop.h"
 
 namespace haarfield {
-namespace {
-
-Rgb without_negative(const Rgb& r) {
-    return Rgb(std::max(r.x, 0.0f), std::max(r.y, 0.0f), std::max(r.z, 0.0f));
-}
-
-}  // namespace
 
 TransferRows::TransferRows(const ShadedScene& scene, const ShadingGeometry& geometry)
     : scene_(scene), geometry_(geometry), first_(1, 0) {

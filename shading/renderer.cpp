@@ -29,10 +29,9 @@ public:
         const Material& material = scene.entities[instance.entity].materials[point.material];
         const VertexView view = vertex_view(scene, instance, point);
         if (!visibility_.look(instance_index, own, view)) return Rgb(0.0f);
-        const Rgb radiance =
-            vertex_radiance(light, geometry.directions, vertex_brdf(material, view), visibility_.cones(),
-                            visibility_.trees(), settings.depth, memory_, settings.tolerance);
-        return Rgb(std::max(radiance.x, 0.0f), std::max(radiance.y, 0.0f), std::max(radiance.z, 0.0f));
+        return without_negative(vertex_radiance(light, geometry.directions, vertex_brdf(material, view),
+                                                visibility_.cones(), visibility_.trees(), settings.depth,
+                                                memory_, settings.tolerance));
     }
 
 private:

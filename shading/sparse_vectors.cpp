@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <functional>
+#include <numeric>
 
 namespace haarfield {
 
@@ -95,6 +97,19 @@ std::uint16_t half_bits(float value) {
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> largest_energies(std::span<const double> energies, float error) {
+    std::vector<std::uint32_t> places(energies.size());
+    std::iota(places.begin(), places.end(), 0u);
+    std::ranges::sort(places, std::greater(),
+                      [&](std::uint32_t place) { return std::pair(energies[place], place); });
+    double left_out = std::accumulate(energies.begin(), energies.end(), 0.0);
+    const double allowed = left_out * squared(error);
+    std::size_t kept = 0;
+    while (kept < places.size() && (error == 0 || left_out > allowed)) left_out -= energies[places[kept++]];
+    places.resize(kept);
+    return places;
+}
 
 CoefficientSpectrum root_mean_squares(const SpectrumEnergies& sums, double functions) {
     CoefficientSpectrum spectrum;

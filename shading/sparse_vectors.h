@@ -127,6 +127,10 @@ DenseCoefficients dense_coefficients(const RgbCubemapTree& f, int face_size);
 DenseCoefficients weighted_sum(std::span<const DenseCoefficients* const> functions,
                                std::span<const float> weights);
 
+/// Which energies are kept if the smallest ones are left out, that add up to at most  error^2  of all: their
+/// places, the largest first. All of them if error is 0.
+std::vector<std::uint32_t> largest_energies(std::span<const double> energies, float error);
+
 /// Sums of squares by level.
 using SpectrumEnergies = std::array<double, std::tuple_size_v<CoefficientSpectrum>>;
 

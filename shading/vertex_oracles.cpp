@@ -258,11 +258,10 @@ private:
 
     Rgb baked(std::size_t instance, std::uint32_t vertex) {
         if (!bake_visibility_.look(instance, vertex, view_)) return Rgb(0.0f);
-        const Rgb radiance = vertex_radiance(frame_.baked_pyramid, frame_.geometry.directions,
-                                             vertex_brdf(entity_->materials[point_.material], view_),
-                                             bake_visibility_.cones(), bake_visibility_.trees(),
-                                             frame_.settings.depth, memory_, frame_.settings.tolerance);
-        return Rgb(std::max(radiance.x, 0.0f), std::max(radiance.y, 0.0f), std::max(radiance.z, 0.0f));
+        return without_negative(vertex_radiance(frame_.baked_pyramid, frame_.geometry.directions,
+                                                vertex_brdf(entity_->materials[point_.material], view_),
+                                                bake_visibility_.cones(), bake_visibility_.trees(),
+                                                frame_.settings.depth, memory_, frame_.settings.tolerance));
     }
 
     const OracleFrame& frame_;

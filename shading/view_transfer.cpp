@@ -10,10 +10,6 @@
 namespace haarfield {
 namespace {
 
-double squared(float value) {
-    return double(value) * double(value);
-}
-
 constexpr float lobe_error = 2e-3f;  ///< Of truncating the lobes.
 
 /// Of the error that vectors and lobes may have each: where a lobe meets a small light its coefficients are

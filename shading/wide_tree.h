@@ -25,6 +25,12 @@ struct WideNode {
                                           ///< Children lie side by side, by cell.
 };
 
+/// What a cell of 1 stands for.
+template <class Cell>
+inline constexpr float cell_unit = 1;
+template <>
+inline constexpr float cell_unit<std::uint8_t> = 1.0f / 255;
+
 /// A value in [0, 1] in 255ths, rounded.
 inline std::uint8_t in_bytes(float value) {
     return static_cast<std::uint8_t>(value * 255 + 0.5f);

@@ -76,12 +76,6 @@ struct WalkMemory {
     }
 };
 
-/// What a cell of 1 stands for.
-template <class Cell>
-inline constexpr float cell_unit = 1;
-template <>
-inline constexpr float cell_unit<std::uint8_t> = 1.0f / 255;
-
 struct FaceFactors {
     float constant = 1;  ///< Product of the factors that do not vary on the face.
     float mean = 1;      ///< Product of all factors' means.

@@ -242,9 +242,8 @@ void add_shading_options(CLI::App& command, RenderSettings& settings) {
     command
         .add_option("--tolerance", settings.tolerance,
                     "Largest error a vertex may have by ending early, relative to its radiance; 0: none. A "
-                    "promise that "
-                    "saves little: the error that is proved is some hundred times the real one. For speed "
-                    "use --depth")
+                    "promise that saves little: the error that is proved is some hundred times the real one. "
+                    "For speed use --depth")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str()
         ->type_name("E");
