@@ -11,7 +11,7 @@
 namespace haarfield {
 namespace {
 
-constexpr int places = 4;  ///< Along an edge of a texel.
+constexpr float bright_above = 8;  ///< Times the mean.
 
 /// Face, u and v in [-1, 1] where a direction pierces the cube: cubemap_point in single precision.
 struct Place {
@@ -25,6 +25,28 @@ Place place_of(const Vec3f& d) {
     if (y >= z) return d.y > 0 ? Place{2, d.x / y, -d.z / y} : Place{3, d.x / y, d.z / y};
     return d.z > 0 ? Place{4, -d.x / z, -d.y / z} : Place{5, d.x / z, -d.y / z};
 }
+
+/// A face after a rotation: directions are linear in u and v.
+struct TurnedFace {
+    Vec3f middle, right, down;
+
+    TurnedFace(const Rotation& rotation, int face) {
+        const auto turned = [&](double u, double v) {
+            return rotation(cubemap_direction<Vec3d>(face, u, v));
+        };
+        middle = Vec3f(turned(0, 0));
+        right = Vec3f(turned(1, 0) - turned(0, 0));
+        down = Vec3f(turned(0, 1) - turned(0, 0));
+    }
+    /// Towards a place in a texel, counted in `places` along its edge.
+    Vec3f direction(int column, int row, int i, int places, int size) const {
+        const auto coordinate = [&](int texel, int place) {
+            return static_cast<float>(2 * (places * texel + place) + 1) / static_cast<float>(places * size) -
+                   1;
+        };
+        return middle + right * coordinate(column, i % places) + down * coordinate(row, i / places);
+    }
+};
 
 Rgb interpolated(const TurnableLight& light, const Vec3f& direction) {
     const int size = 2 * light.face_size;
@@ -43,41 +65,100 @@ Rgb interpolated(const TurnableLight& light, const Vec3f& direction) {
            (bottom[0] * (1 - right) + bottom[1] * right) * down;
 }
 
+/// Of the lighting's texel: its four quarters.
+std::array<std::size_t, 4> quarters(int face_size, int column, int row) {
+    const auto size = static_cast<std::size_t>(2 * face_size),
+               first = static_cast<std::size_t>(2 * row) * size + static_cast<std::size_t>(2 * column);
+    return {first, first + 1, first + size, first + size + 1};
+}
+
+void add_even_part(const TurnableLight& light, const Rotation& rotation, std::vector<Rgb>& texels) {
+    constexpr int places = 2;
+    const int size = light.face_size;
+    const Rotation inverse = rotation.inverse();
+    tbb::parallel_for(0, cubemap_faces * size, [&](int line) {
+        const TurnedFace face(inverse, line / size);
+        const int row = line % size;
+        for (int column = 0; column < size; ++column) {
+            Rgb sum(0.0f);
+            for (int i = 0; i < places * places; ++i)
+                sum += interpolated(light, face.direction(column, row, i, places, size));
+            float solid_angle = 0;
+            for (const std::size_t quarter : quarters(size, column, row))
+                solid_angle += light.solid_angles[quarter] / 4;
+            texels[std::size_t(line * size + column)] += sum * (solid_angle / (places * places));
+        }
+    });
+}
+
+void add_bright_texels(const TurnableLight& light, const Rotation& rotation, std::vector<Rgb>& texels) {
+    constexpr int places = 4;
+    const int size = light.face_size, from_size = 2 * size;
+    for (const auto& [texel, all] : light.bright) {
+        const int from = static_cast<int>(texel), line = from / from_size;
+        const TurnedFace face(rotation, line / from_size);
+        for (int i = 0; i < places * places; ++i) {
+            const Place at =
+                place_of(face.direction(from % from_size, line % from_size, i, places, from_size));
+            const auto index = [size](float u) {
+                return std::clamp(static_cast<int>((u + 1) * 0.5f * static_cast<float>(size)), 0, size - 1);
+            };
+            texels[std::size_t((at.face * size + index(at.v)) * size + index(at.u))] +=
+                all / (places * places);
+        }
+    }
+}
+
+/// Where each texel is.
+std::vector<Rgb> unturned_lighting_texels(const TurnableLight& light) {
+    const int size = light.face_size;
+    const std::size_t texels_a_face = light.solid_angles.size();
+    std::vector<Rgb> texels;
+    for (std::size_t face = 0; face < cubemap_faces; ++face)
+        for (int row = 0; row < size; ++row)
+            for (int column = 0; column < size; ++column) {
+                Rgb& sum = texels.emplace_back(0.0f);
+                for (const std::size_t quarter : quarters(size, column, row))
+                    sum += light.radiance[face * texels_a_face + quarter] * (light.solid_angles[quarter] / 4);
+            }
+    for (const auto& [texel, all] : light.bright) {
+        const auto column = static_cast<int>(texel) % (2 * size), line = static_cast<int>(texel) / (2 * size);
+        texels[std::size_t(line / 2 * size + column / 2)] += all;
+    }
+    return texels;
+}
+
 }  // namespace
 
 TurnableLight turnable_light(const LatLongImage& environment, int face_size, const std::stop_token& stop) {
     const int size = 2 * face_size;
-    TurnableLight light{face_size, lighting_texels(environment, size, stop)};
+    TurnableLight light{face_size, lighting_texels(environment, size, stop), {}, {}};
+    const auto peak = [](const Rgb& colour) { return std::max({colour.x, colour.y, colour.z}); };
+    double sum = 0;
+    for (const Rgb& texel : light.radiance) sum += double(peak(texel));
+    const float limit = bright_above * static_cast<float>(sum / (4 * pi * size * size));
+    for (int i = 0; i < size * size; ++i)
+        light.solid_angles.push_back(
+            static_cast<float>(texel_solid_angle(i % size, i / size, size) * size * size));
     for (std::size_t i = 0; i < light.radiance.size(); ++i) {
-        const int column = static_cast<int>(i) % size, row = static_cast<int>(i) / size % size;
-        light.radiance[i] /= static_cast<float>(texel_solid_angle(column, row, size) * size * size);
+        const float solid_angle = light.solid_angles[i % light.solid_angles.size()];
+        Rgb& radiance = light.radiance[i];
+        const Rgb whole = radiance;
+        radiance /= solid_angle;
+        if (peak(radiance) <= limit) continue;
+        radiance *= limit / peak(radiance);
+        // The lighting is divided by a fourth of the doubled cubemap's texels.
+        light.bright.push_back({static_cast<std::uint32_t>(i), (whole - radiance * solid_angle) / 4});
     }
     return light;
 }
 
 std::vector<Rgb> turned_lighting_texels(const TurnableLight& light, const Rotation& rotation) {
-    const int size = light.face_size;
-    const Rotation inverse = rotation.inverse();
-    std::vector<Rgb> texels(std::size_t(cubemap_faces * size) * std::size_t(size));
-    tbb::parallel_for(0, cubemap_faces * size, [&](int line) {
-        const int face = line / size, row = line % size;
-        const auto from = [&](float u, float v) {
-            return inverse(cubemap_direction<Vec3d>(face, double(u), double(v)));
-        };
-        // Directions are linear in u and v.
-        const Vec3f origin(from(0, 0)), right(from(1, 0) - from(0, 0)), down(from(0, 1) - from(0, 0));
-        const float step = 2.0f / static_cast<float>(places * size);
-        for (int column = 0; column < size; ++column) {
-            Rgb sum(0.0f);
-            for (int i = 0; i < places * places; ++i) {
-                const float u = (static_cast<float>(places * column + i % places) + 0.5f) * step - 1,
-                            v = (static_cast<float>(places * row + i / places) + 0.5f) * step - 1;
-                const float r = 1 + u * u + v * v;  // the solid angle of du dv is r^-3/2
-                sum += interpolated(light, origin + right * u + down * v) / (r * std::sqrt(r));
-            }
-            texels[std::size_t(line * size + column)] = sum * (4.0f / (places * places));
-        }
-    });
+    if (rotation.row == Rotation().row) return unturned_lighting_texels(light);
+    std::vector<Rgb> texels(std::size_t(cubemap_faces * light.face_size) * std::size_t(light.face_size),
+                            Rgb(0.0f));
+    add_even_part(light, rotation, texels);
+    add_bright_texels(light, rotation, texels);
     return texels;
 }
 

@@ -42,7 +42,7 @@ TEST(TurnedLight, IsTheLightOfTheTurnedEnvironment) {
         const Vec3d to = rotation(from);
         const LatLongImage turned = environment([&](const Vec3d& d) { return lobe(d, to); }, 256);
         EXPECT_LT(relative_difference(turned_lighting_texels(light, rotation), lighting_texels(turned, 32)),
-                  0.01);
+                  0.015);
     }
 }
 
@@ -54,16 +54,38 @@ TEST(TurnedLight, TurnsTheWayThatEnvironmentsDo) {
         0.01);
 }
 
-TEST(TurnedLight, KeepsTheEnergyOfASmallSun) {
-    LatLongImage image = environment([](const Vec3d&) { return 0.0; }, 512);
-    image.pixels[std::size_t(70 * 512 + 200)] = Rgb(1000, 500, 100);
-    const TurnableLight light = turnable_light(image, 64);
-    const Rgb wanted = sum_of(lighting_texels(image, 64));
+TEST(TurnedLight, KeepsEnergyAndPlaceOfASmallSun) {
+    constexpr int size = 64;
+    LatLongImage image = environment([](const Vec3d&) { return 0.01; }, 512);
+    const std::size_t sun = 70 * 512 + 200;
+    image.pixels[sun] = Rgb(1000, 500, 100);
+    const Vec3d from = lat_long_direction(200.5 / 512, 70.5 / 256);
+    const TurnableLight light = turnable_light(image, size);
+    const Rgb wanted = sum_of(lighting_texels(image, size));
+    const std::vector<Vec3f> directions = texel_directions(size);
     for (int i = 0; i < 20; ++i) {
-        const Rgb found = sum_of(turned_lighting_texels(light, rotation_about({1, 2, -1}, 0.31 * i)));
+        const Rotation rotation = rotation_about({1, 2, -1}, 0.31 * i);
+        const std::vector<Rgb> texels = turned_lighting_texels(light, rotation);
+        const Rgb found = sum_of(texels);
         for (int channel = 0; channel < 3; ++channel)
-            EXPECT_NEAR(found[channel] / wanted[channel], 1, 0.06) << i;
+            EXPECT_NEAR(found[channel] / wanted[channel], 1, 1e-3) << i;
+        Vec3d middle(0.0);
+        for (std::size_t t = 0; t < texels.size(); ++t)
+            if (texels[t].x > 1) middle += Vec3d(directions[t]) * double(texels[t].x);
+        EXPECT_GT(middle.normalized().dot(rotation(from)), std::cos(0.75 * 1.41 / size)) << i;
     }
+}
+
+TEST(TurnedLight, PartsWithWhatIsBrightAndWithNothingElse) {
+    EXPECT_TRUE(turnable_light(environment([](const Vec3d& d) { return 1 + d.y; }), 16).bright.empty());
+    const LatLongImage spots = environment([](const Vec3d& d) {
+        return std::sin(40 * d.x) * std::sin(40 * d.y) * std::sin(40 * d.z) > 0.5 ? 5.0 : 0.1;
+    });
+    const TurnableLight light = turnable_light(spots, 32);
+    EXPECT_GT(light.bright.size(), 100u);
+    EXPECT_LE(light.bright.size(), light.radiance.size() / 8);
+    EXPECT_LT(relative_difference(turned_lighting_texels(light, Rotation()), lighting_texels(spots, 32)),
+              0.03);
 }
 
 }  // namespace
