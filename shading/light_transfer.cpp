@@ -36,9 +36,15 @@ void list_colours(const ShadedScene& scene, const TransferRows& rows, LightTrans
     transfer.terms = has_metals ? 3 : 2;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const std::size_t entity = scene.instances[i].entity;
-        for (const std::uint32_t vertex : rows.vertices(i))
+        for (const std::uint32_t vertex : rows.vertices(i)) {
             transfer.colour_of_row.push_back(static_cast<std::uint16_t>(
                 first[entity] + scene.entities[entity].mesh->vertex_materials[vertex]));
+            const Vec3f& normal = scene.entities[entity].mesh->normals[vertex];
+            const std::size_t row = transfer.colour_of_row.size() - 1;
+            if (row % group_rows == 0) transfer.normals.emplace_back();
+            for (int axis = 0; axis < 3; ++axis)
+                transfer.normals.back()[std::size_t(axis)][row % group_rows] = normal[axis];
+        }
     }
 }
 
@@ -130,10 +136,35 @@ CoefficientSpectrum transfer_spectrum(const LightTransfer& transfer, int face_si
     return rows > 0 ? root_mean_squares(energies, 3 * rows) : CoefficientSpectrum{};
 }
 
+/// sums = the inner products of a block's groups.
+void set_inner_products(const GroupedColumns& block, const FewCoefficients& f, std::span<GroupSums> sums) {
+    std::ranges::fill(sums, GroupSums{});
+    add_inner_products(block, f, sums);
+}
+
+/// What a group's diffuse terms lack of a source: V (N.D), where their vectors have V (N.w).
+///
+/// moments  the inner products with the source's moments.
+/// lacking  in the moments' unit, whatever that is, times the source's colour.
+void add_source(const ConcentratedLight& source, const GroupSums& moments, const GroupNormals& normals,
+                GroupSums& lacking) {
+    // What the vectors have of light that grazes a surface is too little to tell V from.
+    constexpr float grazing = 0.01f;  // square of a cosine
+    const auto& [x, y, z] = normals;
+    const Vec3f& towards = source.direction;
+    for (std::size_t k = 0; k < group_rows; ++k) {
+        const float cosine = std::max(0.0f, x[k] * towards.x + y[k] * towards.y + z[k] * towards.z),
+                    moment = x[k] * moments[0][k] + y[k] * moments[1][k] + z[k] * moments[2][k],
+                    sum = moment * cosine / (cosine * cosine + grazing);
+        for (std::size_t c = 0; c < 3; ++c) lacking[c][k] += source.colour[static_cast<int>(c)] * sum;
+    }
+}
+
 }  // namespace
 
 std::size_t LightTransfer::bytes() const {
-    std::size_t sum = colour_of_row.size() * sizeof colour_of_row[0];
+    std::size_t sum = colour_of_row.size() * sizeof colour_of_row[0] + normals.size() * sizeof normals[0] +
+                      directions.values.size() * sizeof directions.values[0];
     for (const GroupedColumns& block : blocks) sum += block.bytes();
     return sum;
 }
@@ -146,6 +177,7 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
     list_colours(scene, rows, result);
     result.blocks.resize((rows.count() + result.block_rows() - 1) / result.block_rows());
     result.pruning_error = transfer.pruning_error;
+    result.directions = direction_coefficients(settings.face_size);
     const Frame frame{
         scene, geometry, settings, result, rms_spectrum(typical), double(transfer.pruning_error)};
     const Result<Done> made = make_rows(
@@ -160,15 +192,25 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 Result<Done> transfer_light(const LightTransfer& transfer, const ShadedScene& scene,
                             const ShadingGeometry& geometry, const DenseCoefficients& light,
                             VertexRadiance& radiance, const Progress& progress) {
-    const FewCoefficients few = largest_coefficients(light, transfer.spectrum, transfer.pruning_error / 8);
+    const float error = transfer.pruning_error / 8;
+    const FewCoefficients few = largest_coefficients(light, transfer.spectrum, error);
+    const std::vector<ConcentratedLight> sources = concentrated_light(light, transfer.directions, error);
     std::vector<Rgb> by_row(transfer.colour_of_row.size());
     tbb::parallel_for(std::size_t(0), transfer.blocks.size(), [&](std::size_t b) {
         if (progress.stop.stop_requested()) return;
         const GroupedColumns& block = transfer.blocks[b];
-        std::array<GroupSums, GroupedColumns::most_groups> sums{};
-        add_inner_products(block, few, std::span(sums).first(block.scale.size()));
+        std::array<GroupSums, GroupedColumns::most_groups> all_sums, all_moments;
+        const std::span sums = std::span(all_sums).first(block.scale.size()),
+                        moments = std::span(all_moments).first(block.scale.size());
+        set_inner_products(block, few, sums);
         const std::size_t first = b * transfer.block_rows(),
                           end = std::min(by_row.size(), first + transfer.block_rows());
+        for (const ConcentratedLight& source : sources) {
+            set_inner_products(block, source.moments, moments);
+            for (std::size_t group = 0; group < sums.size(); group += transfer.terms)
+                add_source(source, moments[group],
+                           transfer.normals[first / group_rows + group / transfer.terms], sums[group]);
+        }
         for (std::size_t row = first; row < end; ++row) {
             const LightTransfer::Colours& colours = transfer.colours[transfer.colour_of_row[row]];
             const std::size_t place = row - first, group = place / group_rows * transfer.terms;

@@ -1,10 +1,13 @@
 #pragma once
 /// Radiance transfer for a light that changes: turned, dimmed, exchanged, mixed.
 
-#include "shading/grouped_columns.h"
+#include "shading/concentrated_light.h"
 #include "shading/radiance_transfer.h"
 
 namespace haarfield {
+
+/// x, y and z of a group's rows, side by side.
+using GroupNormals = std::array<std::array<float, group_rows>, 3>;
 
 /// T = BRDF x visibilities x cosine per vertex, without the materials' colours. [1/sr]
 struct LightTransfer {
@@ -18,6 +21,8 @@ struct LightTransfer {
     std::size_t terms = 2;                     ///< 3 if there are metals in the scene.
     std::vector<Colours> colours;              ///< Of the scene's materials.
     std::vector<std::uint16_t> colour_of_row;  ///< In `colours`.
+    std::vector<GroupNormals> normals;         ///< By group_rows rows.
+    DenseCoefficients directions;              ///< direction_coefficients.
     CoefficientSpectrum spectrum{};            ///< Of T, over some rows and the channels.
     float pruning_error = 0;                   ///< That the vectors were made with.
 
@@ -38,10 +43,14 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 ///
 /// Those of the light's coefficients that matter least are left out, to an eighth of the error of pruning.
 ///
+/// The vectors hold the cosine constant over cells; what that costs where light is concentrated is made good:
+/// concentrated_light.h.
+///
 /// accuracy  besides pruning, rounding to bytes: 0.2 %.
 /// scene, geometry  those that the vectors were made for.
 /// errors  interrupted; then `radiance` is as it was.
-/// cost    a multiplication and an addition for each coefficient that a vertex and the light have in common.
+/// cost    a multiplication and an addition for each coefficient that a vertex and the light have in common,
+///         and for some twenty more a concentrated source.
 Result<Done> transfer_light(const LightTransfer& transfer, const ShadedScene& scene,
                             const ShadingGeometry& geometry, const DenseCoefficients& light,
                             VertexRadiance& radiance, const Progress& progress = {});

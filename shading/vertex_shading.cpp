@@ -17,8 +17,10 @@ namespace haarfield {
 
 /// Below this share of its peak a lobe is zero;
 inline constexpr float lobe_zero = 1e-3f;
-/// and from this on it varies where its cell is not the finest.
+/// and from this on it varies where its cell is not the finest,
 inline constexpr float lobe_varies = 4e-3f;
+/// or, of terms that are to be pruned, from this on.
+inline constexpr float lobe_of_terms_varies = 0.03f;
 
 /// One of a vertex's highlights, and where it has to be looked for.
 struct Highlight {
@@ -30,7 +32,7 @@ struct Highlight {
 
     Highlight() = default;
     Highlight(float of_weight, float to_power, bool of_half_vector, const DirectionPyramid& directions,
-              int last_level)
+              int last_level, float varies)
         : weight(of_weight), exponent(to_power), about_half_vector(of_half_vector) {
         near.fill(exponent == 0 ? -2.0f : 0.0f);
         curved.fill(2);
@@ -38,7 +40,7 @@ struct Highlight {
         // The mirror direction turns twice as far as the half vector.
         const float turn = about_half_vector ? 2 : 1;
         const float zero_at = turn * std::acos(std::pow(lobe_zero, 1 / exponent)),
-                    curved_at = turn * std::acos(std::pow(lobe_varies, 1 / exponent));
+                    curved_at = turn * std::acos(std::pow(varies, 1 / exponent));
         for (int level = 0; level <= last_level; ++level) {
             const float radius = directions.radius(level);
             near[std::size_t(level)] = std::cos(std::min(zero_at + radius, float(pi)));
@@ -58,7 +60,8 @@ struct VertexTerms {
     std::array<float, 4>
         margin{};  ///< By level: sine of the largest angle from a cell's middle to its border.
 
-    VertexTerms(const DirectionPyramid& pyramid, const VertexBrdf& what, const BlockedCones& cones, int last)
+    VertexTerms(const DirectionPyramid& pyramid, const VertexBrdf& what, const BlockedCones& cones, int last,
+                float varies = lobe_varies)
         : directions(pyramid),
           brdf(what),
           near(cones),
@@ -67,9 +70,10 @@ struct VertexTerms {
           to_eye(what.normal * (2 * what.normal.dot(what.mirror)) - what.mirror) {
         if (what.specular != Rgb(0.0f)) {
             if (what.phong > 0)
-                highlights_[highlight_count_++] = {what.phong, what.shininess, false, pyramid, last};
+                highlights_[highlight_count_++] = {what.phong, what.shininess, false, pyramid, last, varies};
             if (what.blinn > 0)
-                highlights_[highlight_count_++] = {what.blinn, what.blinn_exponent, true, pyramid, last};
+                highlights_[highlight_count_++] = {what.blinn, what.blinn_exponent, true, pyramid, last,
+                                                   varies};
         }
         for (int level = 0; level <= last; ++level)
             margin[std::size_t(level)] = std::sin(directions.radius(level));
@@ -113,6 +117,7 @@ struct BlockDirections {
 /// A BRDF over a block's cells, without its colours.
 struct ReflectedCells {
     Cells cosine;      ///< Clamped.
+    Cells diffuse;     ///< The cosine, as diffuse light takes it: see Reflected::holds_cosine.
     Cells highlights;  ///< With what they are weighted by; if there are any.
     Cells loss;        ///< What a metal takes from them, if it is one.
     bool has_highlights = false;
@@ -121,6 +126,7 @@ struct ReflectedCells {
 /// What reflects light: with the materials' colours, times the lighting.
 struct LitColours {
     static constexpr int channels = 3;
+    static constexpr bool holds_cosine = false;
 
     const LightPyramid& light;
 
@@ -128,7 +134,7 @@ struct LitColours {
                               std::size_t face, std::size_t block, Cells* value) const {
         const Rgb &diffuse = terms.brdf.diffuse, &specular = terms.brdf.specular;
         Cells reflected[3];
-        for (int c = 0; c < 3; ++c) reflected[c] = all_cells(diffuse[c]) * cells.cosine;
+        for (int c = 0; c < 3; ++c) reflected[c] = all_cells(diffuse[c]) * cells.diffuse;
         if (cells.has_highlights)
             for (int c = 0; c < 3; ++c) {
                 Cells colour = all_cells(specular[c]);
@@ -152,10 +158,11 @@ struct LitColours {
 template <int term_count>
 struct PlainTerms {
     static constexpr int channels = term_count;
+    static constexpr bool holds_cosine = true;
 
     HWY_INLINE unsigned write(const VertexTerms& terms, const ReflectedCells& cells, int, std::size_t,
                               std::size_t, Cells* value) const {
-        value[0] = cells.cosine;
+        value[0] = cells.diffuse;
         for (int term = 1; term < channels; ++term)
             value[term] = cells.has_highlights ? cells.highlights : all_cells(0);
         if constexpr (channels == 3) {
@@ -172,6 +179,7 @@ struct PlainTerms {
 ///
 /// Reflected  unsigned write(terms, cells, level, face, block, value): writes its channels, and returns the
 ///            cells on which they vary with the light. unsigned uneven(level, face, block): see LightPyramid.
+///            holds_cosine: whether the cosine of diffuse light is constant over the cells of level 1.
 template <class Reflected>
 class FaceShading {
 public:
@@ -197,6 +205,12 @@ public:
         const auto at = std::size_t(level);
         const bool last = level == terms_.last_level;
         HeadCells<channels> head;
+        if constexpr (Reflected::holds_cosine)
+            if (level > 1 && terms_.near.end.empty() && !may_have_highlights(level, block)) {
+                head.value[0] = all_cells(held_cosine(level, block));
+                for (int c = 1; c < channels; ++c) head.value[c] = all_cells(0);
+                return head;
+            }
         Cells open = all_cells(1);
         unsigned half_blocked = 0;
         const BlockDirections d(terms_.directions.block(level, block));
@@ -215,7 +229,9 @@ public:
                            : level == 0 ? not_below
                                         : not_below & reflected_.uneven(level, face, block);
         ReflectedCells cells;
-        cells.cosine = clamped_cosine(d, cosine, horizon);
+        cells.cosine = cells.diffuse = clamped_cosine(d, cosine, horizon);
+        if constexpr (Reflected::holds_cosine)
+            if (level > 1) cells.diffuse = all_cells(held_cosine(level, block));
         cells.highlights = all_cells(0);
         unsigned curved = 0;
         cells.has_highlights = add_highlights(level, block, d, cosine, cells.highlights, curved);
@@ -294,6 +310,16 @@ private:
         return {above.x[cell], above.y[cell], above.z[cell]};
     }
 
+    /// Whether a lobe is not zero somewhere in a block below the root.
+    HWY_INLINE bool may_be_in(const Highlight& highlight, int level, std::size_t block) const {
+        return middle(level, block).dot(mirror_) > highlight.near[std::size_t(level) - 1];
+    }
+    HWY_INLINE bool may_have_highlights(int level, std::size_t block) const {
+        for (const Highlight& highlight : terms_.highlights())
+            if (may_be_in(highlight, level, block)) return true;
+        return false;
+    }
+
     /// Adds the lobes, where they are not zero; false if they are so in the whole block. `curved`: the cells
     /// in which one of them varies.
     HWY_INLINE bool add_highlights(int level, std::size_t block, const BlockDirections& d,
@@ -301,7 +327,7 @@ private:
         const auto at = std::size_t(level);
         bool found = false;
         for (const Highlight& highlight : terms_.highlights()) {
-            if (level > 0 && middle(level, block).dot(mirror_) <= highlight.near[at - 1]) continue;
+            if (level > 0 && !may_be_in(highlight, level, block)) continue;
             const Cells aligned = d.dot(mirror_);
             if (cells_above(aligned, highlight.near[at]) == 0) continue;
             sum = multiply_add(all_cells(highlight.weight), lobe_cells(highlight, d, cosine, aligned), sum);
@@ -323,6 +349,18 @@ private:
             value = choose(cells_above(d.extent - cosine, 0), crossed, value);
         }
         return value - value * d.spread();
+    }
+
+    /// clamped_cosine of the cell of level 1 that a block lies in.
+    HWY_INLINE float held_cosine(int level, std::size_t block) const {
+        const std::size_t path = block >> (4 * (level - 2));
+        const DirectionBlock& d = terms_.directions.block(1, path / wide_cells);
+        const std::size_t cell = path % wide_cells;
+        const float extent = d.extent[cell],
+                    cosine = normal_.x * d.x[cell] + normal_.y * d.y[cell] + normal_.z * d.z[cell],
+                    over = std::max(cosine + extent, 0.0f),
+                    clamped = cosine < extent ? over * over * 0.25f * d.inverse_extent[cell] : cosine;
+        return clamped - clamped * (extent * extent * (1.0f / 3));
     }
 
     /// The share of the cells that a plane through the vertex leaves above it: mean of [cosine > 0].
@@ -525,7 +563,7 @@ void write_terms(const BlockNumbers& numbers, const DirectionPyramid& directions
                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<count>>& product) {
     const Depth levels(depth, numbers.levels());
-    const VertexTerms terms(directions, brdf, near, levels.levels - 1);
+    const VertexTerms terms(directions, brdf, near, levels.levels - 1, lobe_of_terms_varies);
     write_product<BlockWriter<count>>(PlainTerms<count>(), numbers, terms, visibilities, levels, nullptr,
                                       memory, product);
 }

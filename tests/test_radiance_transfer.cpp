@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "fields/rotation.h"
 #include "shading/light_transfer.h"
 #include "shading/motion_transfer.h"
 #include "shading/view_transfer.h"
@@ -48,6 +49,39 @@ TEST(LightTransfer, PruningIsWithinTheErrorItIsGiven) {
         }
         EXPECT_LT(transfer.bytes(), bytes_before);
         bytes_before = transfer.bytes();
+    }
+}
+
+/// A ball, matte or also with a highlight, lit by a sky and a small sun.
+class SunlitBall : public ExampleScene {
+public:
+    explicit SunlitBall(float specular) {
+        Material material = glossy(6, LobeConvention::povray);
+        material.diffuse = Rgb(0.6f);
+        material.specular = Rgb(specular);
+        scene.instances.push_back({add_entity(sphere_mesh({0, 0, 0}, 1, 12), material), {0, 0, 0}, 1});
+        scene.eye = {0, 0, 5};
+    }
+    DenseCoefficients light_with_sun_at(const Vec3d& sun) {
+        scene.environment =
+            environment([&](const Vec3d& d) { return 0.2 + 3000 * std::exp(9000 * (d.dot(sun) - 1)); }, 512);
+        return dense_coefficients(lighting_tree(scene.environment, size, {}), size);
+    }
+};
+
+TEST(LightTransfer, MeetsTheCosineOfASunWhereverItStands) {
+    for (const float specular : {0.0f, 0.02f}) {
+        SunlitBall ball(specular);
+        const DenseCoefficients typical = ball.light_with_sun_at(Vec3d(0.3, 0.7, 0.5).normalized());
+        const ShadingGeometry geometry = *shading_geometry(ball.scene, settings());
+        const LightTransfer transfer = *light_transfer(ball.scene, geometry, settings(), {0.003f}, typical);
+        for (int i = 0; i < 8; ++i) {
+            VertexRadiance found;
+            const DenseCoefficients light =
+                ball.light_with_sun_at(rotation_about({1, 2, -1}, 0.7 * i)(Vec3d(0, 0.6, 0.8)));
+            ASSERT_TRUE(transfer_light(transfer, ball.scene, geometry, light, found));
+            EXPECT_LT(relative_rmse(found, ball.dense()), 0.0105) << specular << ", " << i;
+        }
     }
 }
 
