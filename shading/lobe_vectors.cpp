@@ -149,6 +149,7 @@ LobeShapes::Coefficients pruned(const LobeShapes::Coefficients& lobe, const Bloc
     }
     LobeShapes::Coefficients result;
     for (const std::uint32_t i : largest_energies(energies, error)) result.push_back(lobe[i]);
+    std::ranges::sort(result);  // as they are used: what is near in the index is near in memory
     return result;
 }
 
@@ -200,9 +201,11 @@ Result<LobeVectors> lobe_vectors(const LobeShapes& shapes, const CoefficientSpec
     const BlockNumbers numbers(shapes.face_size);
     std::vector<LobeShapes::Coefficients> first_lobes(shapes.lobes.size());
     tbb::parallel_for(std::size_t(0), first_lobes.size(), [&](std::size_t i) {
+        if (progress.stop.stop_requested()) return;
         first_lobes[i] = pruned(shapes.lobes[i], numbers, factor, error);
     });
 
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
     std::map<Symmetry, std::vector<Image>> images_by_symmetry;
     const auto grid_direction = [&](int face, int row, int column) {
         return cubemap_direction<Vec3d>(face, grid_coordinate(column, result.steps),

@@ -41,10 +41,13 @@ public:
     void add_row(const InstanceVertex& vertex, Rgb& open) {
         if (vertex.instance == frame_.transfer.instance || !vertex_.look_from(vertex))
             return rows_.append_empty();
-        pruning_.take(vertex_, frame_.transfer.light, [](const ProductPruning& product) {
-            const Rgb whole = product.integral();
-            return double(whole.dot(whole));
-        });
+        pruning_.take(
+            vertex_,
+            [&](const DetailWeights* detail) { return vertex_.product(frame_.transfer.light, detail); },
+            [](const ProductPruning& product) {
+                const Rgb whole = product.integral();
+                return double(whole.dot(whole));
+            });
         open = pruning_.integral();
         pruning_.append(rows_);
     }
@@ -94,21 +97,54 @@ Result<std::vector<Rgb>> own_radiance(const MotionTransfer& transfer, const Shad
     return radiance;
 }
 
-Result<std::vector<Rgb>> own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
-                                      const ShadingGeometry& geometry, const RenderSettings& settings,
-                                      FrameQuality quality, const Progress& progress) {
+RenderSettings while_moving(RenderSettings settings) {
+    settings.depth = moving_depth;
+    settings.occlusion = Occlusion::fields;
+    return settings;
+}
+
+/// The radiance of all of the moving instance's own vertices.
+Result<std::vector<Rgb>> whole_own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
+                                            const ShadingGeometry& geometry, const RenderSettings& settings,
+                                            const Progress& progress) {
     const std::size_t entity = scene.instances[transfer.instance].entity;
-    RenderSettings of_frame = settings;
-    if (quality == FrameQuality::moving) {
-        of_frame.depth = moving_depth;
-        of_frame.occlusion = Occlusion::fields;
-    }
-    const bool is_moving = quality == FrameQuality::moving;
     Result<std::vector<Rgb>> radiance = own_radiance(
-        transfer, scene, geometry, of_frame,
-        is_moving ? transfer.left_out : scene.entities[entity].occlusion->samples().buried, progress);
-    if (radiance) (is_moving ? transfer.fill : geometry.entities[entity].fill)(*radiance);
+        transfer, scene, geometry, settings, scene.entities[entity].occlusion->samples().buried, progress);
+    if (radiance) geometry.entities[entity].fill(*radiance);
     return radiance;
+}
+
+/// The same while it moves: what it was before, and what has changed at the vertices that are shaded. Changes
+/// are smoother than radiance: normals and what the instance hides from itself stay as they are.
+Result<std::vector<Rgb>> changed_own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
+                                              const ShadingGeometry& geometry, const RenderSettings& settings,
+                                              const Progress& progress) {
+    Result<std::vector<Rgb>> radiance =
+        own_radiance(transfer, scene, geometry, while_moving(settings), transfer.left_out, progress);
+    if (!radiance) return radiance;
+    for (std::size_t v = 0; v < radiance->size(); ++v)
+        if (!transfer.left_out[v]) (*radiance)[v] -= transfer.own[v];
+    transfer.fill(*radiance);
+    for (std::size_t v = 0; v < radiance->size(); ++v)
+        (*radiance)[v] = without_negative(transfer.own[v] + (*radiance)[v]);
+    return radiance;
+}
+
+/// What the moving instance hides from a row, to be taken from its radiance. No samples if it hides nothing.
+RowInterpolation shadow(const MotionTransfer& transfer, const ShadedScene& scene,
+                        const MotionTransfer::Viewpoint& from) {
+    RowInterpolation result{from.row, {}};
+    const ShadedInstance& moving = scene.instances[transfer.instance];
+    const ShadedEntity& entity = scene.entities[moving.entity];
+    if (is_below_horizon(entity, moving, from.view)) return result;
+    const FieldLookup lookup = field_lookup(*entity.field, moving, from.view);
+    result.at = lookup.samples;
+    const auto first = lookup.planar ? 0u : static_cast<std::uint32_t>(entity.field->planar_handles.size());
+    for (std::size_t k = 0; k < std::size_t(result.at.count); ++k) {
+        result.at.sample[k] += first;
+        result.at.weight[k] = -result.at.weight[k];
+    }
+    return result;
 }
 
 }  // namespace
@@ -137,7 +173,9 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
     MotionTransfer result{instance,
                           {rows.count(), settings.face_size, 3},
                           std::vector<Rgb>(rows.count(), Rgb(0.0f)),
+                          {},
                           std::move(*occlusions),
+                          {},
                           left_out,
                           BuriedFill(mesh, left_out),
                           LightPyramid(light, settings.face_size)};
@@ -159,35 +197,32 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
         },
         progress);
     if (!made) return made.error();
+    Result<std::vector<Rgb>> own =
+        whole_own_radiance(result, scene, geometry, while_moving(settings), progress);
+    if (!own) return own.error();
+    result.own = std::move(*own);
+    for (std::size_t row = 0; row < rows.count(); ++row)
+        if (!result.vectors.is_empty(row)) result.viewpoints.push_back({static_cast<std::uint32_t>(row), {}});
+    tbb::parallel_for(std::size_t(0), result.viewpoints.size(), [&](std::size_t i) {
+        const auto [at, vertex] = rows[result.viewpoints[i].row];
+        result.viewpoints[i].view = vertex_view(scene, scene.instances[at], vertex);
+    });
     return result;
 }
 
 Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& scene,
                              const ShadingGeometry& geometry, const RenderSettings& settings,
                              FrameQuality quality, VertexRadiance& radiance, const Progress& progress) {
-    const TransferRows rows(scene, geometry);
-    const ShadedInstance& moving = scene.instances[transfer.instance];
-    const VisibilityField& field = *scene.entities[moving.entity].field;
-    const auto planar_samples = static_cast<std::uint32_t>(field.planar_handles.size());
-    std::vector<Interpolation> at(rows.count());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows.count(), 1024), [&](const auto& range) {
-        for (std::size_t row = range.begin(); row != range.end(); ++row) {
-            if (transfer.vectors.is_empty(row)) continue;
-            const auto [instance, vertex] = rows[row];
-            const VertexView view = vertex_view(scene, scene.instances[instance], vertex);
-            const FieldLookup lookup = field_lookup(field, moving, view);
-            at[row] = lookup.samples;
-            if (!lookup.planar)
-                for (int k = 0; k < lookup.samples.count; ++k)
-                    at[row].sample[std::size_t(k)] += planar_samples;
-        }
-    });
-    std::vector<Rgb> by_row(rows.count());
-    const Result<Done> multiplied =
-        interpolated_inner_products(transfer.vectors, transfer.occlusions, at, by_row, progress.stop);
-    if (!multiplied) return multiplied.error();
-    for (std::size_t row = 0; row < by_row.size(); ++row) by_row[row] = transfer.open[row] - by_row[row];
-    Result<std::vector<Rgb>> own = own_radiance(transfer, scene, geometry, settings, quality, progress);
+    const RowInterpolations shadows =
+        found_interpolations(transfer.viewpoints.size(), progress.stop,
+                             [&](std::size_t i) { return shadow(transfer, scene, transfer.viewpoints[i]); });
+    std::vector<Rgb> by_row = transfer.open;
+    const Result<Done> shaded =
+        add_interpolated_products(transfer.vectors, transfer.occlusions, shadows, by_row, progress.stop);
+    if (!shaded) return shaded.error();
+    Result<std::vector<Rgb>> own = quality == FrameQuality::moving
+                                       ? changed_own_radiance(transfer, scene, geometry, settings, progress)
+                                       : whole_own_radiance(transfer, scene, geometry, settings, progress);
     if (!own) return own.error();
     store_radiance(scene, geometry, by_row, radiance);
     radiance[transfer.instance] = std::move(*own);

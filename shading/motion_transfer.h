@@ -14,21 +14,33 @@ namespace haarfield {
 /// moving instance's field that are interpolated at the vertex: where it hides nothing, nothing is to be
 /// done, and nothing is lost by pruning.
 struct MotionTransfer {
-    std::size_t instance = 0;            ///< Which one moves.
-    SparseVectorBlocks vectors;          ///< RGB. Empty rows for the moving instance's own vertices.
-    std::vector<Rgb> open;               ///< By row: <T, 1>, the radiance without the moving instance.
-    SparseVectorBlocks occlusions;       ///< occlusion_vectors of its field.
-    std::vector<std::uint8_t> left_out;  ///< Its own vertices that are not shaded while it moves: 1.
-    BuriedFill fill;                     ///< For them.
+    /// A row that the moving instance may shade, and where it is seen from.
+    struct Viewpoint {
+        std::uint32_t row;
+        VertexView view;
+    };
+
+    std::size_t instance = 0;           ///< Which one moves.
+    SparseVectorBlocks vectors;         ///< RGB. Empty rows for the moving instance's own vertices.
+    std::vector<Rgb> open;              ///< By row: <T, 1>, the radiance without the moving instance.
+    std::vector<Viewpoint> viewpoints;  ///< Of the rows that are not empty.
+    SparseVectorBlocks occlusions;      ///< occlusion_vectors of its field.
+    /// Radiance of its own vertices before it moves, shaded as while it does, but all of them. By vertex.
+    std::vector<Rgb> own;
+    std::vector<std::uint8_t> left_out;  ///< Of these, those that are not shaded while it moves: 1.
+    BuriedFill fill;                     ///< For what changes at them.
     LightPyramid light;
 
-    std::size_t bytes() const { return vectors.bytes() + open.size() * sizeof(Rgb) + occlusions.bytes(); }
+    std::size_t bytes() const {
+        return vectors.bytes() + open.size() * sizeof(Rgb) + viewpoints.size() * sizeof(Viewpoint) +
+               occlusions.bytes();
+    }
 };
 
 /// How exactly the vertices of an instance that moves are shaded themselves.
 enum class FrameQuality {
     moving,  ///< Four levels deep, past the others by their fields, at one vertex of each triangle or more;
-             ///< the others take the mean of those next to them. For while it is dragged.
+             ///< at the others it changes by the mean of those next to them. For while it is dragged.
     still,   ///< In full.
 };
 

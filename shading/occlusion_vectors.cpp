@@ -16,7 +16,11 @@ namespace {
 class OcclusionMaker {
 public:
     OcclusionMaker(int face_size, double error)
-        : numbers_(face_size), error_(error), values_(numbers_.count()) {}
+        : numbers_(face_size), error_(error), values_(numbers_.count()) {
+        for (int level = 0; level < numbers_.levels(); ++level)
+            for (std::size_t slot = 0; slot < wide_cells; ++slot)
+                normalisation_[std::size_t(level)][slot] = coefficient_of_amplitude(level, slot);
+    }
 
     void append(const WideCubemap<std::uint8_t>& visibility, SparseVectors& to) {
         energies_.clear(numbers_.count());
@@ -51,7 +55,7 @@ private:
                                              : 1 - static_cast<float>(node.mean[k]) * cell_unit<std::uint8_t>;
         const float mean = transform_cells(cell.data());
         for (std::size_t slot = 0; slot < wide_cells; ++slot)
-            cell[slot] *= coefficient_of_amplitude(level, slot);
+            cell[slot] *= normalisation_[std::size_t(level)][slot];
         add_block(numbers_(level, face, block), cell);
         return mean;
     }
@@ -68,6 +72,7 @@ private:
 
     BlockNumbers numbers_;
     double error_;
+    std::array<SlotValues, 4> normalisation_{};  ///< By level: coefficient_of_amplitude.
     CoefficientEnergies energies_;
     std::vector<SlotValues> values_;  ///< By place in energies_.
     std::vector<std::uint32_t> index_;

@@ -43,6 +43,14 @@ std::span<const WaveletBlock<3>> VertexTransfer::product(const LightPyramid& lig
     return product_;
 }
 
+std::span<const WaveletBlock<3>> VertexTransfer::highlights(const LightPyramid& light, Rgb& diffuse,
+                                                            const DetailWeights* detail) {
+    blurred_energy_ =
+        highlight_transfer(light, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
+                           settings_.depth, memory_, product_, diffuse, detail);
+    return product_;
+}
+
 Rgb VertexTransfer::radiance(const LightPyramid& light, int depth) {
     return vertex_radiance(light, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(), depth,
                            memory_);
@@ -81,7 +89,7 @@ void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, s
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const std::span<const std::uint32_t> vertices = rows.vertices(i);
         const std::span<const Rgb> values = by_row.subspan(rows.first(i), vertices.size());
-        radiance[i].resize(vertices.size());
+        radiance[i].resize(vertices.size(), Rgb(0.0f));
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices.size(), 4096), [&](const auto& range) {
             for (std::size_t k = range.begin(); k != range.end(); ++k)
                 if (!choice || (*choice)[i][vertices[k]])

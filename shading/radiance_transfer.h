@@ -78,6 +78,10 @@ public:
     std::span<const WaveletBlock<3>> product(const LightPyramid& light,
                                              const DetailWeights* detail = nullptr);
 
+    /// highlight_transfer of vertex_shading.h; valid until the next call.
+    std::span<const WaveletBlock<3>> highlights(const LightPyramid& light, Rgb& diffuse,
+                                                const DetailWeights* detail = nullptr);
+
     /// A bound on what the last product left out.
     double blurred_energy() const { return blurred_energy_; }
 
@@ -112,16 +116,17 @@ public:
     /// Forgets the vertex before, so that the next one does not depend on it.
     void forget() { allowed_ = 0; }
 
-    /// Takes up the product of a vertex with a light.
+    /// Takes up a product of a vertex.
     ///
-    /// energy_of  from ProductPruning, with the product at hand, to the vertex's energy.
-    template <class EnergyOf>
-    void take(VertexTransfer& vertex, const LightPyramid& light, const EnergyOf& energy_of) {
+    /// product_of  from details that may be left out, or null, to a product of the vertex.
+    /// energy_of   from ProductPruning, with the product at hand, to the vertex's energy.
+    template <class ProductOf, class EnergyOf>
+    void take(const VertexTransfer& vertex, const ProductOf& product_of, const EnergyOf& energy_of) {
         const DetailWeights detail = detail_weights(spectrum_, blurred_share * allowed_ / typical_cells);
-        pruning_.take(vertex.product(light, allowed_ > 0 ? &detail : nullptr));
+        pruning_.take(product_of(allowed_ > 0 ? &detail : nullptr));
         allowed_ = error_ * error_ * energy_of(pruning_);
         if (vertex.blurred_energy() <= blurred_share * allowed_) return;
-        pruning_.take(vertex.product(light));
+        pruning_.take(product_of(nullptr));
         allowed_ = error_ * error_ * energy_of(pruning_);
     }
 

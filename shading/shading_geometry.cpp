@@ -67,6 +67,25 @@ std::vector<Sphere> spheres_of_influence(const ShadedScene& scene) {
     return spheres;
 }
 
+Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, const RenderSettings& settings,
+                                                const Progress& progress) {
+    std::vector<std::uint32_t> order = spatial_order(entity.mesh->positions);
+    Result<WideVisibility> visibility = WideVisibility::make(*entity.field, order, progress.stop);
+    if (!visibility) return visibility.error();
+    std::vector<ConvexPolygon> polygons;
+    if (entity.occlusion->coarse().triangles.size() <= settings.exact_triangles)
+        polygons = convex_polygons(entity.occlusion->coarse());
+    const Occlusion occlusion = polygons.empty() ? settings.occlusion : Occlusion::exact;
+    const VisibilityField& field = *entity.field;
+    return ShadingGeometry::Entity{
+        std::move(order),
+        std::move(*visibility),
+        std::move(polygons),
+        exact_distance(field.planar, field.error.planar, occlusion, settings.occlusion_error),
+        exact_distance(field.spherical, field.error.spherical, occlusion, settings.occlusion_error),
+        BuriedFill(*entity.mesh, entity.occlusion->samples().buried)};
+}
+
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          const Progress& progress) {
     ShadingGeometry geometry{{},
@@ -77,19 +96,9 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                              DirectionPyramid(settings.face_size),
                              InstanceGrid(spheres_of_influence(scene))};
     for (const ShadedEntity& entity : scene.entities) {
-        std::vector<std::uint32_t> order = spatial_order(entity.mesh->positions);
-        Result<WideVisibility> visibility = WideVisibility::make(*entity.field, order, progress.stop);
-        if (!visibility) return visibility.error();
-        std::vector<ConvexPolygon> polygons;
-        if (entity.occlusion->coarse().triangles.size() <= settings.exact_triangles)
-            polygons = convex_polygons(entity.occlusion->coarse());
-        const Occlusion occlusion = polygons.empty() ? settings.occlusion : Occlusion::exact;
-        const VisibilityField& field = *entity.field;
-        geometry.entities.push_back(
-            {std::move(order), std::move(*visibility), std::move(polygons),
-             exact_distance(field.planar, field.error.planar, occlusion, settings.occlusion_error),
-             exact_distance(field.spherical, field.error.spherical, occlusion, settings.occlusion_error),
-             BuriedFill(*entity.mesh, entity.occlusion->samples().buried)});
+        Result<ShadingGeometry::Entity> made = entity_geometry(entity, settings, progress);
+        if (!made) return made.error();
+        geometry.entities.push_back(std::move(*made));
     }
     return geometry;
 }
@@ -123,6 +132,11 @@ bool VertexVisibility::look(std::size_t instance_index, const WideCubemap<std::u
     return true;
 }
 
+bool is_below_horizon(const ShadedEntity& entity, const ShadedInstance& instance, const VertexView& view) {
+    return lies_below(entity.occlusion->coarse().bounds, (view.point - instance.translate) / instance.scale,
+                      view.normal);
+}
+
 bool is_seen_exactly(const ShadingGeometry::Entity& prepared, const VisibilityField& field,
                      const ShadedInstance& instance, const VertexView& view) {
     return squared_exact_distance(prepared, field, instance, view) < 1;
@@ -133,16 +147,15 @@ bool VertexVisibility::look_past(std::uint32_t instance, const VertexView& view)
     const ShadedEntity& entity = scene_.entities[other.entity];
     const ShadingGeometry::Entity& prepared = geometry_.entities[other.entity];
     const VisibilityField& field = *entity.field;
-    const Occluder& occluder = entity.occlusion->coarse();
-    const Vec3f point = (view.point - other.translate) / other.scale;
-    if (lies_below(occluder.bounds, point, view.normal)) return true;
+    if (is_below_horizon(entity, other, view)) return true;
 
     const float distance = squared_exact_distance(prepared, field, other, view);
     if (!(distance < 1) || (prepared.polygons.empty() && !rasterizes_)) {
         look_up(other, view);
         return true;
     }
-    if (occluder.one_sided > 0 && entity.occlusion->in_coarse()(point)) return false;
+    const Vec3f point = (view.point - other.translate) / other.scale;
+    if (entity.occlusion->coarse().one_sided > 0 && entity.occlusion->in_coarse()(point)) return false;
     if (prepared.polygons.empty())
         candidates_.push_back({distance, instance});
     else

@@ -9,10 +9,9 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "shading/sparse_products.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
-
-#include "shading/four-inl.h"
 
 #ifndef HAARFIELD_SPARSE_PRODUCTS_ONCE
 #define HAARFIELD_SPARSE_PRODUCTS_ONCE
@@ -32,6 +31,12 @@ using ColumnSums = std::array<std::array<float, columns>, 3>;
 HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Eight lanes whatever the machine has, and no fused multiply-add: the same bits everywhere.
+using Floats = hn::CappedTag<float, columns>;
+inline constexpr std::size_t parts = columns / hn::MaxLanes(Floats());
 
 /// Half floats to floats.
 void unpack_halves(const std::uint16_t* halves, std::size_t count, float* to) {
@@ -53,36 +58,32 @@ void unpack_halves(const std::uint16_t* halves, std::size_t count, float* to) {
 }
 
 /// <vectors[row], c> for each of the functions c that lie side by side in `spread`.
-void row_products(const SparseVectors& vectors, std::size_t row, const float* spread,
+void row_products(const SparseVectors& vectors, std::size_t row, std::size_t pages, const float* spread,
                   std::vector<float>& unpacked, ColumnSums& sums) {
-    const std::size_t pages = vectors.pages();
     const std::size_t row_first = vectors.first[row * pages], row_end = vectors.first[(row + 1) * pages];
     unpacked.resize(std::max(unpacked.size(), 3 * (row_end - row_first)));
     unpack_halves(vectors.value.data() + 3 * row_first, 3 * (row_end - row_first), unpacked.data());
-    Four red0 = all_four(0), red1 = red0, green0 = red0, green1 = red0, blue0 = red0, blue1 = red0;
+    hn::Vec<Floats> sum[3][parts];
+    for (auto& channel : sum)
+        for (auto& part : channel) part = hn::Zero(Floats());
     const float* value = unpacked.data();
     for (std::size_t page = 0; page < pages; ++page) {
         const float* const table = spread + (page << 16) * columns;
         const std::size_t end = vectors.first[row * pages + page + 1];
         for (std::size_t i = vectors.first[row * pages + page]; i < end; ++i, value += 3) {
             const float* const at = table + vectors.index[i] * columns;
-            const Four low = load_four(at), high = load_four(at + 4);
-            const Four red = all_four(value[0]), green = all_four(value[1]), blue = all_four(value[2]);
-            red0 = red0 + red * low;
-            red1 = red1 + red * high;
-            green0 = green0 + green * low;
-            green1 = green1 + green * high;
-            blue0 = blue0 + blue * low;
-            blue1 = blue1 + blue * high;
+            for (std::size_t part = 0; part < parts; ++part) {
+                const auto coefficients = hn::LoadU(Floats(), at + part * hn::MaxLanes(Floats()));
+                for (std::size_t c = 0; c < 3; ++c)
+                    sum[c][part] = hn::Add(sum[c][part], hn::Mul(hn::Set(Floats(), value[c]), coefficients));
+            }
         }
     }
-    const Four scale = all_four(vectors.scale[row]);
-    store_four(red0 * scale, sums[0].data());
-    store_four(red1 * scale, sums[0].data() + 4);
-    store_four(green0 * scale, sums[1].data());
-    store_four(green1 * scale, sums[1].data() + 4);
-    store_four(blue0 * scale, sums[2].data());
-    store_four(blue1 * scale, sums[2].data() + 4);
+    const auto scale = hn::Set(Floats(), vectors.scale[row]);
+    for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t part = 0; part < parts; ++part)
+            hn::StoreU(hn::Mul(sum[c][part], scale), Floats(),
+                       sums[c].data() + part * hn::MaxLanes(Floats()));
 }
 
 }  // namespace HWY_NAMESPACE
@@ -92,6 +93,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace haarfield {
 
+HWY_EXPORT(unpack_halves);
 HWY_EXPORT(row_products);
 
 namespace {
@@ -104,30 +106,35 @@ public:
         held_.fill(none);
     }
 
-    /// Makes all samples of an interpolation present; column[k] says where sample k is.
-    void hold(const Interpolation& at, std::array<std::size_t, columns>& column) {
+    /// Makes all samples of an interpolation present. Returns where they are, by sample.
+    const std::array<std::size_t, columns>& hold(const Interpolation& at) {
+        const auto count = static_cast<std::size_t>(at.count);
+        if (count == count_ && std::equal(at.sample.begin(), at.sample.begin() + at.count, sample_.begin()))
+            return column_;
         std::array<bool, columns> wanted{};
         std::array<bool, columns> found{};
-        const auto count = static_cast<std::size_t>(at.count);
         for (std::size_t k = 0; k < count; ++k) {
             const auto place = std::find(held_.begin(), held_.end(), at.sample[k]);
             if (place == held_.end()) continue;
-            column[k] = static_cast<std::size_t>(place - held_.begin());
-            found[k] = wanted[column[k]] = true;
+            column_[k] = static_cast<std::size_t>(place - held_.begin());
+            found[k] = wanted[column_[k]] = true;
         }
         for (std::size_t k = 0; k < count; ++k) {
             if (found[k]) continue;
             // Of two equal samples the first one is spread.
             const auto place = std::find(held_.begin(), held_.end(), at.sample[k]);
             if (place != held_.end()) {
-                column[k] = static_cast<std::size_t>(place - held_.begin());
+                column_[k] = static_cast<std::size_t>(place - held_.begin());
                 continue;
             }
-            column[k] =
+            column_[k] =
                 static_cast<std::size_t>(std::find(wanted.begin(), wanted.end(), false) - wanted.begin());
-            wanted[column[k]] = true;
-            spread(at.sample[k], column[k]);
+            wanted[column_[k]] = true;
+            spread(at.sample[k], column_[k]);
         }
+        sample_ = at.sample;
+        count_ = count;
+        return column_;
     }
 
     const float* values() const { return values_.data(); }
@@ -137,48 +144,77 @@ private:
 
     void spread(std::uint32_t function, std::size_t column) {
         if (held_[column] != none)
-            for_each(held_[column],
-                     [&](std::uint32_t index, float) { values_[index * columns + column] = 0; });
-        for_each(function,
-                 [&](std::uint32_t index, float value) { values_[index * columns + column] = value; });
+            for_each_index(held_[column],
+                           [&](std::size_t, std::size_t index) { values_[index * columns + column] = 0; });
+        const SparseVectors& block = functions_.block_of(function);
+        const std::size_t row = function % SparseVectorBlocks::block_rows, pages = block.pages();
+        const std::size_t first = block.first[row * pages], count = block.first[(row + 1) * pages] - first;
+        const float scale = block.scale[row];
+        unpacked_.resize(std::max(unpacked_.size(), count));
+        HWY_DYNAMIC_DISPATCH(unpack_halves)(block.value.data() + first, count, unpacked_.data());
+        for_each_index(function, [&](std::size_t i, std::size_t index) {
+            values_[index * columns + column] = unpacked_[i - first] * scale;
+        });
         held_[column] = function;
     }
 
+    /// Calls use(place, index) for the coefficients of a function.
     template <class Use>
-    void for_each(std::uint32_t function, const Use& use) const {
-        functions_.block_of(function).for_each(function % SparseVectorBlocks::block_rows, use);
+    void for_each_index(std::uint32_t function, const Use& use) const {
+        const SparseVectors& block = functions_.block_of(function);
+        const std::size_t row = function % SparseVectorBlocks::block_rows, pages = block.pages();
+        for (std::size_t page = 0; page < pages; ++page)
+            for (std::size_t i = block.first[row * pages + page]; i < block.first[row * pages + page + 1];
+                 ++i)
+                use(i, page << 16 | block.index[i]);
     }
 
     const SparseVectorBlocks& functions_;
-    std::vector<float> values_;  ///< By index and column.
-    std::array<std::uint32_t, columns> held_;
+    std::vector<float> values_;                ///< By index and column.
+    std::vector<float> unpacked_;              ///< Of the function at hand.
+    std::array<std::uint32_t, columns> held_;  ///< Functions, by column.
+    /// Of the interpolation before.
+    std::array<std::uint32_t, columns> sample_{};
+    std::array<std::size_t, columns> column_{};
+    std::size_t count_ = 0;
 };
 
-/// The rows that have anything to add up, by their first sample.
-std::vector<std::uint32_t> rows_by_sample(const SparseVectorBlocks& vectors,
-                                          std::span<const Interpolation> at, std::size_t samples) {
-    const auto is_needed = [&](std::size_t row) { return at[row].count > 0 && !vectors.is_empty(row); };
+/// The rows by their first sample, of so many.
+std::vector<const RowInterpolation*> rows_by_sample(const RowInterpolations& lists, std::size_t samples) {
     std::vector<std::uint32_t> end(samples + 1, 0);
-    for (std::size_t row = 0; row < at.size(); ++row)
-        if (is_needed(row)) ++end[at[row].sample[0] + 1];
+    for (const auto& list : lists)
+        for (const RowInterpolation& row : list) ++end[row.at.sample[0] + 1];
     for (std::size_t s = 0; s < samples; ++s) end[s + 1] += end[s];
-    std::vector<std::uint32_t> order(end.back());
-    for (std::size_t row = 0; row < at.size(); ++row)
-        if (is_needed(row)) order[end[at[row].sample[0]]++] = static_cast<std::uint32_t>(row);
+    std::vector<const RowInterpolation*> order(end.back());
+    for (const auto& list : lists)
+        for (const RowInterpolation& row : list) order[end[row.at.sample[0]]++] = &row;
     return order;
+}
+
+/// Rows are taken from all over the memory. Of one that comes later:
+void prefetch_place(const SparseVectors& block, std::size_t row, std::size_t pages) {
+    hwy::Prefetch(&block.first[row * pages]);
+    hwy::Prefetch(&block.scale[row]);
+}
+/// Of one that comes soon:
+void prefetch_coefficients(const SparseVectors& block, std::size_t row, std::size_t pages) {
+    constexpr std::size_t line = 64 / sizeof(std::uint16_t);
+    const std::size_t first = block.first[row * pages], end = block.first[(row + 1) * pages];
+    for (std::size_t i = first; i < end; i += line) hwy::Prefetch(block.index.data() + i);
+    for (std::size_t i = 3 * first; i < 3 * end; i += line) hwy::Prefetch(block.value.data() + i);
 }
 
 }  // namespace
 
-Result<Done> interpolated_inner_products(const SparseVectorBlocks& vectors,
-                                         const SparseVectorBlocks& functions,
-                                         std::span<const Interpolation> at, std::span<Rgb> out,
-                                         const std::stop_token& stop) {
-    assert(at.size() == vectors.rows && out.size() == vectors.rows);
-    std::fill(out.begin(), out.end(), Rgb(0.0f));
+Result<Done> add_interpolated_products(const SparseVectorBlocks& vectors, const SparseVectorBlocks& functions,
+                                       const RowInterpolations& rows, std::span<Rgb> out,
+                                       const std::stop_token& stop) {
+    assert(out.size() == vectors.rows);
+    if (stop.stop_requested()) return Error{"", interrupted};
     if (vectors.rows == 0 || functions.rows == 0) return Done{};
     const int face_size = vectors.blocks[0].face_size;
-    const std::vector<std::uint32_t> order = rows_by_sample(vectors, at, functions.rows);
+    const std::size_t pages = vectors.blocks[0].pages();
+    const std::vector<const RowInterpolation*> order = rows_by_sample(rows, functions.rows);
 
     struct Worker {
         SpreadFunctions spread;
@@ -188,21 +224,27 @@ Result<Done> interpolated_inner_products(const SparseVectorBlocks& vectors,
         return Worker{SpreadFunctions(functions, face_size), {}};
     });
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.size(), 512), [&](const auto& range) {
+        constexpr std::size_t soon = 2, later = 6;
+        constexpr auto in_block = SparseVectorBlocks::block_rows;
         Worker& worker = workers.local();
         ColumnSums sums;
-        std::array<std::size_t, columns> column{};
         for (std::size_t i = range.begin(); i != range.end() && !stop.stop_requested(); ++i) {
-            const std::uint32_t row = order[i];
-            worker.spread.hold(at[row], column);
+            if (i + later < range.end())
+                prefetch_place(vectors.block_of(order[i + later]->row), order[i + later]->row % in_block,
+                               pages);
+            if (i + soon < range.end())
+                prefetch_coefficients(vectors.block_of(order[i + soon]->row), order[i + soon]->row % in_block,
+                                      pages);
+            const auto& [row, at] = *order[i];
+            const std::array<std::size_t, columns>& column = worker.spread.hold(at);
             HWY_DYNAMIC_DISPATCH(row_products)
-            (vectors.block_of(row), row % SparseVectorBlocks::block_rows, worker.spread.values(),
-             worker.unpacked, sums);
+            (vectors.block_of(row), row % in_block, pages, worker.spread.values(), worker.unpacked, sums);
             Rgb sum(0.0f);
-            for (int k = 0; k < at[row].count; ++k) {
-                const auto from = column[std::size_t(k)];
-                sum += Rgb(sums[0][from], sums[1][from], sums[2][from]) * at[row].weight[std::size_t(k)];
+            for (std::size_t k = 0; k < std::size_t(at.count); ++k) {
+                const std::size_t from = column[k];
+                sum += Rgb(sums[0][from], sums[1][from], sums[2][from]) * at.weight[k];
             }
-            out[row] = sum;
+            out[row] += sum;
         }
     });
     if (stop.stop_requested()) return Error{"", interrupted};

@@ -1,9 +1,10 @@
 #include "shading/sparse_vectors.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <functional>
 #include <numeric>
 
 namespace haarfield {
@@ -98,16 +99,30 @@ std::uint16_t half_bits(float value) {
 
 }  // namespace
 
+/// Halves the places of which it is not known whether they are kept, the larger energies first: the smaller
+/// half is left out if all of it can be.
 std::vector<std::uint32_t> largest_energies(std::span<const double> energies, float error) {
     std::vector<std::uint32_t> places(energies.size());
     std::iota(places.begin(), places.end(), 0u);
-    std::ranges::sort(places, std::greater(),
-                      [&](std::uint32_t place) { return std::pair(energies[place], place); });
-    double left_out = std::accumulate(energies.begin(), energies.end(), 0.0);
-    const double allowed = left_out * squared(error);
-    std::size_t kept = 0;
-    while (kept < places.size() && (error == 0 || left_out > allowed)) left_out -= energies[places[kept++]];
-    places.resize(kept);
+    const auto matters_more = [&](std::uint32_t a, std::uint32_t b) {
+        return std::pair(energies[a], a) > std::pair(energies[b], b);
+    };
+    double allowed = std::accumulate(energies.begin(), energies.end(), 0.0) * squared(error);
+    auto kept = error == 0 ? places.end() : places.begin(), end = places.end();
+    while (kept != end) {
+        const auto middle = kept + (end - kept) / 2;
+        std::nth_element(kept, middle, end, matters_more);
+        double smaller = 0;
+        for (auto place = middle; place != end; ++place) smaller += energies[*place];
+        if (smaller <= allowed) {
+            allowed -= smaller;
+            end = middle;
+        } else {
+            kept = middle == kept ? end : middle;
+        }
+    }
+    places.erase(kept, places.end());
+    std::ranges::sort(places, matters_more);
     return places;
 }
 
@@ -219,14 +234,23 @@ CoefficientSpectrum rms_spectrum(const DenseCoefficients& f) {
 }
 
 CoefficientSpectrum rms_spectrum(const SparseVectorBlocks& functions) {
-    SpectrumEnergies energies{};
     if (functions.rows == 0) return {};
-    const BlockNumbers numbers(functions.blocks[0].face_size);
-    for (const SparseVectors& block : functions.blocks)
+    const int face_size = functions.blocks[0].face_size;
+    const BlockNumbers numbers(face_size);
+    std::vector<std::uint8_t> place(coefficient_count(face_size));
+    for (std::uint32_t index = 0; index < place.size(); ++index)
+        place[index] = static_cast<std::uint8_t>(spectrum_place(numbers, index));
+    std::vector<SpectrumEnergies> of_block(functions.blocks.size(), SpectrumEnergies{});
+    tbb::parallel_for(std::size_t(0), of_block.size(), [&](std::size_t b) {
+        const SparseVectors& block = functions.blocks[b];
         for (std::size_t row = 0; row < block.rows(); ++row)
             block.for_each(row, [&](std::uint32_t index, float value) {
-                energies[spectrum_place(numbers, index)] += double(value) * value;
+                of_block[b][place[index]] += double(value) * double(value);
             });
+    });
+    SpectrumEnergies energies{};
+    for (const SpectrumEnergies& block : of_block)
+        for (std::size_t p = 0; p < energies.size(); ++p) energies[p] += block[p];
     return root_mean_squares(energies, double(functions.rows) * functions.blocks[0].channels);
 }
 

@@ -16,15 +16,19 @@ SurfacePoint surface_point(const ShadedEntity& entity, std::uint32_t vertex) {
             entity.occlusion->samples().points[vertex], entity.mesh->vertex_materials[vertex]};
 }
 
+Vec3f mirrored_view(const Vec3f& eye, const Vec3f& position, const Vec3f& normal) {
+    Vec3f to_eye = (eye - position).normalized();
+    const float facing = to_eye.dot(normal);
+    if (facing < 0) to_eye = (to_eye - normal * facing).normalized();
+    return (normal * (2 * std::max(facing, 0.0f)) - to_eye).normalized();
+}
+
 VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, const SurfacePoint& point) {
     const ShadedEntity& entity = scene.entities[instance.entity];
     VertexView view;
     view.normal = point.normal;
     view.position = point.position * instance.scale + instance.translate;
-    Vec3f to_eye = (scene.eye - view.position).normalized();
-    const float facing = to_eye.dot(view.normal);
-    if (facing < 0) to_eye = (to_eye - view.normal * facing).normalized();
-    view.mirror = (view.normal * (2 * std::max(facing, 0.0f)) - to_eye).normalized();
+    view.mirror = mirrored_view(scene.eye, view.position, view.normal);
     const Vec3f towards = entity.occlusion->coarse().bounds.centre() - point.sample;
     const float distance = towards.length(),
                 step = std::min(distance, 1e-3f * entity.occlusion->coarse().bounds.radius());

@@ -26,6 +26,10 @@ struct VertexView {
     Vec3f point;     ///< In the world; where the visibility past other instances is looked up.
 };
 
+/// The direction from a point towards the eye, mirrored about the normal. From behind the surface it is seen
+/// as from its plane.
+Vec3f mirrored_view(const Vec3f& eye, const Vec3f& position, const Vec3f& normal);
+
 /// The view of one point of an instance from the scene's eye.
 ///
 /// VertexView::point is the local sample, drawn towards the middle of its instance by a thousandth of the

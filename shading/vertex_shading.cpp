@@ -125,13 +125,13 @@ struct ReflectedCells {
 
 /// What reflects light: with the materials' colours, times the lighting.
 struct LitColours {
-    static constexpr int channels = 3;
+    using Head = HeadCells<3>;
     static constexpr bool holds_cosine = false;
 
     const LightPyramid& light;
 
     HWY_INLINE unsigned write(const VertexTerms& terms, const ReflectedCells& cells, int level,
-                              std::size_t face, std::size_t block, Cells* value) const {
+                              std::size_t face, std::size_t block, Head& head) const {
         const Rgb &diffuse = terms.brdf.diffuse, &specular = terms.brdf.specular;
         Cells reflected[3];
         for (int c = 0; c < 3; ++c) reflected[c] = all_cells(diffuse[c]) * cells.diffuse;
@@ -144,9 +144,9 @@ struct LitColours {
             }
         const std::size_t index = light.numbers()(level, face, block);
         const LightBlock& lit = light.block(index);
-        value[0] = load_cells(lit.red.data()) * reflected[0];
-        value[1] = load_cells(lit.green.data()) * reflected[1];
-        value[2] = load_cells(lit.blue.data()) * reflected[2];
+        head.value[0] = load_cells(lit.red.data()) * reflected[0];
+        head.value[1] = load_cells(lit.green.data()) * reflected[1];
+        head.value[2] = load_cells(lit.blue.data()) * reflected[2];
         return light.varying(index);
     }
     unsigned uneven(int level, std::size_t face, std::size_t block) const {
@@ -154,21 +154,39 @@ struct LitColours {
     }
 };
 
+/// The same of the highlights, and aside of them what is reflected diffusely.
+struct LitHighlights : LitColours {
+    struct Head : HeadCells<3> {
+        Cells diffuse[3];
+    };
+
+    Rgb diffuse;
+
+    HWY_INLINE unsigned write(const VertexTerms& terms, const ReflectedCells& cells, int level,
+                              std::size_t face, std::size_t block, Head& head) const {
+        const LightBlock& lit = light.block(light.numbers()(level, face, block));
+        head.diffuse[0] = load_cells(lit.red.data()) * (all_cells(diffuse.x) * cells.diffuse);
+        head.diffuse[1] = load_cells(lit.green.data()) * (all_cells(diffuse.y) * cells.diffuse);
+        head.diffuse[2] = load_cells(lit.blue.data()) * (all_cells(diffuse.z) * cells.diffuse);
+        return LitColours::write(terms, cells, level, face, block, head);
+    }
+};
+
 /// What reflects light: by term, see vertex_terms.
 template <int term_count>
 struct PlainTerms {
-    static constexpr int channels = term_count;
+    using Head = HeadCells<term_count>;
     static constexpr bool holds_cosine = true;
 
     HWY_INLINE unsigned write(const VertexTerms& terms, const ReflectedCells& cells, int, std::size_t,
-                              std::size_t, Cells* value) const {
-        value[0] = cells.diffuse;
-        for (int term = 1; term < channels; ++term)
-            value[term] = cells.has_highlights ? cells.highlights : all_cells(0);
-        if constexpr (channels == 3) {
-            if (!terms.is_metallic) value[2] = all_cells(0);
+                              std::size_t, Head& head) const {
+        head.value[0] = cells.diffuse;
+        for (int term = 1; term < term_count; ++term)
+            head.value[term] = cells.has_highlights ? cells.highlights : all_cells(0);
+        if constexpr (term_count == 3) {
+            if (!terms.is_metallic) head.value[2] = all_cells(0);
             if (cells.has_highlights && terms.is_metallic)
-                value[2] = cells.highlights - cells.highlights * cells.loss;
+                head.value[2] = cells.highlights - cells.highlights * cells.loss;
         }
         return 0;
     }
@@ -177,13 +195,14 @@ struct PlainTerms {
 
 /// What reflects light, times what is seen past the near occluders, on one face.
 ///
-/// Reflected  unsigned write(terms, cells, level, face, block, value): writes its channels, and returns the
+/// Reflected  unsigned write(terms, cells, level, face, block, head): writes its channels, and returns the
 ///            cells on which they vary with the light. unsigned uneven(level, face, block): see LightPyramid.
 ///            holds_cosine: whether the cosine of diffuse light is constant over the cells of level 1.
+///            Head: HeadCells, and what else its sink wants.
 template <class Reflected>
 class FaceShading {
 public:
-    static constexpr int channels = Reflected::channels;
+    using Head = typename Reflected::Head;
 
     FaceShading(const Reflected& reflected, const VertexTerms& terms, std::size_t face,
                 std::vector<Vec3f>& sides)
@@ -201,14 +220,14 @@ public:
     /// Whether the face lies below the horizon.
     bool is_dark() const { return normal_.z + std::abs(normal_.x) + std::abs(normal_.y) <= 0; }
 
-    HWY_INLINE HeadCells<channels> operator()(int level, std::size_t face, std::size_t block) const {
+    HWY_INLINE Head operator()(int level, std::size_t face, std::size_t block) const {
         const auto at = std::size_t(level);
         const bool last = level == terms_.last_level;
-        HeadCells<channels> head;
+        Head head;
         if constexpr (Reflected::holds_cosine)
             if (level > 1 && terms_.near.end.empty() && !may_have_highlights(level, block)) {
                 head.value[0] = all_cells(held_cosine(level, block));
-                for (int c = 1; c < channels; ++c) head.value[c] = all_cells(0);
+                for (int c = 1; c < Head::channels; ++c) head.value[c] = all_cells(0);
                 return head;
             }
         Cells open = all_cells(1);
@@ -241,9 +260,11 @@ public:
             if (terms_.is_metallic) cells.loss = metallic_loss(cosine);
             if (!last) varying |= curved & not_below;
         }
-        const unsigned lit = reflected_.write(terms_, cells, level, face, block, head.value);
-        if (has_cones)
-            for (Cells& channel : head.value) channel = channel * open;
+        if (has_cones) {
+            cells.diffuse = cells.diffuse * open;
+            cells.highlights = cells.highlights * open;
+        }
+        const unsigned lit = reflected_.write(terms_, cells, level, face, block, head);
         head.once = lit | varying | half_blocked;
         head.twice = (lit & varying) | (lit & half_blocked) | (varying & half_blocked);
         return head;
@@ -528,14 +549,31 @@ Rgb radiance(const LightPyramid& light, const DirectionPyramid& directions, cons
     return walked(light, terms, visibilities, levels, 0, memory).total();
 }
 
-/// Returns a bound on the energy of what is blurred.
+/// Writes the highlights, and adds up what is reflected diffusely.
+struct HighlightWriter : BlockWriter<3, true> {
+    Cells diffuse[3];
+
+    HighlightWriter(const BlockNumbers& of_blocks, std::vector<WaveletBlock<3>>& to,
+                    const DetailWeights* details)
+        : BlockWriter{of_blocks, to, details} {
+        for (Cells& channel : diffuse) channel = all_cells(0);
+    }
+    Rgb total() const { return Rgb(sum_of(diffuse[0]), sum_of(diffuse[1]), sum_of(diffuse[2])); }
+    HWY_INLINE void visit(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
+                          const LitHighlights::Head& head) {
+        static constexpr float cell_of_level[] = {0x1p-4f, 0x1p-8f, 0x1p-12f, 0x1p-16f};
+        const Cells share = only(done, product) * all_cells(cell_of_level[level]);
+        for (int c = 0; c < 3; ++c) diffuse[c] = multiply_add(share, head.diffuse[c], diffuse[c]);
+        BlockWriter::visit(level, face, block, done, product, head);
+    }
+};
+
+/// Writes what is reflected, times what is seen.
 template <class Writer, class Reflected>
-double write_product(const Reflected& reflected, const BlockNumbers& numbers, const VertexTerms& terms,
-                     std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
-                     const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
-                     std::vector<WaveletBlock<Reflected::channels>>& product) {
-    product.clear();
-    Writer writer{numbers, product, detail};
+void write_product(const Reflected& reflected, const VertexTerms& terms,
+                   std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
+                   WalkMemory<std::uint8_t>& memory, Writer& writer) {
+    writer.blocks.clear();
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const FaceShading shading(reflected, terms, face, memory.sides);
         if (shading.is_dark()) continue;
@@ -544,8 +582,7 @@ double write_product(const Reflected& reflected, const BlockNumbers& numbers, co
         Walk<std::uint8_t, FaceShading<Reflected>, Writer> walk(shading, writer, memory, depth);
         walk.visit(0, face, 0, factors.constant);
     }
-    transform_blocks(product);
-    return writer.blurred_energy;
+    transform_blocks(writer.blocks);
 }
 
 double transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
@@ -554,8 +591,24 @@ double transfer(const LightPyramid& light, const DirectionPyramid& directions, c
                 std::vector<WaveletBlock<3>>& product) {
     const Depth levels(depth, light.numbers().levels());
     const VertexTerms terms(directions, brdf, near, levels.levels - 1);
-    return write_product<BlockWriter<3, true>>(LitColours{light}, light.numbers(), terms, visibilities,
-                                               levels, detail, memory, product);
+    BlockWriter<3, true> writer{light.numbers(), product, detail};
+    write_product(LitColours{light}, terms, visibilities, levels, memory, writer);
+    return writer.blurred_energy;
+}
+
+double highlight_transfer(const LightPyramid& light, const DirectionPyramid& directions,
+                          const VertexBrdf& brdf, const BlockedCones& near,
+                          std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+                          const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
+                          std::vector<WaveletBlock<3>>& product, Rgb& diffuse) {
+    const Depth levels(depth, light.numbers().levels());
+    VertexBrdf highlights = brdf;
+    highlights.diffuse = Rgb(0.0f);
+    const VertexTerms terms(directions, highlights, near, levels.levels - 1);
+    HighlightWriter writer(light.numbers(), product, detail);
+    write_product(LitHighlights{{light}, brdf.diffuse}, terms, visibilities, levels, memory, writer);
+    diffuse = writer.total();
+    return writer.blurred_energy;
 }
 
 template <int count>
@@ -564,8 +617,8 @@ void write_terms(const BlockNumbers& numbers, const DirectionPyramid& directions
                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<count>>& product) {
     const Depth levels(depth, numbers.levels());
     const VertexTerms terms(directions, brdf, near, levels.levels - 1, lobe_of_terms_varies);
-    write_product<BlockWriter<count>>(PlainTerms<count>(), numbers, terms, visibilities, levels, nullptr,
-                                      memory, product);
+    BlockWriter<count> writer{numbers, product};
+    write_product(PlainTerms<count>(), terms, visibilities, levels, memory, writer);
 }
 
 void two_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
@@ -589,6 +642,7 @@ namespace haarfield {
 
 HWY_EXPORT(radiance);
 HWY_EXPORT(transfer);
+HWY_EXPORT(highlight_transfer);
 HWY_EXPORT(two_terms);
 HWY_EXPORT(three_terms);
 
@@ -607,6 +661,16 @@ double vertex_transfer(const LightPyramid& light, const DirectionPyramid& direct
     memory.reserve(visibilities);
     return HWY_DYNAMIC_DISPATCH(transfer)(light, directions, brdf, near, visibilities, depth, detail, memory,
                                           product);
+}
+
+double highlight_transfer(const LightPyramid& light, const DirectionPyramid& directions,
+                          const VertexBrdf& brdf, const BlockedCones& near,
+                          std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+                          WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
+                          Rgb& diffuse, const DetailWeights* detail) {
+    memory.reserve(visibilities);
+    return HWY_DYNAMIC_DISPATCH(highlight_transfer)(light, directions, brdf, near, visibilities, depth,
+                                                    detail, memory, product, diffuse);
 }
 
 void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,

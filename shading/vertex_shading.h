@@ -60,6 +60,13 @@ double vertex_transfer(const LightPyramid& light, const DirectionPyramid& direct
                        int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
                        const DetailWeights* detail = nullptr);
 
+/// vertex_transfer of the highlights alone; and in the same walk  `diffuse`, the vertex_radiance of the rest.
+double highlight_transfer(const LightPyramid& light, const DirectionPyramid& directions,
+                          const VertexBrdf& brdf, const BlockedCones& near,
+                          std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+                          WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
+                          Rgb& diffuse, const DetailWeights* detail = nullptr);
+
 /// The terms of what a vertex does with light, times visibilities, each as a channel of a function product:
 ///     t_0 = max(0,N.w),   t_1 = highlight c,   t_2 = highlight c F(N.w),
 /// without the colours, so that outgoing = int L [diffuse t_0 + specular (1 - metallic) t_1 + specular

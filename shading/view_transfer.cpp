@@ -36,20 +36,19 @@ public:
     void add_row(const InstanceVertex& vertex, Rgb& diffuse) {
         if (!vertex_.look_from(vertex)) return rows_.append_empty();
         VertexBrdf& brdf = vertex_.brdf;
-        const Rgb specular = brdf.specular;
-        brdf.specular = Rgb(0.0f);
-        if (brdf.diffuse != Rgb(0.0f)) diffuse = vertex_.radiance(frame_.light, frame_.settings.depth);
-        if (specular == Rgb(0.0f)) return rows_.append_empty();
+        if (brdf.specular == Rgb(0.0f)) {
+            diffuse = vertex_.radiance(frame_.light, frame_.settings.depth);
+            return rows_.append_empty();
+        }
         // Without the lobes, that is, to the power of zero.
-        brdf.diffuse = Rgb(0.0f);
-        brdf.specular = specular;
         brdf.phong = 1;
         brdf.shininess = 0;
         brdf.blinn = 0;
         brdf.mirror = brdf.normal;
-        pruning_.take(vertex_, frame_.light, [&](const ProductPruning& product) {
-            return product.energy() + double(diffuse.dot(diffuse));
-        });
+        pruning_.take(
+            vertex_,
+            [&](const DetailWeights* detail) { return vertex_.highlights(frame_.light, diffuse, detail); },
+            [&](const ProductPruning& product) { return product.energy() + double(diffuse.dot(diffuse)); });
         pruning_.append(rows_);
     }
     void add_buried() { rows_.append_empty(); }
@@ -96,13 +95,33 @@ void add_lobe(const LobeVectors& vectors, float exponent, const Vec3f& direction
 
 /// A vertex's highlights, of both lobes. Across the plane of incidence the one about the half vector is
 /// narrower by N.V, and so it has less energy than its stand-in.
-Interpolation highlight_lobes(const LobeVectors& vectors, const VertexBrdf& brdf) {
+Interpolation highlight_lobes(const LobeVectors& vectors, const VertexBrdf& brdf, const Vec3f& normal,
+                              const Vec3f& mirror) {
     Interpolation result;
-    if (brdf.phong > 0) add_lobe(vectors, brdf.shininess, brdf.mirror, brdf.phong, result);
+    if (brdf.phong > 0) add_lobe(vectors, brdf.shininess, mirror, brdf.phong, result);
     if (brdf.blinn > 0)
-        add_lobe(vectors, mirror_exponent(brdf), brdf.mirror, brdf.blinn * brdf.normal.dot(brdf.mirror),
-                 result);
+        add_lobe(vectors, mirror_exponent(brdf), mirror, brdf.blinn * normal.dot(mirror), result);
     return result;
+}
+
+/// Lists the rows that have coefficients, and the materials.
+void list_highlights(const ShadedScene& scene, const TransferRows& rows, ViewTransfer& transfer) {
+    std::vector<std::size_t> first;  // by entity
+    for (const ShadedEntity& entity : scene.entities) {
+        first.push_back(transfer.materials.size());
+        for (const Material& material : entity.materials)
+            transfer.materials.push_back(vertex_brdf(material, {}));
+    }
+    for (std::size_t row = 0; row < rows.count(); ++row) {
+        if (transfer.specular.is_empty(row)) continue;
+        const auto [i, vertex] = rows[row];
+        const ShadedInstance& instance = scene.instances[i];
+        const Mesh& mesh = *scene.entities[instance.entity].mesh;
+        transfer.highlit.push_back(
+            {static_cast<std::uint32_t>(row),
+             static_cast<std::uint32_t>(first[instance.entity] + mesh.vertex_materials[vertex]),
+             mesh.positions[vertex] * instance.scale + instance.translate, mesh.normals[vertex]});
+    }
 }
 
 /// Root mean square of the radiance, over that of the highlights alone as the spectra of their two factors
@@ -126,7 +145,8 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
         lobe_shapes(specular_exponents(scene), settings.face_size, lobe_error, progress);
     if (!shapes) return shapes.error();
     const TransferRows rows(scene, geometry);
-    ViewTransfer result{{rows.count(), settings.face_size, 3}, std::vector<Rgb>(rows.count(), Rgb(0.0f)), {}};
+    ViewTransfer result{
+        {rows.count(), settings.face_size, 3}, std::vector<Rgb>(rows.count(), Rgb(0.0f)), {}, {}, {}};
     const Frame frame{scene,
                       geometry,
                       settings,
@@ -145,7 +165,9 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
         },
         progress);
     if (!made) return made.error();
+    list_highlights(scene, rows, result);
     const CoefficientSpectrum spectrum = rms_spectrum(result.specular);
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
     Result<LobeVectors> lobes = lobe_vectors(
         *shapes, spectrum,
         transfer.pruning_error * factor_share * total_over_specular(result, spectrum, shapes->spectrum),
@@ -159,23 +181,22 @@ Result<Done> transfer_view(const ViewTransfer& transfer, const ShadedScene& scen
                            const ShadingGeometry& geometry, VertexRadiance& radiance,
                            const VertexChoice* vertices, const Progress& progress) {
     const TransferRows rows(scene, geometry);
-    std::vector<Interpolation> at(rows.count());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows.count(), 1024), [&](const auto& range) {
-        for (std::size_t row = range.begin(); row != range.end(); ++row) {
-            if (transfer.specular.is_empty(row)) continue;
-            const auto [i, vertex] = rows[row];
-            if (vertices && !(*vertices)[i][vertex]) continue;
-            const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
-            const Material& material = entity.materials[entity.mesh->vertex_materials[vertex]];
-            const VertexView view = vertex_view(scene, scene.instances[i], vertex);
-            at[row] = highlight_lobes(transfer.lobes, vertex_brdf(material, view));
-        }
-    });
-    std::vector<Rgb> by_row(rows.count());
-    const Result<Done> multiplied =
-        interpolated_inner_products(transfer.specular, transfer.lobes.lobes, at, by_row, progress.stop);
-    if (!multiplied) return multiplied.error();
-    for (std::size_t row = 0; row < by_row.size(); ++row) by_row[row] += transfer.diffuse[row];
+    const RowInterpolations highlights =
+        found_interpolations(transfer.highlit.size(), progress.stop, [&](std::size_t i) {
+            const auto& [row, material, position, normal] = transfer.highlit[i];
+            RowInterpolation result{row, {}};
+            if (vertices) {
+                const auto [instance, vertex] = rows[row];
+                if (!(*vertices)[instance][vertex]) return result;
+            }
+            result.at = highlight_lobes(transfer.lobes, transfer.materials[material], normal,
+                                        mirrored_view(scene.eye, position, normal));
+            return result;
+        });
+    std::vector<Rgb> by_row = transfer.diffuse;
+    const Result<Done> added =
+        add_interpolated_products(transfer.specular, transfer.lobes.lobes, highlights, by_row, progress.stop);
+    if (!added) return added.error();
     store_radiance(scene, geometry, by_row, radiance, vertices);
     return Done{};
 }

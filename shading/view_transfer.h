@@ -9,12 +9,22 @@ namespace haarfield {
 /// T = light x visibilities x horizon x the material's specular weight, per vertex; to be multiplied with the
 /// specular lobe of each frame. [W/(m^2 sr)]
 struct ViewTransfer {
+    /// A row that has highlights.
+    struct Highlit {
+        std::uint32_t row;
+        std::uint32_t material;  ///< Place in `materials`.
+        Vec3f position, normal;  ///< In the world.
+    };
+
     SparseVectorBlocks specular;  ///< RGB. Empty rows where nothing is specular.
     std::vector<Rgb> diffuse;     ///< By row: the radiance that does not depend on the eye.
     LobeVectors lobes;
+    std::vector<VertexBrdf> materials;  ///< Of all entities; without normal and mirror direction.
+    std::vector<Highlit> highlit;       ///< The rows of `specular` that are not empty.
 
     std::size_t bytes() const {
-        return specular.bytes() + diffuse.size() * sizeof(Rgb) + lobes.lobes.bytes();
+        return specular.bytes() + diffuse.size() * sizeof(Rgb) + lobes.lobes.bytes() +
+               highlit.size() * sizeof(Highlit);
     }
 };
 

@@ -436,6 +436,46 @@ TEST(VertexTransfer, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
     EXPECT_GT(fewer, 60);
 }
 
+TEST(VertexTransfer, HighlightsComeWithTheRadianceOfTheRest) {
+    constexpr CoefficientSpectrum spectrum{1, 0.8f, 0.6f, 0.3f, 0.2f, 0.1f, 0.05f};
+    const DetailWeights coarse = detail_weights(spectrum, 1e-6);
+    std::mt19937 random(11);
+    WalkMemory<std::uint8_t> memory;
+    std::vector<WaveletBlock<3>> product;
+    for (std::uint32_t seed = 0; seed < 4; ++seed) {
+        const Example example(50 + seed);
+        BlockedCones cones;
+        if (seed % 2)
+            add_cones(convex_polygons(make_occluder(square_mesh(2, -0.5f))), Vec3f(0.1f, 0.05f, -0.08f),
+                      cones);
+        for (int i = 0; i < 16; ++i) {
+            VertexBrdf brdf;
+            brdf.normal = brdf.mirror = random_direction(random);
+            brdf.diffuse = Rgb(0.3f, 0.2f, 0.1f);
+            brdf.specular = Rgb(0.1f, 0.2f, 0.3f);
+            brdf.shininess = i % 2 ? 0.0f : 20.0f;
+            brdf.metallic = i % 3 ? Rgb(0.0f) : Rgb(0.2f, 0.4f, 0.8f);
+            VertexBrdf highlights = brdf, rest = brdf;
+            highlights.diffuse = rest.specular = Rgb(0.0f);
+            const Vec3d wanted = example.expected(rest, cones);
+            for (const DetailWeights* detail : {static_cast<const DetailWeights*>(nullptr), &coarse}) {
+                const double bound =
+                    vertex_transfer(*example.light, example.directions, highlights, cones,
+                                    example.visibilities, full_depth, memory, product, detail);
+                const auto coefficients = coefficients_of(product);
+                Rgb found(0.0f);
+                EXPECT_EQ(
+                    highlight_transfer(*example.light, example.directions, brdf, cones, example.visibilities,
+                                       full_depth, memory, product, found, detail),
+                    bound);
+                EXPECT_EQ(coefficients_of(product), coefficients);
+                SCOPED_TRACE(testing::Message() << "seed " << seed << ", vertex " << i);
+                expect_near(found, wanted, 0.3, 1e-3);
+            }
+        }
+    }
+}
+
 TEST(VertexShading, AgreesBetweenInstructionSets) {
     const Example example(13);
     BlockedCones cones;
