@@ -46,26 +46,30 @@ std::optional<std::size_t> RelightSession::pose_of(const SessionInstance& instan
 
 Result<const DenseCoefficients*> RelightSession::light(const Progress& progress) {
     if (!light_) {
-        const Result<RgbCubemapTree> tree = light_tree(progress);
+        const Result<const RgbCubemapTree*> tree = light_tree(progress);
         if (!tree) return tree.error();
-        light_ = dense_coefficients(*tree, settings_.face_size);
+        light_ = dense_coefficients(**tree, settings_.face_size);
     }
     return &*light_;
 }
 
-Result<RgbCubemapTree> RelightSession::light_tree(const Progress& progress) {
-    const Truncation truncation{settings_.light_coefficients};
-    if (is_identity(rotation_)) {
-        RgbCubemapTree tree = lighting_tree(environment_, settings_.face_size, truncation, progress.stop);
+Result<const RgbCubemapTree*> RelightSession::light_tree(const Progress& progress) {
+    if (!light_tree_) {
+        if (!is_identity(rotation_) && !turnable_) {
+            TurnableLight made = turnable_light(environment_, settings_.face_size, progress.stop);
+            if (progress.stop.stop_requested()) return Error{"", interrupted};
+            turnable_ = std::move(made);
+        }
+        const Truncation truncation{settings_.light_coefficients};
+        RgbCubemapTree tree =
+            is_identity(rotation_)
+                ? lighting_tree(environment_, settings_.face_size, truncation, progress.stop)
+                : haar_cubemap<Rgb>(turned_lighting_texels(*turnable_, rotation_), settings_.face_size,
+                                    truncation);
         if (progress.stop.stop_requested()) return Error{"", interrupted};
-        return tree;
+        light_tree_ = std::move(tree);
     }
-    if (!turnable_) {
-        TurnableLight made = turnable_light(environment_, settings_.face_size, progress.stop);
-        if (progress.stop.stop_requested()) return Error{"", interrupted};
-        turnable_ = std::move(made);
-    }
-    return haar_cubemap<Rgb>(turned_lighting_texels(*turnable_, rotation_), settings_.face_size, truncation);
+    return &*light_tree_;
 }
 
 Result<const ShadingGeometry*> RelightSession::current_geometry(const Progress& progress) {
@@ -76,6 +80,14 @@ Result<const ShadingGeometry*> RelightSession::current_geometry(const Progress& 
     }
     geometry_->grid = InstanceGrid(spheres_of_influence(scene_));
     return &*geometry_;
+}
+
+Result<Done> RelightSession::prepare(const Progress& progress) {
+    const Result<const ShadingGeometry*> geometry = current_geometry(progress);
+    if (!geometry) return geometry.error();
+    const Result<const RgbCubemapTree*> light = light_tree(progress);
+    if (!light) return light.error();
+    return Done{};
 }
 
 Result<Done> RelightSession::vary_light(const Progress& progress) {
@@ -93,10 +105,10 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
 Result<Done> RelightSession::vary_eye(const Progress& progress) {
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
-    const Result<RgbCubemapTree> light = light_tree(progress);
+    const Result<const RgbCubemapTree*> light = light_tree(progress);
     if (!light) return light.error();
     Result<ViewTransfer> made =
-        view_transfer(scene_, **geometry, settings_, transfer_settings_, *light, progress);
+        view_transfer(scene_, **geometry, settings_, transfer_settings_, **light, progress);
     if (!made) return made.error();
     transfer_ = std::move(*made);
     return Done{};
@@ -106,16 +118,17 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
     assert(instance < instances_.size());
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
-    const Result<RgbCubemapTree> light = light_tree(progress);
+    const Result<const RgbCubemapTree*> light = light_tree(progress);
     if (!light) return light.error();
     Result<MotionTransfer> made =
-        motion_transfer(scene_, **geometry, settings_, transfer_settings_, *light, instance, progress);
+        motion_transfer(scene_, **geometry, settings_, transfer_settings_, **light, instance, progress);
     if (!made) return made.error();
     transfer_ = std::move(*made);
     return Done{};
 }
 
 void RelightSession::light_changes() {
+    light_tree_.reset();
     light_.reset();
     if (!std::holds_alternative<LightTransfer>(transfer_)) transfer_ = {};
 }
@@ -177,12 +190,17 @@ Result<Done> RelightSession::rotate(std::size_t instance, const Vec3d& axis, dou
         Result<std::shared_ptr<const OwnPose>> made = made_pose(turned, progress);
         if (!made) return made.error();
         const OwnPose& own = **made;
+        if (geometry_) {
+            const ShadedEntity shaded{&own.mesh.fine, &own.occlusion, &own.field, {}};
+            Result<ShadingGeometry::Entity> blocking = entity_geometry(shaded, settings_, progress);
+            if (!blocking) return blocking.error();
+            geometry_->entities.push_back(std::move(*blocking));
+        }
         pose = poses_.size();
         poses_.push_back({turned.entity, turned.rotate, &own.mesh.fine, &own.occlusion, &own.field});
         owned_.push_back(std::move(*made));
         scene_.entities.push_back(
             {&own.mesh.fine, &own.occlusion, &own.field, entities_[turned.entity].materials});
-        geometry_.reset();
     }
     transfer_ = {};
     instances_[instance] = turned;
@@ -211,7 +229,7 @@ void RelightSession::drop_unused_poses() {
         poses_.erase(poses_.begin() + at);
         owned_.erase(owned_.begin() + at);
         scene_.entities.erase(scene_.entities.begin() + at);
-        geometry_.reset();
+        if (geometry_) geometry_->entities.erase(geometry_->entities.begin() + at);
         for (ShadedInstance& instance : scene_.instances)
             if (instance.entity > p) --instance.entity;
     }
@@ -246,10 +264,10 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexChoic
 }
 
 Result<Done> RelightSession::commit(const Progress& progress) {
-    LatLongImage environment =
-        is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_, progress.stop);
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
+    LatLongImage environment =
+        is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_, progress.stop);
     const LightPyramid light(
         lighting_tree(environment, settings_.face_size, {settings_.light_coefficients}, progress.stop),
         settings_.face_size);

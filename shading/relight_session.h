@@ -64,6 +64,13 @@ public:
     /// As the renderers take it: what commit() has baked, if nothing was changed since.
     const ShadedScene& scene() const { return scene_; }
 
+    /// Prepares what the calls below share: how the objects block light, and the environment's coefficients.
+    /// A call that finds it missing, after a change, does so first.
+    ///
+    /// cost    see shading_geometry and lighting_tree: some 0.4 s for 15 million nodes of fields.
+    /// errors  interrupted.
+    Result<Done> prepare(const Progress& progress = {});
+
     /// @name What varies
     /// Makes the transfer vectors with which frames follow one kind of change; about a second per 200,000
     /// vertices. They hold until anything else changes.
@@ -94,6 +101,9 @@ public:
     /// Later instances move up by one.
     void remove(std::size_t instance);
     /// Turns an instance about an axis through the origin of its entity, after the turns that it has.
+    ///
+    /// The turned entity is rasterized anew, which is exact and the faster way: to resample a sample's cubemap
+    /// takes 6 (nearest texel) to 13 times as long (bilinear) and errs by 9 or 6 % of the occlusion in L2.
     ///
     /// cost    a new mesh and field of the turned entity, and of nothing else; none if another instance is
     ///         turned alike. The field is what a fresh bake would make, to the last bit.
@@ -135,7 +145,7 @@ private:
                                                      const Progress& progress) const;
     void drop_unused_poses();
     Result<const ShadingGeometry*> current_geometry(const Progress& progress);
-    Result<RgbCubemapTree> light_tree(const Progress& progress);
+    Result<const RgbCubemapTree*> light_tree(const Progress& progress);
     Result<const DenseCoefficients*> light(const Progress& progress);
     void light_changes();
     Result<Done> transferred(FrameQuality quality, const VertexChoice* vertices, const Progress& progress);
@@ -149,10 +159,11 @@ private:
     ShadedScene scene_;
     std::optional<ShadingGeometry> geometry_;  ///< Of scene_'s entities, once needed.
 
-    LatLongImage environment_;               ///< Not turned.
-    std::optional<TurnableLight> turnable_;  ///< Of it, once it was turned.
-    Rotation rotation_;                      ///< Of what scene_.environment and the light are now.
-    std::optional<DenseCoefficients> light_;
+    LatLongImage environment_;                  ///< Not turned.
+    std::optional<TurnableLight> turnable_;     ///< Of it, once it was turned.
+    Rotation rotation_;                         ///< Of what scene_.environment and the light are now.
+    std::optional<RgbCubemapTree> light_tree_;  ///< Of the environment as it is turned, once needed.
+    std::optional<DenseCoefficients> light_;    ///< Of that, or what is shown instead.
 
     std::variant<std::monostate, LightTransfer, ViewTransfer, MotionTransfer> transfer_;
     VertexRadiance radiance_;

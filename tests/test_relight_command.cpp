@@ -115,8 +115,12 @@ TEST_F(RelightCommand, SpinsTheLightAndReports) {
     const nlohmann::json report = nlohmann::json::parse(file);
     EXPECT_EQ(report["mode"], "spin-light");
     EXPECT_EQ(report["frames"], 4);
-    for (const char* key : {"setup_seconds", "frames_per_second", "preview_seconds", "transfer_bytes"})
+    for (const char* key :
+         {"scene_seconds", "vector_seconds", "frames_per_second", "preview_seconds", "transfer_bytes"})
         EXPECT_GT(report[key], 0) << key;
+    EXPECT_EQ(report["setup_seconds"].get<double>() - report["scene_seconds"].get<double>(),
+              report["vector_seconds"].get<double>());
+    EXPECT_FALSE(report.contains("rest_seconds"));
     const Image first = frame(1), second = frame(2);
     EXPECT_EQ(first.width, 64);
     EXPECT_EQ(first.height, 48);

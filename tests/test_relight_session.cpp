@@ -209,6 +209,21 @@ TEST_P(RelightSessionBy, AfterAStopNothingMoreIsReported) {
     });
 }
 
+TEST_P(RelightSessionBy, PreparingChangesNothingButWhenTheWorkIsDone) {
+    const auto radiance = [](RelightSession& session) {
+        session.turn_environment(rotation_about({0, 1, 0}, 1.3));
+        EXPECT_TRUE(session.vary_instance(1));
+        session.place(1, {0.2f, 0.3f, -1}, 1.2f);
+        EXPECT_TRUE(session.frame());
+        return session.radiance();
+    };
+    RelightSession prepared = opened(GetParam()).session(), other = opened(GetParam()).session();
+    ASSERT_TRUE(prepared.prepare());
+    ASSERT_TRUE(prepared.prepare());
+    EXPECT_EQ(prepared.transfer_bytes(), 0u);
+    EXPECT_EQ(radiance(prepared), radiance(other));
+}
+
 TEST(RelightSession, ShowsLightsThatAreEncodedAlready) {
     RelightSession session = opened().session();
     ASSERT_TRUE(session.vary_light());
@@ -267,6 +282,17 @@ TEST(RelightSession, WhileMovingTheInstanceItselfMayBeCoarser) {
     EXPECT_EQ(session.radiance()[0], still[0]);
     EXPECT_NE(session.radiance()[1], still[1]);
     EXPECT_LT(relative_rmse({session.radiance()[1]}, {still[1]}), 0.1);
+}
+
+TEST(RelightSession, BeforeItMovesNothingOfTheInstanceIsLeftOut) {
+    RelightSession session = opened().session();
+    ASSERT_TRUE(session.vary_instance(1));
+    ASSERT_TRUE(session.frame(FrameQuality::moving));
+    RenderSettings four_levels = opened().settings();
+    four_levels.depth = 4;
+    RelightSession coarse(opened().scene(), four_levels);
+    ASSERT_TRUE(coarse.commit());
+    EXPECT_LT(relative_rmse({session.radiance()[1]}, {coarse.radiance()[1]}), 1e-6);
 }
 
 TEST_P(RelightSessionBy, ThirtyRandomEditsEqualAFreshBake) {
@@ -339,6 +365,7 @@ TEST_P(RelightSessionBy, InterruptedCallsLeaveItAsItWas) {
     const auto is_interrupted = [](const Result<Done>& result) {
         return !result && result.error().what == interrupted;
     };
+    EXPECT_TRUE(is_interrupted(opened(GetParam()).session().prepare(progress)));
     EXPECT_TRUE(is_interrupted(session.vary_eye(progress)));
     EXPECT_TRUE(is_interrupted(session.vary_instance(1, progress)));
     EXPECT_TRUE(is_interrupted(session.rotate(1, {0, 1, 0}, 1, progress)));

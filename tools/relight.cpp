@@ -160,38 +160,48 @@ Result<ExitCode> run(const RelightOptions& options, Session& session) {
     if (!mode) return mode.error();
 
     const auto start = std::chrono::steady_clock::now();
+    if (const Result<Done> prepared = relight.prepare(session.progress); !prepared) return prepared.error();
+    const double scene_seconds = seconds_since(start);
     if (const Result<Done> prepared = mode->prepare(session.progress); !prepared) return prepared.error();
-    const double setup_seconds = seconds_since(start);
+    const double setup_seconds = seconds_since(start), vector_seconds = setup_seconds - scene_seconds;
 
-    double change_seconds = 0;
+    double change_seconds = 0, moving_seconds = 0;
     FrameWriter writer(stage, *entities);
     for (int frame = 0; frame < options.frames; ++frame) {
         if (session.progress.stop.stop_requested()) return Error{"", interrupted};
         const int steps = mode->closed ? options.frames : std::max(1, options.frames - 1);
+        const bool is_at_rest = mode->rests && frame + 1 == options.frames;
+        moving_seconds = change_seconds + writer.shading_seconds();
         const auto start_of_frame = std::chrono::steady_clock::now();
         mode->change(double(frame) / steps);
-        const bool is_last = frame + 1 == options.frames;
         change_seconds += seconds_since(start_of_frame);
-        const Result<Done> written =
-            writer.write(frame + 1, mode->by_vertex, is_last ? FrameQuality::still : FrameQuality::moving,
-                         session.progress);
+        const Result<Done> written = writer.write(
+            frame + 1, mode->by_vertex,
+            mode->rests && !is_at_rest ? FrameQuality::moving : FrameQuality::still, session.progress);
         if (!written) return written.error();
         if (session.progress.report)
             session.progress.report("frames", std::uint64_t(frame) + 1, std::uint64_t(options.frames));
     }
-    const double frames_per_second = options.frames / (change_seconds + writer.shading_seconds()),
+    const double frame_seconds = change_seconds + writer.shading_seconds();
+    const bool has_rest = mode->rests && options.frames > 1;
+    const double frames_per_second =
+                     has_rest ? (options.frames - 1) / moving_seconds : options.frames / frame_seconds,
                  preview_seconds = writer.preview_seconds() / options.frames;
     session.report["mode"] = mode->name;
     session.report["setup_seconds"] = setup_seconds;
+    session.report["scene_seconds"] = scene_seconds;
+    session.report["vector_seconds"] = vector_seconds;
     session.report["transfer_bytes"] = relight.transfer_bytes();
     session.report["frames"] = options.frames;
     session.report["frames_per_second"] = frames_per_second;
+    if (has_rest) session.report["rest_seconds"] = frame_seconds - moving_seconds;
     session.report["preview_seconds"] = preview_seconds;
     fmt::print(
-        "setup  {:.2f} s, {:.1f} MB of transfer vectors\nframes {} in {}, {:.1f} a second, {:.0f} ms a "
-        "picture\n",
-        setup_seconds, double(relight.transfer_bytes()) / 1e6, options.frames, output.string(),
-        frames_per_second, preview_seconds * 1e3);
+        "setup  {:.2f} s: {:.2f} s for the scene, {:.2f} s for {:.1f} MB of transfer vectors\n"
+        "frames {} in {}, {:.1f} a second, {:.0f} ms a picture\n",
+        setup_seconds, scene_seconds, vector_seconds, double(relight.transfer_bytes()) / 1e6, options.frames,
+        output.string(), frames_per_second, preview_seconds * 1e3);
+    if (has_rest) fmt::print("rest   {:.2f} s for the last frame, in full\n", frame_seconds - moving_seconds);
 
     if (!options.movie.empty()) {
         const Result<Done> movie = write_movie(output / "frame_%04d.png", options.movie,

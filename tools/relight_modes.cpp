@@ -34,11 +34,14 @@ RelightMode fading_lights(RelightStage& stage) {
         stage.session->show_light(weighted_sum(lights, stage.weights));
     };
     return {"lights",
-            [&stage, encoded, show](const Progress& progress) {
-                for (const LatLongImage& environment : stage.environments)
-                    encoded->push_back(dense_coefficients(lighting_tree(environment, stage.settings.face_size,
-                                                                        {stage.settings.light_coefficients}),
-                                                          stage.settings.face_size));
+            [&stage, encoded, show](const Progress& progress) -> Result<Done> {
+                for (const LatLongImage& environment : stage.environments) {
+                    const RgbCubemapTree light =
+                        lighting_tree(environment, stage.settings.face_size,
+                                      {stage.settings.light_coefficients}, progress.stop);
+                    if (progress.stop.stop_requested()) return Error{"", interrupted};
+                    encoded->push_back(dense_coefficients(light, stage.settings.face_size));
+                }
                 show(0.5);  // the vectors are pruned for all of them
                 return stage.session->vary_light(progress);
             },
@@ -75,7 +78,10 @@ RelightMode moving_instance(RelightStage& stage, std::size_t instance, std::vect
                 Instance& moving = stage.scene.instances[instance];
                 moving.translate = path[i - 1] + step * along;
                 stage.session->place(instance, moving.translate, moving.scale);
-            }};
+            },
+            false,
+            false,
+            true};
 }
 
 /// X,Y,Z of a path. [m]

@@ -43,6 +43,7 @@ struct RelightMode {
     std::function<void(double share)> change;              ///< share: 0 in the first frame, 1 in the last.
     bool closed = false;     ///< The frame after the last would be the first one again.
     bool by_vertex = false;  ///< Frames of fewer vertices cost less: see RelightSession::frame_of.
+    bool rests = false;      ///< All frames but the last may be coarser: see FrameQuality.
 };
 
 /// The mode that the options ask for. The stage must outlive it, and its session be there.
