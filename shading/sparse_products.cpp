@@ -181,13 +181,21 @@ private:
 
 /// The rows by their first sample, of so many.
 std::vector<const RowInterpolation*> rows_by_sample(const RowInterpolations& lists, std::size_t samples) {
+    std::vector<std::size_t> start{0};  // of each list
+    for (const auto& list : lists) start.push_back(start.back() + list.size());
+    // Side by side: one thread would wait for them, one by one.
+    std::vector<std::uint32_t> first_sample(start.back());
+    tbb::parallel_for(std::size_t(0), lists.size(), [&](std::size_t l) {
+        for (std::size_t i = 0; i < lists[l].size(); ++i)
+            first_sample[start[l] + i] = lists[l][i].at.sample[0];
+    });
     std::vector<std::uint32_t> end(samples + 1, 0);
-    for (const auto& list : lists)
-        for (const RowInterpolation& row : list) ++end[row.at.sample[0] + 1];
+    for (const std::uint32_t sample : first_sample) ++end[sample + 1];
     for (std::size_t s = 0; s < samples; ++s) end[s + 1] += end[s];
-    std::vector<const RowInterpolation*> order(end.back());
-    for (const auto& list : lists)
-        for (const RowInterpolation& row : list) order[end[row.at.sample[0]]++] = &row;
+    std::vector<const RowInterpolation*> order(start.back());
+    for (std::size_t l = 0; l < lists.size(); ++l)
+        for (std::size_t i = 0; i < lists[l].size(); ++i)
+            order[end[first_sample[start[l] + i]]++] = &lists[l][i];
     return order;
 }
 

@@ -436,6 +436,40 @@ TEST(VertexTransfer, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
     EXPECT_GT(fewer, 60);
 }
 
+/// Where nothing but the light varies, and that in one channel, there is nothing to estimate.
+TEST(VertexTransfer, TheBoundOfWhatIsBlurredIsTightForLightAlone) {
+    RgbCubemapTree tree;
+    for (std::uint32_t face = 0; face < cubemap_faces; ++face) {
+        std::vector<Rgb> texels;
+        for (const float value : reference::noise_texels(70 + face, size * size))
+            texels.emplace_back(value, 0, 0);
+        tree.faces[face] = haar_quadtree<Rgb>(texels, size, {});
+    }
+    const LightPyramid light(tree, size);
+    const DirectionPyramid directions(size);
+    WalkMemory<std::uint8_t> memory;
+    std::vector<WaveletBlock<3>> product;
+    VertexBrdf brdf;
+    brdf.normal = brdf.mirror = Vec3f(0, 1, 0);
+    brdf.specular = Rgb(0.5f);
+    brdf.shininess = 0;
+    CoefficientSpectrum spectrum;
+    spectrum.fill(1);
+    vertex_transfer(light, directions, brdf, {}, {}, full_depth, memory, product);
+    const auto whole = coefficients_of(product);
+    // The cells of one level: in larger ones the horizon is uncertain.
+    const DetailWeights detail = detail_weights(spectrum, 3e-4);
+    const double bound =
+        vertex_transfer(light, directions, brdf, {}, {}, full_depth, memory, product, &detail);
+    const auto blurred = coefficients_of(product);
+    double missing = 0;
+    for (const auto& [index, wanted] : whole)
+        if (blurred.count(index) == 0) missing += wanted.dot(wanted);
+    EXPECT_GT(missing, 0);
+    EXPECT_LE(missing, bound * 1.0001);
+    EXPECT_LE(bound, missing * 1.3);
+}
+
 TEST(VertexTransfer, HighlightsComeWithTheRadianceOfTheRest) {
     constexpr CoefficientSpectrum spectrum{1, 0.8f, 0.6f, 0.3f, 0.2f, 0.1f, 0.05f};
     const DetailWeights coarse = detail_weights(spectrum, 1e-6);
