@@ -29,7 +29,10 @@ public:
         PreparedMesh floor = prepared_as_is(square_mesh(5, 0, 8));
         floor.coarse = square_mesh(5, 0);
         example.add_entity(floor, matte(0.6f), 6, 18);
-        example.add_entity(box_mesh({-0.4f, 0, -0.3f}, {0.4f, 0.8f, 0.3f}, 3), lacquer, 300, 500);
+        // The knob's lower end is buried in the box.
+        example.add_entity(joined_meshes(box_mesh({-0.4f, 0, -0.3f}, {0.4f, 0.8f, 0.3f}, 3),
+                                         box_mesh({-0.1f, 0.7f, -0.1f}, {0.1f, 0.9f, 0.1f}, 2)),
+                           lacquer, 300, 500);
         example.add_entity(joined_meshes(box_mesh({-0.5f, 0, -0.1f}, {0.5f, 0.2f, 0.1f}, 2),
                                          box_mesh({-0.1f, 0.2f, -0.1f}, {0.1f, 0.7f, 0.1f}, 2)),
                            matte(0.8f));
@@ -155,6 +158,11 @@ TEST_P(RelightSessionBy, FramesOfSomeVerticesHaveTheBitsOfWholeFrames) {
         for (std::size_t v = 0; v < count; ++v)
             (random() % 2 == 0 ? first : second).back()[v] = random() % 4 == 0;
     }
+    // What is buried takes its radiance from vertices that are not chosen.
+    const std::span<const std::uint8_t> buried = session.scene().entities[1].occlusion->samples().buried;
+    ASSERT_GT(std::count(buried.begin(), buried.end(), 1), 0);
+    std::fill(first[1].begin(), first[1].end(), 0);
+    second[1].assign(buried.begin(), buried.end());
     const auto expect_as_whole = [&](const char* what) {
         ASSERT_TRUE(session.frame());
         const VertexRadiance whole = session.radiance();
