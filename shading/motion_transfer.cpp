@@ -130,7 +130,8 @@ Result<std::vector<Rgb>> changed_own_radiance(const MotionTransfer& transfer, co
     return radiance;
 }
 
-/// What the moving instance hides from a row, to be taken from its radiance. No samples if it hides nothing.
+/// What the moving instance hides from a row, with negative weights: it is taken from the row's radiance. No
+/// samples if it hides nothing.
 RowInterpolation shadow(const MotionTransfer& transfer, const ShadedScene& scene,
                         const MotionTransfer::Viewpoint& from) {
     RowInterpolation result{from.row, {}};

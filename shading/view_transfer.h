@@ -29,7 +29,7 @@ struct ViewTransfer {
 };
 
 /// errors   interrupted.
-/// cost     an RGB function product and a product integral per vertex.
+/// cost     an RGB function product per vertex.
 Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
                                    const RenderSettings& settings, const TransferSettings& transfer,
                                    const RgbCubemapTree& light, const Progress& progress = {});
@@ -39,7 +39,7 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
 /// scene     with `geometry` the one that the vectors were made for, but for the eye.
 /// vertices  null: all; else see store_radiance.
 /// errors    interrupted; then `radiance` is as it was.
-/// cost      one inner product per vertex with four lobes side by side.
+/// cost      one inner product per wanted vertex that has highlights, with four lobes side by side.
 Result<Done> transfer_view(const ViewTransfer& transfer, const ShadedScene& scene,
                            const ShadingGeometry& geometry, VertexRadiance& radiance,
                            const VertexChoice* vertices = nullptr, const Progress& progress = {});
