@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
@@ -239,7 +240,7 @@ private:
 }  // namespace
 
 std::vector<Rgb> lighting_texels(const LatLongImage& environment, int size, const std::stop_token& stop) {
-    assert(is_face_size(size));
+    assert(std::has_single_bit(unsigned(size)));
     assert(environment.width > 0 && environment.height > 0 &&
            environment.pixels.size() == std::size_t(environment.width) * std::size_t(environment.height));
     std::array<Task, 16> tasks;

@@ -13,7 +13,7 @@
 
 namespace haarfield {
 
-/// Lighting texels, face by face, 6 * size * size.
+/// Lighting texels, face by face, 6 * size * size; size a power of two.
 ///
 /// Energy goes from pixels to texels by the solid angle in which they overlap, in closed form.
 ///

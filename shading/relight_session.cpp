@@ -55,19 +55,13 @@ Result<const DenseCoefficients*> RelightSession::light(const Progress& progress)
 
 Result<const RgbCubemapTree*> RelightSession::light_tree(const Progress& progress) {
     if (!light_tree_) {
-        if (!is_identity(rotation_) && !turnable_) {
+        if (!turnable_) {
             TurnableLight made = turnable_light(environment_, settings_.face_size, progress.stop);
             if (progress.stop.stop_requested()) return Error{"", interrupted};
             turnable_ = std::move(made);
         }
-        const Truncation truncation{settings_.light_coefficients};
-        RgbCubemapTree tree =
-            is_identity(rotation_)
-                ? lighting_tree(environment_, settings_.face_size, truncation, progress.stop)
-                : haar_cubemap<Rgb>(turned_lighting_texels(*turnable_, rotation_), settings_.face_size,
-                                    truncation);
-        if (progress.stop.stop_requested()) return Error{"", interrupted};
-        light_tree_ = std::move(tree);
+        light_tree_ = haar_cubemap<Rgb>(turned_lighting_texels(*turnable_, rotation_), settings_.face_size,
+                                        Truncation{settings_.light_coefficients});
     }
     return &*light_tree_;
 }

@@ -160,7 +160,7 @@ private:
     std::optional<ShadingGeometry> geometry_;  ///< Of scene_'s entities, once needed.
 
     LatLongImage environment_;                  ///< Not turned.
-    std::optional<TurnableLight> turnable_;     ///< Of it, once it was turned.
+    std::optional<TurnableLight> turnable_;     ///< Of it, once needed.
     Rotation rotation_;                         ///< Of what scene_.environment and the light are now.
     std::optional<RgbCubemapTree> light_tree_;  ///< Of the environment as it is turned, once needed.
     std::optional<DenseCoefficients> light_;    ///< Of that, or what is shown instead.

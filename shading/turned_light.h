@@ -23,7 +23,6 @@ struct TurnableLight {
     std::vector<float> solid_angles;  ///< Of one face of the doubled cubemap, times its texels. [sr]
 };
 
-/// face_size  128 at most.
 /// cost  that of lighting_texels at twice the size: some 0.2 s for 1024 x 512 pixels.
 /// stop  when it is requested, returns soon, and the light is of no use.
 TurnableLight turnable_light(const LatLongImage& environment, int face_size,

@@ -25,11 +25,14 @@ double relative_difference(const std::vector<Rgb>& found, const std::vector<Rgb>
 
 TEST(TurnedLight, OfAConstantEnvironmentIsConstant) {
     const LatLongImage grey = environment([](const Vec3d&) { return 0.7; }, 64);
-    const std::vector<Rgb> wanted = lighting_texels(grey, 16);
-    const std::vector<Rgb> found =
-        turned_lighting_texels(turnable_light(grey, 16), rotation_about({1, 2, 3}, 1));
-    ASSERT_EQ(found.size(), wanted.size());
-    for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_NEAR(found[i].x, wanted[i].x, 1e-3f * wanted[i].x);
+    for (const int size : {16, 256}) {
+        const std::vector<Rgb> wanted = lighting_texels(grey, size);
+        const std::vector<Rgb> found =
+            turned_lighting_texels(turnable_light(grey, size), rotation_about({1, 2, 3}, 1));
+        ASSERT_EQ(found.size(), wanted.size());
+        for (std::size_t i = 0; i < wanted.size(); ++i)
+            ASSERT_NEAR(found[i].x, wanted[i].x, 1e-3f * wanted[i].x);
+    }
 }
 
 TEST(TurnedLight, IsTheLightOfTheTurnedEnvironment) {
