@@ -24,9 +24,9 @@ LightPyramid::LightPyramid(const RgbCubemapTree& light, int face_size) : numbers
         constant_[face] = tree.nodes.empty();
         if (numbers_.levels() > 0) fill(tree, face, 0, 0, tree.nodes.empty() ? no_node : 0, tree.scaling);
     }
-    float total = 0;
-    for (const Rgb& mean : means_) total += std::abs(mean.x) + std::abs(mean.y) + std::abs(mean.z);
-    const float least = 3 * total / float(cubemap_faces);
+    for (const Rgb& mean : means_)
+        mean_size_ += (std::abs(mean.x) + std::abs(mean.y) + std::abs(mean.z)) / float(cubemap_faces);
+    const float least = 3 * mean_size_;
     for (std::size_t place = 0; place < uneven_.size(); ++place)
         for (unsigned cell = 0; cell < wide_cells; ++cell)
             if (deviations_[place][cell] > least) uneven_[place] |= static_cast<std::uint16_t>(1u << cell);

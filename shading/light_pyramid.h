@@ -46,6 +46,8 @@ public:
     /// the same, so that what is lost on them is lost at all points that face one way.
     std::uint16_t uneven(std::size_t index) const { return uneven_[index]; }
     const Rgb& mean(std::size_t face) const { return means_[face]; }
+    /// Mean over the faces of their means' magnitude, added over the channels.
+    float mean_size() const { return mean_size_; }
     bool is_constant(std::size_t face) const { return constant_[face]; }
 
 private:
@@ -58,6 +60,7 @@ private:
     std::vector<std::uint16_t> varying_, uneven_;
     std::vector<std::array<float, wide_cells>> deviations_;
     std::array<Rgb, cubemap_faces> means_;
+    float mean_size_ = 0;
     std::array<bool, cubemap_faces> constant_{};
 };
 

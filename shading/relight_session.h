@@ -102,8 +102,9 @@ public:
     void remove(std::size_t instance);
     /// Turns an instance about an axis through the origin of its entity, after the turns that it has.
     ///
-    /// The turned entity is rasterized anew, which is exact and the faster way: to resample a sample's cubemap
-    /// takes 6 (nearest texel) to 13 times as long (bilinear) and errs by 9 or 6 % of the occlusion in L2.
+    /// The turned entity is rasterized anew, which is exact and the faster way: to resample a sample's
+    /// cubemap takes 6 (nearest texel) to 13 times as long (bilinear) and errs by 9 or 6 % of the occlusion
+    /// in L2.
     ///
     /// cost    a new mesh and field of the turned entity, and of nothing else; none if another instance is
     ///         turned alike. The field is what a fresh bake would make, to the last bit.

@@ -59,6 +59,9 @@ struct VertexTerms {
     Vec3f to_eye;
     std::array<float, 4>
         margin{};  ///< By level: sine of the largest angle from a cell's middle to its border.
+    /// By level: a highlight times the light's deviation in a cell, over the mean of the light. What is less
+    /// changes less than a thousandth of what the highlights reflect of even light.
+    std::array<float, 4> negligible{};
 
     VertexTerms(const DirectionPyramid& pyramid, const VertexBrdf& what, const BlockedCones& cones, int last,
                 float varies = lobe_varies)
@@ -75,8 +78,15 @@ struct VertexTerms {
                 highlights_[highlight_count_++] = {what.blinn, what.blinn_exponent, true, pyramid, last,
                                                    varies};
         }
-        for (int level = 0; level <= last; ++level)
+        float energy = 0;  // mean over the sphere; the half vector turns half as far
+        for (const Highlight& highlight : highlights())
+            energy += highlight.weight * (highlight.about_half_vector ? 4.0f : 1.0f) /
+                      (2 * (highlight.exponent + 1));
+        for (int level = 0; level <= last; ++level) {
             margin[std::size_t(level)] = std::sin(directions.radius(level));
+            const auto cells = static_cast<float>(cubemap_faces << (4 * (level + 1)));
+            negligible[std::size_t(level)] = 1e-3f * energy * cells;
+        }
     }
 
     std::span<const Highlight> highlights() const { return {highlights_.data(), highlight_count_}; }
@@ -123,6 +133,11 @@ struct ReflectedCells {
     bool has_highlights = false;
 };
 
+/// The cells of a block on which the light varies; and of these those where that matters for highlights.
+struct LitCells {
+    unsigned varying = 0, beside_highlights = 0;
+};
+
 /// What reflects light: with the materials' colours, times the lighting.
 struct LitColours {
     using Head = HeadCells<3>;
@@ -130,7 +145,7 @@ struct LitColours {
 
     const LightPyramid& light;
 
-    HWY_INLINE unsigned write(const VertexTerms& terms, const ReflectedCells& cells, int level,
+    HWY_INLINE LitCells write(const VertexTerms& terms, const ReflectedCells& cells, int level,
                               std::size_t face, std::size_t block, Head& head) const {
         const Rgb &diffuse = terms.brdf.diffuse, &specular = terms.brdf.specular;
         Cells reflected[3];
@@ -147,7 +162,14 @@ struct LitColours {
         head.value[0] = load_cells(lit.red.data()) * reflected[0];
         head.value[1] = load_cells(lit.green.data()) * reflected[1];
         head.value[2] = load_cells(lit.blue.data()) * reflected[2];
-        return light.varying(index);
+        const unsigned varying = light.varying(index);
+        if (level == 0 || varying == 0) return {varying, varying};
+        LitCells result{varying, 0};
+        if (cells.has_highlights)
+            result.beside_highlights =
+                varying & cells_above(cells.highlights * load_cells(light.deviation(index).data()),
+                                      terms.negligible[std::size_t(level)] * light.mean_size());
+        return result;
     }
     unsigned uneven(int level, std::size_t face, std::size_t block) const {
         return light.uneven(light.numbers()(level, face, block));
@@ -162,7 +184,7 @@ struct LitHighlights : LitColours {
 
     Rgb diffuse;
 
-    HWY_INLINE unsigned write(const VertexTerms& terms, const ReflectedCells& cells, int level,
+    HWY_INLINE LitCells write(const VertexTerms& terms, const ReflectedCells& cells, int level,
                               std::size_t face, std::size_t block, Head& head) const {
         const LightBlock& lit = light.block(light.numbers()(level, face, block));
         head.diffuse[0] = load_cells(lit.red.data()) * (all_cells(diffuse.x) * cells.diffuse);
@@ -178,7 +200,7 @@ struct PlainTerms {
     using Head = HeadCells<term_count>;
     static constexpr bool holds_cosine = true;
 
-    HWY_INLINE unsigned write(const VertexTerms& terms, const ReflectedCells& cells, int, std::size_t,
+    HWY_INLINE LitCells write(const VertexTerms& terms, const ReflectedCells& cells, int, std::size_t,
                               std::size_t, Head& head) const {
         head.value[0] = cells.diffuse;
         for (int term = 1; term < term_count; ++term)
@@ -188,15 +210,15 @@ struct PlainTerms {
             if (cells.has_highlights && terms.is_metallic)
                 head.value[2] = cells.highlights - cells.highlights * cells.loss;
         }
-        return 0;
+        return {};
     }
     unsigned uneven(int, std::size_t, std::size_t) const { return 0; }
 };
 
 /// What reflects light, times what is seen past the near occluders, on one face.
 ///
-/// Reflected  unsigned write(terms, cells, level, face, block, head): writes its channels, and returns the
-///            cells on which they vary with the light. unsigned uneven(level, face, block): see LightPyramid.
+/// Reflected  LitCells write(terms, cells, level, face, block, head): writes its channels.
+///            unsigned uneven(level, face, block): see LightPyramid.
 ///            holds_cosine: whether the cosine of diffuse light is constant over the cells of level 1.
 ///            Head: HeadCells, and what else its sink wants.
 template <class Reflected>
@@ -244,9 +266,9 @@ public:
         head.zero |= ~not_below & all_sixteen;
         // Below the root the cosine hardly varies, or is next to nothing; which matters where all the light
         // is.
-        unsigned varying = last         ? 0
-                           : level == 0 ? not_below
-                                        : not_below & reflected_.uneven(level, face, block);
+        const unsigned steep = last         ? 0
+                               : level == 0 ? not_below
+                                            : not_below & reflected_.uneven(level, face, block);
         ReflectedCells cells;
         cells.cosine = cells.diffuse = clamped_cosine(d, cosine, horizon);
         if constexpr (Reflected::holds_cosine)
@@ -258,15 +280,17 @@ public:
             cells.highlights = cells.highlights *
                                (terms_.brdf.cosine_weighted ? cells.cosine : share_above(d, cosine, horizon));
             if (terms_.is_metallic) cells.loss = metallic_loss(cosine);
-            if (!last) varying |= curved & not_below;
+            curved &= last ? 0 : not_below;
         }
         if (has_cones) {
             cells.diffuse = cells.diffuse * open;
             cells.highlights = cells.highlights * open;
         }
-        const unsigned lit = reflected_.write(terms_, cells, level, face, block, head);
-        head.once = lit | varying | half_blocked;
-        head.twice = (lit & varying) | (lit & half_blocked) | (varying & half_blocked);
+        const LitCells lit = reflected_.write(terms_, cells, level, face, block, head);
+        const unsigned reflecting = steep | curved;
+        head.once = lit.varying | reflecting | half_blocked;
+        head.twice = (lit.varying & steep) | (lit.beside_highlights & curved) |
+                     ((lit.varying | reflecting) & half_blocked);
         return head;
     }
 

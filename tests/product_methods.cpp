@@ -8,7 +8,6 @@
 #include "tests/dense_product.h"
 #include "tests/harmonics_product.h"
 #include "tests/pairwise_product.h"
-#include "tests/paper_product_integral.h"
 #include "tests/scalar_product_integral.h"
 
 namespace haarfield::baseline {
@@ -121,27 +120,29 @@ Method narrow_method(const TreeIntegrals& trees, int depth) {
                             });
 }
 
-Method paper_method(const TreeIntegrals& trees, int depth) {
+Method paper_method(const TreeIntegrals& trees, int depth, reference::PaperFold fold) {
     using Tree = AugmentedQuadtree<float>;
     ByFace<std::array<Tree, 3>> light;
     for (std::size_t face = 0; face < cubemap_faces; ++face)
         for (std::size_t c = 0; c < 3; ++c)
             light[face][c] = reference::augmented_quadtree<float>(
                 channel_of(trees.light.faces[face], static_cast<int>(c)));
-    return method_by_vertex("paper's algorithm", converted<Tree>(trees, reference::augmented_quadtree<float>),
-                            [light = std::move(light), depth](const ByFace<std::vector<Tree>>& factors) {
-                                const reference::PaperVariant variant{.depth = depth};
-                                Rgb sum(0.0f);
-                                for (std::size_t face = 0; face < cubemap_faces; ++face)
-                                    for (std::size_t c = 0; c < 3; ++c) {
-                                        Pointers<Tree> pointers;
-                                        pointers.add(light[face][c]);
-                                        for (const Tree& factor : factors[face]) pointers.add(factor);
-                                        sum[static_cast<int>(c)] += reference::paper_product_integral<float>(
-                                            pointers.span(), variant);
-                                    }
-                                return sum;
-                            });
+    const reference::PaperVariant variant{.fold = fold, .depth = depth};
+    return method_by_vertex(
+        fold == reference::PaperFold::table ? "paper's algorithm" : "paper's algorithm, recursion of its 5.3",
+        converted<Tree>(trees, reference::augmented_quadtree<float>),
+        [light = std::move(light), variant](const ByFace<std::vector<Tree>>& factors) {
+            Rgb sum(0.0f);
+            for (std::size_t face = 0; face < cubemap_faces; ++face)
+                for (std::size_t c = 0; c < 3; ++c) {
+                    Pointers<Tree> pointers;
+                    pointers.add(light[face][c]);
+                    for (const Tree& factor : factors[face]) pointers.add(factor);
+                    sum[static_cast<int>(c)] +=
+                        reference::paper_product_integral<float>(pointers.span(), variant);
+                }
+            return sum;
+        });
 }
 
 Method pairwise_method(const TreeIntegrals& trees) {
@@ -219,6 +220,10 @@ std::span<const NamedMethod> all_methods() {
         {"haarfield", [](const MethodInputs& of) { return haarfield_method(of.trees); }},
         {"narrow", [](const MethodInputs& of) { return narrow_method(of.trees); }},
         {"paper", [](const MethodInputs& of) { return paper_method(of.trees); }},
+        {"paper_recursion",
+         [](const MethodInputs& of) {
+             return paper_method(of.trees, full_depth, reference::PaperFold::recursion);
+         }},
         {"pairwise_haar", [](const MethodInputs& of) { return pairwise_method(of.trees); }},
         {"harmonics_5", [](const MethodInputs& of) { return harmonics_method(of.texels, of.functions, 5); }},
         {"harmonics_10",

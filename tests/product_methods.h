@@ -8,6 +8,7 @@
 #include <string>
 
 #include "shading/wide_product.h"
+#include "tests/paper_product_integral.h"
 #include "tests/scene_integrals.h"
 
 namespace haarfield::baseline {
@@ -26,9 +27,10 @@ struct Method {
 Method haarfield_method(const TreeIntegrals& trees, int depth = 32);
 Method narrow_method(const TreeIntegrals& trees, int depth = 32);
 
-/// The paper's algorithm in float for each colour channel: with the table of its section 5.4, and with line 9
-/// corrected (PaperCumulation), since the printed one gives other results.
-Method paper_method(const TreeIntegrals& trees, int depth = 32);
+/// The paper's algorithm in float for each colour channel: with the table of its section 5.4 or the recursion
+/// of 5.3, and with line 9 corrected (PaperCumulation), since the printed one gives other results.
+Method paper_method(const TreeIntegrals& trees, int depth = full_depth,
+                    reference::PaperFold fold = reference::PaperFold::table);
 
 /// Two functions at a time, in trees and in spherical harmonics (whose error is what it is: no tolerance).
 Method pairwise_method(const TreeIntegrals& trees);

@@ -1,6 +1,6 @@
 #pragma once
 /// Measurements, as a table on the standard output and as a plot. Unless said otherwise they take so many
-/// vertices of the shipped scene; one thread, but for those of meshes and occlusion.
+/// vertices of the shipped scene; one thread, but for those of meshes, occlusion and frames.
 
 #include "tests/svg_plot.h"
 
@@ -35,6 +35,10 @@ std::vector<PlotPanel> study_meshes(std::size_t vertices, const MeshStudyOptions
 /// Time and error of the ways to see past other instances, for a scene file with an analytic sky. The meshes
 /// are subdivided to about so many vertices, if they do not have more.
 void study_occlusion(const std::string& file, std::size_t vertices);
+
+/// Time of the shipped scene's frames under a new light from a new place, and of what is prepared for them;
+/// meshes as for study_occlusion.
+void study_frame(std::size_t vertices);
 
 /// Time per vertex of a thousand chairs on a floor of 40 m, against the shipped scene.
 void study_crowd(std::size_t vertices);

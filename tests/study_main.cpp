@@ -38,9 +38,9 @@ int main(int argc, char** argv) {
     std::size_t vertices = 0;
     bool avx2 = false;
     app.add_flag("--avx2", avx2, "No newer instructions than AVX2");
-    app.add_option(
-           "--vertices", vertices,
-           "So many; default: 256, for complexity 16, for crowd 2000, for occlusion 20000, for meshes 180000")
+    app.add_option("--vertices", vertices,
+                   "So many; default: 256, for complexity 16, for crowd 2000, for occlusion 20000, for frame "
+                   "and meshes 180000")
         ->check(CLI::Range(1, 1000000));
     app.add_subcommand("baselines", "Time and error of every method");
     CLI::App* const complexity =
@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
                        "A lat-long image; default: the scene's sky");
     meshes->add_option("--exposure", mesh_options.exposure, "In stops");
     CLI::App* const crowd = app.add_subcommand("crowd", "Time per vertex among a thousand chairs");
+    CLI::App* const frame = app.add_subcommand("frame", "Time of whole frames, all threads");
     std::string scene;
     CLI::App* const occlusion =
         app.add_subcommand("occlusion", "Time and error of bake's --occlusion, against the dense oracle");
@@ -78,6 +79,8 @@ int main(int argc, char** argv) {
     if (meshes->parsed()) return write_plot(study_meshes(vertices_or(180000), mesh_options), file);
     if (occlusion->parsed())
         study_occlusion(scene, vertices_or(20000));
+    else if (frame->parsed())
+        study_frame(vertices_or(180000));
     else if (crowd->parsed())
         study_crowd(vertices_or(2000));
     else

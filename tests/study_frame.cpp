@@ -1,0 +1,75 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "shading/lighting.h"
+#include "tests/product_methods.h"
+#include "tests/study.h"
+
+namespace haarfield::baseline {
+namespace {
+
+/// Least wall time of three runs. [ms]
+template <class Work>
+double least_milliseconds(const Work& work) {
+    double least = INFINITY;
+    for (int round = 0; round < 3; ++round) {
+        const auto start = std::chrono::steady_clock::now();
+        work();
+        const std::chrono::duration<double, std::milli> taken = std::chrono::steady_clock::now() - start;
+        least = std::min(least, taken.count());
+    }
+    return least;
+}
+
+}  // namespace
+
+void study_frame(std::size_t vertices) {
+    Scene description = shipped_scene().description;
+    std::size_t fine_vertices = 0;
+    for (const Instance& instance : description.instances)
+        fine_vertices += description.entities[instance.entity].fine_vertices;
+    for (Entity& entity : description.entities)
+        entity.fine_vertices = static_cast<std::uint32_t>(entity.fine_vertices * vertices / fine_vertices);
+    SceneEntityOptions options;
+    options.fields_folder = study_fields_folder();
+    const SceneEntities entities = value_or_exit(prepare_scene_entities(description, options));
+    ShadedScene scene = shaded_scene(description, entities, sky_image(*description.environment.sky, 1024));
+    std::size_t count = 0;
+    for (const ShadedInstance& instance : scene.instances)
+        count += scene.entities[instance.entity].mesh->positions.size();
+
+    fmt::print("{}: {} vertices, all threads, least of three.\n\n{:<44} {:>10}\n", description.name, count,
+               "", "ms");
+    RenderSettings settings;
+    const auto encoded = [&] {
+        return LightPyramid(
+            lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
+            settings.face_size);
+    };
+    fmt::print("{:<44} {:>10.0f}\n", "encoding 1024 x 512 pixels of light",
+               least_milliseconds([&] { encoded(); }));
+    const LightPyramid light = encoded();
+    for (const auto& [name, occlusion] :
+         {std::pair("fields", Occlusion::fields), std::pair("auto", Occlusion::automatic)}) {
+        settings.occlusion = occlusion;
+        const auto geometry = [&] { return value_or_exit(shading_geometry(scene, settings)); };
+        fmt::print("{:<44} {:>10.0f}\n", fmt::format("--occlusion {}: preparing, once a scene", name),
+                   least_milliseconds(geometry));
+        const ShadingGeometry prepared = geometry();
+        for (const int depth : {full_depth, 5, 4, 3, 2}) {
+            settings.depth = depth;
+            fmt::print("{:<44} {:>10.0f}\n",
+                       depth == full_depth ? fmt::format("--occlusion {}: new light and view", name)
+                                           : fmt::format("    at depth {}", depth),
+                       least_milliseconds([&] {
+                           scene.eye += Vec3f(0.01f, 0, 0);
+                           value_or_exit(vertex_radiance(scene, prepared, light, settings));
+                       }));
+        }
+        settings.depth = full_depth;
+    }
+}
+
+}  // namespace haarfield::baseline
