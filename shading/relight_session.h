@@ -75,6 +75,8 @@ public:
     /// Makes the transfer vectors with which frames follow one kind of change; about a second per 200,000
     /// vertices. They hold until anything else changes.
     /// @{
+    /// The vectors are pruned for lights like that which is shown now: one with more detail is reproduced less
+    /// exactly. Show a mixture of those that are to come, before.
     Result<Done> vary_light(const Progress& progress = {});
     Result<Done> vary_eye(const Progress& progress = {});
     /// The instance's translation and scale.

@@ -24,17 +24,19 @@ RelightMode spinning_light(RelightStage& stage) {
 /// From one environment to the next.
 RelightMode fading_lights(RelightStage& stage) {
     auto encoded = std::make_shared<std::vector<DenseCoefficients>>();
-    const auto show = [&stage, encoded](double share) {
-        const double place = share * double(encoded->size() - 1);
+    const auto show_mixed = [&stage, encoded] {
         std::vector<const DenseCoefficients*> lights;
-        for (std::size_t i = 0; i < encoded->size(); ++i) {
-            stage.weights[i] = static_cast<float>(std::max(0.0, 1 - std::abs(place - double(i))));
-            lights.push_back(&(*encoded)[i]);
-        }
+        for (const DenseCoefficients& light : *encoded) lights.push_back(&light);
         stage.session->show_light(weighted_sum(lights, stage.weights));
     };
+    const auto show = [&stage, encoded, show_mixed](double share) {
+        const double place = share * double(encoded->size() - 1);
+        for (std::size_t i = 0; i < encoded->size(); ++i)
+            stage.weights[i] = static_cast<float>(std::max(0.0, 1 - std::abs(place - double(i))));
+        show_mixed();
+    };
     return {"lights",
-            [&stage, encoded, show](const Progress& progress) -> Result<Done> {
+            [&stage, encoded, show_mixed](const Progress& progress) -> Result<Done> {
                 for (const LatLongImage& environment : stage.environments) {
                     const RgbCubemapTree light =
                         lighting_tree(environment, stage.settings.face_size,
@@ -42,7 +44,9 @@ RelightMode fading_lights(RelightStage& stage) {
                     if (progress.stop.stop_requested()) return Error{"", interrupted};
                     encoded->push_back(dense_coefficients(light, stage.settings.face_size));
                 }
-                show(0.5);  // the vectors are pruned for all of them
+                // The vectors are pruned for all of them.
+                std::ranges::fill(stage.weights, 1 / static_cast<float>(encoded->size()));
+                show_mixed();
                 return stage.session->vary_light(progress);
             },
             show};
