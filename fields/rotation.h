@@ -15,6 +15,11 @@ struct Rotation {
     Rotation inverse() const;
 };
 
+/// Whether it turns nothing: to the last bit.
+inline bool is_identity(const Rotation& rotation) {
+    return rotation.row == Rotation().row;
+}
+
 /// `second` after `first`.
 Rotation operator*(const Rotation& second, const Rotation& first);
 

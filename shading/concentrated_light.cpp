@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "fields/haar_transform.h"
+#include "shading/cell_path.h"
 
 namespace haarfield {
 namespace {
@@ -51,13 +52,10 @@ std::vector<std::uint32_t> chosen_cells(std::span<const Moments> moments, double
 
 /// To the middle of a cell.
 Vec3f direction_of(std::size_t cell) {
-    std::size_t x = 0, y = 0;
-    for (unsigned bit = 0; bit < 4; ++bit) {
-        x |= (cell >> (2 * bit) & 1) << bit;
-        y |= (cell >> (2 * bit + 1) & 1) << bit;
-    }
+    const auto [column, row] = square_place(cell % cells_a_face);
     const auto coordinate = [](std::size_t i) { return (static_cast<float>(i) + 0.5f) / 8 - 1; };
-    return cubemap_direction<Vec3f>(static_cast<int>(cell / cells_a_face), coordinate(x), coordinate(y))
+    return cubemap_direction<Vec3f>(static_cast<int>(cell / cells_a_face), coordinate(column),
+                                    coordinate(row))
         .normalized();
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "shading/cell_path.h"
+
 namespace haarfield {
 
 DirectionPyramid::DirectionPyramid(int face_size) {
@@ -20,14 +22,9 @@ DirectionPyramid::DirectionPyramid(int face_size) {
         const auto cells_a_side = std::size_t(4) << (2 * level);
         for (std::size_t block = 0; block < std::size_t(1) << (4 * level); ++block)
             for (std::size_t cell = 0; cell < wide_cells; ++cell) {
-                std::size_t x = 0, y = 0;
-                for (int bit = 0; bit < 2 * level + 2; ++bit) {
-                    const std::size_t path = block * wide_cells + cell;
-                    x |= (path >> (2 * bit) & 1) << bit;
-                    y |= (path >> (2 * bit + 1) & 1) << bit;
-                }
-                const double side = 2.0 / double(cells_a_side), u = double(x) * side - 1,
-                             v = double(y) * side - 1;
+                const auto [column_of_cell, row_of_cell] = square_place(block * wide_cells + cell);
+                const double side = 2.0 / double(cells_a_side), u = double(column_of_cell) * side - 1,
+                             v = double(row_of_cell) * side - 1;
                 const int steps = level + 1 == levels ? 2 : 2 << (2 * (levels - 1 - level));
                 Vec3d sum(0.0);
                 for (int row = 0; row < steps; ++row)

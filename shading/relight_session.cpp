@@ -10,13 +10,6 @@
 #include "shading/renderer.h"
 
 namespace haarfield {
-namespace {
-
-constexpr bool is_identity(const Rotation& rotation) {
-    return rotation.row == Rotation().row;
-}
-
-}  // namespace
 
 RelightSession::RelightSession(SessionScene scene, const RenderSettings& settings,
                                const TransferSettings& transfer)

@@ -143,30 +143,22 @@ private:
     static constexpr std::uint32_t none = ~0u;
 
     void spread(std::uint32_t function, std::size_t column) {
+        constexpr std::size_t in_block = SparseVectorBlocks::block_rows;
         if (held_[column] != none)
-            for_each_index(held_[column],
-                           [&](std::size_t, std::size_t index) { values_[index * columns + column] = 0; });
+            functions_.block_of(held_[column])
+                .for_each_index(held_[column] % in_block, [&](std::size_t, std::size_t index) {
+                    values_[index * columns + column] = 0;
+                });
         const SparseVectors& block = functions_.block_of(function);
-        const std::size_t row = function % SparseVectorBlocks::block_rows, pages = block.pages();
+        const std::size_t row = function % in_block, pages = block.pages();
         const std::size_t first = block.first[row * pages], count = block.first[(row + 1) * pages] - first;
         const float scale = block.scale[row];
         unpacked_.resize(std::max(unpacked_.size(), count));
         HWY_DYNAMIC_DISPATCH(unpack_halves)(block.value.data() + first, count, unpacked_.data());
-        for_each_index(function, [&](std::size_t i, std::size_t index) {
+        block.for_each_index(row, [&](std::size_t i, std::size_t index) {
             values_[index * columns + column] = unpacked_[i - first] * scale;
         });
         held_[column] = function;
-    }
-
-    /// Calls use(place, index) for the coefficients of a function.
-    template <class Use>
-    void for_each_index(std::uint32_t function, const Use& use) const {
-        const SparseVectors& block = functions_.block_of(function);
-        const std::size_t row = function % SparseVectorBlocks::block_rows, pages = block.pages();
-        for (std::size_t page = 0; page < pages; ++page)
-            for (std::size_t i = block.first[row * pages + page]; i < block.first[row * pages + page + 1];
-                 ++i)
-                use(i, page << 16 | block.index[i]);
     }
 
     const SparseVectorBlocks& functions_;

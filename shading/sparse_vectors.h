@@ -93,6 +93,10 @@ struct SparseVectors {
     /// Forgets the rows, and keeps the memory.
     void clear();
 
+    /// Calls use(place, index) for each coefficient of a row; place: in `index`.
+    template <class Use>
+    void for_each_index(std::size_t row, const Use& use) const;
+
     /// Calls use(index, value) for each coefficient of a row, and each channel.
     template <class Use>
     void for_each(std::size_t row, const Use& use) const;
@@ -149,13 +153,19 @@ inline float half_value(std::uint16_t bits) {
 }
 
 template <class Use>
-void SparseVectors::for_each(std::size_t row, const Use& use) const {
+void SparseVectors::for_each_index(std::size_t row, const Use& use) const {
     const std::size_t page_count = pages();
     for (std::size_t page = 0; page < page_count; ++page)
         for (std::size_t i = first[row * page_count + page]; i < first[row * page_count + page + 1]; ++i)
-            for (std::size_t c = 0; c < std::size_t(channels); ++c)
-                use(static_cast<std::uint32_t>(page << 16 | index[i]),
-                    half_value(value[i * std::size_t(channels) + c]) * scale[row]);
+            use(i, static_cast<std::uint32_t>(page << 16 | index[i]));
+}
+
+template <class Use>
+void SparseVectors::for_each(std::size_t row, const Use& use) const {
+    for_each_index(row, [&](std::size_t place, std::uint32_t at) {
+        for (std::size_t c = 0; c < std::size_t(channels); ++c)
+            use(at, half_value(value[place * std::size_t(channels) + c]) * scale[row]);
+    });
 }
 
 }  // namespace haarfield

@@ -154,7 +154,7 @@ TurnableLight turnable_light(const LatLongImage& environment, int face_size, con
 }
 
 std::vector<Rgb> turned_lighting_texels(const TurnableLight& light, const Rotation& rotation) {
-    if (rotation.row == Rotation().row) return unturned_lighting_texels(light);
+    if (is_identity(rotation)) return unturned_lighting_texels(light);
     std::vector<Rgb> texels(std::size_t(cubemap_faces * light.face_size) * std::size_t(light.face_size),
                             Rgb(0.0f));
     add_even_part(light, rotation, texels);

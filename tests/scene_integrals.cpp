@@ -108,6 +108,15 @@ const ShippedScene& shipped_scene() {
     return scene;
 }
 
+Scene with_vertices(Scene scene, std::size_t vertices) {
+    std::size_t fine_vertices = 0;
+    for (const Instance& instance : scene.instances)
+        fine_vertices += scene.entities[instance.entity].fine_vertices;
+    for (Entity& entity : scene.entities)
+        entity.fine_vertices = static_cast<std::uint32_t>(entity.fine_vertices * vertices / fine_vertices);
+    return scene;
+}
+
 TexelIntegrals texel_integrals(int face_size, std::size_t count) {
     const ShadedScene& scene = shipped_scene().shaded;
     std::vector<VertexIndex> all;

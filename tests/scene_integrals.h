@@ -27,6 +27,9 @@ struct ShippedScene {
 /// Made once, in about a second; ends the program if the files are not there.
 const ShippedScene& shipped_scene();
 
+/// The scene with meshes that are to be subdivided to so many vertices, over all instances.
+Scene with_vertices(Scene scene, std::size_t vertices);
+
 /// The functions of one vertex beside the lighting, in the order in which smaller products take them: own
 /// visibility times clamped cosine, BRDF, visibility past each other instance, the one that blocks most
 /// first. Texels as in lighting.h: face by face and row by row, 6 * size^2.

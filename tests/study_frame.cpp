@@ -26,12 +26,7 @@ double least_milliseconds(const Work& work) {
 }  // namespace
 
 void study_frame(std::size_t vertices) {
-    Scene description = shipped_scene().description;
-    std::size_t fine_vertices = 0;
-    for (const Instance& instance : description.instances)
-        fine_vertices += description.entities[instance.entity].fine_vertices;
-    for (Entity& entity : description.entities)
-        entity.fine_vertices = static_cast<std::uint32_t>(entity.fine_vertices * vertices / fine_vertices);
+    const Scene description = with_vertices(shipped_scene().description, vertices);
     SceneEntityOptions options;
     options.fields_folder = study_fields_folder();
     const SceneEntities entities = value_or_exit(prepare_scene_entities(description, options));

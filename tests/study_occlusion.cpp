@@ -33,12 +33,7 @@ double process_seconds() {
 }  // namespace
 
 void study_occlusion(const std::string& file, std::size_t vertices) {
-    Scene description = value_or_exit(read_scene(file));
-    std::size_t fine_vertices = 0;
-    for (const Instance& instance : description.instances)
-        fine_vertices += description.entities[instance.entity].fine_vertices;
-    for (Entity& entity : description.entities)
-        entity.fine_vertices = static_cast<std::uint32_t>(entity.fine_vertices * vertices / fine_vertices);
+    const Scene description = with_vertices(value_or_exit(read_scene(file)), vertices);
     SceneEntityOptions options;
     options.fields_folder = study_fields_folder();
     const SceneEntities entities = value_or_exit(prepare_scene_entities(description, options));

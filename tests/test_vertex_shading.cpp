@@ -142,6 +142,13 @@ Vec3f random_direction(std::mt19937& random) {
     return Vec3f(normal(random), normal(random), normal(random)).normalized();
 }
 
+/// A near occluder.
+BlockedCones cones_of_a_square() {
+    BlockedCones cones;
+    add_cones(convex_polygons(make_occluder(square_mesh(2, -0.5f))), Vec3f(0.1f, 0.05f, -0.08f), cones);
+    return cones;
+}
+
 /// Relative to what the BRDF reflects without any occluder, some `reflected`.
 void expect_near(const Rgb& found, const Vec3d& wanted, double reflected, double tolerance) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], wanted[c], tolerance * reflected);
@@ -340,10 +347,7 @@ TEST(VertexShading, NeverErrsByMoreThanTheTolerance) {
     int changed = 0;
     for (std::uint32_t seed = 0; seed < 6; ++seed) {
         const Example example(20 + seed);
-        BlockedCones cones;
-        if (seed % 2)
-            add_cones(convex_polygons(make_occluder(square_mesh(2, -0.5f))), Vec3f(0.1f, 0.05f, -0.08f),
-                      cones);
+        const BlockedCones cones = seed % 2 ? cones_of_a_square() : BlockedCones();
         for (int i = 0; i < 40; ++i) {
             VertexBrdf brdf;
             brdf.normal = random_direction(random);
@@ -391,10 +395,7 @@ TEST(VertexTransfer, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
     int fewer = 0;
     for (std::uint32_t seed = 0; seed < 4; ++seed) {
         const Example example(30 + seed);
-        BlockedCones cones;
-        if (seed % 2)
-            add_cones(convex_polygons(make_occluder(square_mesh(2, -0.5f))), Vec3f(0.1f, 0.05f, -0.08f),
-                      cones);
+        const BlockedCones cones = seed % 2 ? cones_of_a_square() : BlockedCones();
         for (int i = 0; i < 16; ++i) {
             VertexBrdf brdf;
             brdf.normal = random_direction(random);
@@ -478,10 +479,7 @@ TEST(VertexTransfer, HighlightsComeWithTheRadianceOfTheRest) {
     std::vector<WaveletBlock<3>> product;
     for (std::uint32_t seed = 0; seed < 4; ++seed) {
         const Example example(50 + seed);
-        BlockedCones cones;
-        if (seed % 2)
-            add_cones(convex_polygons(make_occluder(square_mesh(2, -0.5f))), Vec3f(0.1f, 0.05f, -0.08f),
-                      cones);
+        const BlockedCones cones = seed % 2 ? cones_of_a_square() : BlockedCones();
         for (int i = 0; i < 16; ++i) {
             VertexBrdf brdf;
             brdf.normal = brdf.mirror = random_direction(random);
@@ -512,8 +510,7 @@ TEST(VertexTransfer, HighlightsComeWithTheRadianceOfTheRest) {
 
 TEST(VertexShading, AgreesBetweenInstructionSets) {
     const Example example(13);
-    BlockedCones cones;
-    add_cones(convex_polygons(make_occluder(square_mesh(2, -0.5f))), Vec3f(0.1f, 0.05f, -0.08f), cones);
+    const BlockedCones cones = cones_of_a_square();
     VertexBrdf brdf;
     brdf.normal = Vec3f(0.2f, 0.7f, 0.3f).normalized();
     brdf.mirror = Vec3f(0.6f, 0.5f, 0.1f).normalized();
