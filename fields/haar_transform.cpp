@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <functional>
 
+#include "fields/kept_by_energy.h"
+
 namespace haarfield {
 namespace {
 
@@ -86,9 +88,9 @@ void truncate(FullTransform<Value>& transform, int levels, const Truncation& tru
     }
     if (truncation.relative_l2_error > 0) {
         const double allowed = norm * squared(truncation.relative_l2_error);
-        std::sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(kept), matters_more);
-        while (kept > 0 && dropped + candidates[kept - 1].energy <= allowed)
-            dropped += candidates[--kept].energy;
+        kept = kept_by_energy(
+            std::span(candidates).first(kept), allowed - dropped,
+            [](const Candidate& candidate) { return candidate.energy; }, matters_more);
     }
     for (std::size_t i = kept; i < candidates.size(); ++i)
         transform.wavelets[candidates[i].index / 3][candidates[i].index % 3] = Value(0.0f);

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "fields/kept_by_energy.h"
+
 namespace haarfield {
 
 float coefficient_of_amplitude(int block_level, std::size_t slot) {
@@ -99,29 +101,16 @@ std::uint16_t half_bits(float value) {
 
 }  // namespace
 
-/// Halves the places of which it is not known whether they are kept, the larger energies first: the smaller
-/// half is left out if all of it can be.
 std::vector<std::uint32_t> largest_energies(std::span<const double> energies, float error) {
     std::vector<std::uint32_t> places(energies.size());
     std::iota(places.begin(), places.end(), 0u);
     const auto matters_more = [&](std::uint32_t a, std::uint32_t b) {
         return std::pair(energies[a], a) > std::pair(energies[b], b);
     };
-    double allowed = std::accumulate(energies.begin(), energies.end(), 0.0) * squared(error);
-    auto kept = error == 0 ? places.end() : places.begin(), end = places.end();
-    while (kept != end) {
-        const auto middle = kept + (end - kept) / 2;
-        std::nth_element(kept, middle, end, matters_more);
-        double smaller = 0;
-        for (auto place = middle; place != end; ++place) smaller += energies[*place];
-        if (smaller <= allowed) {
-            allowed -= smaller;
-            end = middle;
-        } else {
-            kept = middle == kept ? end : middle;
-        }
-    }
-    places.erase(kept, places.end());
+    if (error > 0)
+        places.resize(kept_by_energy(
+            std::span(places), std::accumulate(energies.begin(), energies.end(), 0.0) * squared(error),
+            [&](std::uint32_t place) { return energies[place]; }, matters_more));
     std::ranges::sort(places, matters_more);
     return places;
 }
