@@ -197,7 +197,8 @@ private:
         for (const RefinedInstance& instance : instances_) is_chosen.emplace_back(instance.middles.size());
         std::vector<InstanceEdge> chosen;
         std::size_t vertices = vertices_;
-        for (const auto [i, edge] : beyond) {
+        for (const InstanceEdge& largest_left : beyond) {
+            const std::size_t i = largest_left.instance;
             const RefinedInstance& instance = instances_[i];
             const std::size_t before = chosen.size();
             std::size_t added = 0;
@@ -207,7 +208,7 @@ private:
                 chosen.push_back({i, e});
                 added += instance.bisection.sides(e).size();
             };
-            choose(edge);
+            choose(largest_left.edge);
             for (std::size_t next = before; next < chosen.size(); ++next)
                 for (const std::uint32_t t : instance.bisection.edges()[chosen[next].edge].triangles)
                     choose(instance.longest_edge(t));

@@ -1,7 +1,7 @@
 #include "shading/lighting.h"
 
 #include <gtest/gtest.h>
-#include <oneapi/tbb/global_control.h>
+#include <tbb/global_control.h>
 
 #include <array>
 #include <cmath>
