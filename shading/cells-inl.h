@@ -95,6 +95,10 @@ HWY_INLINE Cells multiply_add(const Cells& a, const Cells& b, const Cells& c) {
     return result;
 }
 
+HWY_INLINE float first_cell(const Cells& values) {
+    return hn::GetLane(values.part[0]);
+}
+
 /// A vector's share of a mask of cells.
 HWY_INLINE hn::Mask<Floats> part_of(unsigned cells, std::size_t part) {
     const std::uint64_t bits = cells >> (part * cells_a_part);
@@ -214,11 +218,26 @@ HWY_INLINE Cells means_of(const Cells& values, int run) {
 
 /// Added in one order, whatever the vectors' length.
 HWY_INLINE float sum_of(const Cells& values) {
+#if HWY_TARGET == HWY_SCALAR
     alignas(64) float cell[wide_cells];
     store_cells(values, cell);
     for (std::size_t half = wide_cells / 2; half > 0; half /= 2)
         for (std::size_t i = 0; i < half; ++i) cell[i] += cell[i + half];
     return cell[0];
+#else
+    Cells sum = values;
+    for (std::size_t half = parts / 2; half > 0; half /= 2)
+        for (std::size_t i = 0; i < half; ++i) sum.part[i] = hn::Add(sum.part[i], sum.part[i + half]);
+    auto all = sum.part[0];
+#if HWY_MAX_BYTES == 64
+    all = hn::Add(all, hn::ConcatLowerUpper(Floats(), all, all));
+#endif
+#if HWY_MAX_BYTES >= 32
+    all = hn::Add(all, hn::SwapAdjacentBlocks(all));
+#endif
+    all = hn::Add(all, hn::Shuffle1032(all));
+    return hn::GetLane(hn::Add(all, hn::Shuffle2301(all)));
+#endif
 }
 
 }  // namespace HWY_NAMESPACE

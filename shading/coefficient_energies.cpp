@@ -83,21 +83,31 @@ void CoefficientEnergies::clear(std::size_t room) {
     sum = 0;
 }
 
-/// If each energy is below its even share, all of them are within what is allowed; and one that is larger
-/// than all that is allowed must be kept. Between the two the range of bits, which are in the order of
-/// floats, is halved.
+/// The limit is the largest of those on a grid, of bits, which are in the order of floats; wherever the
+/// search for it starts. One that is larger than all that is allowed must be kept.
 std::size_t CoefficientEnergies::mark(double allowed) {
-    const auto limit_bits = [](double limit) {
-        return std::bit_cast<std::uint32_t>(static_cast<float>(std::min(limit, 1e38)));
+    constexpr int grid_bits = 20;
+    const auto limit_of = [](std::uint32_t at) { return std::bit_cast<float>(at << grid_bits); };
+    const auto fits = [&](std::uint32_t at) {
+        return double(HWY_DYNAMIC_DISPATCH(energy_below)(*this, limit_of(at))) <= allowed;
     };
-    const auto count = double(blocks * wide_cells);
-    std::uint32_t low = limit_bits(allowed / (count + 1)), high = limit_bits(allowed);
-    while (high - low > 1u << 20) {
-        const std::uint32_t middle = low + (high - low) / 2;
-        const float below = HWY_DYNAMIC_DISPATCH(energy_below)(*this, std::bit_cast<float>(middle));
-        (double(below) <= allowed ? low : high) = middle;
+    // What fits, and what does not; 0 leaves out nothing.
+    const std::uint32_t end =
+        (std::bit_cast<std::uint32_t>(static_cast<float>(std::min(allowed, 1e38))) >> grid_bits) + 1;
+    std::uint32_t low = 0, high = end, middle = end - std::min(last_distance_, end), step = 1;
+    if (middle > 0 && fits(middle)) {
+        for (low = middle; step < high - low && fits(low + step); step *= 2) low += step;
+        high = std::min(high, low + step);
+    } else if (middle > 0) {
+        for (high = middle; step < high && !fits(high - step); step *= 2) high -= step;
+        low = high - std::min(high, step);
     }
-    return HWY_DYNAMIC_DISPATCH(mark_above)(*this, std::bit_cast<float>(low));
+    while (high - low > 1) {
+        middle = low + (high - low) / 2;
+        (fits(middle) ? low : high) = middle;
+    }
+    last_distance_ = end - low;
+    return HWY_DYNAMIC_DISPATCH(mark_above)(*this, limit_of(low));
 }
 
 }  // namespace haarfield

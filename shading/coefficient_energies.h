@@ -37,8 +37,11 @@ struct CoefficientEnergies {
     /// is allowed; the limit is found to an eighth of its size. Returns how many slots are marked.
     ///
     /// accuracy  sums differ by rounding between instruction sets, and so may what is left out.
-    /// cost      O(blocks).
+    /// cost      O(blocks): some three passes if the limit is near that of the last list.
     std::size_t mark(double allowed);
+
+private:
+    std::uint32_t last_distance_ = 1;  ///< Of the last limit from what was allowed, in places of the grid.
 };
 
 }  // namespace haarfield

@@ -37,4 +37,11 @@ inline Vec3f in_face_frame(const Vec3f& direction, int face) {
             direction.dot(cubemap_direction<Vec3f>(face, 0, 1) - axis), direction.dot(axis)};
 }
 
+/// A direction in the frame of a face, in the world.
+inline Vec3f in_world_frame(const Vec3f& direction, int face) {
+    const Vec3f axis = cubemap_direction<Vec3f>(face, 0, 0);
+    return (cubemap_direction<Vec3f>(face, 1, 0) - axis) * direction.x +
+           (cubemap_direction<Vec3f>(face, 0, 1) - axis) * direction.y + axis * direction.z;
+}
+
 }  // namespace haarfield

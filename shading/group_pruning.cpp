@@ -18,7 +18,7 @@ namespace haarfield {
 /// The slots of a block for all rows: as exponents and bytes (GroupEntry).
 struct QuantisedBlock {
     std::array<std::int32_t, wide_cells> exponent;
-    std::array<std::array<std::int8_t, wide_cells>, group_rows> value;
+    std::array<std::array<std::int8_t, group_rows>, wide_cells> value;
 };
 
 }  // namespace haarfield
@@ -69,6 +69,46 @@ void measure(std::span<const typename GroupPruning<channels>::Shared> shared,
     for (std::size_t c = 0; c < channels; ++c) largest[c] = largest_of(peak[c]);
 }
 
+/// From bytes by row to bytes by slot.
+HWY_INLINE void transpose(const std::array<std::array<std::int8_t, wide_cells>, group_rows>& by_row,
+                          std::array<std::array<std::int8_t, group_rows>, wide_cells>& by_slot) {
+#if HWY_TARGET == HWY_SCALAR
+    for (std::size_t r = 0; r < group_rows; ++r)
+        for (std::size_t slot = 0; slot < wide_cells; ++slot) by_slot[slot][r] = by_row[r][slot];
+#else
+    static_assert(group_rows == 8);
+    const hn::Full128<std::int8_t> bytes;
+    const hn::Full128<std::int16_t> pairs;
+    const hn::Full128<std::int32_t> fours;
+    hn::Vec<decltype(bytes)> row[group_rows];
+    for (std::size_t r = 0; r < group_rows; ++r) row[r] = hn::LoadU(bytes, by_row[r].data());
+    const auto lower = [](const auto& d, const auto& a, const auto& b) {
+        return hn::InterleaveLower(d, hn::BitCast(d, a), hn::BitCast(d, b));
+    };
+    const auto upper = [](const auto& d, const auto& a, const auto& b) {
+        return hn::InterleaveUpper(d, hn::BitCast(d, a), hn::BitCast(d, b));
+    };
+    std::size_t slot = 0;
+    const auto store_two = [&](const auto& slots) {
+        hn::StoreU(hn::BitCast(bytes, slots), bytes, by_slot[slot].data());
+        slot += 2;
+    };
+    const auto join = [&](const auto& rows_01, const auto& rows_23, const auto& rows_45,
+                          const auto& rows_67) {
+        const auto first_03 = lower(pairs, rows_01, rows_23), second_03 = upper(pairs, rows_01, rows_23),
+                   first_47 = lower(pairs, rows_45, rows_67), second_47 = upper(pairs, rows_45, rows_67);
+        store_two(lower(fours, first_03, first_47));
+        store_two(upper(fours, first_03, first_47));
+        store_two(lower(fours, second_03, second_47));
+        store_two(upper(fours, second_03, second_47));
+    };
+    join(lower(bytes, row[0], row[1]), lower(bytes, row[2], row[3]), lower(bytes, row[4], row[5]),
+         lower(bytes, row[6], row[7]));
+    join(upper(bytes, row[0], row[1]), upper(bytes, row[2], row[3]), upper(bytes, row[4], row[5]),
+         upper(bytes, row[6], row[7]));
+#endif
+}
+
 /// inverse_scale  of the group's largest coefficient.
 template <int channels>
 void quantise(const typename GroupPruning<channels>::Shared& shared, std::size_t channel,
@@ -96,15 +136,15 @@ void quantise(const typename GroupPruning<channels>::Shared& shared, std::size_t
         factor.part[i] = hn::Div(hn::Set(Floats(), 127.0f), step);
     }
     factor = factor * normalisation;
+    std::array<std::array<std::int8_t, wide_cells>, group_rows> by_row;
     for (std::size_t r = 0; r < group_rows; ++r) {
         const auto* block = shared.of_row[r];
         const Cells value = block ? load_cells(block->amplitude[channel].data()) * factor : all_cells(0);
-        for (std::size_t i = 0; i < parts; ++i) {
-            const auto whole = hn::Min(hn::Max(hn::NearestInt(value.part[i]), hn::Set(Words(), -127)),
-                                       hn::Set(Words(), 127));
-            hn::StoreU(hn::DemoteTo(bytes, whole), bytes, to.value[r].data() + i * cells_a_part);
-        }
+        for (std::size_t i = 0; i < parts; ++i)
+            hn::StoreU(hn::DemoteTo(bytes, hn::NearestInt(value.part[i])), bytes,
+                       by_row[r].data() + i * cells_a_part);
     }
+    transpose(by_row, to.value);
 }
 
 void measure_two(std::span<const GroupPruning<2>::Shared> shared,
@@ -140,7 +180,7 @@ HWY_EXPORT(quantise_three);
 
 template <int channels>
 GroupPruning<channels>::GroupPruning(int face_size, const CoefficientSpectrum& spectrum)
-    : numbers_(face_size), weights_(spectrum), place_(numbers_.count(), 0) {}
+    : weights_(spectrum), place_(BlockNumbers(face_size).count(), 0) {}
 
 template <int channels>
 void GroupPruning<channels>::clear() {
@@ -164,8 +204,7 @@ void GroupPruning<channels>::share_blocks() {
         for (const Block& block : rows_[r].product) {
             std::uint32_t& place = place_[block.block];
             if (place == 0) {
-                shared_.push_back(
-                    {block.block, static_cast<std::uint8_t>(level_of_block(numbers_, block.block)), {}});
+                shared_.push_back({block.block, block.level, {}});
                 place = static_cast<std::uint32_t>(shared_.size());
             }
             shared_[place - 1].of_row[r] = &block;
@@ -203,7 +242,7 @@ void GroupPruning<channels>::append(double error, std::size_t first_group,
             indices[next] = shared.block * static_cast<std::uint32_t>(wide_cells) + slot;
             entries[next].group = static_cast<std::uint8_t>(first_group + channel);
             entries[next].exponent = static_cast<std::uint8_t>(quantised.exponent[slot]);
-            for (std::size_t r = 0; r < group_rows; ++r) entries[next].value[r] = quantised.value[r][slot];
+            entries[next].value = quantised.value[slot];
         }
     }
     for (const float of_channel : largest) scales.push_back(of_channel / 127);

@@ -42,14 +42,13 @@ public:
     /// What the rows have of one block.
     struct Shared {
         std::uint32_t block;
-        std::uint8_t level;
+        std::uint16_t level;
         std::array<const Block*, group_rows> of_row;  ///< Null: zero.
     };
 
 private:
     void share_blocks();
 
-    BlockNumbers numbers_;
     EnergyWeights weights_;
     std::array<Row, group_rows> rows_;
     std::size_t row_end_ = 0;

@@ -6,7 +6,7 @@
 
 namespace haarfield {
 
-BlockNumbers::BlockNumbers(int face_size) : levels_(wide_levels(face_size)) {
+BlockNumbers::BlockNumbers(int face_size) : face_size_(face_size), levels_(wide_levels(face_size)) {
     assert(is_face_size(face_size));
     for (int level = 0; level < levels_; ++level)
         first_[std::size_t(level) + 1] =
@@ -29,7 +29,40 @@ LightPyramid::LightPyramid(const RgbCubemapTree& light, int face_size) : numbers
     const float least = 3 * mean_size_;
     for (std::size_t place = 0; place < uneven_.size(); ++place)
         for (unsigned cell = 0; cell < wide_cells; ++cell)
-            if (deviations_[place][cell] > least) uneven_[place] |= static_cast<std::uint16_t>(1u << cell);
+            if (place < cubemap_faces || deviations_[place][cell] > least)
+                uneven_[place] |= static_cast<std::uint16_t>(varying_[place] & (1u << cell));
+    if (numbers_.levels() > 0) add_moments();
+}
+
+/// Of the finest cells, handed up.
+void LightPyramid::add_moments() {
+    const DirectionPyramid directions(numbers_.face_size());
+    const int last = numbers_.levels() - 1;
+    moments_.resize(numbers_(last, 0, 0));
+    for (std::size_t face = 0; face < cubemap_faces; ++face)
+        for (std::size_t block = 0; last > 0 && block < std::size_t(1) << (4 * last); ++block) {
+            const DirectionBlock& towards = directions.block(last, block);
+            const LightBlock& light = blocks_[numbers_(last, face, block)];
+            for (std::size_t cell = 0; cell < wide_cells; ++cell) {
+                const float spread = towards.extent[cell] * towards.extent[cell] / 3;
+                const Vec3f mean =
+                    in_world_frame({towards.x[cell], towards.y[cell], towards.z[cell]}, int(face)) *
+                    (1 - spread);
+                float share = 1;
+                std::size_t path = block;
+                for (int level = last - 1; level >= 0; --level, path /= wide_cells) {
+                    share /= wide_cells;
+                    LightMoments& above = moments_[numbers_(level, face, path / wide_cells)];
+                    const float* const colour[] = {&light.red[cell], &light.green[cell], &light.blue[cell]};
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        const Vec3f moment = mean * (*colour[c] * share);
+                        above.channel[c].x[path % wide_cells] += moment.x;
+                        above.channel[c].y[path % wide_cells] += moment.y;
+                        above.channel[c].z[path % wide_cells] += moment.z;
+                    }
+                }
+            }
+        }
 }
 
 Vec3d LightPyramid::fill(const RgbQuadtree& tree, std::size_t face, int level, std::size_t block,

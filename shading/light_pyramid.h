@@ -1,13 +1,22 @@
 #pragma once
 /// Lighting with all its levels at hand, for a walk that shares it between all vertices.
 
-#include "shading/wide_tree.h"
+#include "shading/direction_pyramid.h"
 
 namespace haarfield {
 
 /// The lighting over the sixteen cells of one square (wide_tree.h), by channel.
 struct LightBlock {
     alignas(64) std::array<float, wide_cells> red{}, green{}, blue{};
+};
+
+/// The mean over each of the sixteen cells of one square of lighting times direction: by channel, a vector
+/// in the world. Its inner product with a normal is what a surface gets that the whole cell lies above.
+struct LightMoments {
+    struct Channel {
+        alignas(64) std::array<float, wide_cells> x{}, y{}, z{};
+    };
+    std::array<Channel, 3> channel;
 };
 
 /// Blocks of all levels and faces, numbered. Block b of level l on a face covers the square whose path of
@@ -17,6 +26,7 @@ public:
     /// face_size  texels along an edge, is_face_size (asserted).
     explicit BlockNumbers(int face_size);
 
+    int face_size() const { return face_size_; }
     int levels() const { return levels_; }  ///< wide_levels(face_size); 0 for a single texel.
     std::size_t count() const { return first_[std::size_t(levels_)]; }
     std::size_t operator()(int level, std::size_t face, std::size_t block) const {
@@ -24,7 +34,7 @@ public:
     }
 
 private:
-    int levels_;
+    int face_size_, levels_;
     std::array<std::size_t, 5> first_{};  ///< Block of each level.
 };
 
@@ -41,9 +51,11 @@ public:
     std::uint16_t varying(std::size_t index) const { return varying_[index]; }  ///< As in WideNode.
     /// Root mean square deviation from the mean within each cell, added over the channels.
     const std::array<float, wide_cells>& deviation(std::size_t index) const { return deviations_[index]; }
-    /// Cells whose deviation is three times the mean over the sphere or more. A function that hardly changes
-    /// over any cell, such as a cosine, has to be multiplied more finely on these: they are few, and always
-    /// the same, so that what is lost on them is lost at all points that face one way.
+    /// Above the last level.
+    const LightMoments& moments(std::size_t index) const { return moments_[index]; }
+    /// Cells over which a cosine cannot be held constant beside the lighting: on the first level all where it
+    /// varies; below, where its deviation is three times the mean over the sphere or more. These are few, and
+    /// always the same, so that what were lost on them would be lost at all points that face one way.
     std::uint16_t uneven(std::size_t index) const { return uneven_[index]; }
     const Rgb& mean(std::size_t face) const { return means_[face]; }
     /// Mean over the faces of their means' magnitude, added over the channels.
@@ -55,8 +67,11 @@ private:
     Vec3d fill(const RgbQuadtree& tree, std::size_t face, int level, std::size_t block, std::int32_t node,
                const Rgb& mean);
 
+    void add_moments();
+
     BlockNumbers numbers_;
     std::vector<LightBlock> blocks_;
+    std::vector<LightMoments> moments_;
     std::vector<std::uint16_t> varying_, uneven_;
     std::vector<std::array<float, wide_cells>> deviations_;
     std::array<Rgb, cubemap_faces> means_;

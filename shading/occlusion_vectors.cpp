@@ -7,74 +7,114 @@
 #include <bit>
 
 #include "shading/coefficient_energies.h"
-#include "shading/square_transform.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "shading/occlusion_vectors.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "shading/wavelet_blocks-inl.h"
+
+#ifndef HAARFIELD_OCCLUSION_VECTORS_ONCE
+#define HAARFIELD_OCCLUSION_VECTORS_ONCE
 
 namespace haarfield {
+
+/// The coefficients of one function, by block.
+struct OcclusionBlocks {
+    BlockNumbers numbers;
+    std::array<SlotValues, 4> normalisation{};  ///< By level: coefficient_of_amplitude.
+    CoefficientEnergies energies;
+    std::vector<SlotValues> values;  ///< By place in `energies`.
+
+    explicit OcclusionBlocks(int face_size) : numbers(face_size), values(numbers.count()) {
+        for (int level = 0; level < numbers.levels(); ++level)
+            for (std::size_t slot = 0; slot < wide_cells; ++slot)
+                normalisation[std::size_t(level)][slot] = coefficient_of_amplitude(level, slot);
+    }
+};
+
+}  // namespace haarfield
+
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace haarfield {
+namespace HWY_NAMESPACE {
+
+/// Adds what is hidden from a square, and from what lies below, and returns its mean.
+float add_square(OcclusionBlocks& blocks, const WideNode<std::uint8_t>& node, int level, std::size_t face,
+                 std::size_t block) {
+    const WideNode<std::uint8_t>* child = &node + node.first_child;
+    Cells hidden = all_cells(1) - load_cells(node.mean.data()) * all_cells(cell_unit<std::uint8_t>);
+    if (node.varying != 0) {
+        alignas(64) float cells[wide_cells];
+        store_cells(hidden, cells);
+        for_each_bit(node.varying, [&](unsigned cell) {
+            cells[cell] = add_square(blocks, *child++, level + 1, face, block * wide_cells + cell);
+        });
+        hidden = load_cells(cells);
+    }
+    const Cells slots = transformed(hidden),
+                coefficients = slots * load_cells(blocks.normalisation[std::size_t(level)].data()),
+                energies = coefficients * coefficients;
+    const std::size_t place = blocks.energies.blocks++;
+    store_cells(coefficients, blocks.values[place].data());
+    store_cells(energies, blocks.energies.energy[place].data());
+    blocks.energies.place[place] = static_cast<std::uint32_t>(blocks.numbers(level, face, block));
+    blocks.energies.sum += double(sum_of(energies));
+    return first_cell(slots);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace haarfield
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace haarfield {
+
+HWY_EXPORT(add_square);
+
 namespace {
 
 /// Makes one vector after another.
 class OcclusionMaker {
 public:
-    OcclusionMaker(int face_size, double error)
-        : numbers_(face_size), error_(error), values_(numbers_.count()) {
-        for (int level = 0; level < numbers_.levels(); ++level)
-            for (std::size_t slot = 0; slot < wide_cells; ++slot)
-                normalisation_[std::size_t(level)][slot] = coefficient_of_amplitude(level, slot);
-    }
+    OcclusionMaker(int face_size, double error) : blocks_(face_size), error_(error) {}
 
     void append(const WideCubemap<std::uint8_t>& visibility, SparseVectors& to) {
-        energies_.clear(numbers_.count());
-        for (std::size_t face = 0; face < cubemap_faces; ++face) {
-            SlotValues constant{};
-            constant[0] = 1 - (visibility[face].root ? 1.0f : visibility[face].mean);
+        CoefficientEnergies& energies = blocks_.energies;
+        energies.clear(blocks_.numbers.count());
+        for (std::size_t face = 0; face < cubemap_faces; ++face)
             if (visibility[face].root)
-                add_square(*visibility[face].root, 0, face, 0);
-            else if (constant[0] != 0)
-                add_block(numbers_(0, face, 0), constant);
-        }
-        const std::size_t count = energies_.mark(error_ * error_ * energies_.sum);
+                HWY_DYNAMIC_DISPATCH(add_square)(blocks_, *visibility[face].root, 0, face, 0);
+            else if (visibility[face].mean != 1)
+                add_constant(face, 1 - visibility[face].mean);
+        const std::size_t count = energies.mark(error_ * error_ * energies.sum);
         index_.clear();
         value_.clear();
         index_.reserve(count);
-        for (std::size_t i = 0; i < energies_.blocks; ++i)
-            for (unsigned left = energies_.marks[i]; left != 0; left &= left - 1) {
+        for (std::size_t i = 0; i < energies.blocks; ++i)
+            for (unsigned left = energies.marks[i]; left != 0; left &= left - 1) {
                 const auto slot = static_cast<std::uint32_t>(std::countr_zero(left));
-                index_.push_back(energies_.place[i] * static_cast<std::uint32_t>(wide_cells) + slot);
-                value_.push_back(values_[i][slot]);
+                index_.push_back(energies.place[i] * static_cast<std::uint32_t>(wide_cells) + slot);
+                value_.push_back(blocks_.values[i][slot]);
             }
         to.append(index_, value_);
     }
 
 private:
-    /// Adds the coefficients of a square and of what lies below, and returns its mean.
-    float add_square(const WideNode<std::uint8_t>& node, int level, std::size_t face, std::size_t block) {
-        SlotValues cell;
-        const WideNode<std::uint8_t>* child = &node + node.first_child;
-        for (unsigned k = 0; k < wide_cells; ++k)
-            cell[k] = node.varying >> k & 1u ? add_square(*child++, level + 1, face, block * wide_cells + k)
-                                             : 1 - static_cast<float>(node.mean[k]) * cell_unit<std::uint8_t>;
-        const float mean = transform_cells(cell.data());
-        for (std::size_t slot = 0; slot < wide_cells; ++slot)
-            cell[slot] *= normalisation_[std::size_t(level)][slot];
-        add_block(numbers_(level, face, block), cell);
-        return mean;
+    void add_constant(std::size_t face, float hidden) {
+        CoefficientEnergies& energies = blocks_.energies;
+        const std::size_t place = energies.blocks++;
+        blocks_.values[place] = {hidden};
+        energies.energy[place] = {hidden * hidden};
+        energies.place[place] = static_cast<std::uint32_t>(blocks_.numbers(0, face, 0));
+        energies.sum += double(hidden) * double(hidden);
     }
 
-    void add_block(std::size_t block, const SlotValues& coefficients) {
-        const std::size_t place = energies_.blocks++;
-        values_[place] = coefficients;
-        energies_.place[place] = static_cast<std::uint32_t>(block);
-        float sum = 0;
-        for (std::size_t slot = 0; slot < wide_cells; ++slot)
-            sum += energies_.energy[place][slot] = coefficients[slot] * coefficients[slot];
-        energies_.sum += double(sum);
-    }
-
-    BlockNumbers numbers_;
+    OcclusionBlocks blocks_;
     double error_;
-    std::array<SlotValues, 4> normalisation_{};  ///< By level: coefficient_of_amplitude.
-    CoefficientEnergies energies_;
-    std::vector<SlotValues> values_;  ///< By place in energies_.
     std::vector<std::uint32_t> index_;
     std::vector<float> value_;
 };
@@ -102,3 +142,4 @@ Result<SparseVectorBlocks> occlusion_vectors(const VisibilityField& field, const
 }
 
 }  // namespace haarfield
+#endif

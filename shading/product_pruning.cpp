@@ -14,23 +14,27 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// Energies of a product's blocks, summed over the channels.
-void measure(std::span<const WaveletBlock<3>> product, const std::uint8_t* levels,
-             const EnergyWeights& weights, CoefficientEnergies& energies) {
+/// Energies of a product's blocks, summed over the channels; returns its integral.
+Rgb measure(std::span<const WaveletBlock<3>> product, const EnergyWeights& weights,
+            CoefficientEnergies& energies) {
     Cells sum = all_cells(0);
+    Rgb integral(0.0f);
     for (std::size_t i = 0; i < product.size(); ++i) {
         Cells energy = all_cells(0);
         for (const auto& channel : product[i].amplitude) {
             const Cells value = load_cells(channel.data());
             energy = multiply_add(value, value, energy);
         }
-        energy = energy * load_cells(weights.weight[levels[i]].data());
+        if (product[i].level == 0)
+            for (std::size_t c = 0; c < 3; ++c) integral[int(c)] += product[i].amplitude[c][0];
+        energy = energy * load_cells(weights.weight[product[i].level].data());
         sum = sum + energy;
         store_cells(energy, energies.energy[energies.blocks].data());
         energies.place[energies.blocks] = static_cast<std::uint32_t>(i);
         energies.blocks += cells_above(energy, 0) != 0;
     }
     energies.sum = double(sum_of(sum));
+    return integral;
 }
 
 }  // namespace HWY_NAMESPACE
@@ -43,23 +47,12 @@ namespace haarfield {
 HWY_EXPORT(measure);
 
 ProductPruning::ProductPruning(int face_size, const CoefficientSpectrum& spectrum)
-    : face_size_(face_size), numbers_(face_size), weights_(spectrum) {}
+    : face_size_(face_size), weights_(spectrum) {}
 
 void ProductPruning::take(std::span<const WaveletBlock<3>> product) {
     product_ = product;
-    levels_.resize(product.size());
-    for (std::size_t i = 0; i < product.size(); ++i)
-        levels_[i] = static_cast<std::uint8_t>(level_of_block(numbers_, product[i].block));
     energies_.clear(product.size() + 1);
-    HWY_DYNAMIC_DISPATCH(measure)(product_, levels_.data(), weights_, energies_);
-}
-
-Rgb ProductPruning::integral() const {
-    Rgb sum(0.0f);
-    for (std::size_t i = 0; i < product_.size(); ++i)
-        if (levels_[i] == 0)
-            for (std::size_t c = 0; c < 3; ++c) sum[int(c)] += product_[i].amplitude[c][0];
-    return sum;
+    integral_ = HWY_DYNAMIC_DISPATCH(measure)(product_, weights_, energies_);
 }
 
 void ProductPruning::append(double allowed, SparseVectors& to) {
@@ -71,7 +64,7 @@ void ProductPruning::append(double allowed, SparseVectors& to) {
     float* value = kept_value_.data();
     for (std::size_t i = 0; i < energies_.blocks; ++i) {
         const WaveletBlock<3>& block = product_[energies_.place[i]];
-        const SlotValues& normalisation = weights_.normalisation[levels_[energies_.place[i]]];
+        const SlotValues& normalisation = weights_.normalisation[block.level];
         for (unsigned left = energies_.marks[i]; left != 0; left &= left - 1) {
             const auto slot = static_cast<std::uint32_t>(std::countr_zero(left));
             *index++ = block.block * static_cast<std::uint32_t>(wide_cells) + slot;

@@ -21,17 +21,16 @@ public:
     double energy() const { return energies_.sum; }
 
     /// Of the product at hand: the integral over the faces, by channel.
-    Rgb integral() const;
+    Rgb integral() const { return integral_; }
 
     /// Appends the product to RGB vectors, without what CoefficientEnergies::mark leaves out.
     void append(double allowed, SparseVectors& to);
 
 private:
     int face_size_;
-    BlockNumbers numbers_;
     EnergyWeights weights_;
     std::span<const WaveletBlock<3>> product_;
-    std::vector<std::uint8_t> levels_;  ///< Of the product's blocks.
+    Rgb integral_{0.0f};
     CoefficientEnergies energies_;
     std::vector<std::uint32_t> kept_index_;
     std::vector<float> kept_value_;

@@ -50,7 +50,8 @@ Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& direction
 
 /// The function whose integral vertex_radiance is: lighting times BRDF times visibilities, per channel, as a
 /// function product (wide_product.h). `product` is overwritten, its memory reused; faces that are dark have
-/// no block.
+/// no block. Highlights below 3 % of their peak are held constant over cells where neither lighting nor
+/// visibility varies.
 ///
 /// detail   null: everything is there. Else what is negligible may be left out: blocks below cells whose mean
 ///          is kept.

@@ -17,11 +17,16 @@ struct Light {
     bool is_constant(std::size_t face) const { return pyramid.is_constant(face); }
     float mean(std::size_t face, int channel) const { return pyramid.mean(face)[channel]; }
 
-    HWY_INLINE HeadCells<3> operator()(int level, std::size_t face, std::size_t block) const {
+    using Ahead = HeadCells<3>::Ahead;
+
+    HWY_INLINE HeadCells<3> operator()(int level, std::size_t face, std::size_t block, Ahead) const {
         const std::size_t index = pyramid.numbers()(level, face, block);
         const LightBlock& light = pyramid.block(index);
         return {{load_cells(light.red.data()), load_cells(light.green.data()), load_cells(light.blue.data())},
                 pyramid.varying(index)};
+    }
+    HWY_INLINE HeadCells<3> last(int level, std::size_t face, std::size_t block, Ahead) const {
+        return (*this)(level, face, block, {});
     }
 };
 
@@ -30,7 +35,12 @@ struct One {
     bool is_constant(std::size_t) const { return true; }
     float mean(std::size_t, int) const { return 1; }
 
-    HWY_INLINE HeadCells<1> operator()(int, std::size_t, std::size_t) const { return {{all_cells(1)}}; }
+    using Ahead = HeadCells<1>::Ahead;
+
+    HWY_INLINE HeadCells<1> operator()(int, std::size_t, std::size_t, Ahead) const {
+        return {{all_cells(1)}};
+    }
+    HWY_INLINE HeadCells<1> last(int, std::size_t, std::size_t, Ahead) const { return {{all_cells(1)}}; }
 };
 
 struct Integral {
@@ -43,11 +53,18 @@ struct Integral {
     Integral() {
         for (Cells& channel : sum) channel = all_cells(0);
     }
-    HWY_INLINE void visit(int, std::size_t, std::size_t, unsigned done, const Cells& product,
-                          const HeadCells<3>& head) {
+    HWY_INLINE void add(int, std::size_t, std::size_t, unsigned done, const Cells& product,
+                        const HeadCells<3>& head) {
         const Cells share = only(done, product);
         for (int c = 0; c < 3; ++c) sum[c] = multiply_add(share, head.value[c], sum[c]);
     }
+    HWY_INLINE void open(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
+                         const HeadCells<3>& head) {
+        add(level, face, block, done, product, head);
+    }
+    void close(int) {}
+
+    using Leaves = LeavesOf<Integral>;
 };
 
 Rgb integral(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
@@ -62,7 +79,7 @@ Rgb integral(const LightPyramid& light, std::span<const WeightedTrees<float>> fa
         if (on_face.constant == 0) continue;
         const std::size_t varying = memory.varying[0].factor_count + (light.is_constant(face) ? 0 : 1);
         if (levels.levels > 0 && varying >= Integral::needed)
-            walk.visit(0, face, 0, on_face.constant * Integral::cell_share);
+            walk.visit(0, face, 0, on_face.constant * Integral::cell_share, {});
         else
             constant_faces += light.mean(face) * on_face.mean;
     }
@@ -81,19 +98,19 @@ void write_product(const Head& head, const BlockNumbers& numbers,
         const FaceFactors on_face = list_factors(factors, face, memory.varying[0]);
         const bool varies = memory.varying[0].factor_count > 0 || !head.is_constant(face);
         if (levels.levels > 0 && varies && on_face.constant != 0) {
-            walk.visit(0, face, 0, on_face.constant);
+            walk.visit(0, face, 0, on_face.constant, {});
             continue;
         }
         const auto place = static_cast<std::uint32_t>(blocks.size());
         WaveletBlock<channels>& root = blocks.emplace_back();
         root.block = static_cast<std::uint32_t>(face);
         root.parent = place;
-        root.cell = 0;
-        // All cells alike, which is transformed below.
-        for (int c = 0; c < channels; ++c)
-            root.amplitude[std::size_t(c)].fill(on_face.mean * head.mean(face, c));
+        root.cell = root.level = 0;
+        for (int c = 0; c < channels; ++c) {
+            root.amplitude[std::size_t(c)].fill(0);
+            root.amplitude[std::size_t(c)][0] = on_face.mean * head.mean(face, c);
+        }
     }
-    transform_blocks(blocks);
 }
 
 void product_with_light(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,

@@ -32,7 +32,8 @@ template <int channels>
 struct WaveletBlock {
     std::uint32_t block;   ///< Its number: BlockNumbers.
     std::uint32_t parent;  ///< Place in the list; of a face's root: its own.
-    std::uint32_t cell;    ///< Of the parent.
+    std::uint16_t cell;    ///< Of the parent.
+    std::uint16_t level;   ///< Of blocks: 0 for a face's root.
     std::array<std::array<float, wide_cells>, channels> amplitude;
 
     WaveletBlock() {}  // NOLINT: of thousands a vertex, whose values are written next, none is cleared first

@@ -29,10 +29,14 @@ template <int channel_count>
 struct HeadCells {
     static constexpr int channels = channel_count;
 
+    struct Ahead {};
+    Ahead ahead(unsigned) const { return {}; }
+
     Cells value[channels];  ///< Per channel.
     unsigned once = 0;      ///< Cells on which at least one of its functions varies,
     unsigned twice = 0;     ///< and at least two.
     unsigned zero = 0;      ///< Cells on which it vanishes.
+    int used = channels;    ///< The channels from here on are zero.
 };
 
 template <class Cell>
@@ -89,38 +93,56 @@ struct ProductErrors {
     }
 };
 
+/// How a sink that treats them as any other is told of the blocks of the last level.
+template <class Sink>
+struct LeavesOf {
+    Sink& sink;
+
+    explicit LeavesOf(Sink& of) : sink(of) {}
+    template <class HeadValue>
+    HWY_INLINE void add(int level, std::size_t face, std::size_t block, const Cells& product,
+                        const HeadValue& head) {
+        sink.add(level, face, block, all_sixteen, product, head);
+    }
+};
+
 /// Goes down a face, cell by cell, while at least Sink::needed functions vary and no constant factor is zero.
 ///
 /// Where fewer than two functions vary the mean of the product is the product of the means: a function times
 /// constants averages to its mean times the constants. Constants are passed down as one number.
 ///
-/// Head  HeadCells operator()(int level, std::size_t face, std::size_t block): see HeadCells.
-/// Sink  is told of each block, parents first: visit(level, face, block, cells that are done, product of the
-///       constants and trees, head). `constant` of the root is what that product is multiplied by, on each
-///       level once more by Sink::cell_share. If its `negligible` is positive, cells are done early where
-///       what that changes is bounded by less; the bounds add up in `error`. If it may_blur, what varies
-///       within some cells does not matter, but for their means: these it keeps, and below them the walk goes
-///       on only where two functions vary.
+/// Head  Ahead: what it knows of a block from the one above.
+///       HeadCells operator()(int level, std::size_t face, std::size_t block, Ahead): with  Ahead
+///       ahead(unsigned cell)  of the block in a cell.
+///       last(level, face, block, Ahead): the same for blocks of the last level, where only values and zeros
+///       matter.
+/// Sink  is told of each block, parents first: open(level, face, block, cells that are done, product of the
+///       constants and trees, head), and close(level) when what lies in the others is done; or add(...) if
+///       nothing lies below, for the last level by way of Sink::Leaves. `constant` of the root is what that
+///       product is multiplied by, on each level once more by Sink::cell_share. If its `negligible` is
+///       positive, cells are done early where what that changes is bounded by less; the bounds add up in
+///       `error`. If it may_blur, what varies within some cells does not matter, but for their means: these
+///       it keeps, and below them the walk goes on only where two functions vary.
 template <class Cell, class Head, class Sink>
 class Walk {
-    using HeadValue = std::invoke_result_t<const Head&, int, std::size_t, std::size_t>;
+    using Ahead = typename Head::Ahead;
+    using HeadValue = std::invoke_result_t<const Head&, int, std::size_t, std::size_t, const Ahead&>;
 
 public:
     Walk(const Head& head, Sink& sink, WalkMemory<Cell>& memory, const Depth& depth)
         : head_(head), sink_(sink), memory_(memory), last_level_(depth.levels - 1), average_(depth.average) {}
 
     /// memory.varying[level] holds the factors that vary on the block.
-    void visit(int level, std::size_t face, std::size_t block, float constant) {
-        HeadValue head = head_(level, face, block);
-        if (head.zero == all_sixteen) return;
-        if (level == last_level_)
-            finish(level, face, block, constant, head);
-        else
-            descend(level, face, block, constant, head);
+    void visit(int level, std::size_t face, std::size_t block, float constant, const Ahead& ahead) {
+        if (level == last_level_) return finish(level, face, block, constant, ahead);
+        const HeadValue head = head_(level, face, block, ahead);
+        if (head.zero != all_sixteen) descend(level, face, block, constant, head, ahead);
     }
 
 private:
-    void finish(int level, std::size_t face, std::size_t block, float constant, HeadValue& head) {
+    void finish(int level, std::size_t face, std::size_t block, float constant, const Ahead& ahead) {
+        auto head = head_.last(level, face, block, ahead);
+        if (head.zero == all_sixteen) return;
         const VaryingFactors<Cell>& varying = memory_.varying[std::size_t(level)];
         if (average_ > 1)
             for (Cells& channel : head.value) channel = means_of(channel, average_);
@@ -132,10 +154,11 @@ private:
             product = product * value;
             nodes += varying.factors[f].nodes;
         }
-        sink_.visit(level, face, block, all_sixteen, product, head);
+        sink_.add(level, face, block, all_sixteen, product, head);
     }
 
-    void descend(int level, std::size_t face, std::size_t block, float constant, const HeadValue& head) {
+    void descend(int level, std::size_t face, std::size_t block, float constant, const HeadValue& head,
+                 [[maybe_unused]] const Ahead& ahead) {
         const VaryingFactors<Cell>& varying = memory_.varying[std::size_t(level)];
         auto* evaluated = memory_.evaluated[std::size_t(level)].data();
         Cells product = all_cells(constant), constants = product;
@@ -165,7 +188,7 @@ private:
         unsigned more = (Sink::needed == 2 ? twice : once) & ~zero;
         if constexpr (Sink::may_prune)
             if (sink_.negligible > 0 && more != 0) {
-                const HeadErrors of_head = head_.errors(level, face, block);
+                const HeadErrors of_head = head_.errors(level, face, block, ahead);
                 const Cells bound = magnitude(constants) * errors.bound(head, of_head);
                 const unsigned pruned = more & ~(of_head.unbounded | cells_above(bound, sink_.negligible));
                 if (pruned != 0) sink_.error += sum_of(only(pruned, bound));
@@ -174,7 +197,7 @@ private:
         if constexpr (Sink::may_blur) {
             unsigned blurred = sink_.is_blurred(level, block) ? all_sixteen : 0;
             if (blurred == 0 && sink_.needs_bounds() && more != 0) {
-                const HeadErrors of_head = head_.errors(level, face, block);
+                const HeadErrors of_head = head_.errors(level, face, block, ahead);
                 const Cells bound = magnitude(constants) * errors.deviation_bound(head, of_head);
                 blurred = more & ~(of_head.unbounded | cells_above(bound, sink_.negligible(level)));
                 if (blurred != 0) sink_.add_blurred(level, sum_of(only(blurred, bound * bound)));
@@ -182,21 +205,27 @@ private:
             sink_.set_blurred(level, blurred);
             more &= ~blurred | twice;
         }
-        sink_.visit(level, face, block, all_sixteen & ~(more | zero), product, head);
-        if (more == 0) return;
-        if (level + 1 == last_level_) return finish_cells(level, face, block, constants, more);
-        alignas(64) float cell_constants[wide_cells];
-        store_cells(constants, cell_constants);
-        for_each_bit(more, [&](unsigned cell) {
-            list_children(level, cell);
-            visit(level + 1, face, block * wide_cells + cell, cell_constants[cell] * Sink::cell_share);
-        });
+        const unsigned done = all_sixteen & ~(more | zero);
+        if (more == 0) return sink_.add(level, face, block, done, product, head);
+        sink_.open(level, face, block, done, product, head);
+        if (level + 1 == last_level_) {
+            finish_cells(level, face, block, constants, more, head);
+        } else {
+            alignas(64) float cell_constants[wide_cells];
+            store_cells(constants, cell_constants);
+            for_each_bit(more, [&](unsigned cell) {
+                list_children(level, cell);
+                visit(level + 1, face, block * wide_cells + cell, cell_constants[cell] * Sink::cell_share,
+                      head.ahead(cell));
+            });
+        }
+        sink_.close(level);
     }
 
     /// What `finish` does with the blocks of these cells, factor by factor instead of block by block: without
     /// lists, and with many loads under way at once.
-    void finish_cells(int level, std::size_t face, std::size_t block, const Cells& constants,
-                      unsigned cells) {
+    void finish_cells(int level, std::size_t face, std::size_t block, const Cells& constants, unsigned cells,
+                      const HeadValue& above) {
         const VaryingFactors<Cell>& varying = memory_.varying[std::size_t(level)];
         const auto* evaluated = memory_.evaluated[std::size_t(level)].data();
         alignas(64) float cell_constants[wide_cells];
@@ -228,14 +257,16 @@ private:
             }
             node += count;
         }
-        for_each_bit(cells, [&](unsigned cell) {
+        typename Sink::Leaves leaves(sink_);
+        for (unsigned left = cells; left != 0; left &= left - 1) {
+            const auto cell = static_cast<unsigned>(std::countr_zero(left));
             const std::size_t leaf = block * wide_cells + cell;
-            HeadValue head = head_(level + 1, face, leaf);
-            if (head.zero == all_sixteen) return;
+            auto head = head_.last(level + 1, face, leaf, above.ahead(cell));
+            if (head.zero == all_sixteen) continue;
             if (average_ > 1)
                 for (Cells& channel : head.value) channel = means_of(channel, average_);
-            sink_.visit(level + 1, face, leaf, all_sixteen, product[cell], head);
-        });
+            leaves.add(level + 1, face, leaf, product[cell], head);
+        }
     }
 
     /// The factors that vary on a cell.

@@ -156,6 +156,7 @@ std::vector<WaveletBlock<2>> example_product(std::size_t row, int size) {
         if (block % 3 == 1 && block != 4 * row + 7) continue;
         WaveletBlock<2>& added = product.emplace_back();
         added.block = block;
+        added.level = static_cast<std::uint16_t>(level_of_block(numbers, block));
         for (std::size_t c = 0; c < 2; ++c)
             for (float& a : added.amplitude[c])
                 a = std::ldexp(float(int(random() % 2001) - 1000), -8 - int(c)) *
