@@ -66,9 +66,10 @@ struct ReflectedCells {
     ReflectedCells() : cosine(all_cells(0)), diffuse(cosine), highlights(cosine), loss(cosine) {}
 };
 
-/// The cells of a block on which the light varies; and of these those where that matters for highlights.
+/// The cells of a block on which the light varies; and of these those where that matters for cosines
+/// (LightPyramid::uneven) and for highlights.
 struct LitCells {
-    unsigned varying = 0, beside_highlights = 0;
+    unsigned varying = 0, uneven = 0, beside_highlights = 0;
 };
 
 /// What reflects light: with the materials' colours, times the lighting.
@@ -84,19 +85,16 @@ struct LitColours {
         const std::size_t index = light.numbers()(level, face, block);
         reflect(terms, cells, light.block(index), head);
         if constexpr (last) return {};
-        if (const unsigned uneven = light.uneven(index) & cells.open_above; uneven != 0)
-            add_unevenness(terms, cells, index, uneven, head);
-        const unsigned varying = light.varying(index);
-        if (level == 0 || varying == 0) return {varying, varying};
-        LitCells result{varying, 0};
+        const unsigned varying = light.varying(index), uneven = light.uneven(index);
+        if ((uneven & cells.open_above) != 0)
+            add_unevenness(terms, cells, index, uneven & cells.open_above, head);
+        if (level == 0 || varying == 0) return {varying, uneven, varying};
+        LitCells result{varying, uneven, 0};
         if (cells.has_highlights)
             result.beside_highlights =
                 varying & cells_above(cells.highlights * load_cells(light.deviation(index).data()),
                                       terms.negligible[std::size_t(level)] * light.mean_size());
         return result;
-    }
-    unsigned uneven(int level, std::size_t face, std::size_t block) const {
-        return light.uneven(light.numbers()(level, face, block));
     }
 
 private:
@@ -178,7 +176,6 @@ struct PlainTerms {
             }
         return {};
     }
-    unsigned uneven(int, std::size_t, std::size_t) const { return 0; }
 };
 
 /// What reflects light, times what is seen past the near occluders, on one face.
@@ -186,7 +183,6 @@ struct PlainTerms {
 /// Reflected  LitCells write<last>(terms, cells, level, face, block, values): writes its channels; of the
 /// last
 ///            level nothing is asked.
-///            unsigned uneven(level, face, block): see LightPyramid.
 ///            holds_cosine: whether the cosine of diffuse light is constant over the cells of level 1.
 ///            Values: HeadCells, and what else its sink wants.
 template <class Reflected>
@@ -230,7 +226,7 @@ public:
 
     HWY_INLINE Head operator()(int level, std::size_t face, std::size_t block, const Ahead& ahead) const {
         Head head;
-        evaluate<false>(level, face, block, ahead, head, &head);
+        evaluate(level, face, block, ahead, head);
         return head;
     }
 
@@ -238,7 +234,7 @@ public:
     HWY_INLINE typename Reflected::Values last(int level, std::size_t face, std::size_t block,
                                                const Ahead& ahead) const {
         typename Reflected::Values values;
-        evaluate<true>(level, face, block, ahead, values, nullptr);
+        evaluate(level, face, block, ahead, values);
         return values;
     }
 
@@ -301,62 +297,65 @@ public:
     }
 
 private:
-    /// inner  null on the last level; there only `values` is written.
-    template <bool is_last>
+    /// A Head is filled in wholly; of Reflected::Values it is the last level.
+    template <class Result>
+    static constexpr bool is_last = !std::is_same_v<Result, Head>;
+
+    template <class Result>
     HWY_INLINE void evaluate(int level, std::size_t face, std::size_t block, const Ahead& ahead,
-                             typename Reflected::Values& values, Head* inner) const {
+                             Result& result) const {
         if constexpr (Reflected::holds_cosine)
             if (level > 1 && !ahead.may_be_covered && ahead.highlights == 0) {
-                if constexpr (!is_last) {
-                    inner->held.fill(ahead.held_cosine);
-                    inner->below.at_horizon = all_sixteen;
+                if constexpr (!is_last<Result>) {
+                    result.held.fill(ahead.held_cosine);
+                    result.below.at_horizon = all_sixteen;
                 }
                 ReflectedCells cells;
                 cells.diffuse = all_cells(ahead.held_cosine);
-                reflected_.template write<is_last>(terms_, cells, level, face, block, values);
+                reflected_.template write<is_last<Result>>(terms_, cells, level, face, block, result);
                 return;
             }
         const BlockDirections d(terms_.directions.block(level, block));
-        if constexpr (is_last)
+        if constexpr (is_last<Result>)
             if (ahead.is_plain()) {
                 ReflectedCells cells;
                 const Cells cosine = d.dot(normal_);
                 cells.diffuse = cosine - cosine * d.spread();
-                reflected_.template write<true>(terms_, cells, level, face, block, values);
+                reflected_.template write<true>(terms_, cells, level, face, block, result);
                 return;
             }
-        evaluate_fully<is_last>(level, face, block, d, ahead, values, inner);
+        evaluate_fully(level, face, block, d, ahead, result);
     }
 
-    template <bool is_last>
+    template <class Result>
     HWY_INLINE void evaluate_fully(int level, std::size_t face, std::size_t block, const BlockDirections& d,
-                                   const Ahead& ahead, typename Reflected::Values& values,
-                                   Head* inner) const {
+                                   const Ahead& ahead, Result& result) const {
         const auto at = std::size_t(level);
         Cells open = all_cells(1);
         unsigned half_blocked = 0;
         const bool has_cones =
-            ahead.may_be_covered && block_near(d, level, block, open, half_blocked, values.zero);
-        if (values.zero == all_sixteen) return;
+            ahead.may_be_covered && block_near(d, level, block, open, half_blocked, result.zero);
+        if (result.zero == all_sixteen) return;
 
         const Cells cosine = d.dot(normal_);
         unsigned not_below = all_sixteen, horizon = 0;
         if (ahead.at_horizon) {
             not_below = cells_above(cosine, -terms_.margin[at]);
             horizon = not_below & ~cells_above(cosine, terms_.margin[at]);
-            values.zero |= ~not_below & all_sixteen;
+            result.zero |= ~not_below & all_sixteen;
         }
         ReflectedCells cells;
         cells.cosine = cells.diffuse = clamped_cosine(d, cosine, horizon);
         if constexpr (Reflected::holds_cosine) {
             if (level > 1) cells.diffuse = all_cells(ahead.held_cosine);
-            if constexpr (!is_last) store_cells(cells.diffuse, inner->held.data());
+            if constexpr (!is_last<Result>) store_cells(cells.diffuse, result.held.data());
         }
         unsigned curved = 0;
         if (ahead.highlights != 0) {
-            CellsAhead unused;
-            cells.has_highlights = add_highlights(level, d, cosine, ahead.highlights, cells.highlights,
-                                                  curved, is_last ? unused : inner->below);
+            CellsAhead below;
+            cells.has_highlights =
+                add_highlights(level, d, cosine, ahead.highlights, cells.highlights, curved, below);
+            if constexpr (!is_last<Result>) result.below = below;
         }
         if (cells.has_highlights) {
             cells.highlights = cells.highlights *
@@ -367,20 +366,21 @@ private:
             cells.diffuse = cells.diffuse * open;
             cells.highlights = cells.highlights * open;
         }
-        if constexpr (!is_last) cells.open_above = not_below & ~(horizon | half_blocked | values.zero);
-        const LitCells lit = reflected_.template write<is_last>(terms_, cells, level, face, block, values);
-        if constexpr (!is_last) {
+        if constexpr (!is_last<Result>)
+            cells.open_above = not_below & ~(horizon | half_blocked | result.zero);
+        const LitCells lit =
+            reflected_.template write<is_last<Result>>(terms_, cells, level, face, block, result);
+        if constexpr (!is_last<Result>) {
             // Below the root the cosine hardly varies, or is next to nothing; which matters where all the
             // light is. There the light's moments have it, but at the horizon.
-            const unsigned uneven = reflected_.uneven(level, face, block),
-                           steep = not_below & (level == 0 ? all_sixteen : uneven);
+            const unsigned steep = not_below & (level == 0 ? all_sixteen : lit.uneven);
             curved &= not_below;
             const unsigned reflecting = steep | curved;
-            values.once = lit.varying | reflecting | half_blocked;
-            values.twice = (uneven & steep & ~cells.open_above) | (lit.beside_highlights & curved) |
+            result.once = lit.varying | reflecting | half_blocked;
+            result.twice = (lit.uneven & not_below & ~cells.open_above) | (lit.beside_highlights & curved) |
                            ((lit.varying | reflecting) & half_blocked);
-            inner->below.at_horizon = horizon;
-            inner->below.may_be_covered = half_blocked;
+            result.below.at_horizon = horizon;
+            result.below.may_be_covered = half_blocked;
         }
     }
 

@@ -31,7 +31,7 @@ LightPyramid::LightPyramid(const RgbCubemapTree& light, int face_size) : numbers
         for (unsigned cell = 0; cell < wide_cells; ++cell)
             if (place < cubemap_faces || deviations_[place][cell] > least)
                 uneven_[place] |= static_cast<std::uint16_t>(varying_[place] & (1u << cell));
-    if (numbers_.levels() > 0) add_moments();
+    if (numbers_.levels() > 1) add_moments();
 }
 
 /// Of the finest cells, handed up.
@@ -40,7 +40,7 @@ void LightPyramid::add_moments() {
     const int last = numbers_.levels() - 1;
     moments_.resize(numbers_(last, 0, 0));
     for (std::size_t face = 0; face < cubemap_faces; ++face)
-        for (std::size_t block = 0; last > 0 && block < std::size_t(1) << (4 * last); ++block) {
+        for (std::size_t block = 0; block < std::size_t(1) << (4 * last); ++block) {
             const DirectionBlock& towards = directions.block(last, block);
             const LightBlock& light = blocks_[numbers_(last, face, block)];
             for (std::size_t cell = 0; cell < wide_cells; ++cell) {

@@ -23,14 +23,17 @@ namespace haarfield {
 /// The coefficients of one function, by block.
 struct OcclusionBlocks {
     BlockNumbers numbers;
-    std::array<SlotValues, 4> normalisation{};  ///< By level: coefficient_of_amplitude.
+    EnergyWeights weights{all_alike()};
     CoefficientEnergies energies;
     std::vector<SlotValues> values;  ///< By place in `energies`.
 
-    explicit OcclusionBlocks(int face_size) : numbers(face_size), values(numbers.count()) {
-        for (int level = 0; level < numbers.levels(); ++level)
-            for (std::size_t slot = 0; slot < wide_cells; ++slot)
-                normalisation[std::size_t(level)][slot] = coefficient_of_amplitude(level, slot);
+    explicit OcclusionBlocks(int face_size) : numbers(face_size), values(numbers.count()) {}
+
+private:
+    static CoefficientSpectrum all_alike() {
+        CoefficientSpectrum spectrum;
+        spectrum.fill(1);
+        return spectrum;
     }
 };
 
@@ -56,7 +59,7 @@ float add_square(OcclusionBlocks& blocks, const WideNode<std::uint8_t>& node, in
         hidden = load_cells(cells);
     }
     const Cells slots = transformed(hidden),
-                coefficients = slots * load_cells(blocks.normalisation[std::size_t(level)].data()),
+                coefficients = slots * load_cells(blocks.weights.normalisation[std::size_t(level)].data()),
                 energies = coefficients * coefficients;
     const std::size_t place = blocks.energies.blocks++;
     store_cells(coefficients, blocks.values[place].data());

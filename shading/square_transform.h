@@ -15,11 +15,4 @@ inline void transform_square(float* cell, std::size_t step) {
     d = (upper_slope - lower_slope) * 0.25f;
 }
 
-/// The Haar transform of a block's sixteen cells, into the slots of WaveletBlock. Returns their mean.
-inline float transform_cells(float* cell) {
-    for (std::size_t quadrant = 0; quadrant < wide_cells; quadrant += 4) transform_square(cell + quadrant, 1);
-    transform_square(cell, 4);
-    return cell[0];
-}
-
 }  // namespace haarfield

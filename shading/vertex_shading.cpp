@@ -34,7 +34,7 @@ struct RadianceSum {
                          const HeadCells<3>& head) {
         add(level, face, block, done, product, head);
     }
-    void close(int) {}
+    void close(int, std::size_t) {}
 
     /// With its own sums, which stay in registers.
     struct Leaves {

@@ -47,7 +47,6 @@ struct VertexTerms {
     const DirectionPyramid& directions;
     const VertexBrdf& brdf;
     const BlockedCones& near;
-    int last_level;
     float varies;  ///< Of lobes: lobe_varies or lobe_of_terms_varies.
     bool is_metallic;
     Vec3f to_eye;
@@ -62,7 +61,6 @@ struct VertexTerms {
         : directions(pyramid),
           brdf(what),
           near(cones),
-          last_level(last),
           varies(lobes_vary),
           is_metallic(what.metallic != Rgb(0.0f)),
           to_eye(what.normal * (2 * what.normal.dot(what.mirror)) - what.mirror) {

@@ -56,7 +56,7 @@ HWY_INLINE Cells transformed_means(const Cells& cells) {
 #endif
 }
 
-/// transform_cells.
+/// The Haar transform of a block's sixteen cells, into the slots of WaveletBlock: first their mean.
 HWY_INLINE Cells transformed(const Cells& cells) {
     return transformed_means(transformed_quadrants(cells));
 }
@@ -78,7 +78,6 @@ struct BlockWriter {
     double blurred_energy = 0;              ///< A bound.
     std::array<std::size_t, 4> place{};     ///< Of the block at hand and those above, by level.
     std::array<unsigned, 4> blurred{};      ///< Of these, the cells.
-    std::array<bool, 4> is_open{};          ///< Of these, whether they have a place.
 
     bool needs_bounds() const { return detail != nullptr; }
     float negligible(int level) const { return detail->negligible[std::size_t(level)]; }
@@ -110,17 +109,15 @@ struct BlockWriter {
     HWY_INLINE void open(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
                          const HeadCells<channels>& head) {
         const Cells share = only(done, product);
-        if constexpr (blurs) {
-            is_open[std::size_t(level)] = !is_blurred(level, block);
-            if (!is_open[std::size_t(level)]) return add_mean(level, block, share, head);
-        }
+        if constexpr (blurs)
+            if (is_blurred(level, block)) return add_mean(level, block, share, head);
         WaveletBlock<channels>& added = append(level, face, block);
         for (std::size_t c = 0; c < channels; ++c)
             store_cells(share * head.value[c], added.amplitude[c].data());
     }
-    HWY_INLINE void close(int level) {
+    HWY_INLINE void close(int level, [[maybe_unused]] std::size_t block) {
         if constexpr (blurs)
-            if (!is_open[std::size_t(level)]) return;
+            if (is_blurred(level, block)) return;
         WaveletBlock<channels>& whole = blocks[place[std::size_t(level)]];
         for (std::size_t c = 0; c < channels; ++c) {
             const Cells slots = transformed(load_cells(whole.amplitude[c].data()));

@@ -62,7 +62,7 @@ struct Integral {
                          const HeadCells<3>& head) {
         add(level, face, block, done, product, head);
     }
-    void close(int) {}
+    void close(int, std::size_t) {}
 
     using Leaves = LeavesOf<Integral>;
 };

@@ -117,10 +117,10 @@ struct LeavesOf {
 ///       last(level, face, block, Ahead): the same for blocks of the last level, where only values and zeros
 ///       matter.
 /// Sink  is told of each block, parents first: open(level, face, block, cells that are done, product of the
-///       constants and trees, head), and close(level) when what lies in the others is done; or add(...) if
-///       nothing lies below, for the last level by way of Sink::Leaves. `constant` of the root is what that
-///       product is multiplied by, on each level once more by Sink::cell_share. If its `negligible` is
-///       positive, cells are done early where what that changes is bounded by less; the bounds add up in
+///       constants and trees, head), and close(level, block) when what lies in the others is done; or
+///       add(...) if nothing lies below, for the last level by way of Sink::Leaves. `constant` of the root is
+///       what that product is multiplied by, on each level once more by Sink::cell_share. If its `negligible`
+///       is positive, cells are done early where what that changes is bounded by less; the bounds add up in
 ///       `error`. If it may_blur, what varies within some cells does not matter, but for their means: these
 ///       it keeps, and below them the walk goes on only where two functions vary.
 template <class Cell, class Head, class Sink>
@@ -219,7 +219,7 @@ private:
                       head.ahead(cell));
             });
         }
-        sink_.close(level);
+        sink_.close(level, block);
     }
 
     /// What `finish` does with the blocks of these cells, factor by factor instead of block by block: without
