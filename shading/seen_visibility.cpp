@@ -1,108 +1,99 @@
 #include "shading/seen_visibility.h"
 
+#include <algorithm>
 #include <cstring>
-#include <limits>
 
 namespace haarfield {
 namespace {
 
-/// Where a cell lies in its block, in cells: its number's bits are those of the column and row in turns.
-constexpr std::uint32_t cell_column(unsigned cell) {
-    return (cell & 1u) | (cell >> 1 & 2u);
-}
-constexpr std::uint32_t cell_row(unsigned cell) {
-    return (cell >> 1 & 1u) | (cell >> 2 & 2u);
-}
-
-template <class Word>
-bool is_uniform(const std::uint8_t* texels, std::size_t stride, std::uint32_t side) {
-    const auto wanted = static_cast<Word>(texels[0] * (std::numeric_limits<Word>::max() / 255));
-    Word different = 0;
-    for (std::uint32_t row = 0; row < side && different == 0; ++row)
-        for (std::uint32_t column = 0; column < side; column += sizeof(Word)) {
-            Word word;
-            std::memcpy(&word, texels + row * stride + column, sizeof word);
-            different |= static_cast<Word>(word ^ wanted);
-        }
-    return different == 0;
-}
-
-/// Whether a square of texels has one value.
-bool is_uniform(const std::uint8_t* texels, std::size_t stride, std::uint32_t side) {
-    return side <= 1   ? true
-           : side == 2 ? is_uniform<std::uint16_t>(texels, stride, side)
-           : side == 4 ? is_uniform<std::uint32_t>(texels, stride, side)
-                       : is_uniform<std::uint64_t>(texels, stride, side);
+bool is_uniform(std::span<const std::uint8_t> counts) {
+    return std::memcmp(counts.data(), counts.data() + 1, counts.size() - 1) == 0;
 }
 
 }  // namespace
 
+SeenVisibility::SeenVisibility(int face_size)
+    : face_size_(face_size),
+      rasterizer_(face_size),
+      upper_(static_cast<std::size_t>(std::max(wide_levels(face_size), 1)) - 1) {
+    for (std::size_t level = 0; level < upper_.size(); ++level) {
+        upper_[level].open.resize(std::size_t(1) << (4 * level));
+        upper_[level].varies.resize(std::size_t(1) << (4 * level));
+    }
+}
+
 const WideCubemap<std::uint8_t>& SeenVisibility::operator()(std::span<const OccluderView> views) {
     const std::span<const std::uint8_t> open = rasterizer_.open_samples(views);
-    const auto size = static_cast<std::uint32_t>(face_size_);
+    const std::size_t texels = open.size() / cubemap_faces;
     nodes_.clear();
-    squares_.clear();
-    std::array<std::size_t, cubemap_faces> root;
+    std::array<std::size_t, cubemap_faces + 1> root{};
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
-        const std::uint8_t* texels = open.data() + face * size * size;
+        const std::span<const std::uint8_t> counts = open.subspan(face * texels, texels);
         root[face] = nodes_.size();
-        if (is_uniform(texels, size, size))
-            faces_[face] = {nullptr, open_fraction(texels[0])};
+        if (is_uniform(counts))
+            faces_[face].mean = open_fraction(counts[0]);
         else
-            add_face(texels);
+            add_face(face, counts);
     }
-    for (std::size_t face = 0; face < cubemap_faces; ++face) {
-        const std::size_t end = face + 1 < cubemap_faces ? root[face + 1] : nodes_.size();
-        if (root[face] < end) faces_[face] = {&nodes_[root[face]], squares_[root[face]].mean};
-    }
+    root[cubemap_faces] = nodes_.size();
+    for (std::size_t face = 0; face < cubemap_faces; ++face)
+        faces_[face].root = root[face] < root[face + 1] ? &nodes_[root[face]] : nullptr;
     return faces_;
 }
 
-/// Level by level, so that the children of a node lie side by side; then means from the leaves up.
-void SeenVisibility::add_face(const std::uint8_t* texels) {
+/// Level by level, so that the children of a node lie side by side.
+void SeenVisibility::add_face(std::size_t face, std::span<const std::uint8_t> counts) {
+    sort_into_blocks(counts, face_size_, blocks_);
+    for (std::size_t level = upper_.size(); level-- > 0;) gather_squares(level);
+    faces_[face].mean = mean_of(0, 0);
     const std::size_t root = nodes_.size();
     nodes_.emplace_back();
-    squares_.push_back({0, 0, 0});
+    paths_.assign(1, 0);
     std::size_t begin = root;
-    for (auto side = static_cast<std::uint32_t>(face_size_); begin < nodes_.size(); side /= 4) {
+    for (std::size_t level = 0; level < upper_.size(); ++level) {
         const std::size_t end = nodes_.size();
-        for (std::size_t i = begin; i < end; ++i) fill_node(i, side, texels);
+        for (std::size_t i = begin; i < end; ++i) fill_node(i, level, paths_[i - root]);
         begin = end;
     }
-    for (std::size_t i = nodes_.size(); i-- > root;) {
-        WideNode<std::uint8_t>& node = nodes_[i];
-        const Square* child = &squares_[i + node.first_child];
-        for (unsigned left = node.varying; left != 0; left &= left - 1, ++child) {
-            node.mean[unsigned(std::countr_zero(left))] = in_bytes(child->mean);
-            squares_[i].mean += child->mean;
+    for (std::size_t i = begin; i < nodes_.size(); ++i) nodes_[i].mean = blocks_.mean[paths_[i - root]];
+}
+
+/// From those of the level below.
+void SeenVisibility::gather_squares(std::size_t level) {
+    const VisibilitySquares& below = squares(level + 1);
+    VisibilitySquares& here = upper_[level];
+    for (std::size_t path = 0; path < here.open.size(); ++path) {
+        const std::uint32_t* open = &below.open[path * wide_cells];
+        const std::uint8_t* varies = &below.varies[path * wide_cells];
+        std::uint32_t sum = 0, differs = 0;
+        for (std::size_t cell = 0; cell < wide_cells; ++cell) {
+            sum += open[cell];
+            differs |= varies[cell] | (open[cell] ^ open[0]);
         }
-        squares_[i].mean *= 1.0f / wide_cells;
+        here.open[path] = sum;
+        here.varies[path] = differs != 0;
     }
 }
 
-/// Its mean is then the sum over its constant cells. side: of its square. [texels]
-void SeenVisibility::fill_node(std::size_t index, std::uint32_t side, const std::uint8_t* texels) {
-    const auto size = static_cast<std::uint32_t>(face_size_);
-    Square square = squares_[index];
+/// A node above the last level; adds its children.
+void SeenVisibility::fill_node(std::size_t index, std::size_t level, std::size_t path) {
     WideNode<std::uint8_t> node;
     node.first_child = static_cast<std::uint32_t>(nodes_.size() - index);
+    const VisibilitySquares& below = squares(level + 1);
     for (unsigned cell = 0; cell < wide_cells; ++cell) {
-        // A square of two texels has four cells for each of them.
-        const std::uint32_t left = square.left + cell_column(cell) * side / 4,
-                            top = square.top + cell_row(cell) * side / 4;
-        const std::uint8_t* corner = texels + top * size + left;
-        if (is_uniform(corner, size, side / 4)) {
-            const float mean = open_fraction(*corner);
-            node.mean[cell] = in_bytes(mean);
-            square.mean += mean;
-        } else {
-            node.varying |= static_cast<std::uint16_t>(1u << cell);
-            nodes_.emplace_back();
-            squares_.push_back({left, top, 0});
-        }
+        const std::size_t child = path * wide_cells + cell;
+        node.mean[cell] = in_bytes(mean_of(level + 1, child));
+        if (below.varies[child] == 0) continue;
+        node.varying |= static_cast<std::uint16_t>(1u << cell);
+        nodes_.emplace_back();
+        paths_.push_back(child);
     }
     nodes_[index] = node;
-    squares_[index] = square;
+}
+
+float SeenVisibility::mean_of(std::size_t level, std::size_t path) {
+    const std::size_t cells = std::size_t(1) << (4 * (upper_.size() + 1 - level));
+    return static_cast<float>(squares(level).open[path]) / static_cast<float>(samples_per_texel * cells);
 }
 
 }  // namespace haarfield

@@ -32,7 +32,7 @@ template <>
 inline constexpr float cell_unit<std::uint8_t> = 1.0f / 255;
 
 /// A value in [0, 1] in 255ths, rounded.
-inline std::uint8_t in_bytes(float value) {
+constexpr std::uint8_t in_bytes(float value) {
     return static_cast<std::uint8_t>(value * 255 + 0.5f);
 }
 
@@ -41,6 +41,7 @@ template <class Cell>
 struct WideFace {
     const WideNode<Cell>* root = nullptr;  ///< Null: f is constant.
     float mean = 0;                        ///< Of f. [f]
+    std::uint32_t nodes = 0;               ///< So many from the root on, side by side; 0: not known.
 };
 
 template <class Cell>

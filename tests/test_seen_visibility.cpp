@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <hwy/highway.h>
+
 #include <algorithm>
 
 #include "tests/example_meshes.h"
@@ -63,6 +65,34 @@ TEST(SeenVisibility, MeansOfVaryingCellsAreThoseOfTheirChildren) {
             EXPECT_NEAR(255 * face.mean, check(check, face.root), 0.5);
         }
     EXPECT_GT(checked, 50);
+}
+
+TEST(SeenVisibility, HasTheSameBitsForAllInstructionSets) {
+    const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 20));
+    const OccluderView view{&sphere, {0.4f, 1.3f, -0.3f}};
+    for (const int size : {8, 64}) {
+        SeenVisibility seen(size);
+        const auto nodes = [&] {
+            seen(std::span(&view, 1));
+            std::vector<std::array<std::uint32_t, wide_cells + 2>> copies;
+            for (const WideNode<std::uint8_t>& node : seen.nodes()) {
+                auto& copy = copies.emplace_back();
+                std::copy(node.mean.begin(), node.mean.end(), copy.begin());
+                copy[wide_cells] = node.first_child;
+                copy[wide_cells + 1] = node.varying;
+            }
+            return copies;
+        };
+        const auto wanted = nodes();
+        const std::int64_t all = hwy::SupportedTargets();
+        for (std::int64_t left = all; left != 0; left &= left - 1) {
+            hwy::SetSupportedTargetsForTest(left & -left);
+            hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+            EXPECT_EQ(nodes(), wanted) << hwy::TargetName(left & -left);
+        }
+        hwy::SetSupportedTargetsForTest(0);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
 }
 
 }  // namespace
