@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "shading/buried_fill.h"
 #include "shading/lighting.h"
 
 namespace haarfield {
@@ -55,16 +56,23 @@ Result<std::vector<std::vector<Rgb>>> dense_vertex_radiance(const ShadedScene& s
     std::vector<std::vector<std::uint32_t>> orders;
     for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
     const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
-    return shaded_vertices(
+    std::vector<std::vector<Rgb>> radiance = black_vertices(scene);
+    const Result<Done> visited = visit_vertices(
         scene, order_spans,
-        [&]() -> VertexShader {
-            return [&scene, shader = std::make_shared<DenseShader>(scene, light)](std::size_t instance,
-                                                                                  std::uint32_t vertex) {
-                return shader->radiance(
+        [&]() -> VertexVisitor {
+            return [&, shader = std::make_shared<DenseShader>(scene, light)](std::size_t instance,
+                                                                             std::uint32_t vertex) {
+                radiance[instance][vertex] = shader->radiance(
                     instance, surface_point(scene.entities[scene.instances[instance].entity], vertex));
             };
         },
-        progress);
+        "shading", progress);
+    if (!visited) return visited.error();
+    for (std::size_t i = 0; i < radiance.size(); ++i) {
+        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
+        BuriedFill(*entity.mesh, entity.occlusion->samples().buried)(radiance[i]);
+    }
+    return radiance;
 }
 
 }  // namespace haarfield

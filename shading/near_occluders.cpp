@@ -71,7 +71,7 @@ std::vector<ConvexPolygon> convex_polygons(const Occluder& occluder) {
     return polygons;
 }
 
-void add_cones(std::span<const ConvexPolygon> polygons, const Vec3f& point, BlockedCones& cones) {
+void add_cones(std::span<const ConvexPolygon> polygons, const Vec3f& point, BlockedConeList& cones) {
     for (const ConvexPolygon& polygon : polygons) {
         const float height = (point - polygon.corners[0]).dot(polygon.normal);
         if (height == 0 || (height < 0 && !polygon.two_sided)) continue;

@@ -21,9 +21,16 @@ std::vector<ConvexPolygon> convex_polygons(const Occluder& occluder);
 /// What convex polygons cover, seen from a point: cones, each the intersection of half spaces through the
 /// point.
 struct BlockedCones {
-    std::vector<Vec3f> sides;        ///< Unit normals, inwards; cone by cone.
-    std::vector<std::uint32_t> end;  ///< Of each cone's sides.
+    std::span<const Vec3f> sides;        ///< Unit normals, inwards; cone by cone.
+    std::span<const std::uint32_t> end;  ///< Of each cone's sides.
+};
 
+/// The same with its memory.
+struct BlockedConeList {
+    std::vector<Vec3f> sides;
+    std::vector<std::uint32_t> end;
+
+    operator BlockedCones() const { return {sides, end}; }
     void clear() {
         sides.clear();
         end.clear();
@@ -31,6 +38,6 @@ struct BlockedCones {
 };
 
 /// Adds the cones of the polygons that block the view from a point of their own frame.
-void add_cones(std::span<const ConvexPolygon> polygons, const Vec3f& point, BlockedCones& cones);
+void add_cones(std::span<const ConvexPolygon> polygons, const Vec3f& point, BlockedConeList& cones);
 
 }  // namespace haarfield

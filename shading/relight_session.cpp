@@ -147,6 +147,7 @@ void RelightSession::place(std::size_t instance, const Vec3f& translate, float s
     assert(instance < instances_.size() && scale > 0);
     const auto* motion = std::get_if<MotionTransfer>(&transfer_);
     if (!motion || motion->instance != instance) transfer_ = {};
+    kept_.reset();
     instances_[instance].translate = scene_.instances[instance].translate = translate;
     instances_[instance].scale = scene_.instances[instance].scale = scale;
 }
@@ -154,6 +155,7 @@ void RelightSession::place(std::size_t instance, const Vec3f& translate, float s
 std::size_t RelightSession::clone(std::size_t instance) {
     assert(instance < instances_.size());
     transfer_ = {};
+    kept_.reset();
     instances_.push_back(SessionInstance(instances_[instance]));
     scene_.instances.push_back(ShadedInstance(scene_.instances[instance]));
     return instances_.size() - 1;
@@ -162,6 +164,7 @@ std::size_t RelightSession::clone(std::size_t instance) {
 void RelightSession::remove(std::size_t instance) {
     assert(instance < instances_.size());
     transfer_ = {};
+    kept_.reset();
     instances_.erase(instances_.begin() + static_cast<std::ptrdiff_t>(instance));
     scene_.instances.erase(scene_.instances.begin() + static_cast<std::ptrdiff_t>(instance));
     drop_unused_poses();
@@ -190,6 +193,7 @@ Result<Done> RelightSession::rotate(std::size_t instance, const Vec3d& axis, dou
             {&own.mesh.fine, &own.occlusion, &own.field, entities_[turned.entity].materials});
     }
     transfer_ = {};
+    kept_.reset();
     instances_[instance] = turned;
     scene_.instances[instance].entity = *pose;
     drop_unused_poses();
@@ -259,7 +263,13 @@ Result<Done> RelightSession::commit(const Progress& progress) {
         lighting_tree(environment, settings_.face_size, {settings_.light_coefficients}, progress.stop),
         settings_.face_size);
     if (progress.stop.stop_requested()) return Error{"", interrupted};
-    Result<VertexRadiance> full = vertex_radiance(scene_, **geometry, light, settings_, progress);
+    if (!kept_) {
+        Result<KeptVisibility> made =
+            KeptVisibility::make(scene_, **geometry, settings_.kept_bytes, progress);
+        if (!made) return made.error();
+        kept_ = std::move(*made);
+    }
+    Result<VertexRadiance> full = vertex_radiance({scene_, **geometry, light, settings_, &*kept_}, progress);
     if (!full) return full.error();
     scene_.environment = std::move(environment);
     radiance_ = std::move(*full);

@@ -12,6 +12,7 @@
 #include <variant>
 
 #include "fields/rotation.h"
+#include "shading/kept_visibility.h"
 #include "shading/light_transfer.h"
 #include "shading/motion_transfer.h"
 #include "shading/turned_light.h"
@@ -75,8 +76,8 @@ public:
     /// Makes the transfer vectors with which frames follow one kind of change; about a second per 200,000
     /// vertices. They hold until anything else changes.
     /// @{
-    /// The vectors are pruned for lights like that which is shown now: one with more detail is reproduced less
-    /// exactly. Show a mixture of those that are to come, before.
+    /// The vectors are pruned for lights like that which is shown now: one with more detail is reproduced
+    /// less exactly. Show a mixture of those that are to come, before.
     Result<Done> vary_light(const Progress& progress = {});
     Result<Done> vary_eye(const Progress& progress = {});
     /// The instance's translation and scale.
@@ -123,7 +124,8 @@ public:
     Result<Done> frame_of(VertexChoice vertices, FrameQuality quality = FrameQuality::still,
                           const Progress& progress = {});
 
-    /// Radiance as it is now, in full: what vertex_radiance makes of the scene.
+    /// Radiance as it is now, in full: what vertex_radiance makes of the scene. What the vertices see is kept
+    /// (RenderSettings::kept_bytes) until an instance changes, so that the next commit is faster.
     Result<Done> commit(const Progress& progress = {});
 
     /// Of the last frame or commit.
@@ -161,6 +163,7 @@ private:
     std::vector<std::shared_ptr<const OwnPose>> owned_;  ///< By pose; null if the caller owns it.
     ShadedScene scene_;
     std::optional<ShadingGeometry> geometry_;  ///< Of scene_'s entities, once needed.
+    std::optional<KeptVisibility> kept_;       ///< Of scene_'s instances, once needed.
 
     LatLongImage environment_;                  ///< Not turned.
     std::optional<TurnableLight> turnable_;     ///< Of it, once needed.

@@ -8,7 +8,6 @@
 #include <mutex>
 
 #include "shading/lighting.h"
-#include "shading/seen_visibility.h"
 #include "shading/vertex_loop.h"
 #include "shading/vertex_shading.h"
 
@@ -24,17 +23,34 @@ public:
     /// own  the tree of what the point sees of its own entity.
     Rgb operator()(std::size_t instance_index, const SurfacePoint& point,
                    const WideCubemap<std::uint8_t>& own) {
-        const auto& [scene, geometry, light, settings] = shading_;
-        const ShadedInstance& instance = scene.instances[instance_index];
-        const Material& material = scene.entities[instance.entity].materials[point.material];
-        const VertexView view = vertex_view(scene, instance, point);
+        const VertexView view = vertex_view(shading_.scene, shading_.scene.instances[instance_index], point);
         if (!visibility_.look(instance_index, own, view)) return Rgb(0.0f);
-        return without_negative(vertex_radiance(light, geometry.directions, vertex_brdf(material, view),
-                                                visibility_.cones(), visibility_.trees(), settings.depth,
-                                                memory_, settings.tolerance));
+        return radiance(instance_index, point.material, view, {visibility_.trees(), visibility_.cones()});
+    }
+
+    /// Of a vertex.
+    Rgb operator()(std::size_t instance_index, std::uint32_t vertex) {
+        const ShadedInstance& instance = shading_.scene.instances[instance_index];
+        const SurfacePoint point = surface_point(shading_.scene.entities[instance.entity], vertex);
+        const VertexSight* kept =
+            shading_.visibility ? shading_.visibility->find(instance_index, vertex) : nullptr;
+        if (!kept)
+            return (*this)(instance_index, point,
+                           shading_.geometry.entities[instance.entity].visibility.local(vertex));
+        if (kept->trees.empty()) return Rgb(0.0f);
+        return radiance(instance_index, point.material, vertex_view(shading_.scene, instance, point), *kept);
     }
 
 private:
+    Rgb radiance(std::size_t instance, std::uint16_t material, const VertexView& view,
+                 const VertexSight& sight) {
+        const auto& [scene, geometry, light, settings, kept] = shading_;
+        const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
+        return without_negative(vertex_radiance(light, geometry.directions,
+                                                vertex_brdf(entity.materials[material], view), sight.cones,
+                                                sight.trees, settings.depth, memory_, settings.tolerance));
+    }
+
     const PointShading shading_;
     VertexVisibility visibility_;
     WalkMemory<std::uint8_t> memory_;
@@ -62,22 +78,22 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view) {
     return brdf;
 }
 
-Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
-                                                      const ShadingGeometry& geometry,
-                                                      const LightPyramid& light,
-                                                      const RenderSettings& settings,
-                                                      const Progress& progress) {
-    const auto make_shader = [&]() -> VertexShader {
-        return [&, shader = std::make_shared<PointShader>(PointShading{scene, geometry, light, settings})](
-                   std::size_t instance, std::uint32_t vertex) {
-            const std::size_t entity = scene.instances[instance].entity;
-            return (*shader)(instance, surface_point(scene.entities[entity], vertex),
-                             geometry.entities[entity].visibility.local(vertex));
-        };
-    };
-    std::vector<std::span<const std::uint32_t>> orders;
-    for (const ShadingGeometry::Entity& entity : geometry.entities) orders.push_back(entity.order);
-    return shaded_vertices(scene, orders, make_shader, progress);
+Result<std::vector<std::vector<Rgb>>> vertex_radiance(const PointShading& shading, const Progress& progress) {
+    const ShadedScene& scene = shading.scene;
+    std::vector<std::vector<Rgb>> radiance = black_vertices(scene);
+    const Result<Done> visited = visit_vertices(
+        scene, shading.geometry.orders(),
+        [&]() -> VertexVisitor {
+            return [&, shader = std::make_shared<PointShader>(shading)](std::size_t instance,
+                                                                        std::uint32_t vertex) {
+                radiance[instance][vertex] = (*shader)(instance, vertex);
+            };
+        },
+        "shading", progress);
+    if (!visited) return visited.error();
+    for (std::size_t i = 0; i < radiance.size(); ++i)
+        shading.geometry.entities[scene.instances[i].entity].fill(radiance[i]);
+    return radiance;
 }
 
 Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
@@ -88,7 +104,7 @@ Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
     const LightPyramid light(
         lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
         settings.face_size);
-    return vertex_radiance(scene, *geometry, light, settings, progress);
+    return vertex_radiance({scene, *geometry, light, settings}, progress);
 }
 
 Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<const InstancePoint> points,

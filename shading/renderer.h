@@ -3,8 +3,8 @@
 
 #include "fields/progress.h"
 #include "fields/result.h"
+#include "shading/kept_visibility.h"
 #include "shading/light_pyramid.h"
-#include "shading/shading_geometry.h"
 #include "shading/vertex_shading.h"
 
 namespace haarfield {
@@ -22,20 +22,19 @@ Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
                                                       const RenderSettings& settings,
                                                       const Progress& progress = {});
 
-/// The same for new light or a new eye, with what does not depend on them made once.
-Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
-                                                      const ShadingGeometry& geometry,
-                                                      const LightPyramid& light,
-                                                      const RenderSettings& settings,
-                                                      const Progress& progress = {});
-
-/// What points of surfaces are shaded with; all of it must outlive the shading.
+/// What is shaded, and what it is shaded with; all of it must outlive the shading.
 struct PointShading {
     const ShadedScene& scene;
     const ShadingGeometry& geometry;
     const LightPyramid& light;
     const RenderSettings& settings;
+    const KeptVisibility* visibility = nullptr;  ///< Of the scene's vertices; null: they look round anew.
 };
+
+/// The same for new light or a new eye, with what does not depend on them made once: with the same bits,
+/// whether the visibility was kept or not.
+Result<std::vector<std::vector<Rgb>>> vertex_radiance(const PointShading& shading,
+                                                      const Progress& progress = {});
 
 /// A point of an instance's surface.
 struct InstancePoint {

@@ -49,6 +49,8 @@ struct RenderSettings {
     float occlusion_error = 0.02f;       ///< Tolerance of `automatic`, for SamplerError::band.
     std::uint32_t exact_triangles = 64;  ///< Occluders of at most so many triangles are seen exactly from
                                          ///< near.
+    std::size_t kept_bytes = std::size_t(1) << 30;  ///< For KeptVisibility, where a scene is shaded again and
+                                                    ///< again.
 };
 
 }  // namespace haarfield

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <tuple>
 
 namespace haarfield {
 namespace {
@@ -41,16 +40,6 @@ bool lies_below(const Bounds& bounds, const Vec3f& point, const Vec3f& normal) {
 bool is_on_ground(const VisibilityField& field, const ShadedInstance& instance, const VertexView& view) {
     const float height = (view.position.y - instance.translate.y) / instance.scale - field.planar.centre.y;
     return std::abs(height) <= on_ground * field.bounds.radius();
-}
-
-/// How far a vertex is from an instance, squared; less than 1 where it sees it exactly.
-float squared_exact_distance(const ShadingGeometry::Entity& prepared, const VisibilityField& field,
-                             const ShadedInstance& instance, const VertexView& view) {
-    const Vec3f point = (view.point - instance.translate) / instance.scale;
-    const bool planar = is_on_ground(field, instance, view);
-    const Vec3f from_centre = point - (planar ? field.planar.centre : field.spherical.centre);
-    const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around;
-    return from_centre.length2() / (exact_distance * exact_distance);
 }
 
 }  // namespace
@@ -103,6 +92,12 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
     return geometry;
 }
 
+std::vector<std::span<const std::uint32_t>> ShadingGeometry::orders() const {
+    std::vector<std::span<const std::uint32_t>> result;
+    for (const Entity& entity : entities) result.push_back(entity.order);
+    return result;
+}
+
 FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& instance,
                          const VertexView& view) {
     const Vec3f point = (view.point - instance.translate) / instance.scale;
@@ -110,91 +105,18 @@ FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& ins
     return {false, field.spherical.interpolation(point)};
 }
 
-void VertexVisibility::add_tree(const WideCubemap<std::uint8_t>& tree, float weight) {
-    parts_.push_back({&tree, weight});
-    const std::size_t count = trees_.back().parts.size() + 1;
-    trees_.back().parts = {parts_.data() + parts_.size() - count, count};
-}
-
-bool VertexVisibility::look(std::size_t instance_index, const WideCubemap<std::uint8_t>& own,
-                            const VertexView& view) {
-    trees_.clear();
-    parts_.clear();
-    cones_.clear();
-    candidates_.clear();
-    const std::span<const std::uint32_t> near = geometry_.grid.near(view.point);
-    parts_.reserve(2 + 8 * near.size());  // so that spans of them stay
-    trees_.emplace_back();
-    add_tree(own, 1);
-    for (const std::uint32_t i : near)
-        if (i != instance_index && !look_past(i, view)) return false;
-    if (!candidates_.empty()) rasterize(view);
-    return true;
-}
-
 bool is_below_horizon(const ShadedEntity& entity, const ShadedInstance& instance, const VertexView& view) {
     return lies_below(entity.occlusion->coarse().bounds, (view.point - instance.translate) / instance.scale,
                       view.normal);
 }
 
-bool is_seen_exactly(const ShadingGeometry::Entity& prepared, const VisibilityField& field,
-                     const ShadedInstance& instance, const VertexView& view) {
-    return squared_exact_distance(prepared, field, instance, view) < 1;
-}
-
-bool VertexVisibility::look_past(std::uint32_t instance, const VertexView& view) {
-    const ShadedInstance& other = scene_.instances[instance];
-    const ShadedEntity& entity = scene_.entities[other.entity];
-    const ShadingGeometry::Entity& prepared = geometry_.entities[other.entity];
-    const VisibilityField& field = *entity.field;
-    if (is_below_horizon(entity, other, view)) return true;
-
-    const float distance = squared_exact_distance(prepared, field, other, view);
-    if (!(distance < 1) || (prepared.polygons.empty() && !rasterizes_)) {
-        look_up(other, view);
-        return true;
-    }
-    const Vec3f point = (view.point - other.translate) / other.scale;
-    if (entity.occlusion->coarse().one_sided > 0 && entity.occlusion->in_coarse()(point)) return false;
-    if (prepared.polygons.empty())
-        candidates_.push_back({distance, instance});
-    else
-        add_cones(prepared.polygons, point, cones_);
-    return true;
-}
-
-void VertexVisibility::look_up(const ShadedInstance& other, const VertexView& view) {
-    const WideVisibility& visibility = geometry_.entities[other.entity].visibility;
-    const auto [planar, samples] = field_lookup(*scene_.entities[other.entity].field, other, view);
-    if (samples.count == 0) return;
-    trees_.emplace_back().constant = samples.open;
-    for (std::size_t k = 0; k < std::size_t(samples.count); ++k)
-        add_tree(planar ? visibility.planar(samples.sample[k]) : visibility.spherical(samples.sample[k]),
-                 samples.weight[k]);
-}
-
-void VertexVisibility::rasterize(const VertexView& view) {
-    if (candidates_.size() > geometry_.most_rasterized) {
-        const auto end = candidates_.begin() + std::ptrdiff_t(geometry_.most_rasterized);
-        std::nth_element(candidates_.begin(), end, candidates_.end(),
-                         [](const Candidate& a, const Candidate& b) {
-                             return std::tie(a.distance, a.instance) < std::tie(b.distance, b.instance);
-                         });
-        for (auto farther = end; farther != candidates_.end(); ++farther)
-            look_up(scene_.instances[farther->instance], view);
-        candidates_.erase(end, candidates_.end());
-    }
-    rasterized_.clear();
-    for (const Candidate& candidate : candidates_) {
-        const ShadedInstance& other = scene_.instances[candidate.instance];
-        const Occluder& occluder = scene_.entities[other.entity].occlusion->coarse();
-        const Vec3f point = (view.point - other.translate) / other.scale;
-        // Finding what lies below the horizon has a cost, too.
-        const bool mostly_below = (occluder.bounds.centre() - point).dot(view.normal) < 0;
-        rasterized_.push_back({&occluder, point, mostly_below ? &view.normal : nullptr});
-    }
-    trees_.emplace_back();
-    add_tree(seen_(rasterized_), 1);
+float squared_exact_distance(const ShadingGeometry::Entity& prepared, const VisibilityField& field,
+                             const ShadedInstance& instance, const VertexView& view) {
+    const Vec3f point = (view.point - instance.translate) / instance.scale;
+    const bool planar = is_on_ground(field, instance, view);
+    const Vec3f from_centre = point - (planar ? field.planar.centre : field.spherical.centre);
+    const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around;
+    return from_centre.length2() / (exact_distance * exact_distance);
 }
 
 }  // namespace haarfield

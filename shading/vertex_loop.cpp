@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <mutex>
 
-#include "shading/buried_fill.h"
-
 namespace haarfield {
 
 SurfacePoint surface_point(const ShadedEntity& entity, std::uint32_t vertex) {
@@ -67,35 +65,36 @@ std::vector<std::uint32_t> spatial_order(std::span<const Vec3f> points) {
     return order;
 }
 
-Result<std::vector<std::vector<Rgb>>> shaded_vertices(const ShadedScene& scene,
-                                                      std::span<const std::span<const std::uint32_t>> orders,
-                                                      const std::function<VertexShader()>& make_shader,
-                                                      const Progress& progress) {
-    std::vector<std::vector<Rgb>> radiance;
+Result<Done> visit_vertices(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders,
+                            const std::function<VertexVisitor()>& make_visitor, std::string_view stage,
+                            const Progress& progress) {
     std::uint64_t total = 0, done = 0;
-    for (const ShadedInstance& instance : scene.instances) {
-        radiance.emplace_back(scene.entities[instance.entity].mesh->positions.size(), Rgb(0.0f));
-        total += radiance.back().size();
-    }
+    for (const ShadedInstance& instance : scene.instances) total += orders[instance.entity].size();
     std::mutex progress_mutex;
-    tbb::enumerable_thread_specific<VertexShader> shaders(make_shader);
+    tbb::enumerable_thread_specific<VertexVisitor> visitors(make_visitor);
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
-        const std::span<const std::uint32_t> order = orders[scene.instances[i].entity];
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, radiance[i].size(), 64), [&](const auto& range) {
-            const VertexShader& shader = shaders.local();
-            for (const std::uint32_t v : order.subspan(range.begin(), range.size())) {
+        const std::size_t e = scene.instances[i].entity;
+        const std::span<const std::uint8_t> buried = scene.entities[e].occlusion->samples().buried;
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, orders[e].size(), 64), [&](const auto& range) {
+            const VertexVisitor& visit = visitors.local();
+            for (const std::uint32_t v : orders[e].subspan(range.begin(), range.size())) {
                 if (progress.stop.stop_requested()) return;
-                if (!entity.occlusion->samples().buried[v]) radiance[i][v] = shader(i, v);
+                if (!buried[v]) visit(i, v);
             }
             if (!progress.report) return;
             const std::lock_guard lock(progress_mutex);
             done += range.size();
-            progress.report("shading", done, total);
+            progress.report(stage, done, total);
         });
         if (progress.stop.stop_requested()) return Error{"", interrupted};
-        BuriedFill(*entity.mesh, entity.occlusion->samples().buried)(radiance[i]);
     }
+    return Done{};
+}
+
+std::vector<std::vector<Rgb>> black_vertices(const ShadedScene& scene) {
+    std::vector<std::vector<Rgb>> radiance;
+    for (const ShadedInstance& instance : scene.instances)
+        radiance.emplace_back(scene.entities[instance.entity].mesh->positions.size(), Rgb(0.0f));
     return radiance;
 }
 

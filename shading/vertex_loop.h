@@ -42,18 +42,21 @@ VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance,
 /// The points' numbers along a space-filling curve, so that neighbours in the order are neighbours in space.
 std::vector<std::uint32_t> spatial_order(std::span<const Vec3f> points);
 
-/// The radiance of one vertex of an instance.
-using VertexShader = std::function<Rgb(std::size_t instance, std::uint32_t vertex)>;
+/// Does something at a vertex of an instance.
+using VertexVisitor = std::function<void(std::size_t instance, std::uint32_t vertex)>;
 
-/// Shades every vertex that is not buried, then fills the buried ones. By instance and vertex.
+/// Visits every vertex that is not buried (LocalSamples::buried), by all of oneTBB's threads.
 ///
-/// orders       of each entity's vertices, in which they are shaded. The result does not depend on them.
-/// make_shader  makes a shader for one thread, with that thread's buffers; its result may depend on nothing
-///              but its arguments, so that the threads' number changes nothing.
-/// errors       interrupted.
-Result<std::vector<std::vector<Rgb>>> shaded_vertices(const ShadedScene& scene,
-                                                      std::span<const std::span<const std::uint32_t>> orders,
-                                                      const std::function<VertexShader()>& make_shader,
-                                                      const Progress& progress);
+/// orders        of each entity's vertices, in which they are visited.
+/// make_visitor  makes a visitor for one thread, with that thread's buffers; what it does may depend on
+///               nothing but its arguments, so that the threads' number changes nothing.
+/// stage         what progress is told.
+/// errors        interrupted.
+Result<Done> visit_vertices(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders,
+                            const std::function<VertexVisitor()>& make_visitor, std::string_view stage,
+                            const Progress& progress);
+
+/// Room for the radiance of each vertex, black; by instance and vertex.
+std::vector<std::vector<Rgb>> black_vertices(const ShadedScene& scene);
 
 }  // namespace haarfield

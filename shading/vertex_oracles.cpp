@@ -5,6 +5,7 @@
 
 #include "fields/visibility_transform.h"
 #include "shading/lighting.h"
+#include "shading/vertex_visibility.h"
 
 namespace haarfield {
 namespace {
@@ -186,7 +187,8 @@ private:
                       false,
                       truncation(*entity.field),
                       {}};
-            if (!is_seen_exactly(frame_.geometry.entities[other.entity], *entity.field, other, view_)) {
+            if (!(squared_exact_distance(frame_.geometry.entities[other.entity], *entity.field, other,
+                                         view_) < 1)) {
                 seen.field = entity.field;
                 seen.truncated = true;
                 seen.lookup = field_lookup(*entity.field, other, view_);

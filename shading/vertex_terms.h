@@ -46,7 +46,7 @@ struct Highlight {
 struct VertexTerms {
     const DirectionPyramid& directions;
     const VertexBrdf& brdf;
-    const BlockedCones& near;
+    BlockedCones near;
     float varies;  ///< Of lobes: lobe_varies or lobe_of_terms_varies.
     bool is_metallic;
     Vec3f to_eye;

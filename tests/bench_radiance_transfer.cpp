@@ -82,7 +82,7 @@ BENCHMARK(transfer_frame<made_by_motion>)->Unit(benchmark::kMicrosecond)->UseRea
 void product_integrals(benchmark::State& state) {
     const LightPyramid light(room().light(), Room::size);
     for (auto _ : state)
-        benchmark::DoNotOptimize(*vertex_radiance(room().scene, room().geometry(), light, settings()));
+        benchmark::DoNotOptimize(*vertex_radiance({room().scene, room().geometry(), light, settings()}));
     state.SetItemsProcessed(state.iterations() * vertex_count(room()));
 }
 BENCHMARK(product_integrals)->Unit(benchmark::kMicrosecond)->UseRealTime();

@@ -46,6 +46,19 @@ void study_frame(std::size_t vertices) {
     fmt::print("{:<44} {:>10.0f}\n", "encoding 1024 x 512 pixels of light",
                least_milliseconds([&] { encoded(); }));
     const LightPyramid light = encoded();
+    const auto print_frames = [&](const ShadingGeometry& geometry, const KeptVisibility* kept) {
+        for (const int depth : {full_depth, 5, 4, 3, 2}) {
+            settings.depth = depth;
+            fmt::print("{:<44} {:>10.0f}\n",
+                       depth == full_depth ? std::string("  new light and view")
+                                           : fmt::format("    at depth {}", depth),
+                       least_milliseconds([&] {
+                           scene.eye += Vec3f(0.01f, 0, 0);
+                           value_or_exit(vertex_radiance({scene, geometry, light, settings, kept}));
+                       }));
+        }
+        settings.depth = full_depth;
+    };
     for (const auto& [name, occlusion] :
          {std::pair("fields", Occlusion::fields), std::pair("auto", Occlusion::automatic)}) {
         settings.occlusion = occlusion;
@@ -53,17 +66,16 @@ void study_frame(std::size_t vertices) {
         fmt::print("{:<44} {:>10.0f}\n", fmt::format("--occlusion {}: preparing, once a scene", name),
                    least_milliseconds(geometry));
         const ShadingGeometry prepared = geometry();
-        for (const int depth : {full_depth, 5, 4, 3, 2}) {
-            settings.depth = depth;
-            fmt::print("{:<44} {:>10.0f}\n",
-                       depth == full_depth ? fmt::format("--occlusion {}: new light and view", name)
-                                           : fmt::format("    at depth {}", depth),
-                       least_milliseconds([&] {
-                           scene.eye += Vec3f(0.01f, 0, 0);
-                           value_or_exit(vertex_radiance(scene, prepared, light, settings));
-                       }));
-        }
-        settings.depth = full_depth;
+        print_frames(prepared, nullptr);
+        const auto keep = [&] {
+            return value_or_exit(KeptVisibility::make(scene, prepared, settings.kept_bytes));
+        };
+        const double milliseconds = least_milliseconds(keep);
+        const KeptVisibility kept = keep();
+        fmt::print("{:<44} {:>10.0f}\n",
+                   fmt::format("  keeping what vertices see, {:.0f} MB", 1e-6 * double(kept.bytes())),
+                   milliseconds);
+        print_frames(prepared, &kept);
     }
 }
 

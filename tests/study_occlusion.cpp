@@ -56,7 +56,7 @@ void study_occlusion(const std::string& file, std::size_t vertices) {
         Radiance radiance;
         for (int round = 0; round < 3; ++round) {
             const double start = process_seconds();
-            radiance = value_or_exit(vertex_radiance(scene, geometry, light, settings));
+            radiance = value_or_exit(vertex_radiance({scene, geometry, light, settings}));
             least = std::min(least, process_seconds() - start);
         }
         fmt::print("{:<44} {:>14.1f} {:>12.2f} %\n", title, 1e6 * least / double(count),

@@ -77,7 +77,7 @@ TEST(NearOccluders, ConesBlockWhatTheRasterizerBlocks) {
         const auto polygons = convex_polygons(occluder);
         for (const Vec3f& point : points) {
             if (InsideTest(occluder)(point)) continue;
-            BlockedCones cones;
+            BlockedConeList cones;
             add_cones(polygons, point, cones);
             const auto open = rasterizer.open_samples(occluder, point);
             for (std::size_t i = 0; i < directions.size(); ++i) {
@@ -91,7 +91,7 @@ TEST(NearOccluders, ConesBlockWhatTheRasterizerBlocks) {
 }
 
 TEST(NearOccluders, FromThePlaneOfAPolygonNothingIsBlocked) {
-    BlockedCones cones;
+    BlockedConeList cones;
     add_cones(convex_polygons(make_occluder(square_mesh(2, 0))), {5, 0, 0}, cones);
     EXPECT_TRUE(cones.end.empty());
 }

@@ -143,8 +143,8 @@ Vec3f random_direction(std::mt19937& random) {
 }
 
 /// A near occluder.
-BlockedCones cones_of_a_square() {
-    BlockedCones cones;
+BlockedConeList cones_of_a_square() {
+    BlockedConeList cones;
     add_cones(convex_polygons(make_occluder(square_mesh(2, -0.5f))), Vec3f(0.1f, 0.05f, -0.08f), cones);
     return cones;
 }
@@ -262,7 +262,7 @@ TEST(VertexShading, NearOccludersAreExact) {
     const Mesh meshes[] = {square_mesh(2, -0.5f), box_mesh({-0.5f, 0.3f, -0.5f}, {0.5f, 1, 0.6f}),
                            joined_meshes(box_mesh({0.4f, -1, -1}, {0.5f, 1, 1}), square_mesh(3, 1.2f))};
     for (const Mesh& mesh : meshes) {
-        BlockedCones cones;
+        BlockedConeList cones;
         add_cones(convex_polygons(make_occluder(mesh)), Vec3f(0.1f, 0.05f, -0.08f), cones);
         ASSERT_FALSE(cones.end.empty());
         for (int i = 0; i < 6; ++i) {
@@ -277,7 +277,7 @@ TEST(VertexShading, NearOccludersAreExact) {
 
 TEST(VertexShading, NothingIsSeenFromUnderACover) {
     const Example example(4);
-    BlockedCones cones;
+    BlockedConeList cones;
     add_cones(convex_polygons(make_occluder(square_mesh(1000, 1e-3f))), Vec3f(0.0f), cones);
     VertexBrdf brdf;
     brdf.normal = {0, 1, 0};
@@ -347,7 +347,7 @@ TEST(VertexShading, NeverErrsByMoreThanTheTolerance) {
     int changed = 0;
     for (std::uint32_t seed = 0; seed < 6; ++seed) {
         const Example example(20 + seed);
-        const BlockedCones cones = seed % 2 ? cones_of_a_square() : BlockedCones();
+        const BlockedConeList cones = seed % 2 ? cones_of_a_square() : BlockedConeList();
         for (int i = 0; i < 40; ++i) {
             VertexBrdf brdf;
             brdf.normal = random_direction(random);
@@ -395,7 +395,7 @@ TEST(VertexTransfer, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
     int fewer = 0;
     for (std::uint32_t seed = 0; seed < 4; ++seed) {
         const Example example(30 + seed);
-        const BlockedCones cones = seed % 2 ? cones_of_a_square() : BlockedCones();
+        const BlockedConeList cones = seed % 2 ? cones_of_a_square() : BlockedConeList();
         for (int i = 0; i < 16; ++i) {
             VertexBrdf brdf;
             brdf.normal = random_direction(random);
@@ -479,7 +479,7 @@ TEST(VertexTransfer, HighlightsComeWithTheRadianceOfTheRest) {
     std::vector<WaveletBlock<3>> product;
     for (std::uint32_t seed = 0; seed < 4; ++seed) {
         const Example example(50 + seed);
-        const BlockedCones cones = seed % 2 ? cones_of_a_square() : BlockedCones();
+        const BlockedConeList cones = seed % 2 ? cones_of_a_square() : BlockedConeList();
         for (int i = 0; i < 16; ++i) {
             VertexBrdf brdf;
             brdf.normal = brdf.mirror = random_direction(random);
@@ -510,7 +510,7 @@ TEST(VertexTransfer, HighlightsComeWithTheRadianceOfTheRest) {
 
 TEST(VertexShading, AgreesBetweenInstructionSets) {
     const Example example(13);
-    const BlockedCones cones = cones_of_a_square();
+    const BlockedConeList cones = cones_of_a_square();
     VertexBrdf brdf;
     brdf.normal = Vec3f(0.2f, 0.7f, 0.3f).normalized();
     brdf.mirror = Vec3f(0.6f, 0.5f, 0.1f).normalized();

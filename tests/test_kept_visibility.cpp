@@ -1,0 +1,107 @@
+#include "shading/kept_visibility.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/furnished_room.h"
+
+namespace haarfield {
+namespace {
+
+using furnished::Room;
+
+/// The room, with something in each of the ways of looking past it, and what sees nothing.
+struct Prepared {
+    Room room;
+    RenderSettings settings = furnished::settings();
+    std::optional<ShadingGeometry> geometry;
+    std::optional<LightPyramid> light;
+
+    explicit Prepared(Occlusion occlusion) {
+        // A ball inside of a block.
+        room.scene.instances.push_back({room.scene.instances[4].entity, {-0.6f, 0.2f, 0}, 0.3f});
+        settings.occlusion = occlusion;
+        settings.occlusion_error = 0.05f;
+        settings.exact_triangles = 2;  // the floor
+        geometry = std::move(*shading_geometry(room.scene, settings));
+        light.emplace(room.light(), settings.face_size);
+    }
+    VertexRadiance radiance(const KeptVisibility* kept = nullptr) const {
+        return *vertex_radiance({room.scene, *geometry, *light, settings, kept});
+    }
+    std::size_t kept_vertices(const KeptVisibility& kept) const {
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < room.scene.instances.size(); ++i) {
+            const std::size_t entity = room.scene.instances[i].entity;
+            for (const std::uint32_t v : geometry->entities[entity].order) {
+                const bool is_buried = room.scene.entities[entity].occlusion->samples().buried[v] != 0;
+                if (is_buried)
+                    EXPECT_EQ(kept.find(i, v), nullptr);
+                else
+                    count += kept.find(i, v) != nullptr;
+            }
+        }
+        return count;
+    }
+};
+
+constexpr std::size_t plenty = std::size_t(1) << 30;
+
+class KeptVisibilityBy : public testing::TestWithParam<Occlusion> {};
+INSTANTIATE_TEST_SUITE_P(Occlusion, KeptVisibilityBy,
+                         testing::Values(Occlusion::fields, Occlusion::exact, Occlusion::automatic),
+                         [](const auto& test) {
+                             return test.param == Occlusion::fields  ? "Fields"
+                                    : test.param == Occlusion::exact ? "Exact"
+                                                                     : "Automatic";
+                         });
+
+TEST_P(KeptVisibilityBy, RadianceHasTheSameBitsUnderNewLightAndFromANewEye) {
+    Prepared prepared(GetParam());
+    const KeptVisibility kept = *KeptVisibility::make(prepared.room.scene, *prepared.geometry, plenty);
+    const VertexRadiance first = prepared.radiance(&kept);
+    EXPECT_EQ(first, prepared.radiance());
+    prepared.room.scene.environment = furnished::sky(2);
+    prepared.light.emplace(prepared.room.light(), prepared.settings.face_size);
+    prepared.room.scene.eye = {-2, 1, 0.5f};
+    const VertexRadiance second = prepared.radiance(&kept);
+    EXPECT_EQ(second, prepared.radiance());
+    EXPECT_NE(first, second);
+}
+
+TEST_P(KeptVisibilityBy, KeepsWhatThereIsRoomFor) {
+    const Prepared prepared(GetParam());
+    const auto kept_in = [&](std::size_t bytes) {
+        return *KeptVisibility::make(prepared.room.scene, *prepared.geometry, bytes);
+    };
+    const KeptVisibility all = kept_in(plenty), some = kept_in(all.bytes() / 2), none = kept_in(0);
+    EXPECT_GT(prepared.kept_vertices(some), 0u);
+    EXPECT_LT(prepared.kept_vertices(some), prepared.kept_vertices(all));
+    EXPECT_LE(some.bytes(), all.bytes() / 2);
+    const VertexRadiance radiance = prepared.radiance();
+    EXPECT_EQ(prepared.radiance(&some), radiance);
+    EXPECT_EQ(prepared.radiance(&none), radiance);
+}
+
+TEST(KeptVisibility, KnowsWhatSeesNothing) {
+    const Prepared prepared(Occlusion::exact);
+    const KeptVisibility kept = *KeptVisibility::make(prepared.room.scene, *prepared.geometry, plenty);
+    const std::size_t inside = prepared.room.scene.instances.size() - 1;
+    const std::size_t entity = prepared.room.scene.instances[inside].entity;
+    for (const std::uint32_t v : prepared.geometry->entities[entity].order)
+        if (const VertexSight* sight = kept.find(inside, v)) {
+            EXPECT_TRUE(sight->trees.empty());
+        }
+}
+
+TEST(KeptVisibility, CanBeInterrupted) {
+    const Prepared prepared(Occlusion::fields);
+    std::stop_source stop;
+    stop.request_stop();
+    const Result<KeptVisibility> kept =
+        KeptVisibility::make(prepared.room.scene, *prepared.geometry, plenty, {{}, stop.get_token()});
+    ASSERT_FALSE(kept);
+    EXPECT_EQ(kept.error().what, interrupted);
+}
+
+}  // namespace
+}  // namespace haarfield
