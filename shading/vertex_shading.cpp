@@ -12,45 +12,13 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-struct RadianceSum {
-    static constexpr unsigned needed = 2;
-    static constexpr bool may_prune = true, may_blur = false;
-    static constexpr float cell_share = 1.0f / wide_cells;
+struct RadianceSum : ChannelSums {
+    static constexpr bool may_prune = true;
 
-    Cells sum[3];
     float negligible, error = 0;  ///< See Walk.
 
-    explicit RadianceSum(float negligible_error) : negligible(negligible_error) {
-        for (Cells& channel : sum) channel = all_cells(0);
-    }
+    explicit RadianceSum(float negligible_error) : negligible(negligible_error) {}
     bool needs_bounds() const { return negligible > 0; }
-    Rgb total() const { return Rgb(sum_of(sum[0]), sum_of(sum[1]), sum_of(sum[2])); }
-    HWY_INLINE void add(int, std::size_t, std::size_t, unsigned done, const Cells& product,
-                        const HeadCells<3>& head) {
-        const Cells share = only(done, product);
-        for (int c = 0; c < 3; ++c) sum[c] = multiply_add(share, head.value[c], sum[c]);
-    }
-    HWY_INLINE void open(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
-                         const HeadCells<3>& head) {
-        add(level, face, block, done, product, head);
-    }
-    void close(int, std::size_t) {}
-
-    /// With its own sums, which stay in registers.
-    struct Leaves {
-        RadianceSum& whole;
-        Cells sum[3];
-
-        HWY_INLINE explicit Leaves(RadianceSum& to) : whole(to) {
-            for (Cells& channel : sum) channel = all_cells(0);
-        }
-        HWY_INLINE ~Leaves() {
-            for (int c = 0; c < 3; ++c) whole.sum[c] = whole.sum[c] + sum[c];
-        }
-        HWY_INLINE void add(int, std::size_t, std::size_t, const Cells& product, const HeadCells<3>& head) {
-            for (int c = 0; c < 3; ++c) sum[c] = multiply_add(product, head.value[c], sum[c]);
-        }
-    };
 };
 
 /// Walks all faces.

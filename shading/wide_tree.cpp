@@ -78,7 +78,10 @@ WideCubemapTree::WideCubemapTree(const CubemapTree& tree) {
     }
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         faces_[face].mean = tree.faces[face].scaling;
-        if (!tree.faces[face].nodes.empty()) faces_[face].root = &nodes_[root[face]];
+        if (tree.faces[face].nodes.empty()) continue;
+        faces_[face].root = &nodes_[root[face]];
+        faces_[face].nodes = static_cast<std::uint32_t>(
+            (face + 1 < cubemap_faces ? root[face + 1] : nodes_.size()) - root[face]);
     }
 }
 

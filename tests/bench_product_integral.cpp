@@ -40,7 +40,7 @@ void product_integral_of_six_functions(benchmark::State& state, const NamedMetho
     if (!(relative_rmse(radiance, method.of_trees ? of.truncated : of.exact) <= method.tolerance))
         return state.SkipWithError("wrong answer, so not timed");
     std::size_t evaluated = 0;
-    for (auto _ : state) evaluated += evaluate_all(method, vertex_count, place);
+    for (auto _ : state) evaluated += evaluate_all(method, 0, vertex_count, place);
     state.SetItemsProcessed(static_cast<std::int64_t>(evaluated));  // items: vertices, RGB
     state.counters["per_vertex"] = benchmark::Counter(
         static_cast<double>(evaluated), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);

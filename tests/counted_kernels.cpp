@@ -42,13 +42,12 @@ TreeIntegrals half_plane_integrals() {
 /// T = lighting times all factors, again in wavelets: what just-in-time radiance transfer is set up with.
 Method function_product_method(const TreeIntegrals& trees) {
     Method method;
-    method.evaluate = [light = std::make_shared<LightPyramid>(trees.light, face_size),
-                       vertices = wide_trees(trees), memory = std::make_shared<WalkMemory<float>>(),
-                       product = std::make_shared<std::vector<WaveletBlock<3>>>()](std::size_t first,
-                                                                                   std::span<Rgb>) {
-        const WideFactors factors((*vertices)[first]);
-        function_product(*light, factors.span(), full_depth, *memory, *product);
-    };
+    method.evaluate =
+        [light = std::make_shared<LightPyramid>(trees.light, face_size),
+         vertices = std::make_shared<WideVertices>(trees), memory = std::make_shared<WalkMemory<float>>(),
+         product = std::make_shared<std::vector<WaveletBlock<3>>>()](std::size_t first, std::span<Rgb>) {
+            function_product(*light, vertices->factors()[first], full_depth, *memory, *product);
+        };
     return method;
 }
 
@@ -57,7 +56,7 @@ Method function_product_method(const TreeIntegrals& trees) {
 
 /// Known to callgrind by its name.
 extern "C" [[gnu::noinline]] void counted_kernel(const haarfield::baseline::Method& method) {
-    haarfield::baseline::evaluate_all(method, haarfield::baseline::vertex_count,
+    haarfield::baseline::evaluate_all(method, 0, haarfield::baseline::vertex_count,
                                       haarfield::baseline::DataPlace::memory);
 }
 

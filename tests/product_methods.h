@@ -13,18 +13,23 @@
 
 namespace haarfield::baseline {
 
+/// So many vertices are evaluated at a time, at most.
+inline constexpr std::size_t largest_batch = 16;
+
 struct Method {
     std::string title;
     bool of_trees = true;     ///< Multiplies the truncated trees; otherwise all texels.
     double tolerance = 1e-5;  ///< Relative RMSE that is allowed against the texel sums of what it multiplies.
-    std::size_t batch = 1;    ///< So many vertices at a time.
+    std::size_t batch = 1;    ///< So many vertices at a time, up to largest_batch.
 
     /// Radiance of the vertices from `first` on, at most a batch.
     std::function<void(std::size_t first, std::span<Rgb> radiance)> evaluate;
 };
 
-/// The library's product integral in wide nodes, and in quadtrees as they are. depth as there.
+/// The library's product integral in wide nodes, one by one and many at a time; and in quadtrees as they are.
+/// depth as there.
 Method haarfield_method(const TreeIntegrals& trees, int depth = 32);
+Method haarfield_batch_method(const TreeIntegrals& trees);
 Method narrow_method(const TreeIntegrals& trees, int depth = 32);
 
 /// The paper's algorithm in float for each colour channel: with the table of its section 5.4 or the recursion
@@ -43,21 +48,22 @@ Method dense_open_method(const TexelIntegrals& texels, int functions);
 Method dense_bytes_method(const TexelIntegrals& texels, int functions);
 Method dense_bits_method(const TexelIntegrals& texels, int functions);
 
-/// The factors of all vertices in wide nodes, by vertex; and those of one vertex as the library takes them.
-using WideVertices = std::vector<std::vector<WideCubemapTree>>;
-std::shared_ptr<const WideVertices> wide_trees(const TreeIntegrals& trees);
-class WideFactors {
+/// The factors of all vertices as the library takes them, their nodes in one piece.
+class WideVertices {
 public:
-    explicit WideFactors(const std::vector<WideCubemapTree>& trees);
-    WideFactors(const WideFactors&) = delete;
-    WideFactors& operator=(const WideFactors&) = delete;
+    explicit WideVertices(const TreeIntegrals& trees);
+    WideVertices(const WideVertices&) = delete;
+    WideVertices& operator=(const WideVertices&) = delete;
 
-    std::span<const WeightedTrees<float>> span() const { return std::span(weighted_).first(count_); }
+    using Factors = std::span<const WeightedTrees<float>>;
+    std::span<const Factors> factors() const { return factors_; }  ///< By vertex.
 
 private:
-    std::size_t count_;
-    std::array<WeightedTrees<float>::Part, 16> parts_;
-    std::array<WeightedTrees<float>, 16> weighted_;
+    std::vector<WideNode<float>> nodes_;
+    std::vector<WideCubemap<float>> trees_;  ///< By vertex and factor, as all that follows.
+    std::vector<WeightedTrees<float>::Part> parts_;
+    std::vector<WeightedTrees<float>> weighted_;
+    std::vector<Factors> factors_;
 };
 
 /// What the methods multiply: the same vertices as texels and as trees of so many functions.
@@ -84,13 +90,15 @@ enum class DataPlace {
 };
 inline constexpr int cache_repeats = 8;
 
-/// Evaluates all batches, cache_repeats times or once; the number of vertices evaluated.
-std::size_t evaluate_all(const Method& method, std::size_t count, DataPlace place);
+/// Evaluates so many vertices, from the first of a batch on, cache_repeats times or once. Returns how many
+/// evaluations that was.
+std::size_t evaluate_all(const Method& method, std::size_t first, std::size_t count, DataPlace place);
 
 /// CPU seconds of this thread: other programs on the machine do not count.
 double thread_seconds();
 
-/// Least time per vertex of each method, in `rounds` turns, so that all of them meet the same weather. [us]
+/// Least time per vertex of each method, in `rounds` turns, so that all of them meet the same weather. What
+/// all vertices share, such as the lighting, is in the cache. [us]
 std::vector<double> least_microseconds(std::span<const Method> methods, std::size_t count, DataPlace place,
                                        int rounds);
 

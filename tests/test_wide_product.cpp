@@ -74,6 +74,22 @@ Expected expected_integral(const RgbCubemapTree& light, const ExampleFactors& ex
     return sum;
 }
 
+TEST(ProductIntegrals, HaveTheBitsOfEachOneAlone) {
+    const LightPyramid light(random_light(3, 5, 0.6), 32);
+    WalkMemory<float> memory;
+    std::vector<ExampleFactors> examples;
+    for (std::uint32_t i = 0; i < 19; ++i) examples.emplace_back(i, int(i % 4), 5, 0.5);
+    std::vector<std::span<const WeightedTrees<float>>> factors;
+    for (const ExampleFactors& example : examples) factors.push_back(example.factors);
+    for (const int depth : {full_depth, 3}) {
+        std::vector<Rgb> found(factors.size(), Rgb(-1.0f));
+        product_integrals(light, factors, depth, memory, found);
+        for (std::size_t i = 0; i < factors.size(); ++i)
+            EXPECT_EQ(found[i], product_integral(light, factors[i], depth, memory)) << i;
+    }
+    product_integrals(light, {}, full_depth, memory, {});
+}
+
 TEST(WideProduct, IntegralEqualsPixelSumAtAllDepths) {
     WalkMemory<float> memory;
     for (int levels = 0; levels <= 7; ++levels)
