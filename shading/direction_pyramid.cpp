@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 
 #include "shading/cell_path.h"
 
@@ -20,6 +21,7 @@ DirectionPyramid::DirectionPyramid(int face_size) {
     // Sums over four places in each of the finest cells, added up from there. Means are over the face's area.
     for (int level = levels - 1; level >= 0; --level) {
         const auto cells_a_side = std::size_t(4) << (2 * level);
+        double least_cosine = 1;
         for (std::size_t block = 0; block < std::size_t(1) << (4 * level); ++block)
             for (std::size_t cell = 0; cell < wide_cells; ++cell) {
                 const auto [column_of_cell, row_of_cell] = square_place(block * wide_cells + cell);
@@ -39,12 +41,12 @@ DirectionPyramid::DirectionPyramid(int face_size) {
                 to.extent[cell] = float(std::sqrt(3 * (1 - mean.length())));
                 to.inverse_extent[cell] = 1 / to.extent[cell];
                 for (const double corner_u : {u, u + side})
-                    for (const double corner_v : {v, v + side}) {
-                        const double cosine = along.dot(Vec3d(corner_u, corner_v, 1).normalized());
-                        float& radius = radius_[std::size_t(level)];
-                        radius = std::max(radius, float(std::acos(std::min(cosine, 1.0))));
-                    }
+                    for (const double corner_v : {v, v + side})
+                        least_cosine =
+                            std::min(least_cosine, along.dot(Vec3d(corner_u, corner_v, 1).normalized()));
             }
+        sine_[std::size_t(level)] = float(std::sqrt(1 - least_cosine * least_cosine));
+        cosine_[std::size_t(level)] = float(least_cosine);
     }
 }
 

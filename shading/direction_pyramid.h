@@ -21,12 +21,13 @@ public:
     const DirectionBlock& block(int level, std::size_t block) const {
         return blocks_[first_[std::size_t(level)] + block];
     }
-    /// The largest angle between a cell's mean direction and any direction in it, on a level. [rad]
-    float radius(int level) const { return radius_[std::size_t(level)]; }
+    /// Of the largest angle between a cell's mean direction and any direction in it, on a level.
+    float sine(int level) const { return sine_[std::size_t(level)]; }
+    float cosine(int level) const { return cosine_[std::size_t(level)]; }
 
 private:
     std::array<std::size_t, 5> first_{};
-    std::array<float, 4> radius_{};
+    std::array<float, 4> sine_{}, cosine_{};
     std::vector<DirectionBlock> blocks_;
 };
 

@@ -211,14 +211,17 @@ public:
           normal_(in_face_frame(terms.brdf.normal, int(face))),
           mirror_(in_face_frame(terms.brdf.mirror, int(face))),
           to_eye_(in_face_frame(terms.to_eye, int(face))),
-          across_(normal_.cross(to_eye_).normalized()),
+          across_(in_face_frame(terms.across, int(face))),
           sides_(sides) {
         sides.clear();
         for (const Vec3f& side : terms.near.sides) sides.push_back(in_face_frame(side, int(face)));
     }
 
-    /// Whether the face lies below the horizon.
-    bool is_dark() const { return normal_.z + std::abs(normal_.x) + std::abs(normal_.y) <= 0; }
+    /// Whether a face lies below a horizon.
+    static bool is_dark(const Vec3f& normal, std::size_t face) {
+        const Vec3f n = in_face_frame(normal, int(face));
+        return n.z + std::abs(n.x) + std::abs(n.y) <= 0;
+    }
 
     BlockAhead root() const {
         return {true, !terms_.near.end.empty(), (1u << terms_.highlights().size()) - 1u, 0};

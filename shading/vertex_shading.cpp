@@ -21,20 +21,41 @@ struct RadianceSum : ChannelSums {
     bool needs_bounds() const { return negligible > 0; }
 };
 
-/// Walks all faces.
+/// Acts on the shading of each face that is lit, with the factors that vary on it listed, and their constant.
+/// The next face is listed before, so that its nodes are on their way.
+template <class Reflected, class Action>
+void for_each_lit_face(const Reflected& reflected, const VertexTerms& terms,
+                       std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                       WalkMemory<std::uint8_t>& memory, const Action& action) {
+    std::size_t next = 0;
+    FaceFactors of_next;
+    const auto list_next = [&](std::size_t face) {
+        while (face < cubemap_faces && FaceShading<Reflected>::is_dark(terms.brdf.normal, face)) ++face;
+        next = face;
+        if (face == cubemap_faces) return;
+        of_next = list_factors(visibilities, face, memory.next);
+        fetch_nodes(memory.next);
+    };
+    list_next(0);
+    while (next < cubemap_faces) {
+        const std::size_t face = next;
+        const float constant = of_next.constant;
+        std::swap(memory.varying[0], memory.next);
+        list_next(face + 1);
+        if (constant != 0) action(face, FaceShading(reflected, terms, face, memory.sides), constant);
+    }
+}
+
 RadianceSum walked(const LightPyramid& light, const VertexTerms& terms,
                    std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
                    float negligible, WalkMemory<std::uint8_t>& memory) {
-    const LitColours reflected{light};
     RadianceSum sum(negligible);
-    for (std::size_t face = 0; face < cubemap_faces; ++face) {
-        const FaceShading shading(reflected, terms, face, memory.sides);
-        if (shading.is_dark()) continue;
-        const FaceFactors factors = list_factors(visibilities, face, memory.varying[0]);
-        if (factors.constant == 0) continue;
-        Walk<std::uint8_t, FaceShading<LitColours>, RadianceSum> walk(shading, sum, memory, depth);
-        walk.visit(0, face, 0, factors.constant * RadianceSum::cell_share, shading.root());
-    }
+    for_each_lit_face(LitColours{light}, terms, visibilities, memory,
+                      [&](std::size_t face, const FaceShading<LitColours>& shading, float constant) {
+                          Walk<std::uint8_t, FaceShading<LitColours>, RadianceSum> walk(shading, sum, memory,
+                                                                                        depth);
+                          walk.visit(0, face, 0, constant * RadianceSum::cell_share, shading.root());
+                      });
     return sum;
 }
 
@@ -47,6 +68,7 @@ Rgb radiance(const LightPyramid& light, const DirectionPyramid& directions, cons
              WalkMemory<std::uint8_t>& memory, float tolerance) {
     const int face_levels = light.numbers().levels();
     const Depth levels(depth, face_levels);
+    fetch_faces(visibilities);
     const VertexTerms terms(directions, brdf, near, levels.levels - 1);
     if (tolerance > 0 && levels.levels > 1) {
         // Of a coarse guess at the radiance, each of some hundred cells may spoil its share; the sum of the
@@ -102,14 +124,12 @@ void write_product(const Reflected& reflected, const VertexTerms& terms,
                    std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
                    WalkMemory<std::uint8_t>& memory, Writer& writer) {
     writer.blocks.clear();
-    for (std::size_t face = 0; face < cubemap_faces; ++face) {
-        const FaceShading shading(reflected, terms, face, memory.sides);
-        if (shading.is_dark()) continue;
-        const FaceFactors factors = list_factors(visibilities, face, memory.varying[0]);
-        if (factors.constant == 0) continue;
-        Walk<std::uint8_t, FaceShading<Reflected>, Writer> walk(shading, writer, memory, depth);
-        walk.visit(0, face, 0, factors.constant, shading.root());
-    }
+    for_each_lit_face(reflected, terms, visibilities, memory,
+                      [&](std::size_t face, const FaceShading<Reflected>& shading, float constant) {
+                          Walk<std::uint8_t, FaceShading<Reflected>, Writer> walk(shading, writer, memory,
+                                                                                  depth);
+                          walk.visit(0, face, 0, constant, shading.root());
+                      });
 }
 
 double transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
@@ -117,6 +137,7 @@ double transfer(const LightPyramid& light, const DirectionPyramid& directions, c
                 int depth, const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
                 std::vector<WaveletBlock<3>>& product) {
     const Depth levels(depth, light.numbers().levels());
+    fetch_faces(visibilities);
     const VertexTerms terms(directions, brdf, near, levels.levels - 1, lobe_of_terms_varies);
     BlockWriter<3, true> writer{light.numbers(), product, detail};
     write_product(LitColours{light}, terms, visibilities, levels, memory, writer);
@@ -131,6 +152,7 @@ double highlight_transfer(const LightPyramid& light, const DirectionPyramid& dir
     const Depth levels(depth, light.numbers().levels());
     VertexBrdf highlights = brdf;
     highlights.diffuse = Rgb(0.0f);
+    fetch_faces(visibilities);
     const VertexTerms terms(directions, highlights, near, levels.levels - 1, lobe_of_terms_varies);
     HighlightWriter writer(light.numbers(), product, detail);
     write_product(LitHighlights{{light}, brdf.diffuse}, terms, visibilities, levels, memory, writer);
@@ -143,6 +165,7 @@ void write_terms(const BlockNumbers& numbers, const DirectionPyramid& directions
                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<count>>& product) {
     const Depth levels(depth, numbers.levels());
+    fetch_faces(visibilities);
     const VertexTerms terms(directions, brdf, near, levels.levels - 1, lobe_of_terms_varies);
     BlockWriter<count> writer{numbers, product};
     write_product(PlainTerms<count>(), terms, visibilities, levels, memory, writer);

@@ -30,16 +30,32 @@ struct Highlight {
         near.fill(exponent == 0 ? -2.0f : 0.0f);
         curved.fill(2);
         if (exponent == 0) return;
-        // The mirror direction turns twice as far as the half vector.
-        const float turn = about_half_vector ? 2 : 1;
-        const float zero_at = turn * std::acos(std::pow(lobe_zero, 1 / exponent)),
-                    curved_at = turn * std::acos(std::pow(varies, 1 / exponent));
+        const Reach zero(std::pow(lobe_zero, 1 / exponent), about_half_vector),
+            varying(std::pow(varies, 1 / exponent), about_half_vector);
         for (int level = 0; level <= last_level; ++level) {
-            const float radius = directions.radius(level);
-            near[std::size_t(level)] = std::cos(std::min(zero_at + radius, float(pi)));
-            curved[std::size_t(level)] = std::cos(std::min(curved_at + radius, float(pi)));
+            near[std::size_t(level)] = zero.cosine_beyond(directions, level);
+            curved[std::size_t(level)] = varying.cosine_beyond(directions, level);
         }
     }
+
+private:
+    /// How far from the mirror direction a lobe has a value.
+    struct Reach {
+        float sine, cosine;
+
+        /// cosine_of_lobe  of the angle from the lobe's axis; the mirror direction turns twice as far as the
+        ///                 half vector.
+        Reach(float cosine_of_lobe, bool about_half_vector) {
+            const float c = cosine_of_lobe, s = std::sqrt(std::max(1 - c * c, 0.0f));
+            sine = about_half_vector ? 2 * s * c : s;
+            cosine = about_half_vector ? 2 * c * c - 1 : c;
+        }
+        /// Of the reach and a cell's radius together; no more than half a turn.
+        float cosine_beyond(const DirectionPyramid& directions, int level) const {
+            const float s = directions.sine(level), c = directions.cosine(level);
+            return sine * c + cosine * s > 0 ? cosine * c - sine * s : -1.0f;
+        }
+    };
 };
 
 /// What all faces and blocks of a vertex share.
@@ -50,6 +66,7 @@ struct VertexTerms {
     float varies;  ///< Of lobes: lobe_varies or lobe_of_terms_varies.
     bool is_metallic;
     Vec3f to_eye;
+    Vec3f across;  ///< The plane of incidence: unit length.
     std::array<float, 4>
         margin{};  ///< By level: sine of the largest angle from a cell's middle to its border.
     /// By level: a highlight times the light's deviation in a cell, over the mean of the light. What is less
@@ -63,7 +80,8 @@ struct VertexTerms {
           near(cones),
           varies(lobes_vary),
           is_metallic(what.metallic != Rgb(0.0f)),
-          to_eye(what.normal * (2 * what.normal.dot(what.mirror)) - what.mirror) {
+          to_eye(what.normal * (2 * what.normal.dot(what.mirror)) - what.mirror),
+          across(what.normal.cross(to_eye).normalized()) {
         if (what.specular != Rgb(0.0f)) {
             if (what.phong > 0)
                 highlights_[highlight_count_++] = {what.phong, what.shininess, false, pyramid, last, varies};
@@ -76,7 +94,7 @@ struct VertexTerms {
             energy += highlight.weight * (highlight.about_half_vector ? 4.0f : 1.0f) /
                       (2 * (highlight.exponent + 1));
         for (int level = 0; level <= last; ++level) {
-            margin[std::size_t(level)] = std::sin(directions.radius(level));
+            margin[std::size_t(level)] = directions.sine(level);
             const auto cells = static_cast<float>(cubemap_faces << (4 * (level + 1)));
             negligible[std::size_t(level)] = 1e-3f * energy * cells;
         }

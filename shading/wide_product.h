@@ -23,9 +23,9 @@ namespace haarfield {
 Rgb product_integral(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
                      WalkMemory<float>& memory);
 
-/// product_integral at many points, for trees that come from memory: those of several points are read from end
-/// to end before they are walked, which takes a third off the time if a point's trees lie side by side, and
-/// adds a tenth to it if they were in the cache.
+/// product_integral at many points, for trees that come from memory: those of several points are read from
+/// end to end before they are walked, which takes a third off the time if a point's trees lie side by side,
+/// and adds a tenth to it if they were in the cache.
 ///
 /// factors    by point; trees whose WideFace::nodes is not known are not read ahead.
 /// integrals  overwritten, as many.

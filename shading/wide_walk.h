@@ -1,6 +1,8 @@
 #pragma once
 /// What the walk down n trees keeps of the factors, and its memory.
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 
 #include "shading/wide_tree.h"
@@ -59,6 +61,7 @@ struct VaryingFactors {
 template <class Cell>
 struct WalkMemory {
     std::array<VaryingFactors<Cell>, 4> varying;  ///< On the block at hand, by level.
+    VaryingFactors<Cell> next;                    ///< On the next face.
     struct Evaluated {
         alignas(64) std::array<float, wide_cells> constant;  ///< Of the trees that do not vary on a cell.
         unsigned varying;                                    ///< Cells.
@@ -71,6 +74,7 @@ struct WalkMemory {
         std::size_t nodes = 0;
         for (const auto& factor : factors) nodes += factor.parts.size();
         for (auto& level : varying) level.reserve(factors.size(), nodes);
+        next.reserve(factors.size(), nodes);
         for (auto& level : evaluated)
             if (level.size() < factors.size()) level.resize(factors.size());
     }
@@ -102,6 +106,22 @@ FaceFactors list_factors(std::span<const WeightedTrees<Cell>> factors, std::size
         if (!varying.set_constant(constant)) result.constant *= constant;
     }
     return result;
+}
+
+/// Sends for what list_factors reads.
+template <class Cell>
+void fetch_faces(std::span<const WeightedTrees<Cell>> factors) {
+    for (const WeightedTrees<Cell>& factor : factors)
+        for (const auto& part : factor.parts) {
+            hwy::Prefetch(part.tree);
+            hwy::Prefetch(&part.tree->back());
+        }
+}
+
+/// Sends for the nodes that are listed.
+template <class Cell>
+void fetch_nodes(const VaryingFactors<Cell>& varying) {
+    for (std::size_t i = 0; i < varying.node_count; ++i) hwy::Prefetch(varying.nodes[i].node);
 }
 
 /// How far down trees are walked.
