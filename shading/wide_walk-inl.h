@@ -109,7 +109,7 @@ struct LeavesOf {
 /// Sums over all cells, by channel: an integral.
 struct ChannelSums {
     static constexpr unsigned needed = 2;
-    static constexpr bool may_blur = false;
+    static constexpr bool is_sum = true, may_blur = false;
     static constexpr float cell_share = 1.0f / wide_cells;
 
     Cells sum[3];
@@ -162,7 +162,8 @@ struct ChannelSums {
 ///       what that product is multiplied by, on each level once more by Sink::cell_share. If its `negligible`
 ///       is positive, cells are done early where what that changes is bounded by less; the bounds add up in
 ///       `error`. If it may_blur, what varies within some cells does not matter, but for their means: these
-///       it keeps, and below them the walk goes on only where two functions vary.
+///       it keeps, and below them the walk goes on only where two functions vary. If it is_sum, all that
+///       matters of the blocks is the sum over their cells.
 template <class Cell, class Head, class Sink>
 class Walk {
     using Ahead = typename Head::Ahead;
@@ -184,8 +185,7 @@ private:
         auto head = head_.last(level, face, block, ahead);
         if (head.zero == all_sixteen) return;
         const VaryingFactors<Cell>& varying = memory_.varying[std::size_t(level)];
-        if (average_ > 1)
-            for (Cells& channel : head.value) channel = means_of(channel, average_);
+        average_head(head);
         Cells product = all_cells(constant);
         const WeightedNode<Cell>* nodes = varying.nodes.data();
         for (std::size_t f = 0; f < varying.factor_count; ++f) {
@@ -303,10 +303,17 @@ private:
             const std::size_t leaf = block * wide_cells + cell;
             auto head = head_.last(level + 1, face, leaf, above.ahead(cell));
             if (head.zero == all_sixteen) continue;
-            if (average_ > 1)
-                for (Cells& channel : head.value) channel = means_of(channel, average_);
+            average_head(head);
             leaves.add(level + 1, face, leaf, product[cell], head);
         }
+    }
+
+    /// In a sum over the cells it is enough that the trees beside it are averaged.
+    template <class Values>
+    HWY_INLINE void average_head(Values& head) const {
+        if constexpr (!Sink::is_sum)
+            if (average_ > 1)
+                for (Cells& channel : head.value) channel = means_of(channel, average_);
     }
 
     /// The factors that vary on a cell.
