@@ -1,11 +1,11 @@
 #include "shading/kept_visibility.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cstddef>
+#include <iterator>
 #include <utility>
 
 namespace haarfield {
@@ -29,6 +29,7 @@ public:
     }
 
     std::size_t bytes() const { return bytes_; }
+    bool is_full() const { return is_full_; }  ///< Something had no room.
 
     std::vector<std::unique_ptr<std::byte[]>> pages;
 
@@ -40,7 +41,7 @@ private:
         std::size_t budget = budget_.load(), bytes = 0;
         do {
             bytes = std::min(std::max(least, page_bytes), budget);
-            if (bytes < least) return false;
+            if (bytes < least) return !(is_full_ = true);
         } while (!budget_.compare_exchange_weak(budget, budget - bytes));
         pages.push_back(std::make_unique_for_overwrite<std::byte[]>(bytes));
         next_ = pages.back().get();
@@ -52,6 +53,7 @@ private:
     std::atomic<std::size_t>& budget_;
     std::byte* next_ = nullptr;
     std::size_t left_ = 0, bytes_ = 0;
+    bool is_full_ = false;
 };
 
 template <class T>
@@ -114,7 +116,7 @@ Result<KeptVisibility> KeptVisibility::make(const ShadedScene& scene, const Shad
         VertexVisibility visibility;
         PagedMemory memory;
     };
-    std::atomic<std::size_t> budget = std::max(most_bytes, result.bytes_) - result.bytes_;
+    std::atomic<std::size_t> budget = most_bytes;
     tbb::enumerable_thread_specific<Worker> workers([&] {
         return Worker{{scene, geometry}, PagedMemory(budget)};
     });
@@ -122,6 +124,7 @@ Result<KeptVisibility> KeptVisibility::make(const ShadedScene& scene, const Shad
         scene, geometry.orders(),
         [&]() -> VertexVisitor {
             return [&, worker = &workers.local()](std::size_t i, std::uint32_t v) {
+                if (worker->memory.is_full()) return;
                 const bool sees = worker->visibility.look(i, v, vertex_view(scene, scene.instances[i], v));
                 result.sights_[i][v] = sees ? kept(worker->visibility, worker->memory) : &sees_nothing;
             };

@@ -1,6 +1,7 @@
 #pragma once
 /// What the vertices of a scene see, kept: for new light and new views of objects that stay where they are.
 
+#include <cassert>
 #include <memory>
 
 #include "shading/vertex_visibility.h"
@@ -18,7 +19,8 @@ class KeptVisibility {
 public:
     /// Looks round once from each vertex that is not buried.
     ///
-    /// most_bytes  Vertices for which there is no more room are left out: they have to look round anew.
+    /// most_bytes  beside 8 bytes a vertex. Vertices for which there is no more room are left out and have to
+    ///             look round anew; which ones depends on the threads, what they see does not.
     /// memory      some 0.4 KB a vertex, and where near objects are rasterized another 6 KB.
     ///             [faces of 64 texels]
     /// cost        that of looking: from 1 us a vertex by fields to 50 us at contacts, on all of oneTBB's
@@ -27,12 +29,13 @@ public:
     static Result<KeptVisibility> make(const ShadedScene& scene, const ShadingGeometry& geometry,
                                        std::size_t most_bytes, const Progress& progress = {});
 
-    /// Null: not kept.
+    /// Null: not kept. Of the scene's instances and vertices as they were (asserted).
     const VertexSight* find(std::size_t instance, std::uint32_t vertex) const {
+        assert(instance < sights_.size() && vertex < sights_[instance].size());
         return sights_[instance][vertex];
     }
 
-    std::size_t bytes() const { return bytes_; }
+    std::size_t bytes() const { return bytes_; }  ///< With those 8 a vertex.
 
 private:
     std::vector<std::vector<const VertexSight*>> sights_;  ///< By instance and vertex.

@@ -21,6 +21,7 @@
 #include "shading/product_pruning.h"
 #include "shading/renderer.h"
 #include "shading/sparse_vectors.h"
+#include "shading/vertex_visibility.h"
 
 namespace haarfield {
 

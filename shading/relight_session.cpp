@@ -263,13 +263,14 @@ Result<Done> RelightSession::commit(const Progress& progress) {
         lighting_tree(environment, settings_.face_size, {settings_.light_coefficients}, progress.stop),
         settings_.face_size);
     if (progress.stop.stop_requested()) return Error{"", interrupted};
-    if (!kept_) {
+    if (!kept_ && settings_.kept_bytes > 0) {
         Result<KeptVisibility> made =
             KeptVisibility::make(scene_, **geometry, settings_.kept_bytes, progress);
         if (!made) return made.error();
         kept_ = std::move(*made);
     }
-    Result<VertexRadiance> full = vertex_radiance({scene_, **geometry, light, settings_, &*kept_}, progress);
+    Result<VertexRadiance> full =
+        vertex_radiance({scene_, **geometry, light, settings_, kept_ ? &*kept_ : nullptr}, progress);
     if (!full) return full.error();
     scene_.environment = std::move(environment);
     radiance_ = std::move(*full);

@@ -60,8 +60,8 @@ FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& ins
 /// Whether an instance lies below a vertex's horizon, so that it hides nothing from it.
 bool is_below_horizon(const ShadedEntity& entity, const ShadedInstance& instance, const VertexView& view);
 
-/// How far a vertex is from an instance, squared, over the distance within which it sees it exactly; below 1
-/// it does not look it up.
+/// How far a vertex is from an instance over the distance within which it is to see it exactly, squared.
+/// Where this is not below 1, be it not a number, it looks it up.
 float squared_exact_distance(const ShadingGeometry::Entity& prepared, const VisibilityField& field,
                              const ShadedInstance& instance, const VertexView& view);
 

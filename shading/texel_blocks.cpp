@@ -1,6 +1,8 @@
 #include "shading/texel_blocks.h"
 
 #include <algorithm>
+#include <bit>
+#include <cassert>
 
 #include "fields/visibility_rasterizer.h"
 
@@ -145,6 +147,7 @@ HWY_EXPORT(write_face);
 
 void sort_into_blocks(std::span<const std::uint8_t> counts, int face_size, TexelBlocks& blocks) {
     const auto size = static_cast<std::size_t>(face_size);
+    assert(size >= 2 && counts.size() == size * size);
     const bool is_quartered = std::countr_zero(size) % 2 != 0;
     const std::size_t count = is_quartered ? size * size / 4 : size * size / wide_cells;
     blocks.mean.resize(count);

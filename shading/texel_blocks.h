@@ -10,7 +10,7 @@ namespace haarfield {
 
 /// Squares of one size on a face of visibility, in the order of their paths (wide_tree.h).
 struct VisibilitySquares {
-    std::vector<std::uint32_t> open;   ///< Sums of open samples, over the cells of the smallest squares.
+    std::vector<std::uint32_t> open;   ///< Sums of open samples; a texel of four cells counts four times.
     std::vector<std::uint8_t> varies;  ///< 1: the visibility differs within the square; else 0.
 };
 

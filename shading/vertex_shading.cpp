@@ -1,5 +1,7 @@
 #include "shading/vertex_shading.h"
 
+#include <hwy/cache_control.h>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "shading/vertex_shading.cpp"
 #include <hwy/foreach_target.h>
@@ -20,6 +22,20 @@ struct RadianceSum : ChannelSums {
     explicit RadianceSum(float negligible_error) : negligible(negligible_error) {}
     bool needs_bounds() const { return negligible > 0; }
 };
+
+/// Sends for what list_factors reads.
+void fetch_faces(std::span<const WeightedTrees<std::uint8_t>> factors) {
+    for (const WeightedTrees<std::uint8_t>& factor : factors)
+        for (const auto& part : factor.parts) {
+            hwy::Prefetch(part.tree);
+            hwy::Prefetch(&part.tree->back());
+        }
+}
+
+/// Sends for the nodes that are listed.
+void fetch_nodes(const VaryingFactors<std::uint8_t>& varying) {
+    for (std::size_t i = 0; i < varying.node_count; ++i) hwy::Prefetch(varying.nodes[i].node);
+}
 
 /// Acts on the shading of each face that is lit, with the factors that vary on it listed, and their constant.
 /// The next face is listed before, so that its nodes are on their way.

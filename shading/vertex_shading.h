@@ -26,6 +26,7 @@ struct VertexBrdf {
 
 /// Outgoing radiance of a vertex.
 ///
+/// directions    of faces of at least two texels (asserted).
 /// near          occluders that are seen exactly.
 /// visibilities  of the vertex's own entity and of other instances.
 /// depth         as in product_integral; of lighting and visibility trees. Cosine and lobe follow.

@@ -2,6 +2,7 @@
 /// What all faces and blocks of a vertex share, while it is shaded.
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "shading/vertex_shading.h"
@@ -82,6 +83,7 @@ struct VertexTerms {
           is_metallic(what.metallic != Rgb(0.0f)),
           to_eye(what.normal * (2 * what.normal.dot(what.mirror)) - what.mirror),
           across(what.normal.cross(to_eye).normalized()) {
+        assert(last >= 0);
         if (what.specular != Rgb(0.0f)) {
             if (what.phong > 0)
                 highlights_[highlight_count_++] = {what.phong, what.shininess, false, pyramid, last, varies};

@@ -1,6 +1,7 @@
 #include "shading/wide_product.h"
 
 #include <algorithm>
+#include <cassert>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "shading/wide_product.cpp"
@@ -148,6 +149,7 @@ Rgb product_integral(const LightPyramid& light, std::span<const WeightedTrees<fl
 void product_integrals(const LightPyramid& light,
                        std::span<const std::span<const WeightedTrees<float>>> factors, int depth,
                        WalkMemory<float>& memory, std::span<Rgb> integrals) {
+    assert(integrals.size() == factors.size());
     const auto function = HWY_DYNAMIC_DISPATCH(integral);
     for (std::size_t first = 0; first < factors.size(); first += points_at_once) {
         const std::size_t end = std::min(first + points_at_once, factors.size());

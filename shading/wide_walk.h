@@ -1,8 +1,6 @@
 #pragma once
 /// What the walk down n trees keeps of the factors, and its memory.
 
-#include <hwy/cache_control.h>
-
 #include <algorithm>
 
 #include "shading/wide_tree.h"
@@ -106,22 +104,6 @@ FaceFactors list_factors(std::span<const WeightedTrees<Cell>> factors, std::size
         if (!varying.set_constant(constant)) result.constant *= constant;
     }
     return result;
-}
-
-/// Sends for what list_factors reads.
-template <class Cell>
-void fetch_faces(std::span<const WeightedTrees<Cell>> factors) {
-    for (const WeightedTrees<Cell>& factor : factors)
-        for (const auto& part : factor.parts) {
-            hwy::Prefetch(part.tree);
-            hwy::Prefetch(&part.tree->back());
-        }
-}
-
-/// Sends for the nodes that are listed.
-template <class Cell>
-void fetch_nodes(const VaryingFactors<Cell>& varying) {
-    for (std::size_t i = 0; i < varying.node_count; ++i) hwy::Prefetch(varying.nodes[i].node);
 }
 
 /// How far down trees are walked.

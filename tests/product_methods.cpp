@@ -208,6 +208,7 @@ Method harmonics_method(const TexelIntegrals& texels, int functions, int order) 
     method.title = "two functions at a time, harmonics of order " + std::to_string(order);
     method.of_trees = false;
     method.tolerance = INFINITY;
+    static_assert(harmonics_batch <= largest_batch);
     method.batch = harmonics_batch;
     method.evaluate = [light = projection.of_light(texels.light),
                        data = std::make_shared<std::vector<std::vector<HarmonicsBatch>>>(std::move(data)),

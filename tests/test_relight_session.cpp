@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <functional>
 #include <random>
 
 #include "shading/lighting.h"
@@ -343,6 +344,37 @@ TEST_P(RelightSessionBy, ThirtyRandomEditsEqualAFreshBake) {
     for (const int count : counts) EXPECT_GT(count, 1);
     ASSERT_TRUE(session.commit());
     EXPECT_LT(largest_difference(session.radiance(), opened(GetParam()).fresh_bake(session)), 1e-6);
+}
+
+TEST_P(RelightSessionBy, ACommitKnowsOfEachChangeSinceTheLast) {
+    const std::pair<const char*, std::function<void(RelightSession&)>> changes[] = {
+        {"light", [](RelightSession& session) { session.set_environment(sky(2)); }},
+        {"eye",
+         [](RelightSession& session) {
+             session.set_eye({-3, 1, 1});
+         }},
+        {"place",
+         [](RelightSession& session) {
+             session.place(1, {0.2f, 0.3f, -1}, 1.2f);
+         }},
+        {"clone", [](RelightSession& session) { session.clone(1); }},
+        {"remove", [](RelightSession& session) { session.remove(1); }},
+        {"rotate", [](RelightSession& session) { ASSERT_TRUE(session.rotate(1, Vec3d(0, 1, 0), 0.7)); }}};
+    for (const auto& [name, change] : changes) {
+        RelightSession session = opened(GetParam()).session(), fresh = opened(GetParam()).session();
+        ASSERT_TRUE(session.commit());
+        const VertexRadiance before = session.radiance();
+        std::stop_source stop;
+        stop.request_stop();
+        change(session);
+        change(fresh);
+        EXPECT_FALSE(session.commit({{}, stop.get_token()}));
+        EXPECT_EQ(session.radiance(), before) << name;
+        ASSERT_TRUE(session.commit());
+        ASSERT_TRUE(fresh.commit());
+        EXPECT_EQ(session.radiance(), fresh.radiance()) << name;
+        EXPECT_NE(session.radiance(), before) << name;
+    }
 }
 
 TEST(RelightSession, TurningBackIsAsIfNothingHadBeenTurned) {

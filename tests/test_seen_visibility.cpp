@@ -16,7 +16,7 @@ TEST(SeenVisibility, HoldsEveryTexelOfTheRasterizer) {
     const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 20)),
                    box = make_occluder(box_mesh({-1, -1, -1}, {1, 2, 3}));
     const Vec3f up(0, 1, 0);
-    for (const int size : {1, 2, 4, 16, 32, 64, 128}) {
+    for (const int size : {1, 2, 4, 8, 16, 32, 64, 128, 256}) {
         SeenVisibility seen(size);
         VisibilityRasterizer rasterizer(size);
         for (const Vec3f& point : {Vec3f(0.3f, 1.7f, -0.2f), Vec3f(5, 1, 1), Vec3f(0, -3, 0.4f)}) {
@@ -70,7 +70,7 @@ TEST(SeenVisibility, MeansOfVaryingCellsAreThoseOfTheirChildren) {
 TEST(SeenVisibility, HasTheSameBitsForAllInstructionSets) {
     const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 20));
     const OccluderView view{&sphere, {0.4f, 1.3f, -0.3f}};
-    for (const int size : {8, 64}) {
+    for (const int size : {2, 8, 32, 64}) {
         SeenVisibility seen(size);
         const auto nodes = [&] {
             seen(std::span(&view, 1));
