@@ -23,7 +23,8 @@ public:
 
     /// bytes  aligned. Null: the budget is spent.
     std::byte* allocate(std::size_t bytes) {
-        if (bytes > left_ && !add_page(bytes)) return nullptr;
+        is_full_ = bytes > left_ && !add_page(bytes);
+        if (is_full_) return nullptr;
         left_ -= bytes;
         return std::exchange(next_, next_ + bytes);
     }
@@ -41,7 +42,7 @@ private:
         std::size_t budget = budget_.load(), bytes = 0;
         do {
             bytes = std::min(std::max(least, page_bytes), budget);
-            if (bytes < least) return !(is_full_ = true);
+            if (bytes < least) return false;
         } while (!budget_.compare_exchange_weak(budget, budget - bytes));
         pages.push_back(std::make_unique_for_overwrite<std::byte[]>(bytes));
         next_ = pages.back().get();

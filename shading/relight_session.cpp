@@ -120,6 +120,11 @@ void RelightSession::light_changes() {
     if (!std::holds_alternative<LightTransfer>(transfer_)) transfer_ = {};
 }
 
+void RelightSession::instances_change() {
+    transfer_ = {};
+    kept_.reset();
+}
+
 void RelightSession::set_environment(LatLongImage environment) {
     environment_ = std::move(environment);
     turnable_.reset();
@@ -154,8 +159,7 @@ void RelightSession::place(std::size_t instance, const Vec3f& translate, float s
 
 std::size_t RelightSession::clone(std::size_t instance) {
     assert(instance < instances_.size());
-    transfer_ = {};
-    kept_.reset();
+    instances_change();
     instances_.push_back(SessionInstance(instances_[instance]));
     scene_.instances.push_back(ShadedInstance(scene_.instances[instance]));
     return instances_.size() - 1;
@@ -163,8 +167,7 @@ std::size_t RelightSession::clone(std::size_t instance) {
 
 void RelightSession::remove(std::size_t instance) {
     assert(instance < instances_.size());
-    transfer_ = {};
-    kept_.reset();
+    instances_change();
     instances_.erase(instances_.begin() + static_cast<std::ptrdiff_t>(instance));
     scene_.instances.erase(scene_.instances.begin() + static_cast<std::ptrdiff_t>(instance));
     drop_unused_poses();
@@ -192,8 +195,7 @@ Result<Done> RelightSession::rotate(std::size_t instance, const Vec3d& axis, dou
         scene_.entities.push_back(
             {&own.mesh.fine, &own.occlusion, &own.field, entities_[turned.entity].materials});
     }
-    transfer_ = {};
-    kept_.reset();
+    instances_change();
     instances_[instance] = turned;
     scene_.instances[instance].entity = *pose;
     drop_unused_poses();

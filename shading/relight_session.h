@@ -153,6 +153,7 @@ private:
     Result<const RgbCubemapTree*> light_tree(const Progress& progress);
     Result<const DenseCoefficients*> light(const Progress& progress);
     void light_changes();
+    void instances_change();
     Result<Done> transferred(FrameQuality quality, const VertexChoice* vertices, const Progress& progress);
 
     RenderSettings settings_;

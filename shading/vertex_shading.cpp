@@ -37,12 +37,12 @@ void fetch_nodes(const VaryingFactors<std::uint8_t>& varying) {
     for (std::size_t i = 0; i < varying.node_count; ++i) hwy::Prefetch(varying.nodes[i].node);
 }
 
-/// Acts on the shading of each face that is lit, with the factors that vary on it listed, and their constant.
-/// The next face is listed before, so that its nodes are on their way.
-template <class Reflected, class Action>
-void for_each_lit_face(const Reflected& reflected, const VertexTerms& terms,
-                       std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                       WalkMemory<std::uint8_t>& memory, const Action& action) {
+/// Walks the faces that are lit, into a sink. The factors of the next one are listed before, so that their
+/// nodes are on their way.
+template <class Reflected, class Sink>
+void walk_faces(const Reflected& reflected, const VertexTerms& terms,
+                std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
+                WalkMemory<std::uint8_t>& memory, Sink& sink) {
     std::size_t next = 0;
     FaceFactors of_next;
     const auto list_next = [&](std::size_t face) {
@@ -58,7 +58,10 @@ void for_each_lit_face(const Reflected& reflected, const VertexTerms& terms,
         const float constant = of_next.constant;
         std::swap(memory.varying[0], memory.next);
         list_next(face + 1);
-        if (constant != 0) action(face, FaceShading(reflected, terms, face, memory.sides), constant);
+        if (constant == 0) continue;
+        const FaceShading shading(reflected, terms, face, memory.sides);
+        Walk<std::uint8_t, FaceShading<Reflected>, Sink> walk(shading, sink, memory, depth);
+        walk.visit(0, face, 0, constant * Sink::cell_share, shading.root());
     }
 }
 
@@ -66,12 +69,7 @@ RadianceSum walked(const LightPyramid& light, const VertexTerms& terms,
                    std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
                    float negligible, WalkMemory<std::uint8_t>& memory) {
     RadianceSum sum(negligible);
-    for_each_lit_face(LitColours{light}, terms, visibilities, memory,
-                      [&](std::size_t face, const FaceShading<LitColours>& shading, float constant) {
-                          Walk<std::uint8_t, FaceShading<LitColours>, RadianceSum> walk(shading, sum, memory,
-                                                                                        depth);
-                          walk.visit(0, face, 0, constant * RadianceSum::cell_share, shading.root());
-                      });
+    walk_faces(LitColours{light}, terms, visibilities, depth, memory, sum);
     return sum;
 }
 
@@ -140,12 +138,7 @@ void write_product(const Reflected& reflected, const VertexTerms& terms,
                    std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
                    WalkMemory<std::uint8_t>& memory, Writer& writer) {
     writer.blocks.clear();
-    for_each_lit_face(reflected, terms, visibilities, memory,
-                      [&](std::size_t face, const FaceShading<Reflected>& shading, float constant) {
-                          Walk<std::uint8_t, FaceShading<Reflected>, Writer> walk(shading, writer, memory,
-                                                                                  depth);
-                          walk.visit(0, face, 0, constant, shading.root());
-                      });
+    walk_faces(reflected, terms, visibilities, depth, memory, writer);
 }
 
 double transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
