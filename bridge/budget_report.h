@@ -2,7 +2,7 @@
 /// One page that shows an error budget: budget.html, complete in itself.
 
 #include "bridge/oracle_check.h"
-#include "shading/error_budget.h"
+#include "shading/bake/error_budget.h"
 
 namespace haarfield {
 

@@ -2,7 +2,7 @@
 /// A mesh with a colour at each vertex, in POV-Ray's words.
 
 #include "bridge/image.h"
-#include "fields/mesh.h"
+#include "fields/mesh/mesh.h"
 
 #include <span>
 #include <string>

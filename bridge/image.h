@@ -1,9 +1,9 @@
 #pragma once
 /// Pictures in memory and on disk. The one place that knows image files (OpenImageIO).
 
-#include "fields/result.h"
-#include "fields/vector.h"
-#include "shading/environment.h"
+#include "fields/base/result.h"
+#include "fields/base/vector.h"
+#include "shading/scene/environment.h"
 
 #include <cstdint>
 #include <filesystem>

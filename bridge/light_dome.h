@@ -1,7 +1,7 @@
 #pragma once
 /// An environment as a number of distant lights, for renderers that know no other.
 
-#include "shading/environment.h"
+#include "shading/scene/environment.h"
 
 namespace haarfield {
 

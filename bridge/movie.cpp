@@ -14,7 +14,8 @@ Result<Done> write_movie(const std::filesystem::path& pictures, const std::files
                          int frames_per_second, const Progress& progress, const std::string& program) {
     std::error_code ignored;
     // Of the same ending, which tells ffmpeg the container.
-    const std::filesystem::path temporary = movie.parent_path() / fmt::format(".{}", movie.filename().string());
+    const std::filesystem::path temporary =
+        movie.parent_path() / fmt::format(".{}", movie.filename().string());
     const std::vector<std::string> arguments{"-nostdin", "-y", "-loglevel", "error", "-framerate",
                                              std::to_string(frames_per_second), "-i",
                                              std::filesystem::absolute(pictures).string(),

@@ -1,8 +1,8 @@
 #pragma once
 /// Pictures to a movie, by ffmpeg.
 
-#include "fields/progress.h"
-#include "fields/result.h"
+#include "fields/base/progress.h"
+#include "fields/base/result.h"
 
 #include <filesystem>
 #include <string>

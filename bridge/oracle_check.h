@@ -3,7 +3,7 @@
 
 #include "bridge/reference_picture.h"
 #include "scenes/scene.h"
-#include "shading/dense_renderer.h"
+#include "shading/bake/dense_renderer.h"
 
 namespace haarfield {
 

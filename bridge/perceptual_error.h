@@ -1,7 +1,7 @@
 #pragma once
 /// Two measures of how different two pictures look. Both see sRGB pictures as a monitor shows them.
 
-#include "fields/vector.h"
+#include "fields/base/vector.h"
 
 #include <cstdint>
 #include <span>

@@ -2,7 +2,7 @@
 /// Running POV-Ray: a child process without a window, watched, and stopped when asked.
 
 #include "bridge/image.h"
-#include "fields/progress.h"
+#include "fields/base/progress.h"
 
 namespace haarfield {
 

@@ -10,10 +10,10 @@
 ///     Haarfield_Without_Background   objects before nothing, so that +UA gives coverage
 ///     Haarfield_Background_Alone     the background, without reading the objects
 
-#include "fields/mesh.h"
-#include "fields/result.h"
+#include "fields/base/result.h"
+#include "fields/mesh/mesh.h"
 #include "scenes/scene.h"
-#include "shading/environment.h"
+#include "shading/scene/environment.h"
 
 #include <filesystem>
 #include <span>

@@ -7,9 +7,9 @@
 #include <span>
 
 #include "bridge/image.h"
-#include "fields/mesh.h"
+#include "fields/mesh/mesh.h"
 #include "scenes/scene.h"
-#include "shading/mesh_point.h"
+#include "shading/bake/mesh_point.h"
 
 namespace haarfield {
 

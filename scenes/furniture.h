@@ -5,7 +5,7 @@
 /// face outwards and go some way into each other, as joints do; where one enters another it has a ring
 /// of vertices, so that no triangle reaches from the light into the dark inside.
 
-#include "fields/mesh.h"
+#include "fields/mesh/mesh.h"
 
 namespace haarfield {
 

@@ -4,7 +4,7 @@
 /// Every shell is closed, faces outwards, and has vertices of their own on both sides of a sharp edge.
 /// Lengths are metres.
 
-#include "fields/mesh.h"
+#include "fields/mesh/mesh.h"
 
 #include <functional>
 #include <span>

@@ -1,9 +1,9 @@
 #pragma once
 /// A scene as its author writes it, in metres and radians; its file, in TOML, has degrees.
 
-#include "fields/vector.h"
-#include "shading/material.h"
-#include "shading/sky.h"
+#include "fields/base/vector.h"
+#include "shading/scene/material.h"
+#include "shading/scene/sky.h"
 
 #include <filesystem>
 #include <map>
@@ -22,26 +22,26 @@ struct Camera {
 
 /// Either an image or a sky.
 struct EnvironmentDescription {
-    std::filesystem::path image;       ///< Lat-long; empty if `sky` is set.
+    std::filesystem::path image;  ///< Lat-long; empty if `sky` is set.
     std::optional<AnalyticSky> sky;
-    float rotation = 0;                ///< About +y, see turned_environment. [rad]
-    float exposure = 0;                ///< [stops]
+    float rotation = 0;  ///< About +y, see turned_environment. [rad]
+    float exposure = 0;  ///< [stops]
 };
 
 struct Entity {
     std::string name;
     std::filesystem::path mesh;
-    std::string material;                           ///< Of everything that `materials` does not name.
-    std::map<std::string, std::string> materials;   ///< By the material's name in the mesh file.
+    std::string material;                          ///< Of everything that `materials` does not name.
+    std::map<std::string, std::string> materials;  ///< By the material's name in the mesh file.
     std::uint32_t fine_vertices = 25000;
-    std::uint32_t coarse_triangles = 4000;          ///< 0: as it is.
+    std::uint32_t coarse_triangles = 4000;  ///< 0: as it is.
     std::uint32_t planar_samples = 20000;
     std::uint32_t spherical_samples = 10000;
 };
 
 /// world = translate + scale * rotate(entity). `rotate`: about x, then y, then z.
 struct Instance {
-    std::string name;     ///< The entity's, with a number if it has several: `chair_2`.
+    std::string name;        ///< The entity's, with a number if it has several: `chair_2`.
     std::size_t entity = 0;  ///< Index in Scene::entities.
     Vec3f translate{0, 0, 0};
     float scale = 1;
@@ -53,8 +53,8 @@ struct Scene {
     Camera camera;
     EnvironmentDescription environment;
     std::map<std::string, Material> materials;
-    std::vector<Entity> entities;    ///< In the order of the file.
-    std::vector<Instance> instances; ///< In the order of the file.
+    std::vector<Entity> entities;     ///< In the order of the file.
+    std::vector<Instance> instances;  ///< In the order of the file.
 };
 
 }  // namespace haarfield

@@ -7,10 +7,10 @@
 #include <map>
 #include <tuple>
 
-#include "fields/mesh_reader.h"
-#include "fields/mesh_subdivision.h"
-#include "fields/rotation.h"
-#include "fields/thin_sheets.h"
+#include "fields/mesh/mesh_reader.h"
+#include "fields/mesh/mesh_subdivision.h"
+#include "fields/mesh/rotation.h"
+#include "fields/mesh/thin_sheets.h"
 
 namespace haarfield {
 namespace {

@@ -1,12 +1,12 @@
 #pragma once
 /// From a scene's description to everything that shading needs: meshes, occluders, fields.
 
-#include "fields/field_file.h"
-#include "fields/field_precompute.h"
-#include "fields/progress.h"
-#include "fields/result.h"
+#include "fields/base/progress.h"
+#include "fields/base/result.h"
+#include "fields/field/field_file.h"
+#include "fields/field/field_precompute.h"
 #include "scenes/scene.h"
-#include "shading/renderer.h"
+#include "shading/bake/renderer.h"
 
 #include <filesystem>
 #include <map>

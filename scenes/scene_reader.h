@@ -1,7 +1,7 @@
 #pragma once
 /// Scene files in.
 
-#include "fields/result.h"
+#include "fields/base/result.h"
 #include "scenes/scene.h"
 
 namespace haarfield {

@@ -2,7 +2,7 @@
 /// From a scene's description to a session that relights and edits it.
 
 #include "scenes/scene_entities.h"
-#include "shading/relight_session.h"
+#include "shading/transfer/relight_session.h"
 
 namespace haarfield {
 

@@ -1,8 +1,8 @@
 #pragma once
 /// TOML tables whose values are checked as they are taken. The one place that knows toml++.
 
-#include "fields/result.h"
-#include "fields/vector.h"
+#include "fields/base/result.h"
+#include "fields/base/vector.h"
 
 #include <array>
 #include <cstdint>

@@ -1,11 +1,11 @@
-#include "fields/ambient_visibility.h"
+#include "fields/field/ambient_visibility.h"
 
 #include <gtest/gtest.h>
 
-#include "fields/field_precompute.h"
-#include "fields/haar_transform.h"
-#include "tests/example_meshes.h"
-#include "tests/field_fixtures.h"
+#include "fields/field/field_precompute.h"
+#include "fields/wavelets/haar_transform.h"
+#include "tests/fixtures/example_meshes.h"
+#include "tests/fixtures/field_fixtures.h"
 
 namespace haarfield {
 namespace {

@@ -5,14 +5,14 @@
 
 #include <cmath>
 
-#include "fields/haar_transform.h"
-#include "tests/dense_product.h"
-#include "tests/general_basis.h"
-#include "tests/harmonics_product.h"
-#include "tests/pairwise_product.h"
-#include "tests/pixel_reference.h"
-#include "tests/product_methods.h"
-#include "tests/ray_casting.h"
+#include "fields/wavelets/haar_transform.h"
+#include "tests/baselines/dense_product.h"
+#include "tests/baselines/general_basis.h"
+#include "tests/baselines/harmonics_product.h"
+#include "tests/baselines/pairwise_product.h"
+#include "tests/baselines/product_methods.h"
+#include "tests/baselines/ray_casting.h"
+#include "tests/oracles/pixel_reference.h"
 
 namespace haarfield::baseline {
 namespace {

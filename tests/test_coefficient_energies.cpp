@@ -1,4 +1,4 @@
-#include "shading/coefficient_energies.h"
+#include "shading/transfer/coefficient_energies.h"
 
 #include <gtest/gtest.h>
 

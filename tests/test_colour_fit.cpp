@@ -1,9 +1,9 @@
-#include "shading/colour_fit.h"
+#include "shading/bake/colour_fit.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "tests/lit_box.h"
+#include "tests/fixtures/lit_box.h"
 
 namespace haarfield {
 namespace {

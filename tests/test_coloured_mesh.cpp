@@ -3,7 +3,7 @@
 #include <random>
 
 #include "bridge/povray_process.h"
-#include "tests/bridge_fixtures.h"
+#include "tests/fixtures/bridge_fixtures.h"
 
 namespace haarfield {
 namespace {

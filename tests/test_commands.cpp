@@ -295,7 +295,8 @@ TEST_F(Commands, ABudgetSaysWhatIsApproximatedAndWhetherTheOracleIsRight) {
     EXPECT_EQ(made["oracle"]["points"], 60);
     EXPECT_GE(made["oracle"]["agreeing"], 50);
     const std::string page = text_of(folder_ / "out/budget.html");
-    for (const char* part : {"<svg", "lighting", "data:image/png", "of 60 points", "<circle", "haarfield budget"})
+    for (const char* part :
+         {"<svg", "lighting", "data:image/png", "of 60 points", "<circle", "haarfield budget"})
         EXPECT_NE(page.find(part), std::string::npos) << part;
 }
 

@@ -1,6 +1,6 @@
 #include "bridge/comparison_report.h"
 
-#include "tests/bridge_fixtures.h"
+#include "tests/fixtures/bridge_fixtures.h"
 
 namespace haarfield {
 namespace {

@@ -1,9 +1,9 @@
-#include "shading/concentrated_light.h"
+#include "shading/transfer/concentrated_light.h"
 
 #include <gtest/gtest.h>
 
-#include "fields/haar_transform.h"
-#include "fields/rotation.h"
+#include "fields/mesh/rotation.h"
+#include "fields/wavelets/haar_transform.h"
 
 namespace haarfield {
 namespace {

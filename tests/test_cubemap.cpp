@@ -1,4 +1,4 @@
-#include "fields/cubemap.h"
+#include "fields/wavelets/cubemap.h"
 
 #include <OpenEXR/ImfEnvmap.h>
 #include <gtest/gtest.h>

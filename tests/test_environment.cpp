@@ -1,10 +1,10 @@
-#include "shading/environment.h"
+#include "shading/scene/environment.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "tests/pixel_reference.h"
+#include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
 namespace {

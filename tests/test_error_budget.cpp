@@ -1,11 +1,11 @@
-#include "shading/error_budget.h"
+#include "shading/bake/error_budget.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
 #include <map>
 
-#include "tests/example_scene.h"
+#include "tests/fixtures/example_scene.h"
 
 namespace haarfield {
 namespace {

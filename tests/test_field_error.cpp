@@ -1,10 +1,10 @@
-#include "fields/field_error.h"
+#include "fields/field/field_error.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "fields/field_precompute.h"
-#include "tests/example_meshes.h"
+#include "fields/field/field_precompute.h"
+#include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
 namespace {

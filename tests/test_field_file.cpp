@@ -1,4 +1,4 @@
-#include "fields/field_file.h"
+#include "fields/field/field_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -8,9 +8,9 @@
 #include <random>
 #include <thread>
 
-#include "fields/field_seal.h"
-#include "tests/field_fixtures.h"
-#include "tests/test_folder.h"
+#include "fields/field/field_seal.h"
+#include "tests/fixtures/field_fixtures.h"
+#include "tests/fixtures/test_folder.h"
 
 namespace haarfield {
 namespace {
@@ -171,9 +171,9 @@ TEST(FieldFile, AFieldOutlivesItsFile) {
     const VisibilityField copy = *read;
     expect_same(copy, example_field(), "removed");
     EXPECT_EQ(copy.pool.node_bytes.data(), read->pool.node_bytes.data());
-    for (const void* table :
-         {static_cast<const void*>(copy.pool.node_bytes.data()), static_cast<const void*>(copy.pool.faces.data()),
-          static_cast<const void*>(copy.pool.cubemaps.data())})
+    for (const void* table : {static_cast<const void*>(copy.pool.node_bytes.data()),
+                              static_cast<const void*>(copy.pool.faces.data()),
+                              static_cast<const void*>(copy.pool.cubemaps.data())})
         EXPECT_EQ(reinterpret_cast<std::uintptr_t>(table) % 64, 0u) << "copied out of the file";
 }
 

@@ -1,11 +1,11 @@
-#include "fields/field_precompute.h"
+#include "fields/field/field_precompute.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "fields/entity_occlusion.h"
-#include "fields/haar_transform.h"
-#include "tests/example_meshes.h"
+#include "fields/field/entity_occlusion.h"
+#include "fields/wavelets/haar_transform.h"
+#include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
 namespace {

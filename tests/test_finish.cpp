@@ -6,8 +6,8 @@
 #include "bridge/image_difference.h"
 #include "bridge/povray_process.h"
 #include "bridge/reference_scene.h"
-#include "tests/bridge_fixtures.h"
-#include "tests/example_scene.h"
+#include "tests/fixtures/bridge_fixtures.h"
+#include "tests/fixtures/example_scene.h"
 
 namespace haarfield {
 namespace {

@@ -1,8 +1,8 @@
 #include "scenes/furniture.h"
 
-#include "fields/mesh_preparation.h"
-#include "fields/mesh_reader.h"
-#include "fields/mesh_topology.h"
+#include "fields/mesh/mesh_preparation.h"
+#include "fields/mesh/mesh_reader.h"
+#include "fields/mesh/mesh_topology.h"
 #include "scenes/modelling.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "shading/grouped_columns.h"
+#include "shading/transfer/grouped_columns.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <random>
 #include <set>
 
-#include "shading/group_pruning.h"
-#include "tests/pixel_reference.h"
+#include "shading/transfer/group_pruning.h"
+#include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
 namespace {

@@ -1,4 +1,4 @@
-#include "fields/haar_transform.h"
+#include "fields/wavelets/haar_transform.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "tests/pixel_reference.h"
+#include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
 namespace {

@@ -1,6 +1,6 @@
 #include "bridge/image.h"
 
-#include "tests/bridge_fixtures.h"
+#include "tests/fixtures/bridge_fixtures.h"
 
 #include <random>
 

@@ -1,4 +1,4 @@
-#include "shading/instance_grid.h"
+#include "shading/visibility/instance_grid.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "shading/integral_coefficient.h"
+#include "shading/walk/integral_coefficient.h"
 
 #include <gtest/gtest.h>
 

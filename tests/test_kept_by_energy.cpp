@@ -1,4 +1,4 @@
-#include "fields/kept_by_energy.h"
+#include "fields/wavelets/kept_by_energy.h"
 
 #include <gtest/gtest.h>
 

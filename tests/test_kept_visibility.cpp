@@ -1,8 +1,8 @@
-#include "shading/kept_visibility.h"
+#include "shading/visibility/kept_visibility.h"
 
 #include <gtest/gtest.h>
 
-#include "tests/furnished_room.h"
+#include "tests/fixtures/furnished_room.h"
 
 namespace haarfield {
 namespace {

@@ -1,10 +1,10 @@
-#include "shading/light_pyramid.h"
+#include "shading/walk/light_pyramid.h"
 
 #include <gtest/gtest.h>
 
-#include "fields/haar_transform.h"
-#include "shading/cell_path.h"
-#include "tests/pixel_reference.h"
+#include "fields/wavelets/haar_transform.h"
+#include "shading/walk/cell_path.h"
+#include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
 namespace {

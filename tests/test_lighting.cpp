@@ -1,4 +1,4 @@
-#include "shading/lighting.h"
+#include "shading/scene/lighting.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "tests/pixel_reference.h"
+#include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
 namespace {

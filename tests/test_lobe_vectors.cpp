@@ -1,9 +1,9 @@
-#include "shading/lobe_vectors.h"
+#include "shading/transfer/lobe_vectors.h"
 
 #include <gtest/gtest.h>
 
-#include "fields/haar_transform.h"
-#include "shading/lobes.h"
+#include "fields/wavelets/haar_transform.h"
+#include "shading/scene/lobes.h"
 
 namespace haarfield {
 namespace {

@@ -1,4 +1,4 @@
-#include "shading/lobes.h"
+#include "shading/scene/lobes.h"
 
 #include <gtest/gtest.h>
 

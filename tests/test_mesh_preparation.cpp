@@ -1,7 +1,7 @@
-#include "fields/mesh_preparation.h"
+#include "fields/mesh/mesh_preparation.h"
 
-#include "fields/mesh_subdivision.h"
-#include "fields/mesh_topology.h"
+#include "fields/mesh/mesh_subdivision.h"
+#include "fields/mesh/mesh_topology.h"
 
 #include <gtest/gtest.h>
 #include <map>

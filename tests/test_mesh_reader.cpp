@@ -1,6 +1,6 @@
-#include "fields/mesh_reader.h"
+#include "fields/mesh/mesh_reader.h"
 
-#include "fields/polygon_triangulation.h"
+#include "fields/mesh/polygon_triangulation.h"
 
 #include <gtest/gtest.h>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "shading/mesh_refinement.h"
+#include "shading/bake/mesh_refinement.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -6,7 +6,7 @@
 #include <map>
 #include <random>
 
-#include "tests/lit_box.h"
+#include "tests/fixtures/lit_box.h"
 
 namespace haarfield {
 namespace {

@@ -1,12 +1,12 @@
-#include "shading/near_occluders.h"
+#include "shading/walk/near_occluders.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "fields/cubemap.h"
-#include "fields/visibility_rasterizer.h"
-#include "tests/example_meshes.h"
+#include "fields/rasterizer/visibility_rasterizer.h"
+#include "fields/wavelets/cubemap.h"
+#include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
 namespace {

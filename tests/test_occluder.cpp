@@ -1,8 +1,8 @@
-#include "fields/occluder.h"
+#include "fields/mesh/occluder.h"
 
 #include <gtest/gtest.h>
 
-#include "tests/example_meshes.h"
+#include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
 namespace {

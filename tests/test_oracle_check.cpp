@@ -1,8 +1,8 @@
 #include "bridge/oracle_check.h"
 
 #include "bridge/reference_scene.h"
-#include "tests/bridge_fixtures.h"
-#include "tests/example_scene.h"
+#include "tests/fixtures/bridge_fixtures.h"
+#include "tests/fixtures/example_scene.h"
 
 namespace haarfield {
 namespace {

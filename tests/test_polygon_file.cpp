@@ -1,4 +1,4 @@
-#include "fields/polygon_file.h"
+#include "fields/mesh/polygon_file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 #include "bridge/povray_process.h"
 
-#include "tests/bridge_fixtures.h"
+#include "tests/fixtures/bridge_fixtures.h"
 
 #include <chrono>
 #include <thread>

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/example_meshes.h"
+#include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
 namespace {

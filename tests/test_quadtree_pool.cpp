@@ -1,10 +1,10 @@
-#include "fields/quadtree_pool.h"
+#include "fields/wavelets/quadtree_pool.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "fields/haar_transform.h"
+#include "fields/wavelets/haar_transform.h"
 
 namespace haarfield {
 namespace {

@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "fields/rotation.h"
-#include "shading/light_transfer.h"
-#include "shading/motion_transfer.h"
-#include "shading/view_transfer.h"
-#include "tests/furnished_room.h"
+#include "fields/mesh/rotation.h"
+#include "shading/transfer/light_transfer.h"
+#include "shading/transfer/motion_transfer.h"
+#include "shading/transfer/view_transfer.h"
+#include "tests/fixtures/furnished_room.h"
 
 namespace haarfield {
 namespace {

@@ -1,10 +1,10 @@
-#include "shading/radiant_mesh.h"
+#include "shading/bake/radiant_mesh.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "tests/lit_box.h"
+#include "tests/fixtures/lit_box.h"
 
 namespace haarfield {
 namespace {

@@ -1,7 +1,7 @@
 #include "bridge/reference_picture.h"
 
 #include "bridge/reference_scene.h"
-#include "tests/bridge_fixtures.h"
+#include "tests/fixtures/bridge_fixtures.h"
 
 namespace haarfield {
 namespace {

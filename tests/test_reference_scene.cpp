@@ -1,7 +1,7 @@
 #include "bridge/reference_scene.h"
 
 #include "bridge/povray_process.h"
-#include "tests/bridge_fixtures.h"
+#include "tests/fixtures/bridge_fixtures.h"
 
 namespace haarfield {
 namespace {
@@ -27,8 +27,8 @@ TEST(ReferenceScene, AWhiteFurnaceReflectsTheAlbedo) {
     Material material;
     material.diffuse = Rgb(0.25f, 0.5f, 1);
     const ReferenceInstance instance{"square", &mesh, {&material, 1}, Vec3f(0, 0, 0), 1};
-    const Result<Image> image = rendered(folder, frontal_camera(3, 8), {&instance, 1},
-                                         constant_environment(64, Rgb(1, 1, 1)), 800);
+    const Result<Image> image =
+        rendered(folder, frontal_camera(3, 8), {&instance, 1}, constant_environment(64, Rgb(1, 1, 1)), 800);
     ASSERT_TRUE(image) << image.error().message();
     for (const Rgb& pixel : image->pixels)
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(pixel[c] / material.diffuse[c], 1, 0.005);
@@ -161,8 +161,8 @@ TEST(ReferenceScene, RefusesBadMaterialsAndNormals) {
     const LatLongImage environment = constant_environment(4, Rgb(1, 1, 1));
     const auto accepted = [&](const Mesh& m, std::vector<Material> materials) {
         const ReferenceInstance instance{"a", &m, materials, Vec3f(0, 0, 0), 1};
-        return static_cast<bool>(write_reference_scene(folder.path(), "s", frontal_camera(3, 8),
-                                                       {&instance, 1}, environment, 16));
+        return static_cast<bool>(
+            write_reference_scene(folder.path(), "s", frontal_camera(3, 8), {&instance, 1}, environment, 16));
     };
     EXPECT_TRUE(accepted(mesh, {Material{}}));
     EXPECT_FALSE(accepted(mesh, {}));

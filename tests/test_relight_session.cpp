@@ -1,4 +1,4 @@
-#include "shading/relight_session.h"
+#include "shading/transfer/relight_session.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -6,8 +6,8 @@
 #include <functional>
 #include <random>
 
-#include "shading/lighting.h"
-#include "tests/example_scene.h"
+#include "shading/scene/lighting.h"
+#include "tests/fixtures/example_scene.h"
 
 namespace haarfield {
 namespace {

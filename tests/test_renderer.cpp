@@ -1,11 +1,11 @@
-#include "shading/renderer.h"
+#include "shading/bake/renderer.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "shading/buried_fill.h"
-#include "shading/vertex_loop.h"
-#include "tests/example_scene.h"
+#include "shading/scene/vertex_loop.h"
+#include "shading/visibility/buried_fill.h"
+#include "tests/fixtures/example_scene.h"
 
 namespace haarfield {
 namespace {

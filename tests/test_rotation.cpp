@@ -1,8 +1,8 @@
-#include "fields/rotation.h"
+#include "fields/mesh/rotation.h"
 
 #include <gtest/gtest.h>
 
-#include "tests/example_meshes.h"
+#include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
 namespace {

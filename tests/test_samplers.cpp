@@ -1,4 +1,4 @@
-#include "fields/samplers.h"
+#include "fields/field/samplers.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
-#include "tests/scalar_product_integral.h"
+#include "tests/baselines/scalar_product_integral.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "fields/haar_transform.h"
-#include "tests/general_basis.h"
-#include "tests/paper_product_integral.h"
-#include "tests/pixel_reference.h"
+#include "fields/wavelets/haar_transform.h"
+#include "tests/baselines/general_basis.h"
+#include "tests/baselines/paper_product_integral.h"
+#include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "shading/sky.h"
+#include "shading/scene/sky.h"
 
 namespace haarfield {
 namespace {

@@ -1,4 +1,4 @@
-#include "shading/seen_visibility.h"
+#include "shading/visibility/seen_visibility.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
-#include "tests/example_meshes.h"
-#include "tests/wide_texels.h"
+#include "tests/fixtures/example_meshes.h"
+#include "tests/oracles/wide_texels.h"
 
 namespace haarfield {
 namespace {

@@ -1,8 +1,8 @@
-#include "fields/sheet_backs.h"
+#include "fields/mesh/sheet_backs.h"
 
 #include <gtest/gtest.h>
 
-#include "tests/example_meshes.h"
+#include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
 namespace {

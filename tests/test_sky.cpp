@@ -1,4 +1,4 @@
-#include "shading/sky.h"
+#include "shading/scene/sky.h"
 
 #include <gtest/gtest.h>
 

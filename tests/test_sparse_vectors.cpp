@@ -1,4 +1,4 @@
-#include "shading/sparse_vectors.h"
+#include "shading/transfer/sparse_vectors.h"
 
 #include <Imath/half.h>
 #include <gtest/gtest.h>
@@ -6,10 +6,10 @@
 #include <map>
 #include <random>
 
-#include "fields/haar_transform.h"
-#include "shading/product_pruning.h"
-#include "shading/sparse_products.h"
-#include "tests/pixel_reference.h"
+#include "fields/wavelets/haar_transform.h"
+#include "shading/transfer/product_pruning.h"
+#include "shading/transfer/sparse_products.h"
+#include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
 namespace {

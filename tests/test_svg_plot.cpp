@@ -1,4 +1,4 @@
-#include "tests/svg_plot.h"
+#include "tests/studies/svg_plot.h"
 
 #include <gtest/gtest.h>
 

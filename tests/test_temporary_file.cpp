@@ -1,4 +1,4 @@
-#include "fields/temporary_file.h"
+#include "fields/file/temporary_file.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -9,7 +9,7 @@
 #include <chrono>
 #include <thread>
 
-#include "tests/test_folder.h"
+#include "tests/fixtures/test_folder.h"
 
 namespace haarfield {
 namespace {

@@ -1,9 +1,9 @@
-#include "shading/turned_light.h"
+#include "shading/transfer/turned_light.h"
 
 #include <gtest/gtest.h>
 
-#include "shading/lighting.h"
-#include "tests/example_scene.h"
+#include "shading/scene/lighting.h"
+#include "tests/fixtures/example_scene.h"
 
 namespace haarfield {
 namespace {

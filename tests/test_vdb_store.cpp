@@ -1,4 +1,4 @@
-#include "fields/vdb_store.h"
+#include "fields/field/vdb_store.h"
 
 #include <gtest/gtest.h>
 #include <openvdb/io/File.h>
@@ -9,10 +9,10 @@
 #include <cstdio>
 #include <sstream>
 
-#include "fields/field_blob.h"
-#include "fields/field_file.h"
-#include "tests/field_fixtures.h"
-#include "tests/test_folder.h"
+#include "fields/field/field_blob.h"
+#include "fields/field/field_file.h"
+#include "tests/fixtures/field_fixtures.h"
+#include "tests/fixtures/test_folder.h"
 
 namespace haarfield {
 namespace {

@@ -1,4 +1,4 @@
-#include "shading/vertex_shading.h"
+#include "shading/walk/vertex_shading.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -8,12 +8,12 @@
 #include <optional>
 #include <random>
 
-#include "fields/haar_transform.h"
-#include "shading/coefficient_energies.h"
-#include "shading/material.h"
-#include "shading/wide_visibility.h"
-#include "tests/example_meshes.h"
-#include "tests/pixel_reference.h"
+#include "fields/wavelets/haar_transform.h"
+#include "shading/scene/material.h"
+#include "shading/transfer/coefficient_energies.h"
+#include "shading/walk/wide_visibility.h"
+#include "tests/fixtures/example_meshes.h"
+#include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
 namespace {

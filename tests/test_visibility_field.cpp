@@ -1,11 +1,11 @@
-#include "fields/visibility_field.h"
+#include "fields/field/visibility_field.h"
 
 #include <gtest/gtest.h>
 
-#include "fields/field_precompute.h"
-#include "fields/haar_transform.h"
-#include "fields/visibility_rasterizer.h"
-#include "tests/example_meshes.h"
+#include "fields/field/field_precompute.h"
+#include "fields/rasterizer/visibility_rasterizer.h"
+#include "fields/wavelets/haar_transform.h"
+#include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
 namespace {

@@ -1,4 +1,4 @@
-#include "fields/visibility_rasterizer.h"
+#include "fields/rasterizer/visibility_rasterizer.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <random>
 
-#include "fields/contour_rasterizer.h"
-#include "fields/samplers.h"
-#include "fields/span_rasterizer.h"
-#include "tests/embree_oracle.h"
-#include "tests/example_meshes.h"
-#include "tests/plain_rasterizer.h"
+#include "fields/field/samplers.h"
+#include "fields/rasterizer/contour_rasterizer.h"
+#include "fields/rasterizer/span_rasterizer.h"
+#include "tests/fixtures/example_meshes.h"
+#include "tests/oracles/embree_oracle.h"
+#include "tests/oracles/plain_rasterizer.h"
 
 namespace haarfield {
 namespace {

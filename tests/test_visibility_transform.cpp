@@ -1,13 +1,13 @@
-#include "fields/visibility_transform.h"
+#include "fields/rasterizer/visibility_transform.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "fields/visibility_rasterizer.h"
-#include "tests/example_meshes.h"
-#include "tests/pixel_reference.h"
+#include "fields/rasterizer/visibility_rasterizer.h"
+#include "tests/fixtures/example_meshes.h"
+#include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
 namespace {

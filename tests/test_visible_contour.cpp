@@ -1,12 +1,12 @@
-#include "fields/visible_contour.h"
+#include "fields/rasterizer/visible_contour.h"
 
 #include <gtest/gtest.h>
 
 #include <map>
 #include <string>
 
-#include "fields/edge_uses.h"
-#include "tests/example_meshes.h"
+#include "fields/mesh/edge_uses.h"
+#include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
 namespace {

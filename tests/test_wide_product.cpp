@@ -1,4 +1,4 @@
-#include "shading/wide_product.h"
+#include "shading/walk/wide_product.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -6,8 +6,8 @@
 #include <memory>
 #include <random>
 
-#include "fields/haar_transform.h"
-#include "tests/pixel_reference.h"
+#include "fields/wavelets/haar_transform.h"
+#include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
 namespace {

@@ -1,14 +1,14 @@
-#include "shading/wide_visibility.h"
+#include "shading/walk/wide_visibility.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
 
-#include "fields/haar_transform.h"
-#include "shading/occlusion_vectors.h"
-#include "tests/pixel_reference.h"
-#include "tests/wide_texels.h"
+#include "fields/wavelets/haar_transform.h"
+#include "shading/transfer/occlusion_vectors.h"
+#include "tests/oracles/pixel_reference.h"
+#include "tests/oracles/wide_texels.h"
 
 namespace haarfield {
 namespace {

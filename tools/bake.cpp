@@ -1,9 +1,9 @@
 #include "bridge/baked_scene.h"
 #include "bridge/mesh_file.h"
-#include "shading/colour_fit.h"
-#include "shading/dense_renderer.h"
-#include "shading/lighting.h"
-#include "shading/mesh_refinement.h"
+#include "shading/bake/colour_fit.h"
+#include "shading/bake/dense_renderer.h"
+#include "shading/bake/mesh_refinement.h"
+#include "shading/scene/lighting.h"
 #include "tools/command.h"
 #include "tools/scene_options.h"
 

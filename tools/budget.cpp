@@ -2,7 +2,7 @@
 #include "bridge/camera_frame.h"
 #include "bridge/preview.h"
 #include "bridge/reference_scene.h"
-#include "shading/turned_light.h"
+#include "shading/transfer/turned_light.h"
 #include "tools/command.h"
 #include "tools/scene_options.h"
 

@@ -1,8 +1,8 @@
 #pragma once
 /// What all commands have in common: exit codes, common options, messages and the --report file.
 
-#include "fields/progress.h"
-#include "fields/result.h"
+#include "fields/base/progress.h"
+#include "fields/base/result.h"
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>

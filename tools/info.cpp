@@ -1,4 +1,4 @@
-#include "fields/field_file.h"
+#include "fields/field/field_file.h"
 #include "tools/command.h"
 #include "tools/scene_options.h"
 

@@ -10,7 +10,7 @@ set(libraries fields shading scenes bridge)
 foreach(library IN LISTS libraries)
     add_library(haarfield::${library} ALIAS haarfield_${library})
     set_target_properties(haarfield_${library} PROPERTIES EXPORT_NAME ${library})
-    # Includes name the folder, as in the source: "fields/mesh.h".
+    # Includes name the folder, as in the source: "fields/mesh/mesh.h".
     target_include_directories(haarfield_${library} INTERFACE
         $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/haarfield>)
     target_compile_features(haarfield_${library} INTERFACE cxx_std_20)

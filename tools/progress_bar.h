@@ -1,7 +1,7 @@
 #pragma once
 /// How far the work is, on stderr: a bar on a terminal, else now and then a line.
 
-#include "fields/progress.h"
+#include "fields/base/progress.h"
 
 #include <chrono>
 #include <mutex>

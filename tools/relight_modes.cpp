@@ -1,6 +1,6 @@
 #include "tools/relight_modes.h"
 
-#include "shading/lighting.h"
+#include "shading/scene/lighting.h"
 
 #include <fmt/format.h>
 

@@ -2,7 +2,7 @@
 /// What `relight` changes from frame to frame: the light, the view or the place of an instance.
 
 #include "scenes/scene.h"
-#include "shading/relight_session.h"
+#include "shading/transfer/relight_session.h"
 #include "tools/scene_options.h"
 
 namespace haarfield {

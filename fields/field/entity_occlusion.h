@@ -1,0 +1,48 @@
+#pragma once
+/// What an entity hides of the world, and of itself: made once per prepared mesh, for precompute and shading.
+
+#include "fields/mesh/local_samples.h"
+#include "fields/mesh/mesh_preparation.h"
+#include "fields/mesh/occluder.h"
+
+namespace haarfield {
+
+/// Safe to share between threads. Its parts refer to each other: it can be neither copied nor moved.
+///
+/// cost  some two occluders and inside tests, and one inside query per triangle of the fine mesh.
+class EntityOcclusion {
+public:
+    /// The mesh is not referred to afterwards.
+    /// stop  when it is requested, returns soon, and the result is of no use.
+    explicit EntityOcclusion(const PreparedMesh& mesh, const std::stop_token& stop = {});
+    EntityOcclusion(const EntityOcclusion&) = delete;
+    EntityOcclusion& operator=(const EntityOcclusion&) = delete;
+
+    /// Of the coarse mesh: what others see of the entity.
+    const Occluder& coarse() const { return coarse_; }
+
+    /// What the vertices of the fine mesh see of their own entity.
+    ///
+    /// That is the coarse occluder, unless it has two-sided pieces and the original mesh is small enough
+    /// (100,000 triangles): a simplified two-sided surface passes over some of the vertices that lie on the
+    /// original one, and would darken them, whereas they lie exactly on the original's own triangles.
+    const Occluder& own() const { return own_; }
+
+    const InsideTest& in_coarse() const { return in_coarse_; }
+    const InsideTest& in_original() const { return in_original_; }
+
+    /// One sample per vertex of the fine mesh; each sees `own`.
+    const LocalSamples& samples() const { return samples_; }
+
+    /// For points that are no vertices of the fine mesh.
+    const LocalSampler& sampler() const { return sampler_; }
+
+private:
+    const Occluder coarse_, original_;
+    const Occluder& own_;
+    const InsideTest in_coarse_, in_original_;
+    const LocalSampler sampler_;
+    const LocalSamples samples_;
+};
+
+}  // namespace haarfield

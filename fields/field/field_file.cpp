@@ -1,0 +1,102 @@
+#include "fields/field/field_file.h"
+
+#include "fields/field/field_blob.h"
+#include "fields/field/field_seal.h"
+#include "fields/field/vdb_store.h"
+#include "fields/file/mapped_file.h"
+
+namespace haarfield {
+namespace {
+
+using std::filesystem::path;
+
+struct OpenedField {
+    VisibilityField field;
+    MappedFile file;
+    bool sealed = false;
+};
+
+/// The field's blob, once the seal holds; without a seal, wherever in the file it is.
+Result<std::string_view> checked_blob(std::string_view file, Unsealed unsealed) {
+    if (unsealed == Unsealed::allowed && !has_field_seal(file)) {
+        const std::string_view blob = find_field_blob(file);
+        if (blob.empty()) return Error{"", "neither a seal nor a field's tables: cut short, or not a field"};
+        return blob;
+    }
+    const Result<FieldSeal> seal = read_field_seal(file);
+    if (!seal) return seal.error();
+    if (content_hash(file.substr(0, file.size() - field_seal_size)) != seal->content)
+        return Error{"", "the file was changed or damaged since it was written: its checksum is wrong"};
+    return file.substr(seal->blob_offset, seal->blob_bytes);
+}
+
+Result<OpenedField> opened_field(const path& file, Unsealed unsealed) {
+    const auto refusal = [&](const std::string& reason) { return Error{file.string(), reason}; };
+    Result<MappedFile> mapped = mapped_file(file);
+    if (!mapped) return mapped.error();
+    const Result<std::string_view> blob = checked_blob(mapped->bytes, unsealed);
+    if (!blob) return refusal(blob.error().what);
+    Result<VisibilityField> field = blob_field(*blob, mapped->owner);
+    if (!field) return refusal(field.error().what);
+    if (const std::string defect = field_defect(*field); !defect.empty()) return refusal(defect);
+    return OpenedField{*std::move(field), *std::move(mapped), has_field_seal(mapped->bytes)};
+}
+
+}  // namespace
+
+Result<Done> write_field(const VisibilityField& field, const path& file) {
+    Result<TemporaryFile> temporary = TemporaryFile::beside(file);
+    if (!temporary) return temporary.error();
+    return write_field(field, *temporary);
+}
+
+Result<Done> write_field(const VisibilityField& field, TemporaryFile& temporary) {
+    const std::string where = temporary.target().string();
+    if (const std::string defect = field_defect(field); !defect.empty())
+        return Error{where, "the field is not written, for it has a defect: " + defect};
+    Result<VdbFile> made = vdb_file(field);
+    if (!made) return Error{where, made.error().what};
+    made->bytes += field_seal(made->bytes, made->blob());
+    if (Result<Done> written = temporary.write(made->bytes); !written) return written;
+    return temporary.replace_target(made->bytes);
+}
+
+Result<VisibilityField> read_field(const path& file, Unsealed unsealed) {
+    Result<OpenedField> opened = opened_field(file, unsealed);
+    if (!opened) return opened.error();
+    return std::move(opened->field);
+}
+
+Result<FieldSummary> read_field_summary(const path& file, Unsealed unsealed) {
+    const Result<OpenedField> opened = opened_field(file, unsealed);
+    if (!opened) return opened.error();
+    const VisibilityField& field = opened->field;
+    FieldSummary summary;
+    summary.entity = field.entity;
+    summary.key = field.key;
+    summary.settings = field.settings;
+    summary.bounds = field.bounds;
+    summary.planar = field.planar;
+    summary.spherical = field.spherical;
+    summary.local_samples = field.local_handles.size();
+    summary.cubemaps = field.pool.cubemaps.size();
+    summary.faces = field.pool.faces.size();
+    summary.nodes = node_count(field.pool);
+    summary.error = field.error;
+    summary.file_bytes = opened->file.bytes.size();
+    summary.sealed = opened->sealed;
+    return summary;
+}
+
+Result<FieldVerdict> verify_field(const path& file, Unsealed unsealed) {
+    const Result<OpenedField> opened = opened_field(file, unsealed);
+    if (!opened) return opened.error();
+    if (!opened->sealed || !same_vdb_library(opened->file.bytes)) return FieldVerdict{opened->sealed, false};
+    const Result<VdbFile> made = vdb_file(opened->field);
+    if (!made) return Error{file.string(), made.error().what};
+    if (opened->file.bytes.substr(0, opened->file.bytes.size() - field_seal_size) != made->bytes)
+        return Error{file.string(), "its grids are not those of its field"};
+    return FieldVerdict{true, true};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,51 @@
+#pragma once
+/// Where the visibility of the vertices of a fine mesh is sampled.
+
+#include "fields/mesh/mesh.h"
+#include "fields/mesh/occluder.h"
+#include "fields/mesh/surface_rays.h"
+
+#include <memory>
+#include <stop_token>
+
+namespace haarfield {
+
+/// Finds where points of an entity's surface look from.
+///
+/// A point lies on the surface, and on a crease, at a contact or where two pieces meet on other surfaces
+/// too, which would be seen edge-on, that is, not at all. So its sample is offset along the normal by
+/// surface_offset, and moved by a twentieth of the way towards the middle of the point's own triangles that
+/// are not buried in another piece. Where a simplified two-sided occluder bulges over the point (its back is
+/// met along the normal within a fiftieth of the radius), the sample is lifted above the bulge.
+///
+/// Safe to share between threads.
+class LocalSampler {
+public:
+    /// original, in_original  of the mesh as it was read; the test must outlive the sampler.
+    /// own                    what the points see of the entity; see EntityOcclusion.
+    LocalSampler(const Occluder& original, const InsideTest& in_original, const Occluder& own);
+
+    /// Whether a triangle's middle lies inside another piece of the entity.
+    bool is_buried(const Vec3f& a, const Vec3f& b, const Vec3f& c) const;
+
+    /// The sample of a point whose unburied triangles have this middle.
+    Vec3f sample(const Vec3f& position, const Vec3f& normal, const Vec3f& middle) const;
+
+private:
+    const InsideTest& in_original_;
+    const float radius_;
+    std::unique_ptr<const SurfaceRays> rays_;  // null if nothing bulges
+};
+
+struct LocalSamples {
+    std::vector<Vec3f> points;         ///< One per vertex of the fine mesh: off the surface, beside it. [m]
+    std::vector<std::uint8_t> buried;  ///< 1 where all triangles round the vertex lie inside the entity.
+};
+
+/// stop  when it is requested, returns soon, and the samples are of no use.
+LocalSamples local_samples(const Mesh& fine, const LocalSampler& sampler, std::stop_token stop = {});
+
+/// The offset of a sample above the surface. [radii]
+inline constexpr float surface_offset = 1e-4f;
+
+}  // namespace haarfield

@@ -1,0 +1,59 @@
+#include "fields/mesh/mesh.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+
+namespace haarfield {
+
+namespace {
+
+std::string counted(std::uint64_t count, const char* one, const char* many) {
+    return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+}  // namespace
+
+Bounds mesh_bounds(const Mesh& mesh) {
+    Bounds bounds;
+    for (const Vec3f& p : mesh.positions)
+        for (int axis = 0; axis < 3; ++axis) {
+            bounds.lower[axis] = std::min(bounds.lower[axis], p[axis]);
+            bounds.upper[axis] = std::max(bounds.upper[axis], p[axis]);
+        }
+    return bounds;
+}
+
+void append_mesh(Mesh& mesh, const Mesh& added) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), added.positions.begin(), added.positions.end());
+    mesh.normals.insert(mesh.normals.end(), added.normals.begin(), added.normals.end());
+    mesh.vertex_materials.insert(mesh.vertex_materials.end(), added.vertex_materials.begin(),
+                                 added.vertex_materials.end());
+    for (const auto& t : added.triangles)
+        mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+}
+
+std::string MeshFindings::summary() const {
+    std::string text;
+    const auto add = [&text](const std::string& finding) { text += (text.empty() ? "" : ", ") + finding; };
+    if (polygons) add(counted(polygons, "n-gon", "n-gons") + " triangulated");
+    if (non_finite_vertices)
+        add(counted(non_finite_vertices, "vertex", "vertices") + " not finite, left out");
+    if (degenerate_triangles)
+        add(counted(degenerate_triangles, "triangle", "triangles") + " without area left out");
+    if (duplicate_triangles)
+        add(counted(duplicate_triangles, "duplicate triangle", "duplicate triangles") + " left out");
+    if (flipped_triangles) add(counted(flipped_triangles, "triangle", "triangles") + " turned round");
+    if (non_manifold_edges)
+        add(counted(non_manifold_edges, "edge", "edges") + " shared by more than two triangles");
+    if (boundary_edges)
+        add(counted(boundary_edges, "open edge", "open edges") +
+            (components == 1 ? " in its only piece"
+                             : fmt::format(" in {} of {} pieces", open_components, components)));
+    if (backs) add(counted(backs, "triangle", "triangles") + " of sheets baked from both sides");
+    if (parted_vertices) add("sheets without thickness, their two sides parted");
+    if (self_intersecting) add("a piece intersects itself");
+    return text;
+}
+
+}  // namespace haarfield

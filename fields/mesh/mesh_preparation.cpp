@@ -1,0 +1,288 @@
+#include "fields/mesh/mesh_preparation.h"
+
+#include "fields/mesh/mesh_subdivision.h"
+#include "fields/mesh/mesh_topology.h"
+#include "fields/mesh/sheet_backs.h"
+#include "fields/mesh/thin_sheets.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Simple_cartesian.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/Surface_mesh_simplification/Edge_collapse_visitor_base.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_filter.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Edge_length_cost.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_policies.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Midpoint_placement.h>
+#include <CGAL/Surface_mesh_simplification/edge_collapse.h>
+#include <CGAL/box_intersection_d.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace haarfield {
+
+namespace {
+
+namespace simplification = CGAL::Surface_mesh_simplification;
+using Kernel = CGAL::Simple_cartesian<double>;
+using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// Ends the collapsing.
+struct EnoughTriangles {
+    std::size_t wanted;
+    const Surface* surface;
+
+    template <class Cost, class Profile>
+    bool operator()(const Cost&, const Profile&, std::size_t, std::size_t) const {
+        return surface->number_of_faces() <= wanted;
+    }
+};
+
+struct Interrupted {};
+
+/// Tells how far the collapsing is, and throws Interrupted when a stop is requested: while the costs of all
+/// edges are found, too.
+struct CollapseProgress : simplification::Edge_collapse_visitor_base<Surface> {
+    std::size_t wanted, initial, selected = 0;
+    const Surface* surface;
+    const Progress* progress;
+
+    CollapseProgress(std::size_t wanted_triangles, const Surface& of, const Progress& to)
+        : wanted(wanted_triangles), initial(of.number_of_faces()), surface(&of), progress(&to) {}
+
+    void OnCollected(const Profile&, const boost::optional<FT>&) { check(); }
+    void OnSelected(const Profile&, const boost::optional<FT>&, std::size_t, std::size_t) {
+        check();
+        if (selected++ % 512 == 0 && progress->report && initial > wanted)
+            progress->report("simplifying",
+                             initial - std::max<std::size_t>(surface->number_of_faces(), wanted),
+                             initial - wanted);
+    }
+    void check() const {
+        if (progress->stop.stop_requested()) throw Interrupted{};
+    }
+};
+
+Surface surface_from(const Mesh& mesh) {
+    const MergedPositions merged = merged_positions(mesh.positions);
+    std::vector<Kernel::Point_3> points;
+    points.reserve(merged.positions.size());
+    for (const Vec3f& p : merged.positions) points.emplace_back(p.x, p.y, p.z);
+    std::vector<std::array<std::size_t, 3>> triangles;
+    triangles.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles)
+        triangles.push_back({merged.index[t[0]], merged.index[t[1]], merged.index[t[2]]});
+    // cuts the surface where it is not a manifold, by doubling points
+    CGAL::Polygon_mesh_processing::orient_polygon_soup(points, triangles);
+    Surface surface;
+    CGAL::Polygon_mesh_processing::polygon_soup_to_polygon_mesh(points, triangles, surface);
+    return surface;
+}
+
+/// Positions and triangles only; the surface must have no garbage.
+Mesh mesh_from(const Surface& surface) {
+    Mesh mesh;
+    mesh.material_names = {""};
+    for (const auto vertex : surface.vertices()) {
+        const Kernel::Point_3& p = surface.point(vertex);
+        mesh.positions.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()),
+                                    static_cast<float>(p.z()));
+    }
+    for (const auto face : surface.faces()) {
+        Triangle triangle{};
+        int corner = 0;
+        for (const auto vertex : CGAL::vertices_around_face(surface.halfedge(face), surface))
+            triangle[corner++] = vertex;
+        mesh.triangles.push_back(triangle);
+    }
+    return mesh;
+}
+
+Vec3d area_vector(const Mesh& mesh, const Triangle& t) {
+    const Vec3d p(mesh.positions[t[0]]);
+    return (Vec3d(mesh.positions[t[1]]) - p).cross(Vec3d(mesh.positions[t[2]]) - p);
+}
+
+/// Area-weighted. Nobody shades a coarse mesh, but a mesh has unit normals.
+void set_smooth_normals(Mesh& mesh) {
+    std::vector<Vec3d> sums(mesh.positions.size(), Vec3d(0, 0, 0));
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3d area = area_vector(mesh, t);
+        for (std::uint32_t corner : t) sums[corner] += area;
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i)
+        mesh.normals[i] = sums[i].length2() > 0 ? Vec3f(sums[i].normalized()) : Vec3f(0, 1, 0);
+}
+
+/// Rounding to float, or a collapse onto a line, may leave triangles without area.
+void remove_empty_triangles(Mesh& mesh) {
+    std::erase_if(mesh.triangles, [&mesh](const Triangle& t) { return area_vector(mesh, t).length2() == 0; });
+}
+
+/// What was cut at non-manifold edges leaves crumbs that no collapse removes. Drops the smallest parts
+/// until there are `wanted` triangles, but never more than a hundredth of the surface.
+void drop_crumbs(Mesh& mesh, std::size_t wanted) {
+    if (mesh.triangles.size() <= wanted) return;
+    MergedPositions as_they_are{{}, mesh.positions};
+    for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) as_they_are.index.push_back(i);
+    const std::vector<std::uint32_t> parts = triangle_pieces(mesh, as_they_are);
+
+    struct Part {
+        double area = 0;
+        std::uint32_t index = 0;
+        std::size_t triangles = 0;
+    };
+    std::vector<Part> by_area(*std::max_element(parts.begin(), parts.end()) + 1);
+    double total = 0;
+    for (std::size_t t = 0; t < parts.size(); ++t) {
+        const double area = area_vector(mesh, mesh.triangles[t]).length();
+        by_area[parts[t]].area += area;
+        by_area[parts[t]].index = parts[t];
+        ++by_area[parts[t]].triangles;
+        total += area;
+    }
+    std::sort(by_area.begin(), by_area.end(), [](const Part& a, const Part& b) {
+        return a.area != b.area ? a.area < b.area : a.index < b.index;
+    });
+    std::vector<bool> dropped(by_area.size(), false);
+    std::size_t left = mesh.triangles.size();
+    double dropped_area = 0;
+    for (const Part& part : by_area) {
+        dropped_area += part.area;
+        if (left <= wanted || dropped_area > 0.01 * total) break;
+        dropped[part.index] = true;
+        left -= part.triangles;
+    }
+    std::size_t kept = 0;
+    for (std::size_t t = 0; t < parts.size(); ++t)
+        if (!dropped[parts[t]]) mesh.triangles[kept++] = mesh.triangles[t];
+    mesh.triangles.resize(kept);
+}
+
+void remove_unused_vertices(Mesh& mesh) {
+    std::vector<std::uint32_t> index(mesh.positions.size(), UINT32_MAX);
+    std::vector<Vec3f> positions;
+    for (Triangle& t : mesh.triangles)
+        for (std::uint32_t& corner : t) {
+            if (index[corner] == UINT32_MAX) {
+                index[corner] = static_cast<std::uint32_t>(positions.size());
+                positions.push_back(mesh.positions[corner]);
+            }
+            corner = index[corner];
+        }
+    mesh.positions = std::move(positions);
+    mesh.normals.assign(mesh.positions.size(), Vec3f(0, 0, 0));
+    mesh.vertex_materials.assign(mesh.positions.size(), 0);
+}
+
+/// Quadrics cost some 12 microseconds per triangle, so that a scan is first thinned by short edges to
+/// a size at which the difference can not be seen in the few thousand triangles that are left. Throws
+/// Interrupted.
+Mesh simplified(const Mesh& mesh, std::size_t wanted, const Progress& progress) {
+    const std::size_t thinned = std::max<std::size_t>(100000, 8 * wanted);
+    Surface surface = surface_from(mesh);
+    const simplification::Bounded_normal_change_filter<> no_fold;
+    if (surface.number_of_faces() > thinned + thinned / 2)
+        simplification::edge_collapse(surface, EnoughTriangles{thinned, &surface},
+                                      CGAL::parameters::get_cost(simplification::Edge_length_cost<Surface>())
+                                          .get_placement(simplification::Midpoint_placement<Surface>())
+                                          .filter(no_fold)
+                                          .visitor(CollapseProgress(thinned, surface, progress)));
+    surface.collect_garbage();
+    simplification::GarlandHeckbert_plane_policies<Surface, Kernel> quadrics(surface);
+    simplification::edge_collapse(surface, EnoughTriangles{wanted, &surface},
+                                  CGAL::parameters::get_cost(quadrics.get_cost())
+                                      .get_placement(quadrics.get_placement())
+                                      .filter(no_fold)
+                                      .visitor(CollapseProgress(thinned, surface, progress)));
+    surface.collect_garbage();
+    Mesh coarse = mesh_from(surface);
+    remove_empty_triangles(coarse);
+    drop_crumbs(coarse, wanted);
+    remove_unused_vertices(coarse);
+    MeshFindings ignored;
+    orient_triangles(coarse, ignored);
+    set_smooth_normals(coarse);
+    return coarse;
+}
+
+/// Whether two triangles of one piece that share no position meet. Pieces may cross each other: that
+/// is how furniture is joined.
+bool intersects_itself(const Mesh& mesh, const Progress& progress) {
+    using Exact = CGAL::Exact_predicates_inexact_constructions_kernel;
+    using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
+    struct Found {};
+    const MergedPositions merged = merged_positions(mesh.positions);
+    const std::vector<std::uint32_t> pieces = triangle_pieces(mesh, merged);
+    const auto exact = [&](std::uint32_t t) {
+        std::array<Exact::Point_3, 3> p;
+        for (int k = 0; k < 3; ++k) {
+            const Vec3f& q = mesh.positions[mesh.triangles[t][k]];
+            p[k] = Exact::Point_3(q.x, q.y, q.z);
+        }
+        return Exact::Triangle_3(p[0], p[1], p[2]);
+    };
+    const auto share_a_position = [&](std::uint32_t s, std::uint32_t t) {
+        for (std::uint32_t a : mesh.triangles[s])
+            for (std::uint32_t b : mesh.triangles[t])
+                if (merged.index[a] == merged.index[b]) return true;
+        return false;
+    };
+    std::vector<Box> boxes;
+    boxes.reserve(mesh.triangles.size());
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) boxes.emplace_back(exact(t).bbox(), t);
+    try {
+        CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
+            if (pieces[a.info()] != pieces[b.info()] || share_a_position(a.info(), b.info())) return;
+            if (progress.stop.stop_requested()) throw Found{};
+            if (CGAL::do_intersect(exact(a.info()), exact(b.info()))) throw Found{};
+        });
+    } catch (const Found&) {
+        return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+Mesh seen_surface(const PreparedMesh& prepared) {
+    Mesh surface = prepared.original;
+    append_mesh(surface, prepared.backs);
+    return surface;
+}
+
+Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& wanted,
+                                  const Progress& progress) {
+    constexpr std::size_t most_triangles_for_self_intersection = 200000;
+    const Error stopped{"", interrupted};
+    if (imported.mesh.triangles.empty()) return Error{"", "the mesh has no triangles"};
+
+    PreparedMesh prepared;
+    prepared.findings = imported.findings;
+    prepared.original = std::move(imported.mesh);
+    orient_triangles(prepared.original, prepared.findings);
+    if (prepared.original.triangles.size() <= most_triangles_for_self_intersection)
+        prepared.findings.self_intersecting = intersects_itself(prepared.original, progress);
+    if (progress.stop.stop_requested()) return stopped;
+
+    if (wanted.coarse_triangles == 0 || prepared.original.triangles.size() <= wanted.coarse_triangles)
+        prepared.coarse = prepared.original;
+    else
+        try {
+            prepared.coarse = simplified(prepared.original, wanted.coarse_triangles, progress);
+        } catch (const Interrupted&) {
+            return stopped;
+        }
+
+    if (prepared.findings.open_components > 0) prepared.backs = seen_backs(prepared.original);
+    prepared.findings.backs = prepared.backs.triangles.size();
+    prepared.fine = subdivided(seen_surface(prepared), wanted.fine_vertices, progress);
+    if (progress.stop.stop_requested()) return stopped;
+    prepared.findings.parted_vertices = part_thin_sheets(prepared.fine, prepared.original);
+    return prepared;
+}
+
+}  // namespace haarfield

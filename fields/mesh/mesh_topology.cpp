@@ -1,0 +1,286 @@
+#include "fields/mesh/mesh_topology.h"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+#include <unordered_map>
+
+namespace haarfield {
+
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+constexpr std::uint32_t none = UINT32_MAX;
+
+struct PositionHash {
+    std::size_t operator()(const std::array<std::uint32_t, 3>& bits) const {
+        std::uint64_t h = 0;
+        for (std::uint32_t b : bits) {
+            h = (h ^ b) * 0x9e3779b97f4a7c15u;
+            h ^= h >> 29;
+        }
+        return h;
+    }
+};
+
+/// One side of a triangle, on its way from `a` to `b` of the edge {low, high}.
+struct Side {
+    std::uint32_t low, high;
+    std::uint32_t triangle;
+    bool forwards;  // from low to high
+
+    bool same_edge(const Side& other) const { return low == other.low && high == other.high; }
+};
+
+std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
+    std::vector<Side> sides;
+    sides.reserve(3 * triangles.size());
+    for (std::uint32_t t = 0; t < triangles.size(); ++t)
+        for (int corner = 0; corner < 3; ++corner) {
+            const std::uint32_t a = triangles[t][corner], b = triangles[t][(corner + 1) % 3];
+            sides.push_back({std::min(a, b), std::max(a, b), t, a < b});
+        }
+    std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
+        return std::tie(x.low, x.high, x.triangle, x.forwards) <
+               std::tie(y.low, y.high, y.triangle, y.forwards);
+    });
+    return sides;
+}
+
+/// Calls visit(first, last) with the sides of each edge.
+template <class Visit>
+void for_each_edge(const std::vector<Side>& sides, const Visit& visit) {
+    for (std::size_t first = 0; first < sides.size();) {
+        std::size_t last = first + 1;
+        while (last < sides.size() && sides[last].same_edge(sides[first])) ++last;
+        visit(sides.data() + first, sides.data() + last);
+        first = last;
+    }
+}
+
+/// By piece: 1 if it has an edge with one triangle only. As long as `pieces` is, which may be more than there
+/// are.
+std::vector<std::uint8_t> open_pieces(const std::vector<Side>& sides,
+                                      const std::vector<std::uint32_t>& pieces) {
+    std::vector<std::uint8_t> open(pieces.size());
+    for_each_edge(sides, [&](const Side* first, const Side* last) {
+        if (last - first == 1) open[pieces[first->triangle]] = 1;
+    });
+    return open;
+}
+
+/// The parts within which "facing the same way" has a meaning, and the triangles that must be
+/// turned round to agree with the first of their part.
+struct Parts {
+    std::vector<std::uint32_t> of_triangle;
+    std::vector<bool> turned;
+    std::uint32_t count = 0;
+};
+
+Parts agreeing_parts(const std::vector<Side>& sides, std::size_t triangle_count) {
+    struct Neighbour {
+        std::uint32_t triangle = none;
+        bool agrees = true;
+    };
+    std::vector<std::array<Neighbour, 3>> neighbours(triangle_count);
+    std::vector<std::uint8_t> filled(triangle_count, 0);
+    for_each_edge(sides, [&](const Side* first, const Side* last) {
+        if (last - first != 2 || first[0].triangle == first[1].triangle) return;
+        const bool agrees = first[0].forwards != first[1].forwards;
+        neighbours[first[0].triangle][filled[first[0].triangle]++] = {first[1].triangle, agrees};
+        neighbours[first[1].triangle][filled[first[1].triangle]++] = {first[0].triangle, agrees};
+    });
+
+    Parts parts{std::vector<std::uint32_t>(triangle_count, none), std::vector<bool>(triangle_count), 0};
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t seed = 0; seed < triangle_count; ++seed) {
+        if (parts.of_triangle[seed] != none) continue;
+        parts.of_triangle[seed] = parts.count;
+        open.assign(1, seed);
+        while (!open.empty()) {
+            const std::uint32_t t = open.back();
+            open.pop_back();
+            for (const Neighbour& n : neighbours[t])
+                if (n.triangle != none && parts.of_triangle[n.triangle] == none) {
+                    parts.of_triangle[n.triangle] = parts.count;
+                    parts.turned[n.triangle] = parts.turned[t] != !n.agrees;
+                    open.push_back(n.triangle);
+                }
+        }
+        ++parts.count;
+    }
+    return parts;
+}
+
+/// Whether each part is closed: it goes along every edge as often forwards as backwards, which is
+/// also when its volume does not depend on the origin.
+std::vector<bool> closed_parts(const std::vector<Side>& sides, const Parts& parts) {
+    std::vector<bool> closed(parts.count, true);
+    std::vector<std::pair<std::uint32_t, int>> balance;
+    for_each_edge(sides, [&](const Side* first, const Side* last) {
+        balance.clear();
+        for (const Side* side = first; side != last; ++side)
+            balance.emplace_back(parts.of_triangle[side->triangle],
+                                 side->forwards != parts.turned[side->triangle] ? 1 : -1);
+        std::sort(balance.begin(), balance.end());
+        for (std::size_t i = 0; i < balance.size();) {
+            const std::uint32_t part = balance[i].first;
+            int sum = 0;
+            for (; i < balance.size() && balance[i].first == part; ++i) sum += balance[i].second;
+            if (sum != 0) closed[part] = false;
+        }
+    });
+    return closed;
+}
+
+Vec3d area_vector(const Mesh& mesh, const Triangle& t) {
+    const Vec3d p(mesh.positions[t[0]]);
+    return (Vec3d(mesh.positions[t[1]]) - p).cross(Vec3d(mesh.positions[t[2]]) - p);
+}
+
+/// Adds to `turned` the parts that face the wrong way as a whole.
+void turn_parts_outwards(const Mesh& mesh, const std::vector<bool>& closed, Parts& parts) {
+    std::vector<double> volume(parts.count, 0.0), agreement(parts.count, 0.0), majority(parts.count, 0.0);
+    std::vector<std::uint32_t> first(parts.count, none);
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const std::uint32_t part = parts.of_triangle[t];
+        if (first[part] == none) first[part] = t;
+        const double sign = parts.turned[t] ? -1.0 : 1.0;
+        const Triangle& corners = mesh.triangles[t];
+        const Vec3d area = area_vector(mesh, corners) * sign;
+        // from a point of the part, so that small far pieces keep their digits
+        const Vec3d origin(mesh.positions[mesh.triangles[first[part]][0]]);
+        volume[part] += area.dot(Vec3d(mesh.positions[corners[0]]) - origin);
+        for (std::uint32_t corner : corners) agreement[part] += area.dot(Vec3d(mesh.normals[corner]));
+        majority[part] += sign;
+    }
+    const auto faces_inwards = [&](std::uint32_t part) {
+        if (closed[part] && volume[part] != 0) return volume[part] < 0;
+        if (agreement[part] != 0) return agreement[part] < 0;
+        return majority[part] < 0;
+    };
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+        if (faces_inwards(parts.of_triangle[t])) parts.turned[t] = !parts.turned[t];
+}
+
+/// A normal stays if it is only bent (as on a coarse round shape), unless its triangle was turned.
+void turn_normals(Mesh& mesh, const std::vector<bool>& turned) {
+    constexpr double clearly_backwards = -0.5;
+    std::vector<std::uint8_t> wishes(mesh.positions.size(), 0);  // 1: as it is, 2: turned, 3: both
+    const auto wants_turned = [&](std::uint32_t t, std::uint32_t vertex) {
+        const Vec3d area = area_vector(mesh, mesh.triangles[t]);
+        return area.dot(Vec3d(mesh.normals[vertex])) < (turned[t] ? 0.0 : clearly_backwards) * area.length();
+    };
+    std::vector<std::array<bool, 3>> wanted(mesh.triangles.size());
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+        for (int corner = 0; corner < 3; ++corner) {
+            const std::uint32_t vertex = mesh.triangles[t][corner];
+            wanted[t][corner] = wants_turned(t, vertex);
+            wishes[vertex] |= wanted[t][corner] ? 2 : 1;
+        }
+    const std::uint32_t vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
+    std::unordered_map<std::uint32_t, std::uint32_t> twin;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+        for (int corner = 0; corner < 3; ++corner) {
+            std::uint32_t& vertex = mesh.triangles[t][corner];
+            if (!wanted[t][corner] || wishes[vertex] != 3) continue;
+            const auto [found, is_new] =
+                twin.try_emplace(vertex, static_cast<std::uint32_t>(mesh.positions.size()));
+            if (is_new) {
+                mesh.positions.push_back(Vec3f(mesh.positions[vertex]));
+                mesh.normals.push_back(-mesh.normals[vertex]);
+                mesh.vertex_materials.push_back(std::uint16_t(mesh.vertex_materials[vertex]));
+            }
+            vertex = found->second;
+        }
+    for (std::uint32_t vertex = 0; vertex < vertex_count; ++vertex)
+        if (wishes[vertex] == 2) mesh.normals[vertex] = -mesh.normals[vertex];
+}
+
+std::vector<Triangle> merged_triangles(const Mesh& mesh, const MergedPositions& merged) {
+    std::vector<Triangle> triangles = mesh.triangles;
+    for (Triangle& t : triangles)
+        for (std::uint32_t& corner : t) corner = merged.index[corner];
+    return triangles;
+}
+
+}  // namespace
+
+MergedPositions merged_positions(std::span<const Vec3f> positions) {
+    MergedPositions merged;
+    merged.index.reserve(positions.size());
+    std::unordered_map<std::array<std::uint32_t, 3>, std::uint32_t, PositionHash> seen;
+    seen.reserve(positions.size());
+    for (const Vec3f& p : positions) {
+        // adding 0 makes -0 to 0
+        const std::array<std::uint32_t, 3> bits{std::bit_cast<std::uint32_t>(p.x + 0.0f),
+                                                std::bit_cast<std::uint32_t>(p.y + 0.0f),
+                                                std::bit_cast<std::uint32_t>(p.z + 0.0f)};
+        const auto [found, is_new] =
+            seen.try_emplace(bits, static_cast<std::uint32_t>(merged.positions.size()));
+        if (is_new) merged.positions.push_back(p);
+        merged.index.push_back(found->second);
+    }
+    return merged;
+}
+
+std::vector<std::uint32_t> triangle_pieces(const Mesh& mesh, const MergedPositions& merged) {
+    std::vector<std::uint32_t> parent(merged.positions.size());
+    std::iota(parent.begin(), parent.end(), 0u);
+    const auto root = [&parent](std::uint32_t v) {
+        while (parent[v] != v) v = parent[v] = parent[parent[v]];
+        return v;
+    };
+    for (const Triangle& t : mesh.triangles)
+        for (int corner = 1; corner < 3; ++corner) {
+            const std::uint32_t a = root(merged.index[t[0]]), b = root(merged.index[t[corner]]);
+            parent[std::max(a, b)] = std::min(a, b);
+        }
+    std::vector<std::uint32_t> pieces;
+    pieces.reserve(mesh.triangles.size());
+    std::vector<std::uint32_t> piece_of_root(merged.positions.size(), none);
+    std::uint32_t count = 0;
+    for (const Triangle& t : mesh.triangles) {
+        std::uint32_t& piece = piece_of_root[root(merged.index[t[0]])];
+        if (piece == none) piece = count++;
+        pieces.push_back(piece);
+    }
+    return pieces;
+}
+
+std::vector<std::uint8_t> triangles_of_open_pieces(const Mesh& mesh) {
+    const MergedPositions merged = merged_positions(mesh.positions);
+    const std::vector<std::uint32_t> pieces = triangle_pieces(mesh, merged);
+    const std::vector<std::uint8_t> open = open_pieces(sorted_sides(merged_triangles(mesh, merged)), pieces);
+    std::vector<std::uint8_t> of_open_piece;
+    of_open_piece.reserve(pieces.size());
+    for (const std::uint32_t piece : pieces) of_open_piece.push_back(open[piece]);
+    return of_open_piece;
+}
+
+void orient_triangles(Mesh& mesh, MeshFindings& findings) {
+    const MergedPositions merged = merged_positions(mesh.positions);
+    const std::vector<Side> sides = sorted_sides(merged_triangles(mesh, merged));
+    const std::vector<std::uint32_t> pieces = triangle_pieces(mesh, merged);
+
+    findings.duplicate_vertices = mesh.positions.size() - merged.positions.size();
+    findings.components = pieces.empty() ? 0 : *std::max_element(pieces.begin(), pieces.end()) + 1;
+    findings.boundary_edges = findings.non_manifold_edges = 0;
+    for_each_edge(sides, [&](const Side* first, const Side* last) {
+        findings.boundary_edges += last - first == 1;
+        findings.non_manifold_edges += last - first > 2;
+    });
+    const std::vector<std::uint8_t> open = open_pieces(sides, pieces);
+    findings.open_components = std::count(open.begin(), open.end(), 1);
+
+    Parts parts = agreeing_parts(sides, mesh.triangles.size());
+    turn_parts_outwards(mesh, closed_parts(sides, parts), parts);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (parts.turned[t]) {
+            std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+            ++findings.flipped_triangles;
+        }
+    turn_normals(mesh, parts.turned);
+}
+
+}  // namespace haarfield

@@ -1,0 +1,96 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "fields/mesh/occluder.h"
+
+namespace haarfield {
+namespace {
+
+void fill_positions(Occluder& occluder) {
+    constexpr std::size_t widest_vector = 16;
+    occluder.padded_positions.assign(4 * (occluder.positions.size() + widest_vector), 0.0f);
+    for (std::size_t v = 0; v < occluder.positions.size(); ++v)
+        for (int k = 0; k < 3; ++k)
+            occluder.padded_positions[4 * v + std::size_t(k)] = occluder.positions[v][k];
+}
+
+void fill_planes(Occluder& occluder) {
+    // Relative to the middle, so that offsets keep their digits in a mesh far from the origin.
+    occluder.planes_centre = occluder.positions.empty() ? Vec3d(0.0) : Vec3d(occluder.bounds.centre());
+    SoaPlanes& planes = occluder.planes;
+    const std::size_t padded = (occluder.triangles.size() + 63) / 64 * 64;
+    for (std::vector<float>* coordinate : {&planes.x, &planes.y, &planes.z}) coordinate->assign(padded, 0.0f);
+    planes.offset.assign(padded, std::numeric_limits<float>::quiet_NaN());
+    for (std::size_t t = 0; t < occluder.triangles.size(); ++t) {
+        const auto& [i, j, k] = occluder.triangles[t];
+        const Vec3d a = Vec3d(occluder.positions[i]) - occluder.planes_centre,
+                    b = Vec3d(occluder.positions[j]) - occluder.planes_centre,
+                    c = Vec3d(occluder.positions[k]) - occluder.planes_centre;
+        const double longest = std::max({(b - a).length(), (c - b).length(), (a - c).length()});
+        const Vec3d normal = (b - a).cross(c - a) / longest;
+        // Of the rounded normal, through the middle.
+        const Vec3d rounded = Vec3d(Vec3f(normal));
+        if (!(rounded.length() > 0)) continue;
+        planes.x[t] = static_cast<float>(rounded.x);
+        planes.y[t] = static_cast<float>(rounded.y);
+        planes.z[t] = static_cast<float>(rounded.z);
+        planes.offset[t] = static_cast<float>(rounded.dot((a + b + c) / 3.0));
+    }
+}
+
+AxisGrid axis_grid(const Occluder& occluder, const AxisFrame& frame) {
+    const Vec3f extent = occluder.bounds.upper - occluder.bounds.lower;
+    const int cells = std::clamp(static_cast<int>(std::sqrt(double(occluder.triangles.size()))), 1, 512);
+    AxisGrid grid;
+    grid.cells = cells;
+    grid.lower = {occluder.bounds.lower[frame.across], occluder.bounds.lower[frame.up]};
+    for (std::size_t k = 0; k < 2; ++k) {
+        const float size = extent[k == 0 ? frame.across : frame.up];
+        grid.cells_per_metre[k] = size > 0 ? static_cast<float>(cells) / size : 0.0f;
+    }
+    // Counting sort of the triangles into all cells that their boxes touch.
+    const auto touched = [&](std::uint32_t t, auto&& visit) {
+        int low[2] = {cells, cells}, high[2] = {0, 0};
+        for (const std::uint32_t v : occluder.triangles[t])
+            for (std::size_t k = 0; k < 2; ++k) {
+                const int cell = grid.cell(occluder.positions[v][k == 0 ? frame.across : frame.up], k);
+                low[k] = std::min(low[k], cell);
+                high[k] = std::max(high[k], cell);
+            }
+        for (int y = low[1]; y <= high[1]; ++y)
+            for (int x = low[0]; x <= high[0]; ++x) visit(static_cast<std::size_t>(y * cells + x));
+    };
+    const auto count = static_cast<std::uint32_t>(occluder.triangles.size());
+    grid.first.assign(std::size_t(cells) * std::size_t(cells) + 1, 0);
+    for (std::uint32_t t = 0; t < count; ++t) touched(t, [&](std::size_t cell) { ++grid.first[cell + 1]; });
+    std::partial_sum(grid.first.begin(), grid.first.end(), grid.first.begin());
+    grid.triangle.resize(grid.first.back());
+    std::vector<std::uint32_t> next(grid.first.begin(), grid.first.end() - 1);
+    for (std::uint32_t t = 0; t < count; ++t)
+        touched(t, [&](std::size_t cell) { grid.triangle[next[cell]++] = t; });
+    return grid;
+}
+
+}  // namespace
+
+int AxisGrid::cell(float coordinate, std::size_t k) const {
+    return static_cast<int>(
+        std::clamp((coordinate - lower[k]) * cells_per_metre[k], 0.0f, static_cast<float>(cells - 1)));
+}
+
+std::span<const std::uint32_t> AxisGrid::triangles_at(float across, float up) const {
+    const auto at = static_cast<std::size_t>(cell(up, 1) * cells + cell(across, 0));
+    return {triangle.data() + first[at], first[at + 1] - first[at]};
+}
+
+void prepare_occluder(Occluder& occluder) {
+    fill_positions(occluder);
+    fill_planes(occluder);
+    occluder.edges = occluder_edges(occluder);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        occluder.grids[axis] = axis_grid(occluder, axis_frames[axis]);
+}
+
+}  // namespace haarfield

@@ -1,0 +1,64 @@
+#include "fields/mesh/rotation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haarfield {
+
+Rotation Rotation::inverse() const {
+    Rotation transposed;
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) transposed.row[std::size_t(i)][k] = row[std::size_t(k)][i];
+    return transposed;
+}
+
+Rotation operator*(const Rotation& second, const Rotation& first) {
+    Rotation product;
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) {
+            const Vec3d column(first.row[0][k], first.row[1][k], first.row[2][k]);
+            product.row[std::size_t(i)][k] = second.row[std::size_t(i)].dot(column);
+        }
+    return product;
+}
+
+// Rodrigues: v cos + (axis x v) sin + axis (axis . v) (1 - cos).
+Rotation rotation_about(const Vec3d& axis, double angle) {
+    const Vec3d a = axis.normalized();
+    const double cosine = std::cos(angle), sine = std::sin(angle);
+    Rotation rotation;
+    for (int k = 0; k < 3; ++k) {
+        Vec3d unit(0.0);
+        unit[k] = 1;
+        const Vec3d turned = unit * cosine + a.cross(unit) * sine + a * (a[k] * (1 - cosine));
+        for (int i = 0; i < 3; ++i) rotation.row[std::size_t(i)][k] = turned[i];
+    }
+    return rotation;
+}
+
+Rotation rotation_xyz(const Vec3f& angles) {
+    return rotation_about({0, 0, 1}, double(angles.z)) *
+           (rotation_about({0, 1, 0}, double(angles.y)) * rotation_about({1, 0, 0}, double(angles.x)));
+}
+
+Vec3f angles_xyz(const Rotation& rotation) {
+    const auto& m = rotation.row;
+    const double sine = std::clamp(-m[2].x, -1.0, 1.0);
+    Vec3d angles(std::atan2(m[2].y, m[2].z), std::asin(sine), std::atan2(m[1].x, m[0].x));
+    // At the ends x and z turn about one axis, so that only their difference or sum is known.
+    if (std::abs(sine) > 1 - 1e-12)
+        angles = {std::atan2(sine > 0 ? m[0].y : -m[0].y, m[1].y), std::asin(sine), 0};
+    return Vec3f(angles);
+}
+
+PreparedMesh turned_mesh(PreparedMesh mesh, const Vec3f& angles) {
+    if (angles == Vec3f(0.0f)) return mesh;
+    const Rotation rotation = rotation_xyz(angles);
+    for (Mesh* part : {&mesh.original, &mesh.backs, &mesh.fine, &mesh.coarse}) {
+        for (Vec3f& position : part->positions) position = rotation(position);
+        for (Vec3f& normal : part->normals) normal = rotation(normal).normalized();
+    }
+    return mesh;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,38 @@
+#pragma once
+/// Turning things: rotations, the angles that scene files have for them, turned meshes.
+
+#include "fields/mesh/mesh_preparation.h"
+
+namespace haarfield {
+
+/// A rotation about the origin, as an orthonormal matrix.
+struct Rotation {
+    std::array<Vec3d, 3> row{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
+
+    Vec3d operator()(const Vec3d& v) const { return {row[0].dot(v), row[1].dot(v), row[2].dot(v)}; }
+    Vec3f operator()(const Vec3f& v) const { return Vec3f((*this)(Vec3d(v))); }
+
+    Rotation inverse() const;
+};
+
+/// Whether it turns nothing: to the last bit.
+inline bool is_identity(const Rotation& rotation) {
+    return rotation.row == Rotation().row;
+}
+
+/// `second` after `first`.
+Rotation operator*(const Rotation& second, const Rotation& first);
+
+/// Counter-clockwise seen from the tip of the axis. The axis has any length but zero. [rad]
+Rotation rotation_about(const Vec3d& axis, double angle);
+
+/// About x, then y, then z: what scene files call `rotate`. [rad]
+Rotation rotation_xyz(const Vec3f& angles);
+
+/// The inverse: angles[1] in [-pi/2, pi/2]; where it is at an end, angles[2] = 0.
+Vec3f angles_xyz(const Rotation& rotation);
+
+/// All three meshes, turned. Equal angles, equal bits; no angles, no change.
+PreparedMesh turned_mesh(PreparedMesh mesh, const Vec3f& angles);
+
+}  // namespace haarfield

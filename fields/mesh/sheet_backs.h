@@ -1,0 +1,21 @@
+#pragma once
+/// Sheets that are modelled with one side.
+
+#include "fields/mesh/mesh.h"
+
+namespace haarfield {
+
+/// The backs of an open surface that can be seen: its triangles turned round, at the same places, with
+/// normals of their own. A renderer lights a sheet from the side that it is looked at; vertex colours need a
+/// vertex for each side.
+///
+/// A triangle of an open piece has a back where some of a few rays from it leave the mesh's box sideways or
+/// upwards. Below is the ground, so that neither a floor nor the inside of what stands on it has any. What is
+/// modelled with a back of its own gets no second one.
+///
+/// mesh     its triangles agree (orient_triangles).
+/// returns  an empty mesh if there are none; materials as in `mesh`.
+/// cost     16 rays per triangle of an open piece, and 64 where it is large; on all cores.
+Mesh seen_backs(const Mesh& mesh);
+
+}  // namespace haarfield

@@ -1,0 +1,59 @@
+#pragma once
+/// Layers of an occluder along an axis through the view point, in exact arithmetic.
+
+#include "fields/rasterizer/view_frame.h"
+#include "fields/rasterizer/viewed_occluder.h"
+
+namespace haarfield {
+
+/// On which side of an axis an edge from p to q passes, in coordinates across it (a) and up (b), a
+/// right-handed frame with the axis: the sign of p_a q_b - p_b q_a. Exact, as the products of two floats are
+/// exact in double. An edge that meets the axis passes it as if the axis were moved along a, and along b
+/// still less.
+inline bool turns_left(float p_a, float p_b, float q_a, float q_b) {
+    const double left = double(p_a) * double(q_b), right = double(p_b) * double(q_a);
+    if (left != right) return left > right;
+    return p_b != q_b ? p_b > q_b : q_a > p_a;
+}
+
+/// The same on a face, for its axis v: whether an edge from p to q passes the poles of the sub-columns so
+/// that u grows, seen from the face's plane.
+inline bool runs_to_larger_u(float p_u, float p_w, float q_u, float q_w, const FaceComponents& frame) {
+    const AxisFrame& axis = axis_frames[std::size_t(frame.component[1])];
+    // The face's coordinates back to those of the axis.
+    const bool u_is_across = frame.component[0] == axis.across;
+    const float p_across = u_is_across ? p_u * frame.sign[0] : p_w * frame.sign[2],
+                p_up = u_is_across ? p_w * frame.sign[2] : p_u * frame.sign[0],
+                q_across = u_is_across ? q_u * frame.sign[0] : q_w * frame.sign[2],
+                q_up = u_is_across ? q_w * frame.sign[2] : q_u * frame.sign[0];
+    // w_p u_q - u_p w_q, in a frame that is turned or mirrored by the signs.
+    const bool mirrored = u_is_across == (frame.sign[0] * frame.sign[2] > 0);
+    return turns_left(p_across, p_up, q_across, q_up) != mirrored;
+}
+
+/// Layers of the triangles that count, along an axis, in the direction of its larger coordinates or the
+/// other.
+inline int layers_along_axis(const Occluder& occluder, const ViewedOccluder& viewed, int axis,
+                             bool to_larger) {
+    const auto [across, up] = axis_frames[std::size_t(axis)];
+    const Vec3f& from = viewed.view_point;
+    if (to_larger ? from[axis] > occluder.bounds.upper[axis] : from[axis] < occluder.bounds.lower[axis])
+        return 0;
+    int layers = 0;
+    for (const std::uint32_t t : occluder.grids[std::size_t(axis)].triangles_at(from[across], from[up])) {
+        int left = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3f &p = occluder.positions[occluder.triangles[t][k]],
+                        &q = occluder.positions[occluder.triangles[t][(k + 1) % 3]];
+            left += turns_left(from_view_point(p[across], from[across]), from_view_point(p[up], from[up]),
+                               from_view_point(q[across], from[across]), from_view_point(q[up], from[up]));
+        }
+        // All to the left: round the axis counter-clockwise, as seen from its larger coordinates. Seen from
+        // the front it then lies in the direction of the smaller ones.
+        if (left == 3) layers += facing(occluder, viewed, t) == (to_larger ? -1 : 1);
+        if (left == 0) layers += facing(occluder, viewed, t) == (to_larger ? 1 : -1);
+    }
+    return layers;
+}
+
+}  // namespace haarfield

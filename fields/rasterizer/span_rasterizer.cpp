@@ -1,0 +1,275 @@
+#include "fields/rasterizer/span_rasterizer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cstring>
+
+#include "fields/rasterizer/view_frame.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "fields/rasterizer/span_rasterizer.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "fields/rasterizer/edge_lines-inl.h"
+
+#ifndef HAARFIELD_SPAN_RASTERIZER_ONCE
+#define HAARFIELD_SPAN_RASTERIZER_ONCE
+
+namespace haarfield {
+
+/// By the bits that all vertices have in common: the faces that the triangle may touch.
+struct FacesByOutcode {
+    std::array<std::uint8_t, 4096> faces{};
+    FacesByOutcode() {
+        for (unsigned common = 0; common < faces.size(); ++common)
+            for (unsigned face = 0; face < cubemap_faces; ++face)
+                if ((common & (outside_left_or_right(int(face)) | outside_above(int(face)) |
+                               outside_below(int(face)))) == 0)
+                    faces[common] |= static_cast<std::uint8_t>(1u << face);
+    }
+};
+inline const FacesByOutcode faces_by_outcode;
+
+/// Triangles wait in a queue per face until there are enough for full vectors.
+inline constexpr std::size_t queue_length = 64;
+inline constexpr std::size_t queue_floats = queue_length * 4;  ///< Of one of the three vertices.
+
+/// What drawing needs of each triangle in the queue: SoA, queue_length floats each.
+enum EdgeData : std::size_t {
+    edge_slope,      ///< Three of them: the side is at row  slope * c + constant,  c the column.
+    edge_lower = 3,  ///< Three constants of sides that the rows lie under (at larger v), or -huge.
+    edge_upper = 6,  ///< Three constants of sides that the rows lie over, or +huge.
+    edge_begin = 9,  ///< Sub-columns [begin, end).
+    edge_end = 10,
+    edge_data_count = 11
+};
+
+}  // namespace haarfield
+
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace haarfield {
+namespace HWY_NAMESPACE {
+
+using Words = hn::CappedTag<std::uint64_t, 8>;
+
+// A direction d lies in the cone of the triangle (a, b, c), seen from the origin, iff d = αa + βb + γc with
+// α, β, γ >= 0: three half-spaces through the origin, whose normals are cross products of two vertices. No
+// clipping is needed, wherever the vertices are. Neighbours compute the same crossing of their common side
+// with a sub-column, so every sample is on one side or on both.
+HWY_INLINE void set_up_side(const FaceVertices& p, const FaceVertices& q, int face_size, float* edges,
+                            std::size_t k) {
+    const Floats d;
+    const EdgeLine line = edge_line(p, q, face_size);
+    const auto is_upper = hn::And(line.crosses, hn::Lt(line.turn, hn::Zero(d)));
+    hn::StoreU(line.slope, d, edges + (edge_slope + k) * queue_length);
+    hn::StoreU(hn::IfThenElse(is_upper, hn::Set(d, -1e30f), line.constant), d,
+               edges + (edge_lower + k) * queue_length);
+    hn::StoreU(hn::IfThenElse(is_upper, line.constant, hn::Set(d, 1e30f)), d,
+               edges + (edge_upper + k) * queue_length);
+}
+
+void set_up(const float* queue, std::size_t count, int face, int face_size, float* edges) {
+    const Floats d;
+    const FaceComponents frame = all_face_components[face];
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const FaceVertices a = load_vertices(queue + 4 * i, frame),
+                           b = load_vertices(queue + queue_floats + 4 * i, frame),
+                           c = load_vertices(queue + 2 * queue_floats + 4 * i, frame);
+        // Seen from the front a triangle turns counter-clockwise, so that normals of (b, a) and so on point
+        // in.
+        set_up_side(b, a, face_size, edges + i, 0);
+        set_up_side(c, b, face_size, edges + i, 1);
+        set_up_side(a, c, face_size, edges + i, 2);
+
+        const VF left_of_a = sub_columns_left_of(a, face_size), left_of_b = sub_columns_left_of(b, face_size),
+                 left_of_c = sub_columns_left_of(c, face_size);
+        // Around the view point the projection is not bounded by the vertices.
+        const auto bounded = hn::Gt(hn::Min(a.w, hn::Min(b.w, c.w)), hn::Zero(d));
+        const VF columns = hn::Set(d, static_cast<float>(samples_per_texel * face_size));
+        hn::StoreU(hn::IfThenElseZero(bounded, hn::Min(left_of_a, hn::Min(left_of_b, left_of_c))), d,
+                   edges + edge_begin * queue_length + i);
+        hn::StoreU(hn::IfThenElse(bounded, hn::Max(left_of_a, hn::Max(left_of_b, left_of_c)), columns), d,
+                   edges + edge_end * queue_length + i);
+    }
+}
+
+/// All bits from bit n on, 0 <= n <= 64.
+template <class DU>
+HWY_INLINE hn::Vec<DU> bits_from(DU d, hn::Vec<DU> n) {
+    const auto ones = hn::Set(d, ~std::uint64_t(0));
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
+    return hn::Shl(ones, n);  // here a shift by 64 gives 0
+#else
+    const auto rest = hn::And(n, hn::Set(d, 63));
+    return hn::IfThenElseZero(hn::Eq(rest, n), hn::Shl(ones, rest));
+#endif
+}
+
+/// Blocks the rows from begin up to, but not at, end in as many sub-columns as the vectors have lanes.
+template <class VU>
+HWY_INLINE void block_rows(VU begin, VU end, std::uint64_t* words) {
+    const Words d;
+#if HWY_TARGET == HWY_SCALAR
+    const auto rows = hn::AndNot(bits_from(d, hn::PromoteTo(d, end)), bits_from(d, hn::PromoteTo(d, begin)));
+    hn::Store(hn::Or(hn::Load(d, words), rows), d, words);
+#else
+    const hn::Half<hn::DFromV<VU> > half;
+    const auto low = hn::AndNot(bits_from(d, hn::PromoteTo(d, hn::LowerHalf(half, end))),
+                                bits_from(d, hn::PromoteTo(d, hn::LowerHalf(half, begin))));
+    hn::Store(hn::Or(hn::Load(d, words), low), d, words);
+    words += hn::Lanes(d);
+    const auto high = hn::AndNot(bits_from(d, hn::PromoteTo(d, hn::UpperHalf(half, end))),
+                                 bits_from(d, hn::PromoteTo(d, hn::UpperHalf(half, begin))));
+    hn::Store(hn::Or(hn::Load(d, words), high), d, words);
+#endif
+}
+
+void draw(const float* edges, std::size_t count, int face_size, std::uint64_t* strip, int first_row) {
+    const Floats d;
+    const hn::RebindToSigned<Floats> di;
+    const hn::RebindToUnsigned<Floats> du;
+    const std::size_t lanes = hn::Lanes(d);
+    const VF zero = hn::Zero(d), minus_one = hn::Set(d, -1.0f);
+    const VF rows = hn::Set(d, static_cast<float>(std::min(face_size - first_row, 64)));
+    const VF last_row = hn::Sub(rows, hn::Set(d, 1.0f));
+    const float base = 0.5f / samples_per_texel - 0.5f * static_cast<float>(face_size);
+    const VF steps = hn::Mul(hn::Iota(d, 0), hn::Set(d, 1.0f / samples_per_texel));
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto data = [&](std::size_t k) { return edges[k * queue_length + i]; };
+        const auto column_begin = static_cast<std::size_t>(data(edge_begin)),
+                   column_end = static_cast<std::size_t>(data(edge_end));
+        if (column_begin >= column_end) continue;
+        const VF columns_begin = hn::Set(d, data(edge_begin)), columns_end = hn::Set(d, data(edge_end));
+        const VF slope0 = hn::Set(d, data(0)), slope1 = hn::Set(d, data(1)), slope2 = hn::Set(d, data(2));
+        const VF lower0 = hn::Set(d, data(3)), lower1 = hn::Set(d, data(4)), lower2 = hn::Set(d, data(5));
+        const VF upper0 = hn::Set(d, data(6)), upper1 = hn::Set(d, data(7)), upper2 = hn::Set(d, data(8));
+        for (std::size_t k = column_begin & ~(lanes - 1); k < column_end; k += lanes) {
+            const VF column =
+                hn::Add(steps, hn::Set(d, static_cast<float>(k) * (1.0f / samples_per_texel) + base));
+            const VF line0 = hn::Mul(slope0, column), line1 = hn::Mul(slope1, column),
+                     line2 = hn::Mul(slope2, column);
+            const VF offset = hn::Add(hn::LoadU(d, row_offsets.rows.data() + (k & 7)),
+                                      hn::Set(d, static_cast<float>(first_row)));
+            const VF from = hn::Sub(
+                hn::Max(hn::Max(hn::Add(line0, lower0), hn::Add(line1, lower1)), hn::Add(line2, lower2)),
+                offset);
+            const VF to = hn::Sub(
+                hn::Min(hn::Min(hn::Add(line0, upper0), hn::Add(line1, upper1)), hn::Add(line2, upper2)),
+                offset);
+            const VF number = hn::Add(hn::Iota(d, 0), hn::Set(d, static_cast<float>(k)));
+            const auto within = hn::And(hn::Ge(number, columns_begin), hn::Lt(number, columns_end));
+            const auto begin =
+                hn::BitCast(du, hn::ConvertTo(di, hn::Ceil(hn::Min(hn::Max(from, zero), rows))));
+            const auto end = hn::BitCast(
+                du, hn::Add(hn::ConvertTo(di, hn::Floor(hn::Min(
+                                                  hn::Max(hn::IfThenElse(within, to, minus_one), minus_one),
+                                                  last_row))),
+                            hn::Set(di, 1)));
+            block_rows(begin, end, strip + k);
+        }
+    }
+}
+
+void block_queue(SpanScratch& scratch, std::size_t count, int face, BlockedSamples& blocked) {
+    float* edges = scratch.edges.data();
+    set_up(scratch.queue.data() + std::size_t(face) * 3 * queue_floats, count, face, blocked.face_size,
+           edges);
+    for (int s = 0; s < int(blocked.strips); ++s)
+        draw(edges, count, blocked.face_size, blocked.strip(face, s), 64 * s);
+    blocked.spanned_faces |= 1u << face;
+}
+
+/// A vector of vertices, the first of which has a number divisible by its length.
+void view_vertices(const Occluder& occluder, const ViewedOccluder& viewed, std::size_t first,
+                   float* vertices) {
+    const Floats d;
+    const Codes di;
+    const ViewedVertices v =
+        load_viewed_vertices(occluder.padded_positions.data() + 4 * first, viewed.view_point);
+    VC code = common_outcodes(v, v);
+    if (viewed.horizon) {
+        const auto below = hn::Le(height_over_view_point(v, viewed.up), hn::Set(d, viewed.lowest));
+        code = hn::Or(code, hn::IfThenElseZero(hn::RebindMask(di, below), hn::Set(di, below_horizon)));
+    }
+    hn::StoreInterleaved4(v.x, v.y, v.z, hn::BitCast(d, code), d, vertices + 4 * first);
+}
+
+void block_spans(const Occluder& occluder, const ViewedOccluder& viewed, const std::uint64_t* chosen,
+                 SpanScratch& scratch, BlockedSamples& blocked) {
+    const Floats d;
+    const std::size_t lanes = hn::Lanes(d), vertex_count = occluder.positions.size();
+    const auto count = static_cast<std::uint32_t>(occluder.triangles.size());
+    scratch.vertices.reserve(4 * (vertex_count + 16));
+    scratch.viewed_vectors.reserve(vertex_count / lanes + 1);
+    scratch.queue.reserve(cubemap_faces * 3 * queue_floats);
+    scratch.edges.reserve(edge_data_count * queue_length);
+    float* vertices = scratch.vertices.data();
+    std::uint8_t* viewed_vectors = scratch.viewed_vectors.data();
+    std::fill_n(viewed_vectors, vertex_count / lanes + 1, std::uint8_t(0));
+    std::size_t queued[cubemap_faces] = {};
+    const auto block = [&](std::uint32_t t, bool front) {
+        const auto& [i, j, k] = occluder.triangles[t];
+        for (const std::uint32_t v : {i, j, k})
+            if (std::uint8_t& is_viewed = viewed_vectors[v / lanes]; !is_viewed) {
+                view_vertices(occluder, viewed, v / lanes * lanes, vertices);
+                is_viewed = 1;
+            }
+        const float *a = vertices + 4 * std::size_t(i), *b = vertices + 4 * std::size_t(front ? j : k),
+                    *c = vertices + 4 * std::size_t(front ? k : j);
+        const unsigned common =
+            std::bit_cast<unsigned>(a[3]) & std::bit_cast<unsigned>(b[3]) & std::bit_cast<unsigned>(c[3]);
+        if (common & below_horizon) return;
+        for (unsigned faces = faces_by_outcode.faces[common]; faces != 0; faces &= faces - 1) {
+            const int face = std::countr_zero(faces);
+            float* to = scratch.queue.data() + std::size_t(face) * 3 * queue_floats + 4 * queued[face];
+            std::memcpy(to, a, 16);
+            std::memcpy(to + queue_floats, b, 16);
+            std::memcpy(to + 2 * queue_floats, c, 16);
+            if (++queued[face] == queue_length) {
+                block_queue(scratch, queue_length, face, blocked);
+                queued[face] = 0;
+            }
+        }
+    };
+    for (std::uint32_t start = 0; start < count; start += 64) {
+        if (chosen[start / 64] == 0) continue;
+        std::uint64_t front = 0, back = 0;
+        for (std::size_t i = 0; i < 64; i += lanes) {
+            const SoaPlanes& of = occluder.planes;
+            const std::size_t t = start + i;
+            const VF heights = heights_over_planes(d, of.x.data() + t, of.y.data() + t, of.z.data() + t,
+                                                   of.offset.data() + t, viewed.from_centre);
+            front |= bits_of(d, hn::Gt(heights, hn::Zero(d))) << i;
+            back |= bits_of(d, hn::Lt(heights, hn::Zero(d))) << i;
+        }
+        const std::uint64_t two_sided = ~bits_below(occluder.one_sided, start);
+        for (std::uint64_t drawn = (front | (back & two_sided)) & chosen[start / 64]; drawn != 0;
+             drawn &= drawn - 1) {
+            const int i = std::countr_zero(drawn);
+            block(start + static_cast<std::uint32_t>(i), front >> i & 1);
+        }
+    }
+    for (int face = 0; face < cubemap_faces; ++face)
+        if (queued[face] != 0) block_queue(scratch, queued[face], face, blocked);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace haarfield
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace haarfield {
+
+HWY_EXPORT(block_spans);
+
+void block_spans(const Occluder& occluder, const ViewedOccluder& viewed, const std::uint64_t* chosen,
+                 SpanScratch& scratch, BlockedSamples& blocked) {
+    HWY_DYNAMIC_DISPATCH(block_spans)(occluder, viewed, chosen, scratch, blocked);
+}
+
+}  // namespace haarfield
+#endif

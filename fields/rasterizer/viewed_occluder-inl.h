@@ -1,0 +1,133 @@
+/// Vertices and planes of an occluder as they are seen from a view point, in vectors.
+/// Included once per instruction set, as Highway wants it.
+
+#include <cstring>
+
+#include "fields/rasterizer/view_frame.h"
+#include "fields/rasterizer/viewed_occluder.h"
+
+#if defined(HAARFIELD_FIELDS_VIEWED_OCCLUDER_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef HAARFIELD_FIELDS_VIEWED_OCCLUDER_INL_H
+#undef HAARFIELD_FIELDS_VIEWED_OCCLUDER_INL_H
+#else
+#define HAARFIELD_FIELDS_VIEWED_OCCLUDER_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace haarfield {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// A cap, so that vectors never exceed the padding; below it the length is the machine's.
+using Floats = hn::CappedTag<float, 16>;
+using VF = hn::Vec<Floats>;
+using Codes = hn::RebindToSigned<Floats>;
+using VC = hn::Vec<Codes>;
+
+struct ViewedVertices {
+    VF x, y, z;  ///< From the view point, never 0.
+};
+
+HWY_INLINE ViewedVertices viewed_vertices(VF x, VF y, VF z, const Vec3f& view_point) {
+    const Floats d;
+    const auto from = [&](VF coordinate, float origin) {
+        const VF difference = hn::Sub(coordinate, hn::Set(d, origin));
+        return hn::IfThenElse(hn::Eq(difference, hn::Zero(d)), hn::Set(d, almost_zero), difference);
+    };
+    return {from(x, view_point.x), from(y, view_point.y), from(z, view_point.z)};
+}
+
+/// From vertices as Occluder::padded_positions has them, one after the other.
+HWY_INLINE ViewedVertices load_viewed_vertices(const float* positions, const Vec3f& view_point) {
+    VF x, y, z, nothing;
+    hn::LoadInterleaved4(Floats(), positions, x, y, z, nothing);
+    return viewed_vertices(x, y, z, view_point);
+}
+
+#if HWY_TARGET != HWY_SCALAR
+/// Vectors of x, y, z, 0 of every fourth vertex from the first on.
+template <class D, class Vertex>
+HWY_INLINE hn::Vec<D> every_fourth_vertex(D d, const Vertex& vertex, std::size_t first) {
+    if constexpr (hn::MaxLanes(D()) == 4) {
+        return hn::LoadU(d, vertex(first));
+    } else {
+        const hn::Half<D> half;
+        return hn::Combine(d, every_fourth_vertex(half, vertex, first + hn::MaxLanes(half)),
+                           every_fourth_vertex(half, vertex, first));
+    }
+}
+#endif
+
+/// In each lane the one of which  vertex(lane)  points at x, y, z, 0. Copied beside each other first, they
+/// would be loaded before they are stored.
+template <class Vertex>
+HWY_INLINE ViewedVertices gather_viewed_vertices(const Vertex& vertex, const Vec3f& view_point) {
+    const Floats d;
+#if HWY_TARGET == HWY_SCALAR
+    const float* from = vertex(0);
+    return viewed_vertices(hn::LoadU(d, from), hn::LoadU(d, from + 1), hn::LoadU(d, from + 2), view_point);
+#else
+    const VF v0 = every_fourth_vertex(d, vertex, 0), v1 = every_fourth_vertex(d, vertex, 1),
+             v2 = every_fourth_vertex(d, vertex, 2), v3 = every_fourth_vertex(d, vertex, 3);
+    const hn::RepartitionToWide<Floats> wide;
+    const auto pairs = [&](VF v) { return hn::BitCast(wide, v); };
+    const auto xy01 = pairs(hn::InterleaveLower(d, v0, v1)), xy23 = pairs(hn::InterleaveLower(d, v2, v3)),
+               z01 = pairs(hn::InterleaveUpper(d, v0, v1)), z23 = pairs(hn::InterleaveUpper(d, v2, v3));
+    return viewed_vertices(hn::BitCast(d, hn::InterleaveLower(wide, xy01, xy23)),
+                           hn::BitCast(d, hn::InterleaveUpper(wide, xy01, xy23)),
+                           hn::BitCast(d, hn::InterleaveLower(wide, z01, z23)), view_point);
+#endif
+}
+
+HWY_INLINE VF height_over_view_point(const ViewedVertices& v, const Vec3f& up) {
+    const Floats d;
+    return hn::Add(hn::Add(hn::Mul(hn::Set(d, up.x), v.x), hn::Mul(hn::Set(d, up.y), v.y)),
+                   hn::Mul(hn::Set(d, up.z), v.z));
+}
+
+/// The outcode bits (view_frame.h) that two vertices have in common, but for the horizon.
+HWY_INLINE VC common_outcodes(const ViewedVertices& p, const ViewedVertices& q) {
+    const Codes di;
+    const auto bit_if = [&](auto mask, int bit) {
+        return hn::IfThenElseZero(hn::RebindMask(di, mask), hn::Set(di, bit));
+    };
+    const auto pair = [&](VF p_a, VF p_b, VF q_a, VF q_b, int shift) {
+        const VF p_minus = hn::Neg(p_b), q_minus = hn::Neg(q_b);
+        return hn::Or(hn::Or(bit_if(hn::And(hn::Gt(p_a, p_b), hn::Gt(q_a, q_b)), 1 << shift),
+                             bit_if(hn::And(hn::Lt(p_a, p_b), hn::Lt(q_a, q_b)), 2 << shift)),
+                      hn::Or(bit_if(hn::And(hn::Gt(p_a, p_minus), hn::Gt(q_a, q_minus)), 4 << shift),
+                             bit_if(hn::And(hn::Lt(p_a, p_minus), hn::Lt(q_a, q_minus)), 8 << shift)));
+    };
+    return hn::Or(hn::Or(pair(p.x, p.y, q.x, q.y, 0), pair(p.x, p.z, q.x, q.z, 4)),
+                  pair(p.y, p.z, q.y, q.z, 8));
+}
+
+/// How far the view point is in front of planes of triangles, given by coordinate (SoaPlanes): the measure of
+/// how thick they look, and its sign that of the side they show. 0 if seen exactly edge-on, NaN without area.
+template <class D>
+HWY_INLINE hn::Vec<D> heights_over_planes(D d, const float* x, const float* y, const float* z,
+                                          const float* offset, const Vec3f& from_centre) {
+    return hn::Sub(hn::Add(hn::Add(hn::Mul(hn::LoadU(d, x), hn::Set(d, from_centre.x)),
+                                   hn::Mul(hn::LoadU(d, y), hn::Set(d, from_centre.y))),
+                           hn::Mul(hn::LoadU(d, z), hn::Set(d, from_centre.z))),
+                   hn::LoadU(d, offset));
+}
+
+/// A bit a lane.
+template <class D>
+HWY_INLINE std::uint64_t bits_of(D d, hn::Mask<D> mask) {
+    std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(d, mask, bytes);
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, bytes, sizeof bits);
+    return bits;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace haarfield
+HWY_AFTER_NAMESPACE();
+
+#endif

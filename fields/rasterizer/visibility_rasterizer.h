@@ -1,0 +1,70 @@
+#pragma once
+/// Fractional visibility cubemaps, rasterized on the CPU.
+
+#include "fields/mesh/occluder.h"
+#include "fields/wavelets/cubemap.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace haarfield {
+
+/// Samples in a texel: one in each of eight sub-rows, in different columns (eight rooks).
+inline constexpr int samples_per_texel = 8;
+
+/// The pattern: texel row r has the sub-rows 8r + s, s = 0 to 7, at v = (2 (8r + s) + 1) / (8 size) - 1. The
+/// sample of sub-row s in column c lies at u = 2 (c + sample_offset(s)) / size - 1.
+constexpr double sample_offset(int sub_row) {
+    constexpr int column[samples_per_texel] = {5, 0, 3, 6, 1, 4, 7, 2};
+    return (column[sub_row % samples_per_texel] + 0.5) / samples_per_texel;
+}
+
+/// Visibility of a texel from its count of open samples.
+constexpr float open_fraction(std::uint8_t open_samples) {
+    return static_cast<float>(open_samples) / samples_per_texel;
+}
+
+/// An occluder, and where it is seen from.
+struct OccluderView {
+    const Occluder* occluder;
+    /// In the occluder's frame. Offset it from a surface by some 1e-4 of the occluder's radius: on the
+    /// surface itself the answer is arbitrary. [m]
+    Vec3f point;
+    /// Unit normal of a surface through the point; triangles that lie wholly below it are left out. Null:
+    /// none.
+    const Vec3f* horizon = nullptr;
+};
+
+/// Rasterizes occluders; keeps its buffers, so that repeated use allocates nothing.
+///
+/// A direction is blocked if any triangle of the occluder meets the ray from the view point; there is no
+/// depth. Triangles that share an edge compute the same crossing, so that no crack appears; nothing is
+/// clipped, so that triangles around and behind the view point are right. Which of two ways a piece goes, by
+/// its contour or triangle by triangle, changes no bit of the answer, nor does the instruction set.
+class VisibilityRasterizer {
+public:
+    /// face_size  texels along an edge, is_face_size.
+    explicit VisibilityRasterizer(int face_size);
+    ~VisibilityRasterizer();
+    VisibilityRasterizer(VisibilityRasterizer&&) noexcept;
+    VisibilityRasterizer& operator=(VisibilityRasterizer&&) noexcept;
+
+    /// What can be seen past an occluder: counts of open samples, 0 to samples_per_texel, face by face and
+    /// row by row, 6 * face_size^2 of them; valid until the next call. Arguments as OccluderView has them.
+    ///
+    /// cost  O(triangles / 64 + edges near the contour + crossed sub-columns), and with a horizon vertices
+    ///       / 16; of pieces whose triangles share few edges, O(triangles + covered sub-columns).
+    std::span<const std::uint8_t> open_samples(const Occluder& occluder, const Vec3f& view_point,
+                                               const Vec3f* horizon = nullptr);
+
+    /// What can be seen past all of some occluders, whose frames differ by translation and scale alone: a
+    /// sample is open that is open past each. cost: of each, and a pass over the cubemap's samples.
+    std::span<const std::uint8_t> open_samples(std::span<const OccluderView> views);
+
+private:
+    struct Buffers;
+    std::unique_ptr<Buffers> buffers_;
+};
+
+}  // namespace haarfield

@@ -1,0 +1,101 @@
+#include "shading/bake/colour_fit.h"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <optional>
+
+namespace haarfield {
+namespace {
+
+constexpr double middle_weight = 0.75, corner_weight = 1.0 / 12;
+
+/// The triangles' middles; none where a triangle is buried or has no area.
+std::vector<std::optional<SurfacePoint>> middles_of(const Mesh& mesh, const LocalSampler& sampler) {
+    std::vector<std::optional<SurfacePoint>> middles(mesh.triangles.size());
+    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(middles.size()), [&](std::uint32_t t) {
+        const auto& [a, b, c] = mesh.triangles[t];
+        const Vec3f position = (mesh.positions[a] + mesh.positions[b] + mesh.positions[c]) / 3.0f;
+        const Vec3f normal = mesh.normals[a] + mesh.normals[b] + mesh.normals[c];
+        if (normal.length() > 1e-6f)
+            middles[t] = point_on(mesh, {&t, 1}, position, normal.normalized(), sampler);
+    });
+    return middles;
+}
+
+double area(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
+    const Vec3d a(mesh.positions[triangle[0]]);
+    return 0.5 *
+           (Vec3d(mesh.positions[triangle[1]]) - a).cross(Vec3d(mesh.positions[triangle[2]]) - a).length();
+}
+
+/// The radiance of a mesh's vertices that fits; `middles` by triangle.
+std::vector<Rgb> fitted(const RadiantMesh& shaded, std::span<const std::optional<Rgb>> middles) {
+    const Mesh& mesh = shaded.mesh;
+    const auto count = static_cast<Eigen::Index>(mesh.positions.size());
+    double total_area = 0;
+    for (const auto& triangle : mesh.triangles) total_area += area(mesh, triangle);
+    // Keeps vertices of no triangle with area where they are, and moves no other by more than rounding.
+    const double kept = 1e-9 * std::max(total_area, 1e-30) / static_cast<double>(count);
+    std::vector<Eigen::Triplet<double>> entries;
+    Eigen::MatrixX3d wanted(count, 3), start(count, 3);
+    for (Eigen::Index v = 0; v < count; ++v) {
+        entries.emplace_back(v, v, kept);
+        for (int c = 0; c < 3; ++c) {
+            start(v, c) = shaded.radiance[std::size_t(v)][c];
+            wanted(v, c) = kept * start(v, c);
+        }
+    }
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        if (!middles[t]) continue;
+        const double weight = area(mesh, mesh.triangles[t]);
+        for (const Eigen::Index i : mesh.triangles[t]) {
+            for (const Eigen::Index k : mesh.triangles[t])
+                entries.emplace_back(i, k, weight * (middle_weight / 9 + (i == k ? corner_weight : 0.0)));
+            for (int c = 0; c < 3; ++c)
+                wanted(i, c) +=
+                    weight * (middle_weight / 3 * double((*middles[t])[c]) + corner_weight * start(i, c));
+        }
+    }
+    Eigen::SparseMatrix<double> matrix(count, count);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver(matrix);
+    solver.setTolerance(1e-6);
+    const Eigen::MatrixX3d solution = solver.solveWithGuess(wanted, start);
+    std::vector<Rgb> radiance;
+    for (Eigen::Index v = 0; v < count; ++v) {
+        radiance.emplace_back();
+        for (int c = 0; c < 3; ++c) radiance.back()[c] = std::max(static_cast<float>(solution(v, c)), 0.0f);
+    }
+    return radiance;
+}
+
+}  // namespace
+
+Result<Done> fit_radiance(const PointShading& shading, std::span<RadiantMesh> meshes,
+                          const Progress& progress) {
+    std::vector<InstancePoint> points;
+    std::vector<std::vector<std::optional<SurfacePoint>>> middles;
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        const ShadedEntity& entity = shading.scene.entities[shading.scene.instances[i].entity];
+        middles.push_back(middles_of(meshes[i].mesh, entity.occlusion->sampler()));
+        for (const auto& middle : middles.back())
+            if (middle) points.push_back({i, *middle});
+    }
+    const Result<std::vector<Rgb>> radiance = point_radiance(shading, points, progress);
+    if (!radiance) return radiance.error();
+    std::vector<std::vector<std::optional<Rgb>>> values;
+    auto next = radiance->begin();
+    for (const auto& of_mesh : middles) {
+        values.emplace_back(of_mesh.size());
+        for (std::size_t t = 0; t < of_mesh.size(); ++t)
+            if (of_mesh[t]) values.back()[t] = *next++;
+    }
+    tbb::parallel_for(std::size_t{0}, meshes.size(),
+                      [&](std::size_t i) { meshes[i].radiance = fitted(meshes[i], values[i]); });
+    return Done{};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,52 @@
+#pragma once
+/// What each approximation of a bake costs, one at a time, against the dense oracle.
+
+#include "shading/bake/mesh_point.h"
+#include "shading/bake/renderer.h"
+
+namespace haarfield {
+
+/// One approximation's error over some points.
+struct BudgetEntry {
+    std::string name, meaning;
+    std::size_t points = 0;    ///< Where it acts.
+    double relative_rmse = 0;  ///< RMS of the error over all points / RMS of the oracle's radiance.
+    double relative_99 = 0;    ///< 99 % of all points err by at most this: magnitudes, relative to the RMS.
+    double bias = 0;           ///< Mean error / mean of the oracle's radiance.
+};
+
+/// A vertex, its radiance by the finest oracle, and by the bake.
+struct BudgetVertex {
+    std::uint32_t instance = 0, vertex = 0;
+    Rgb exact{0.0f}, baked{0.0f};  ///< [W/(m^2 sr)]
+};
+
+struct ErrorBudget {
+    std::vector<BudgetEntry> entries;    ///< Each approximation alone; last all of them together.
+    std::vector<BudgetVertex> vertices;  ///< That were measured; the worst first.
+};
+
+/// Measures at random vertices that are not buried, the same ones each time.
+///
+/// alone       the oracle with one part exchanged, less the oracle: visibility as the field's truncation
+/// leaves
+///             it, or interpolated between exact samples; the lighting's truncated wavelets; lobes and
+///             cosines as the walk evaluates them; a lesser depth. Resolution and coarse meshes the other way
+///             round: the oracle, less a finer one (four times the texels along an edge, at most 256), or one
+///             with the original meshes.
+/// originals   the mesh of each of the scene's entities as it was read.
+/// settings    of the bake.
+/// vertices    how many; all there are if these are fewer.
+/// cost        some 20 ms a vertex, on all of oneTBB's threads; the result does not depend on their number.
+/// errors      interrupted.
+Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh* const> originals,
+                                 const RenderSettings& settings, std::size_t vertices,
+                                 const Progress& progress = {});
+
+/// What interpolating between the vertices costs: the oracle's radiance at the corners, interpolated, less
+/// the oracle at the point. Buried points are left out.
+/// cost  four times the oracle's a point. errors: interrupted.
+Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<const MeshPoint> points,
+                                        const RenderSettings& settings, const Progress& progress = {});
+
+}  // namespace haarfield

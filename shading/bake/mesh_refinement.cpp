@@ -1,0 +1,261 @@
+#include "shading/bake/mesh_refinement.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "fields/mesh/edge_bisection.h"
+
+namespace haarfield {
+namespace {
+
+constexpr float not_shaded = -1;
+
+float channel_sum(const Rgb& c) {
+    return c.x + c.y + c.z;
+}
+
+float difference(const Rgb& a, const Rgb& b) {
+    return std::abs(a.x - b.x) + std::abs(a.y - b.y) + std::abs(a.z - b.z);
+}
+
+/// The middle of an edge, on all its sides.
+struct Middle {
+    float error = not_shaded;   ///< The largest of the sides'.
+    std::vector<Rgb> radiance;  ///< By EdgeBisection::sides.
+};
+
+/// An instance at work.
+struct RefinedInstance {
+    EdgeBisection bisection;
+    std::vector<Rgb> radiance;
+    std::vector<Middle> middles;  ///< By edge.
+    float scale;
+    double shortest;  ///< Edges below twice this are not split. [m], of the entity
+
+    bool is_shaded(std::uint32_t edge) const { return middles[edge].error != not_shaded; }
+    double length(std::uint32_t edge) const { return std::sqrt(bisection.squared_length(edge)); }
+    bool can_be_split(std::uint32_t edge) const { return length(edge) >= 2 * shortest; }
+
+    /// What a split gains: the error times the edge's length in the world. [m]
+    double gain(std::uint32_t edge) const { return double(middles[edge].error) * length(edge) * scale; }
+
+    /// Equal lengths go by number, so that neighbours agree.
+    std::uint32_t longest_edge(std::uint32_t triangle) const {
+        const auto& edges = bisection.edges_of(triangle);
+        return *std::max_element(edges.begin(), edges.end(), [&](std::uint32_t a, std::uint32_t b) {
+            const double length_a = bisection.squared_length(a), length_b = bisection.squared_length(b);
+            return length_a != length_b ? length_a < length_b : a > b;
+        });
+    }
+};
+
+/// An edge of one of the instances.
+struct InstanceEdge {
+    std::size_t instance;
+    std::uint32_t edge;
+};
+
+class Refiner {
+public:
+    Refiner(const PointShading& shading, const RefinementSettings& wanted, const Progress& progress)
+        : shading_(shading), wanted_(wanted), progress_(progress) {}
+
+    Result<Refinement> operator()(std::vector<RadiantMesh> start) {
+        begin(std::move(start));
+        for (bool is_done = false; !is_done;) {
+            if (const Result<Done> shaded = shade_middles(new_candidates()); !shaded) return shaded.error();
+            const std::vector<InstanceEdge> splits = best_splits();
+            is_done = splits.empty();
+            // what has to be split along with the chosen ones
+            if (const Result<Done> shaded = shade_middles(unshaded(splits)); !shaded) return shaded.error();
+            split(splits);
+            if (progress_.report) progress_.report("refining", vertices_, wanted_.vertex_budget);
+            ++result_.rounds;
+        }
+        for (RefinedInstance& instance : instances_) {
+            for (const Middle& middle : instance.middles)
+                result_.largest_error = std::max(result_.largest_error, middle.error);
+            result_.meshes.push_back(
+                {std::move(instance.bisection).take_mesh(), std::move(instance.radiance)});
+        }
+        return std::move(result_);
+    }
+
+private:
+    Result<std::vector<Rgb>> shaded(const std::vector<InstancePoint>& points) {
+        result_.shaded_points += points.size();
+        Progress silent;
+        silent.stop = progress_.stop;
+        return point_radiance(shading_, points, silent);
+    }
+
+    void begin(std::vector<RadiantMesh> start) {
+        double sum = 0;
+        for (std::size_t i = 0; i < start.size(); ++i) {
+            const ShadedInstance& instance = shading_.scene.instances[i];
+            const float radius = shading_.scene.entities[instance.entity].occlusion->own().bounds.radius();
+            for (const Rgb& value : start[i].radiance) sum += channel_sum(value);
+            vertices_ += start[i].radiance.size();
+            instances_.push_back({EdgeBisection(std::move(start[i].mesh)),
+                                  std::move(start[i].radiance),
+                                  {},
+                                  instance.scale,
+                                  5e-4 * double(radius)});
+            instances_.back().middles.resize(instances_.back().bisection.edges().size());
+        }
+        mean_ = static_cast<float>(sum / static_cast<double>(std::max<std::size_t>(vertices_, 1)));
+    }
+
+    /// The error of a value that was found between two others, whose mean would be taken for it.
+    float error(const Rgb& found, const Rgb& interpolated) const {
+        const float size = channel_sum(interpolated) + mean_;
+        return size > 0 ? difference(found, interpolated) / size : 0;
+    }
+
+    /// Edges that are to be looked at, and have not been.
+    std::vector<InstanceEdge> new_candidates() const {
+        std::vector<InstanceEdge> candidates;
+        for (std::size_t i = 0; i < instances_.size(); ++i) {
+            const RefinedInstance& instance = instances_[i];
+            std::vector<bool> is_candidate(instance.middles.size());
+            const Mesh& mesh = instance.bisection.mesh();
+            for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+                const std::uint32_t longest = instance.longest_edge(t);
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const std::uint32_t edge = instance.bisection.edges_of(t)[k];
+                    if (instance.is_shaded(edge) || is_candidate[edge]) continue;
+                    const Rgb& a = instance.radiance[mesh.triangles[t][k]];
+                    const Rgb& b = instance.radiance[mesh.triangles[t][(k + 1) % 3]];
+                    is_candidate[edge] =
+                        (edge == longest || error(a, b) > wanted_.tolerance) && instance.can_be_split(edge);
+                    if (is_candidate[edge]) candidates.push_back({i, edge});
+                }
+            }
+        }
+        return candidates;
+    }
+
+    std::vector<InstanceEdge> unshaded(std::vector<InstanceEdge> edges) const {
+        std::erase_if(edges, [&](const InstanceEdge& e) { return instances_[e.instance].is_shaded(e.edge); });
+        return edges;
+    }
+
+    Result<Done> shade_middles(const std::vector<InstanceEdge>& edges) {
+        struct SideMiddle {
+            std::optional<SurfacePoint> point;  ///< None if it is buried.
+            Rgb interpolated;
+        };
+        std::vector<std::vector<SideMiddle>> middles(edges.size());
+        tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t n) {
+            const auto [i, edge] = edges[n];
+            const auto& [bisection, radiance, ignored, scale, shortest] = instances_[i];
+            const EntityOcclusion& occlusion =
+                *shading_.scene.entities[shading_.scene.instances[i].entity].occlusion;
+            for (const EdgeBisection::Side& side : bisection.sides(edge))
+                middles[n].push_back({point_on(bisection.mesh(), side.triangles, bisection.middle(edge),
+                                               bisection.middle_normal(side), occlusion.sampler()),
+                                      (radiance[side.low] + radiance[side.high]) * 0.5f});
+        });
+        std::vector<InstancePoint> points;
+        for (std::size_t n = 0; n < edges.size(); ++n)
+            for (const SideMiddle& side : middles[n])
+                if (side.point) points.push_back({edges[n].instance, *side.point});
+        const Result<std::vector<Rgb>> radiance = shaded(points);
+        if (!radiance) return radiance.error();
+        auto next = radiance->begin();
+        for (std::size_t n = 0; n < edges.size(); ++n) {
+            Middle& middle = instances_[edges[n].instance].middles[edges[n].edge];
+            middle.error = 0;
+            for (const SideMiddle& side : middles[n]) {
+                middle.radiance.push_back(side.point ? *next++ : side.interpolated);
+                middle.error = std::max(middle.error, error(middle.radiance.back(), side.interpolated));
+            }
+        }
+        return Done{};
+    }
+
+    /// The edges of this round, and with each the longer ones of its triangles that have to be split before
+    /// it; as many as the budget allows.
+    std::vector<InstanceEdge> best_splits() const {
+        std::vector<InstanceEdge> beyond;
+        double largest = 0;
+        for (std::size_t i = 0; i < instances_.size(); ++i)
+            for (std::uint32_t edge = 0; edge < instances_[i].middles.size(); ++edge)
+                if (instances_[i].middles[edge].error > wanted_.tolerance) {
+                    beyond.push_back({i, edge});
+                    largest = std::max(largest, instances_[i].gain(edge));
+                }
+        const auto gain = [&](const InstanceEdge& e) { return instances_[e.instance].gain(e.edge); };
+        std::erase_if(beyond, [&](const InstanceEdge& e) { return gain(e) < 0.5 * largest; });
+        std::stable_sort(beyond.begin(), beyond.end(),
+                         [&](const InstanceEdge& a, const InstanceEdge& b) { return gain(a) > gain(b); });
+
+        std::vector<std::vector<bool>> is_chosen;
+        for (const RefinedInstance& instance : instances_) is_chosen.emplace_back(instance.middles.size());
+        std::vector<InstanceEdge> chosen;
+        std::size_t vertices = vertices_;
+        for (const InstanceEdge& largest_left : beyond) {
+            const std::size_t i = largest_left.instance;
+            const RefinedInstance& instance = instances_[i];
+            const std::size_t before = chosen.size();
+            std::size_t added = 0;
+            const auto choose = [&](std::uint32_t e) {
+                if (is_chosen[i][e]) return;
+                is_chosen[i][e] = true;
+                chosen.push_back({i, e});
+                added += instance.bisection.sides(e).size();
+            };
+            choose(largest_left.edge);
+            for (std::size_t next = before; next < chosen.size(); ++next)
+                for (const std::uint32_t t : instance.bisection.edges()[chosen[next].edge].triangles)
+                    choose(instance.longest_edge(t));
+            if (vertices + added > wanted_.vertex_budget) {
+                chosen.resize(before);
+                break;
+            }
+            vertices += added;
+        }
+        return chosen;
+    }
+
+    /// Longer edges first.
+    void split(std::vector<InstanceEdge> edges) {
+        std::stable_sort(edges.begin(), edges.end(), [&](const InstanceEdge& a, const InstanceEdge& b) {
+            const double length_a = instances_[a.instance].bisection.squared_length(a.edge),
+                         length_b = instances_[b.instance].bisection.squared_length(b.edge);
+            return length_a != length_b ? length_a > length_b
+                                        : std::tie(a.instance, a.edge) < std::tie(b.instance, b.edge);
+        });
+        for (const auto [i, edge] : edges) {
+            RefinedInstance& instance = instances_[i];
+            if (!instance.bisection.split(edge)) {
+                instance.middles[edge].error = 0;  // as exact as it can be
+                continue;
+            }
+            const Middle middle = std::exchange(instance.middles[edge], {});
+            instance.radiance.insert(instance.radiance.end(), middle.radiance.begin(), middle.radiance.end());
+            instance.middles.resize(instance.bisection.edges().size());
+            vertices_ += middle.radiance.size();
+        }
+    }
+
+    const PointShading& shading_;
+    const RefinementSettings& wanted_;
+    const Progress& progress_;
+    std::vector<RefinedInstance> instances_;
+    std::size_t vertices_ = 0;
+    float mean_ = 0;  ///< Radiance of the vertices at the start, added over the channels.
+    Refinement result_;
+};
+
+}  // namespace
+
+Result<Refinement> refined_radiance(const PointShading& shading, const RefinementSettings& refinement,
+                                    std::vector<RadiantMesh> start, const Progress& progress) {
+    return Refiner(shading, refinement, progress)(std::move(start));
+}
+
+}  // namespace haarfield

@@ -1,0 +1,56 @@
+#include "shading/bake/radiant_mesh.h"
+
+#include "shading/visibility/buried_fill.h"
+
+namespace haarfield {
+
+std::optional<SurfacePoint> point_on(const Mesh& mesh, std::span<const std::uint32_t> triangles,
+                                     const Vec3f& position, const Vec3f& normal,
+                                     const LocalSampler& sampler) {
+    Vec3f sum(0.0f);
+    std::uint32_t count = 0;
+    for (const std::uint32_t t : triangles) {
+        const Vec3f &a = mesh.positions[mesh.triangles[t][0]], &b = mesh.positions[mesh.triangles[t][1]],
+                    &c = mesh.positions[mesh.triangles[t][2]];
+        if (sampler.is_buried(a, b, c)) continue;
+        sum += (a + b + c) / 3.0f;
+        ++count;
+    }
+    if (count == 0) return std::nullopt;
+    return SurfacePoint{position, normal, sampler.sample(position, normal, sum / static_cast<float>(count)),
+                        mesh.vertex_materials[mesh.triangles[triangles.front()][0]]};
+}
+
+Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std::span<const Mesh> meshes,
+                                               const Progress& progress) {
+    std::vector<LocalSamples> samples;
+    std::vector<std::vector<std::uint32_t>> orders;
+    for (std::size_t e = 0; e < meshes.size(); ++e) {
+        samples.push_back(local_samples(meshes[e], shading.scene.entities[e].occlusion->sampler()));
+        orders.push_back(spatial_order(meshes[e].positions));
+        std::erase_if(orders[e], [&](std::uint32_t v) { return samples[e].buried[v] != 0; });
+    }
+    std::vector<InstancePoint> points;
+    for (std::size_t i = 0; i < shading.scene.instances.size(); ++i) {
+        const std::size_t e = shading.scene.instances[i].entity;
+        for (const std::uint32_t v : orders[e])
+            points.push_back({i,
+                              {meshes[e].positions[v], meshes[e].normals[v], samples[e].points[v],
+                               meshes[e].vertex_materials[v]}});
+    }
+    const Result<std::vector<Rgb>> radiance = point_radiance(shading, points, progress);
+    if (!radiance) return radiance.error();
+
+    std::vector<RadiantMesh> result;
+    auto next = radiance->begin();
+    for (const ShadedInstance& instance : shading.scene.instances) {
+        const std::size_t e = instance.entity;
+        RadiantMesh& shaded = result.emplace_back(
+            RadiantMesh{meshes[e], std::vector<Rgb>(meshes[e].positions.size(), Rgb(0.0f))});
+        for (const std::uint32_t v : orders[e]) shaded.radiance[v] = *next++;
+        BuriedFill(shaded.mesh, samples[e].buried)(shaded.radiance);
+    }
+    return result;
+}
+
+}  // namespace haarfield

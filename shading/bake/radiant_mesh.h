@@ -1,0 +1,31 @@
+#pragma once
+/// Meshes with the radiance of their vertices, an instance's own each, beside the fine meshes of entities.
+
+#include <optional>
+
+#include "shading/bake/renderer.h"
+
+namespace haarfield {
+
+/// In the frame of the instance's entity.
+struct RadiantMesh {
+    Mesh mesh;
+    std::vector<Rgb> radiance;  ///< Outgoing, one per vertex. [W/(m^2 sr)]
+};
+
+/// Where a point of a surface is shaded.
+///
+/// triangles  those of the mesh that the point lies on, or between.
+/// returns    nothing if all of them are buried in other pieces of the entity.
+std::optional<SurfacePoint> point_on(const Mesh& mesh, std::span<const std::uint32_t> triangles,
+                                     const Vec3f& position, const Vec3f& normal, const LocalSampler& sampler);
+
+/// Shades the vertices of meshes that are no entity's fine mesh, as vertex_radiance does those that are; by
+/// instance.
+///
+/// meshes  one per entity, of its surface.
+/// cost    see point_radiance. errors: interrupted.
+Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std::span<const Mesh> meshes,
+                                               const Progress& progress = {});
+
+}  // namespace haarfield

@@ -1,0 +1,289 @@
+#include "shading/bake/vertex_oracles.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "fields/rasterizer/visibility_transform.h"
+#include "shading/scene/lighting.h"
+#include "shading/visibility/vertex_visibility.h"
+
+namespace haarfield {
+namespace {
+
+constexpr int finest_face_size = 256;
+
+DenseLight truncated_light(const RgbCubemapTree& tree, DenseLight light) {
+    light.light.clear();
+    for (const RgbQuadtree& face : tree.faces) {
+        const std::vector<Rgb> texels = quadtree_texels(face, light.face_size);
+        light.light.insert(light.light.end(), texels.begin(), texels.end());
+    }
+    return light;
+}
+
+Rgb visible_radiance(std::span<const Vec3d> response, std::span<const float> visibility) {
+    Vec3d sum(0.0);
+    for (std::size_t i = 0; i < response.size(); ++i) sum += response[i] * double(visibility[i]);
+    return Rgb(Vec3f(sum));
+}
+
+void multiply_by_tree(std::span<float> visibility, const WideCubemap<std::uint8_t>& tree, int face_size) {
+    const std::size_t side = std::size_t(face_size);
+    for (std::size_t i = 0; i < visibility.size(); ++i) {
+        const WideFace<std::uint8_t>& face = tree[i / (side * side)];
+        const unsigned row = unsigned(i / side % side), column = unsigned(i % side);
+        // Faces of 2 x 4^l texels have only one level of the last node.
+        int bit = 2 * wide_levels(face_size) - 2;
+        const int lacking = 2 * wide_levels(face_size) - std::countr_zero(unsigned(face_size));
+        float value = face.mean;
+        for (const WideNode<std::uint8_t>* node = face.root; node; bit -= 2) {
+            const auto quadrant = [&](int b) {
+                return b < 0 ? 0u : (row >> b & 1u) << 1 | (column >> b & 1u);
+            };
+            const unsigned cell = quadrant(bit + 1 - lacking) << 2 | quadrant(bit - lacking);
+            value = static_cast<float>(node->mean[cell]) / 255;
+            node = node->varying >> cell & 1u ? child_of(node, cell) : nullptr;
+        }
+        visibility[i] *= value;
+    }
+}
+
+/// A cubemap's visibility as a field has it in wide trees.
+class WideTree {
+public:
+    /// Valid until the next call.
+    const WideCubemap<std::uint8_t>& operator()(const CubemapTree& tree) {
+        nodes_.clear();
+        std::array<std::size_t, cubemap_faces + 1> first{};
+        for (std::size_t face = 0; face < cubemap_faces; ++face) {
+            faces_[face].mean = converter_.append(tree.faces[face], nodes_);
+            first[face + 1] = nodes_.size();
+        }
+        // Only now do the nodes stay where they are.
+        for (std::size_t face = 0; face < cubemap_faces; ++face)
+            faces_[face].root = first[face + 1] > first[face] ? &nodes_[first[face]] : nullptr;
+        return faces_;
+    }
+
+private:
+    VisibilityConverter converter_;
+    std::vector<WideNode<std::uint8_t>> nodes_;
+    WideCubemap<std::uint8_t> faces_;
+};
+
+}  // namespace
+
+OracleFrame::OracleFrame(const ShadedScene& of, std::span<const Mesh* const> meshes,
+                         const RenderSettings& with, const ShadingGeometry& shared)
+    : scene(of),
+      settings(with),
+      geometry(shared),
+      light(scene.environment, settings.face_size),
+      truncated(light),
+      fine_light(scene.environment, std::min(4 * settings.face_size, finest_face_size)),
+      exact_pyramid(lighting_tree(scene.environment, settings.face_size, {}), settings.face_size),
+      baked_pyramid(lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
+                    settings.face_size) {
+    for (const Mesh* mesh : meshes) originals.push_back(make_occluder(*mesh));
+    truncated = truncated_light(
+        lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}), light);
+}
+
+class VertexOracles::Vertex {
+public:
+    explicit Vertex(const OracleFrame& frame)
+        : frame_(frame),
+          rasterizer_(frame.light.face_size),
+          fine_rasterizer_(frame.fine_light.face_size),
+          transform_(frame.light.face_size),
+          bake_visibility_(frame.scene, frame.geometry) {}
+
+    VertexRadiances operator()(std::size_t instance, std::uint32_t vertex) {
+        const ShadedScene& scene = frame_.scene;
+        entity_ = &scene.entities[scene.instances[instance].entity];
+        point_ = surface_point(*entity_, vertex);
+        view_ = vertex_view(scene, scene.instances[instance], point_);
+        VertexRadiances result;
+        result.baked = baked(instance, vertex);
+        if (!list_occluders(instance)) return result;
+
+        const std::vector<Vec3d> response = responses(frame_.light);
+        const std::vector<float> exact = seen([&](const Seen& s, std::span<float> v) { see(s, v); });
+        result.oracle = visible_radiance(response, exact);
+        result.lighting = visible_radiance(responses(frame_.truncated), exact);
+        result.original = visible_radiance(
+            response, seen([&](const Seen& s, std::span<float> v) { see_original(s, v, rasterizer_); }));
+        result.visibility =
+            visible_radiance(response, seen([&](const Seen& s, std::span<float> v) { see_truncated(s, v); }));
+        for (const bool planar : {true, false}) {
+            bool found = false;
+            (planar ? result.planar : result.spherical) =
+                visible_radiance(response, seen([&](const Seen& s, std::span<float> v) {
+                                     if (s.field && s.lookup.planar == planar) {
+                                         see_interpolated(s, v);
+                                         found = true;
+                                     } else {
+                                         see(s, v);
+                                     }
+                                 }));
+            (planar ? result.has_planar : result.has_spherical) = found;
+        }
+        result.lobes = walked(exact, full_depth, 0);
+        result.shallow = walked(exact, frame_.settings.depth, frame_.settings.tolerance);
+
+        const std::vector<Vec3d> fine_response = responses(frame_.fine_light);
+        result.finer = visible_radiance(
+            fine_response, seen_finely([&](const Seen& s, std::span<float> v) {
+                multiply_by_open(v, fine_rasterizer_.open_samples(*s.occluder, s.point, s.horizon));
+            }));
+        result.finest = visible_radiance(fine_response, seen_finely([&](const Seen& s, std::span<float> v) {
+                                             see_original(s, v, fine_rasterizer_);
+                                         }));
+        return result;
+    }
+
+private:
+    /// Something that the vertex looks past.
+    struct Seen {
+        const Occluder* occluder = nullptr;
+        const Occluder* original = nullptr;
+        Vec3f point{0.0f};                       ///< Where from, in the occluder's frame.
+        const Vec3f* horizon = nullptr;          ///< Of the vertex's own entity.
+        const VisibilityField* field = nullptr;  ///< Null if it is not looked up in its field.
+        bool truncated = false;                  ///< Whether the bake sees a truncated tree of it.
+        Truncation truncation;
+        FieldLookup lookup{};
+    };
+
+    /// False if the vertex is inside another instance.
+    bool list_occluders(std::size_t instance) {
+        const ShadedScene& scene = frame_.scene;
+        const auto truncation = [](const VisibilityField& field) {
+            return Truncation{field.settings.coefficients, field.settings.relative_l2_error};
+        };
+        seen_.clear();
+        seen_.push_back({&entity_->occlusion->own(),
+                         &frame_.originals[scene.instances[instance].entity],
+                         point_.sample,
+                         &view_.normal,
+                         nullptr,
+                         true,
+                         truncation(*entity_->field),
+                         {}});
+        for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+            if (i == instance) continue;
+            const ShadedInstance& other = scene.instances[i];
+            const ShadedEntity& entity = scene.entities[other.entity];
+            const Vec3f from = (view_.point - other.translate) / other.scale;
+            if (entity.occlusion->in_coarse()(from)) return false;
+            const std::span<const std::uint8_t> open =
+                rasterizer_.open_samples(entity.occlusion->coarse(), from);
+            if (std::ranges::all_of(open, [](std::uint8_t n) { return n == samples_per_texel; })) continue;
+            Seen seen{&entity.occlusion->coarse(),
+                      &frame_.originals[other.entity],
+                      from,
+                      nullptr,
+                      nullptr,
+                      false,
+                      truncation(*entity.field),
+                      {}};
+            if (!(squared_exact_distance(frame_.geometry.entities[other.entity], *entity.field, other,
+                                         view_) < 1)) {
+                seen.field = entity.field;
+                seen.truncated = true;
+                seen.lookup = field_lookup(*entity.field, other, view_);
+            }
+            seen_.push_back(seen);
+        }
+        return true;
+    }
+
+    std::vector<Vec3d> responses(const DenseLight& light) const {
+        std::vector<Vec3d> result(light.directions.size());
+        for (std::size_t i = 0; i < result.size(); ++i)
+            result[i] = light.radiance_from(i, entity_->materials[point_.material], view_);
+        return result;
+    }
+
+    /// The product of what is seen past everything.
+    template <class See>
+    std::vector<float> seen(const See& see_past) const {
+        std::vector<float> visibility(frame_.light.directions.size(), 1.0f);
+        for (const Seen& s : seen_) see_past(s, std::span(visibility));
+        return visibility;
+    }
+    template <class See>
+    std::vector<float> seen_finely(const See& see_past) const {
+        std::vector<float> visibility(frame_.fine_light.directions.size(), 1.0f);
+        for (const Seen& s : seen_) see_past(s, std::span(visibility));
+        return visibility;
+    }
+
+    void see(const Seen& seen, std::span<float> visibility) {
+        multiply_by_open(visibility, rasterizer_.open_samples(*seen.occluder, seen.point, seen.horizon));
+    }
+    static void see_original(const Seen& seen, std::span<float> visibility,
+                             VisibilityRasterizer& rasterizer) {
+        multiply_by_open(visibility, rasterizer.open_samples(*seen.original, seen.point, seen.horizon));
+    }
+    void see_truncated(const Seen& seen, std::span<float> visibility) {
+        if (!seen.truncated) return see(seen, visibility);
+        transform_(rasterizer_.open_samples(*seen.occluder, seen.point, seen.horizon), seen.horizon,
+                   seen.truncation, truncated_);
+        multiply_by_tree(visibility, tree_(truncated_), frame_.light.face_size);
+    }
+    void see_interpolated(const Seen& seen, std::span<float> visibility) {
+        const Interpolation& samples = seen.lookup.samples;
+        std::vector<float> sum(visibility.size(), samples.count == 0 ? 1.0f : samples.open);
+        for (std::size_t k = 0; k < std::size_t(samples.count); ++k) {
+            // As precompute_field lifts them.
+            const Vec3f at = seen.lookup.planar
+                                 ? seen.field->planar.sample_position(samples.sample[k]) +
+                                       Vec3f(0, seen.field->bounds.radius() * surface_offset, 0)
+                                 : seen.field->spherical.sample_position(samples.sample[k]);
+            const std::span<const std::uint8_t> open = rasterizer_.open_samples(*seen.occluder, at);
+            for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += samples.weight[k] * open_fraction(open[i]);
+        }
+        for (std::size_t i = 0; i < sum.size(); ++i) visibility[i] *= sum[i];
+    }
+
+    /// As the bake evaluates it, from exact visibility and lighting.
+    Rgb walked(std::span<const float> visibility, int depth, float tolerance) {
+        const WideCubemap<std::uint8_t>& tree =
+            tree_(haar_cubemap<float>(visibility, frame_.light.face_size));
+        const WeightedTrees<std::uint8_t>::Part part{&tree, 1};
+        const WeightedTrees<std::uint8_t> factor{0, {&part, 1}};
+        return vertex_radiance(frame_.exact_pyramid, frame_.geometry.directions,
+                               vertex_brdf(entity_->materials[point_.material], view_), {}, {&factor, 1},
+                               depth, memory_, tolerance);
+    }
+
+    Rgb baked(std::size_t instance, std::uint32_t vertex) {
+        if (!bake_visibility_.look(instance, vertex, view_)) return Rgb(0.0f);
+        return without_negative(vertex_radiance(frame_.baked_pyramid, frame_.geometry.directions,
+                                                vertex_brdf(entity_->materials[point_.material], view_),
+                                                bake_visibility_.cones(), bake_visibility_.trees(),
+                                                frame_.settings.depth, memory_, frame_.settings.tolerance));
+    }
+
+    const OracleFrame& frame_;
+    VisibilityRasterizer rasterizer_, fine_rasterizer_;
+    VisibilityTransform transform_;
+    CubemapTree truncated_;
+    WideTree tree_;
+    VertexVisibility bake_visibility_;
+    WalkMemory<std::uint8_t> memory_;
+    const ShadedEntity* entity_ = nullptr;  ///< Of the vertex at hand.
+    SurfacePoint point_;
+    VertexView view_;
+    std::vector<Seen> seen_;  ///< Its own entity first.
+};
+
+VertexOracles::VertexOracles(const OracleFrame& frame) : vertex_(std::make_unique<Vertex>(frame)) {}
+VertexOracles::~VertexOracles() = default;
+
+VertexRadiances VertexOracles::operator()(std::size_t instance, std::uint32_t vertex) {
+    return (*vertex_)(instance, vertex);
+}
+
+}  // namespace haarfield

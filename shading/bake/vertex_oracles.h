@@ -1,0 +1,50 @@
+#pragma once
+/// The radiance of a vertex by the dense oracle, with one part of it exchanged for what a bake approximates.
+
+#include "shading/bake/dense_renderer.h"
+#include "shading/visibility/shading_geometry.h"
+
+namespace haarfield {
+
+/// Radiances of a vertex; see error_budget. [W/(m^2 sr)]
+struct VertexRadiances {
+    Rgb oracle{0.0f};    ///< With the bake's own face size, and coarse meshes.
+    Rgb finer{0.0f};     ///< With more texels,
+    Rgb original{0.0f};  ///< or the original meshes,
+    Rgb finest{0.0f};    ///< or both.
+    Rgb lighting{0.0f}, lobes{0.0f}, visibility{0.0f}, planar{0.0f}, spherical{0.0f};
+    Rgb shallow{0.0f};  ///< As lobes, with the bake's depth and tolerance.
+    Rgb baked{0.0f};
+    bool has_planar = false, has_spherical = false;
+};
+
+/// What all vertices of a scene share.
+struct OracleFrame {
+    const ShadedScene& scene;
+    const RenderSettings& settings;  ///< Of the bake.
+    const ShadingGeometry& geometry;
+    std::vector<Occluder> originals;            ///< By entity.
+    DenseLight light, truncated, fine_light;    ///< Truncated to the bake's wavelets; with the finest texels.
+    LightPyramid exact_pyramid, baked_pyramid;  ///< Of the first two.
+
+    /// originals  the mesh of each entity as it was read.
+    OracleFrame(const ShadedScene& scene, std::span<const Mesh* const> originals,
+                const RenderSettings& settings, const ShadingGeometry& geometry);
+};
+
+/// Shades one vertex after the other, in one thread.
+class VertexOracles {
+public:
+    /// The frame must outlive it.
+    explicit VertexOracles(const OracleFrame& frame);
+    ~VertexOracles();
+
+    /// cost  some 20 ms with faces of 64 texels.
+    VertexRadiances operator()(std::size_t instance, std::uint32_t vertex);
+
+private:
+    class Vertex;
+    std::unique_ptr<Vertex> vertex_;
+};
+
+}  // namespace haarfield

@@ -1,0 +1,36 @@
+#pragma once
+/// Distant light: a lat-long image of incident radiance, where it comes from and how it is cleaned.
+
+#include "fields/wavelets/cubemap.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace haarfield {
+
+/// Incident radiance by direction: lat-long as cubemap.h lays it out. [W/(m^2 sr)]
+struct LatLongImage {
+    int width = 0, height = 0;
+    std::vector<Rgb> pixels;  ///< Row by row from the top, width * height.
+};
+
+/// What was found in an environment image, and mended.
+struct EnvironmentFindings {
+    std::uint64_t negative_values = 0;    ///< Channels below zero (minus infinity too), set to zero.
+    std::uint64_t non_finite_values = 0;  ///< NaN, set to zero; infinite, set to the largest finite value.
+};
+
+/// Sets negative and NaN channels to zero and infinite ones to the largest finite value of the image, or
+/// to zero if there is none above it.
+EnvironmentFindings clean_environment(LatLongImage& image);
+
+/// Multiplies by 2^exposure and turns the environment about +y by `rotation` [rad], counter-clockwise
+/// seen from above: what was in direction +z comes from +x after a quarter turn. Exact for turns by
+/// whole pixels (to 1e-4 of one); otherwise neighbouring columns are mixed linearly, so that no energy
+/// is lost.
+LatLongImage turned_environment(const LatLongImage& image, double rotation, double exposure);
+
+/// Solid angle of each pixel of a row. Rows add up to 4 pi / width. [sr]
+double lat_long_pixel_solid_angle(int row, int width, int height);
+
+}  // namespace haarfield

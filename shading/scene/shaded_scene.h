@@ -1,0 +1,56 @@
+#pragma once
+/// A scene as shading sees it: meshes with their fields, where they stand, light and eye.
+
+#include "fields/field/entity_occlusion.h"
+#include "fields/field/visibility_field.h"
+#include "shading/scene/environment.h"
+#include "shading/scene/material.h"
+#include "shading/walk/wide_tree.h"
+
+namespace haarfield {
+
+/// One kind of object. The pointers must outlive the rendering.
+struct ShadedEntity {
+    const Mesh* mesh = nullptr;                  ///< The fine mesh.
+    const EntityOcclusion* occlusion = nullptr;  ///< Of the same mesh.
+    const VisibilityField* field = nullptr;      ///< Of the same mesh.
+    std::vector<Material> materials;             ///< By the mesh's material index.
+};
+
+/// world = translate + scale * entity.
+struct ShadedInstance {
+    std::size_t entity = 0;
+    Vec3f translate{0, 0, 0};
+    float scale = 1;  ///< > 0.
+};
+
+struct ShadedScene {
+    std::vector<ShadedEntity> entities;
+    std::vector<ShadedInstance> instances;
+    LatLongImage environment;  ///< Clean and turned.
+    Vec3f eye{0, 0, 0};        ///< Where the highlights are seen from.
+};
+
+/// How a vertex sees past other instances. Those of few triangles (RenderSettings::exact_triangles) are seen
+/// exactly from near, whatever is chosen; and all of them by their fields from beyond the samplers' outer
+/// radius, where they fade out.
+enum class Occlusion {
+    fields,  ///< Interpolated between samples of the instance's field: fast, and wrong close to the instance.
+    exact,   ///< Rasterized at the vertex.
+    automatic,  ///< Rasterized as far out as the field's own estimate of its error is above a tolerance.
+};
+
+struct RenderSettings {
+    int face_size = 64;            ///< As in the fields (asserted).
+    int depth = full_depth;        ///< Traversal depth, product_integral.
+    float tolerance = 0;           ///< Of a vertex's radiance, for ending walks early; see vertex_radiance.
+    int light_coefficients = 300;  ///< Wavelets kept a face; 0: all.
+    Occlusion occlusion = Occlusion::automatic;
+    float occlusion_error = 0.02f;       ///< Tolerance of `automatic`, for SamplerError::band.
+    std::uint32_t exact_triangles = 64;  ///< Occluders of at most so many triangles are seen exactly from
+                                         ///< near.
+    std::size_t kept_bytes = std::size_t(1) << 30;  ///< For KeptVisibility, where a scene is shaded again and
+                                                    ///< again.
+};
+
+}  // namespace haarfield

@@ -1,0 +1,101 @@
+#include "shading/scene/vertex_loop.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <mutex>
+
+namespace haarfield {
+
+SurfacePoint surface_point(const ShadedEntity& entity, std::uint32_t vertex) {
+    return {entity.mesh->positions[vertex], entity.mesh->normals[vertex],
+            entity.occlusion->samples().points[vertex], entity.mesh->vertex_materials[vertex]};
+}
+
+Vec3f mirrored_view(const Vec3f& eye, const Vec3f& position, const Vec3f& normal) {
+    Vec3f to_eye = (eye - position).normalized();
+    const float facing = to_eye.dot(normal);
+    if (facing < 0) to_eye = (to_eye - normal * facing).normalized();
+    return (normal * (2 * std::max(facing, 0.0f)) - to_eye).normalized();
+}
+
+VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, const SurfacePoint& point) {
+    const ShadedEntity& entity = scene.entities[instance.entity];
+    VertexView view;
+    view.normal = point.normal;
+    view.position = point.position * instance.scale + instance.translate;
+    view.mirror = mirrored_view(scene.eye, view.position, view.normal);
+    const Vec3f towards = entity.occlusion->coarse().bounds.centre() - point.sample;
+    const float distance = towards.length(),
+                step = std::min(distance, 1e-3f * entity.occlusion->coarse().bounds.radius());
+    const Vec3f drawn = distance > 0 ? point.sample + towards * (step / distance) : point.sample;
+    view.point = drawn * instance.scale + instance.translate;
+    return view;
+}
+
+VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, std::uint32_t vertex) {
+    return vertex_view(scene, instance, surface_point(scene.entities[instance.entity], vertex));
+}
+
+std::vector<std::uint32_t> spatial_order(std::span<const Vec3f> points) {
+    Bounds bounds;
+    for (const Vec3f& point : points)
+        for (int axis = 0; axis < 3; ++axis) {
+            bounds.lower[axis] = std::min(bounds.lower[axis], point[axis]);
+            bounds.upper[axis] = std::max(bounds.upper[axis], point[axis]);
+        }
+    constexpr int bits = 20;
+    const Vec3f size = bounds.upper - bounds.lower;
+    const float cells_per_metre = ((1 << bits) - 1) / std::max({size.x, size.y, size.z, 1e-20f});
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> places;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        std::uint64_t place = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto cell =
+                static_cast<std::uint32_t>((points[i][axis] - bounds.lower[axis]) * cells_per_metre);
+            for (int bit = 0; bit < bits; ++bit) place |= std::uint64_t(cell >> bit & 1u) << (3 * bit + axis);
+        }
+        places.emplace_back(place, static_cast<std::uint32_t>(i));
+    }
+    std::sort(places.begin(), places.end());
+    std::vector<std::uint32_t> order;
+    for (const auto& [place, index] : places) order.push_back(index);
+    return order;
+}
+
+Result<Done> visit_vertices(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders,
+                            const std::function<VertexVisitor()>& make_visitor, std::string_view stage,
+                            const Progress& progress) {
+    std::uint64_t total = 0, done = 0;
+    for (const ShadedInstance& instance : scene.instances) total += orders[instance.entity].size();
+    std::mutex progress_mutex;
+    tbb::enumerable_thread_specific<VertexVisitor> visitors(make_visitor);
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const std::size_t e = scene.instances[i].entity;
+        const std::span<const std::uint8_t> buried = scene.entities[e].occlusion->samples().buried;
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, orders[e].size(), 64), [&](const auto& range) {
+            const VertexVisitor& visit = visitors.local();
+            for (const std::uint32_t v : orders[e].subspan(range.begin(), range.size())) {
+                if (progress.stop.stop_requested()) return;
+                if (!buried[v]) visit(i, v);
+            }
+            if (!progress.report) return;
+            const std::lock_guard lock(progress_mutex);
+            done += range.size();
+            progress.report(stage, done, total);
+        });
+        if (progress.stop.stop_requested()) return Error{"", interrupted};
+    }
+    return Done{};
+}
+
+std::vector<std::vector<Rgb>> black_vertices(const ShadedScene& scene) {
+    std::vector<std::vector<Rgb>> radiance;
+    for (const ShadedInstance& instance : scene.instances)
+        radiance.emplace_back(scene.entities[instance.entity].mesh->positions.size(), Rgb(0.0f));
+    return radiance;
+}
+
+}  // namespace haarfield

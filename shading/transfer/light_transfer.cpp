@@ -1,0 +1,231 @@
+#include "shading/transfer/light_transfer.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "shading/transfer/group_pruning.h"
+
+namespace haarfield {
+namespace {
+
+struct Frame {
+    const ShadedScene& scene;
+    const ShadingGeometry& geometry;
+    const RenderSettings& settings;
+    const LightTransfer& transfer;
+    CoefficientSpectrum spectrum;
+    double error;
+};
+
+LightTransfer::Colours colours_of(const Material& material) {
+    const VertexBrdf brdf = vertex_brdf(material, {});
+    return {brdf.diffuse, brdf.specular * (Rgb(1.0f) - brdf.metallic), brdf.specular * brdf.metallic};
+}
+
+/// Fills in what the vectors are multiplied with.
+void list_colours(const ShadedScene& scene, const TransferRows& rows, LightTransfer& transfer) {
+    std::vector<std::size_t> first;
+    for (const ShadedEntity& entity : scene.entities) {
+        first.push_back(transfer.colours.size());
+        for (const Material& material : entity.materials) transfer.colours.push_back(colours_of(material));
+    }
+    const bool has_metals = std::ranges::any_of(
+        transfer.colours, [](const LightTransfer::Colours& colours) { return colours[2] != Rgb(0.0f); });
+    transfer.terms = has_metals ? 3 : 2;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const std::size_t entity = scene.instances[i].entity;
+        for (const std::uint32_t vertex : rows.vertices(i)) {
+            transfer.colour_of_row.push_back(static_cast<std::uint16_t>(
+                first[entity] + scene.entities[entity].mesh->vertex_materials[vertex]));
+            const Vec3f& normal = scene.entities[entity].mesh->normals[vertex];
+            const std::size_t row = transfer.colour_of_row.size() - 1;
+            if (row % group_rows == 0) transfer.normals.emplace_back();
+            for (int axis = 0; axis < 3; ++axis)
+                transfer.normals.back()[std::size_t(axis)][row % group_rows] = normal[axis];
+        }
+    }
+}
+
+/// Makes the columns of a block, group by group.
+template <int terms>
+class LightBlockMaker {
+public:
+    explicit LightBlockMaker(const Frame& frame)
+        : frame_(frame),
+          numbers_(frame.settings.face_size),
+          vertex_(frame.scene, frame.geometry, frame.settings),
+          pruning_(frame.settings.face_size, frame.spectrum) {}
+
+    void add_row(std::size_t row, const InstanceVertex& vertex) {
+        if (vertex_.look_from(vertex)) {
+            vertex_.terms(numbers_, pruning_.product(rows_));
+            const auto& colours = frame_.transfer.colours[frame_.transfer.colour_of_row[row]];
+            std::array<float, terms> weights;
+            for (std::size_t term = 0; term < terms; ++term)
+                weights[term] = static_cast<float>(squared(colours[term]));
+            pruning_.set_weights(rows_, weights);
+        }
+        next_row();
+    }
+
+    void add_buried() { next_row(); }
+
+    GroupedColumns complete() {
+        if (rows_ > 0) complete_group();
+        GroupedColumns columns(frame_.settings.face_size, indices_, entries_, std::move(scales_));
+        indices_.clear();
+        entries_.clear();
+        scales_.clear();
+        return columns;
+    }
+
+private:
+    void next_row() {
+        if (++rows_ == group_rows) complete_group();
+    }
+    void complete_group() {
+        pruning_.append(frame_.error, scales_.size(), indices_, entries_, scales_);
+        pruning_.clear();
+        rows_ = 0;
+    }
+
+    const Frame& frame_;
+    const BlockNumbers numbers_;
+    VertexTransfer vertex_;
+    GroupPruning<terms> pruning_;
+    std::size_t rows_ = 0;  ///< Of the group at hand.
+    std::vector<std::uint32_t> indices_;
+    std::vector<GroupEntry> entries_;
+    std::vector<float> scales_;
+};
+
+template <int terms>
+BlockMaker block_maker(const Frame& frame, LightTransfer& result) {
+    const auto maker = std::make_shared<LightBlockMaker<terms>>(frame);
+    return {[maker](std::size_t row, const InstanceVertex& vertex) { maker->add_row(row, vertex); },
+            [maker] { maker->add_buried(); },
+            [maker, &result](std::size_t block) { result.blocks[block] = maker->complete(); }};
+}
+
+/// Of the vectors with their materials' colours, over one group in eight of one block in eight.
+CoefficientSpectrum transfer_spectrum(const LightTransfer& transfer, int face_size) {
+    constexpr std::size_t stride = 8;
+    const BlockNumbers numbers(face_size);
+    SpectrumEnergies energies{};
+    double rows = 0;
+    for (std::size_t b = 0; b < transfer.blocks.size(); b += stride) {
+        const GroupedColumns& block = transfer.blocks[b];
+        const auto weight = [&](std::size_t group, std::size_t k) {
+            const std::size_t row = b * transfer.block_rows() + group / transfer.terms * group_rows + k;
+            if (row >= transfer.colour_of_row.size()) return 0.0;
+            return squared(transfer.colours[transfer.colour_of_row[row]][group % transfer.terms]);
+        };
+        for (std::uint32_t index = 0; index + 1 < block.first.size(); ++index)
+            for (std::uint32_t i = block.first[index]; i < block.first[index + 1]; ++i) {
+                const GroupEntry& entry = block.entry[i];
+                if (entry.group / transfer.terms % stride != 0) continue;
+                const double scale = squared(entry_step(entry.exponent) * block.scale[entry.group]);
+                double& sum = energies[spectrum_place(numbers, index)];
+                for (std::size_t k = 0; k < group_rows; ++k)
+                    sum += weight(entry.group, k) * scale * squared(entry.value[k]);
+            }
+        rows += double(block.scale.size() / transfer.terms * group_rows) / stride;
+    }
+    return rows > 0 ? root_mean_squares(energies, 3 * rows) : CoefficientSpectrum{};
+}
+
+/// sums = the inner products of a block's groups.
+void set_inner_products(const GroupedColumns& block, const FewCoefficients& f, std::span<GroupSums> sums) {
+    std::ranges::fill(sums, GroupSums{});
+    add_inner_products(block, f, sums);
+}
+
+/// What a group's diffuse terms lack of a source: V (N.D), where their vectors have V (N.w).
+///
+/// moments  the inner products with the source's moments.
+/// lacking  in the moments' unit, whatever that is, times the source's colour.
+void add_source(const ConcentratedLight& source, const GroupSums& moments, const GroupNormals& normals,
+                GroupSums& lacking) {
+    // What the vectors have of light that grazes a surface is too little to tell V from.
+    constexpr float grazing = 0.01f;  // square of a cosine
+    const auto& [x, y, z] = normals;
+    const Vec3f& towards = source.direction;
+    for (std::size_t k = 0; k < group_rows; ++k) {
+        const float cosine = std::max(0.0f, x[k] * towards.x + y[k] * towards.y + z[k] * towards.z),
+                    moment = x[k] * moments[0][k] + y[k] * moments[1][k] + z[k] * moments[2][k],
+                    sum = moment * cosine / (cosine * cosine + grazing);
+        for (std::size_t c = 0; c < 3; ++c) lacking[c][k] += source.colour[static_cast<int>(c)] * sum;
+    }
+}
+
+}  // namespace
+
+std::size_t LightTransfer::bytes() const {
+    std::size_t sum = colour_of_row.size() * sizeof colour_of_row[0] + normals.size() * sizeof normals[0] +
+                      directions.values.size() * sizeof directions.values[0];
+    for (const GroupedColumns& block : blocks) sum += block.bytes();
+    return sum;
+}
+
+Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                     const RenderSettings& settings, const TransferSettings& transfer,
+                                     const DenseCoefficients& typical, const Progress& progress) {
+    const TransferRows rows(scene, geometry);
+    LightTransfer result;
+    list_colours(scene, rows, result);
+    result.blocks.resize((rows.count() + result.block_rows() - 1) / result.block_rows());
+    result.pruning_error = transfer.pruning_error;
+    result.directions = direction_coefficients(settings.face_size);
+    const Frame frame{
+        scene, geometry, settings, result, rms_spectrum(typical), double(transfer.pruning_error)};
+    const Result<Done> made = make_rows(
+        rows, result.block_rows(),
+        [&] { return result.terms == 3 ? block_maker<3>(frame, result) : block_maker<2>(frame, result); },
+        progress);
+    if (!made) return made.error();
+    result.spectrum = transfer_spectrum(result, settings.face_size);
+    return result;
+}
+
+Result<Done> transfer_light(const LightTransfer& transfer, const ShadedScene& scene,
+                            const ShadingGeometry& geometry, const DenseCoefficients& light,
+                            VertexRadiance& radiance, const Progress& progress) {
+    const float error = transfer.pruning_error / 8;
+    const FewCoefficients few = largest_coefficients(light, transfer.spectrum, error);
+    const std::vector<ConcentratedLight> sources = concentrated_light(light, transfer.directions, error);
+    std::vector<Rgb> by_row(transfer.colour_of_row.size());
+    tbb::parallel_for(std::size_t(0), transfer.blocks.size(), [&](std::size_t b) {
+        if (progress.stop.stop_requested()) return;
+        const GroupedColumns& block = transfer.blocks[b];
+        std::array<GroupSums, GroupedColumns::most_groups> all_sums, all_moments;
+        const std::span sums = std::span(all_sums).first(block.scale.size()),
+                        moments = std::span(all_moments).first(block.scale.size());
+        set_inner_products(block, few, sums);
+        const std::size_t first = b * transfer.block_rows(),
+                          end = std::min(by_row.size(), first + transfer.block_rows());
+        for (const ConcentratedLight& source : sources) {
+            set_inner_products(block, source.moments, moments);
+            for (std::size_t group = 0; group < sums.size(); group += transfer.terms)
+                add_source(source, moments[group],
+                           transfer.normals[first / group_rows + group / transfer.terms], sums[group]);
+        }
+        for (std::size_t row = first; row < end; ++row) {
+            const LightTransfer::Colours& colours = transfer.colours[transfer.colour_of_row[row]];
+            const std::size_t place = row - first, group = place / group_rows * transfer.terms;
+            Rgb sum(0.0f);
+            for (std::size_t t = 0; t < transfer.terms; ++t) {
+                const auto& [red, green, blue] = sums[group + t];
+                const std::size_t k = place % group_rows;
+                sum += colours[t] * Rgb(red[k], green[k], blue[k]) * block.scale[group + t];
+            }
+            by_row[row] = sum;
+        }
+    });
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    store_radiance(scene, geometry, by_row, radiance);
+    return Done{};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,58 @@
+#pragma once
+/// Radiance transfer for a light that changes: turned, dimmed, exchanged, mixed.
+
+#include "shading/transfer/concentrated_light.h"
+#include "shading/transfer/radiance_transfer.h"
+
+namespace haarfield {
+
+/// x, y and z of a group's rows, side by side.
+using GroupNormals = std::array<std::array<float, group_rows>, 3>;
+
+/// T = BRDF x visibilities x cosine per vertex, without the materials' colours. [1/sr]
+struct LightTransfer {
+    /// The most terms of a BRDF: diffuse, highlights, and of metals highlights times F (vertex_terms).
+    static constexpr std::size_t most_terms = 3;
+    using Colours = std::array<Rgb, most_terms>;  ///< What each term is multiplied with. [1/sr]
+
+    /// Groups of neighbouring rows, and of each group one for each term: group  terms * k + t  of a block is
+    /// term t of its k-th eight rows.
+    std::vector<GroupedColumns> blocks;
+    std::size_t terms = 2;                     ///< 3 if there are metals in the scene.
+    std::vector<Colours> colours;              ///< Of the scene's materials.
+    std::vector<std::uint16_t> colour_of_row;  ///< In `colours`.
+    std::vector<GroupNormals> normals;         ///< By group_rows rows.
+    DenseCoefficients directions;              ///< direction_coefficients.
+    CoefficientSpectrum spectrum{};            ///< Of T, over some rows and the channels.
+    float pruning_error = 0;                   ///< That the vectors were made with.
+
+    /// Of each block but the last.
+    std::size_t block_rows() const { return GroupedColumns::most_groups / terms * group_rows; }
+    std::size_t bytes() const;
+};
+
+/// typical  a light like those that are to come: it tells which coefficients matter. One with more detail
+///          is reproduced less exactly.
+/// errors   interrupted.
+/// cost     a function product per vertex.
+Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                     const RenderSettings& settings, const TransferSettings& transfer,
+                                     const DenseCoefficients& typical, const Progress& progress = {});
+
+/// Radiance under a light (lighting.h: with the solid angle) towards the eye that the vectors were made for.
+///
+/// Those of the light's coefficients that matter least are left out, to an eighth of the error of pruning.
+///
+/// The vectors hold the cosine constant over cells; what that costs where light is concentrated is made good:
+/// concentrated_light.h.
+///
+/// accuracy  besides pruning, rounding to bytes: 0.2 %.
+/// scene, geometry  those that the vectors were made for.
+/// errors  interrupted; then `radiance` is as it was.
+/// cost    a multiplication and an addition for each coefficient that a vertex and the light have in common,
+///         and for some twenty more a concentrated source.
+Result<Done> transfer_light(const LightTransfer& transfer, const ShadedScene& scene,
+                            const ShadingGeometry& geometry, const DenseCoefficients& light,
+                            VertexRadiance& radiance, const Progress& progress = {});
+
+}  // namespace haarfield

@@ -1,0 +1,233 @@
+#include "shading/transfer/motion_transfer.h"
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <memory>
+
+#include "shading/transfer/occlusion_vectors.h"
+#include "shading/transfer/sparse_products.h"
+
+namespace haarfield {
+namespace {
+
+/// An instance there hides nothing from the others. [m]
+constexpr float far_away = 1e6f;
+
+/// Of the error of pruning, what the occlusions may have; and the vectors.
+constexpr double occlusion_share = 0.5, vector_share = 0.85;
+
+constexpr int moving_depth = 4;  ///< Of FrameQuality::moving.
+
+struct Frame {
+    const ShadedScene& scene;  ///< With the moving instance far away.
+    const ShadingGeometry& geometry;
+    const RenderSettings& settings;
+    const MotionTransfer& transfer;
+    CoefficientSpectrum spectrum;
+    double error;  ///< Relative.
+};
+
+class MotionBlockMaker {
+public:
+    explicit MotionBlockMaker(const Frame& frame)
+        : frame_(frame),
+          vertex_(frame.scene, frame.geometry, frame.settings),
+          pruning_(frame.settings.face_size, frame.spectrum, frame.error),
+          rows_(frame.settings.face_size, 3) {}
+
+    void add_row(const InstanceVertex& vertex, Rgb& open) {
+        if (vertex.instance == frame_.transfer.instance || !vertex_.look_from(vertex))
+            return rows_.append_empty();
+        pruning_.take(
+            vertex_,
+            [&](const DetailWeights* detail) { return vertex_.product(frame_.transfer.light, detail); },
+            [](const ProductPruning& product) {
+                const Rgb whole = product.integral();
+                return double(whole.dot(whole));
+            });
+        open = pruning_.integral();
+        pruning_.append(rows_);
+    }
+    void add_buried() { rows_.append_empty(); }
+    SparseVectors complete() {
+        SparseVectors block(rows_);
+        rows_.clear();
+        pruning_.forget();
+        return block;
+    }
+
+private:
+    const Frame& frame_;
+    VertexTransfer vertex_;
+    TransferPruning pruning_;
+    SparseVectors rows_;
+};
+
+/// Marks the buried vertices and more, so that of each triangle's one at least is not marked, if it was not
+/// before.
+std::vector<std::uint8_t> left_out_vertices(const Mesh& mesh, std::span<const std::uint8_t> buried) {
+    std::vector<std::uint8_t> marked(mesh.positions.size(), 1);
+    for (const auto& [a, b, c] : mesh.triangles)
+        if (marked[a] && marked[b] && marked[c]) marked[a] = 0;
+    for (std::size_t v = 0; v < marked.size(); ++v) marked[v] |= buried[v];
+    return marked;
+}
+
+/// The radiance of the moving instance's own vertices that are not left out, by vertex.
+Result<std::vector<Rgb>> own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
+                                      const ShadingGeometry& geometry, const RenderSettings& settings,
+                                      std::span<const std::uint8_t> left_out, const Progress& progress) {
+    const std::size_t instance = transfer.instance;
+    const std::vector<std::uint32_t>& order = geometry.entities[scene.instances[instance].entity].order;
+    std::vector<Rgb> radiance(order.size(), Rgb(0.0f));
+    tbb::enumerable_thread_specific<VertexTransfer> vertices(
+        [&] { return VertexTransfer(scene, geometry, settings); });
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.size(), 64), [&](const auto& range) {
+        VertexTransfer& vertex = vertices.local();
+        for (std::size_t i = range.begin(); i != range.end() && !progress.stop.stop_requested(); ++i) {
+            const std::uint32_t v = order[i];
+            if (left_out[v] || !vertex.look_from({instance, v})) continue;
+            radiance[v] = without_negative(vertex.radiance(transfer.light, settings.depth));
+        }
+    });
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    return radiance;
+}
+
+RenderSettings while_moving(RenderSettings settings) {
+    settings.depth = moving_depth;
+    settings.occlusion = Occlusion::fields;
+    return settings;
+}
+
+/// The radiance of all of the moving instance's own vertices.
+Result<std::vector<Rgb>> whole_own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
+                                            const ShadingGeometry& geometry, const RenderSettings& settings,
+                                            const Progress& progress) {
+    const std::size_t entity = scene.instances[transfer.instance].entity;
+    Result<std::vector<Rgb>> radiance = own_radiance(
+        transfer, scene, geometry, settings, scene.entities[entity].occlusion->samples().buried, progress);
+    if (radiance) geometry.entities[entity].fill(*radiance);
+    return radiance;
+}
+
+/// The same while it moves: what it was before, and what has changed at the vertices that are shaded. Changes
+/// are smoother than radiance: normals and what the instance hides from itself stay as they are.
+Result<std::vector<Rgb>> changed_own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
+                                              const ShadingGeometry& geometry, const RenderSettings& settings,
+                                              const Progress& progress) {
+    Result<std::vector<Rgb>> radiance =
+        own_radiance(transfer, scene, geometry, while_moving(settings), transfer.left_out, progress);
+    if (!radiance) return radiance;
+    for (std::size_t v = 0; v < radiance->size(); ++v)
+        if (!transfer.left_out[v]) (*radiance)[v] -= transfer.own[v];
+    transfer.fill(*radiance);
+    for (std::size_t v = 0; v < radiance->size(); ++v)
+        (*radiance)[v] = without_negative(transfer.own[v] + (*radiance)[v]);
+    return radiance;
+}
+
+/// What the moving instance hides from a row, with negative weights: it is taken from the row's radiance. No
+/// samples if it hides nothing.
+RowInterpolation shadow(const MotionTransfer& transfer, const ShadedScene& scene,
+                        const MotionTransfer::Viewpoint& from) {
+    RowInterpolation result{from.row, {}};
+    const ShadedInstance& moving = scene.instances[transfer.instance];
+    const ShadedEntity& entity = scene.entities[moving.entity];
+    if (is_below_horizon(entity, moving, from.view)) return result;
+    const FieldLookup lookup = field_lookup(*entity.field, moving, from.view);
+    result.at = lookup.samples;
+    const auto first = lookup.planar ? 0u : static_cast<std::uint32_t>(entity.field->planar_handles.size());
+    for (std::size_t k = 0; k < std::size_t(result.at.count); ++k) {
+        result.at.sample[k] += first;
+        result.at.weight[k] = -result.at.weight[k];
+    }
+    return result;
+}
+
+}  // namespace
+
+Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                       const RenderSettings& settings, const TransferSettings& transfer,
+                                       const RgbCubemapTree& light, std::size_t instance,
+                                       const Progress& progress) {
+    const std::size_t entity = scene.instances[instance].entity;
+    if (!geometry.entities[entity].polygons.empty())
+        return Error{
+            "", fmt::format("instance {} has only {} triangles: it is seen exactly from every vertex, and "
+                            "has no field to move; wanted more than {}",
+                            instance, scene.entities[entity].occlusion->coarse().triangles.size(),
+                            settings.exact_triangles)};
+    Result<SparseVectorBlocks> occlusions =
+        occlusion_vectors(*scene.entities[entity].field, geometry.entities[entity].visibility,
+                          double(transfer.pruning_error) * occlusion_share, progress);
+    if (!occlusions) return occlusions.error();
+    ShadedScene without = scene;
+    without.instances[instance].translate = Vec3f(far_away);
+    const TransferRows rows(without, geometry);
+    const Mesh& mesh = *scene.entities[entity].mesh;
+    const std::vector<std::uint8_t> left_out =
+        left_out_vertices(mesh, scene.entities[entity].occlusion->samples().buried);
+    MotionTransfer result{instance,
+                          {rows.count(), settings.face_size, 3},
+                          std::vector<Rgb>(rows.count(), Rgb(0.0f)),
+                          {},
+                          std::move(*occlusions),
+                          {},
+                          left_out,
+                          BuriedFill(mesh, left_out),
+                          LightPyramid(light, settings.face_size)};
+    const Frame frame{without,
+                      geometry,
+                      settings,
+                      result,
+                      rms_spectrum(result.occlusions),
+                      double(transfer.pruning_error) * vector_share};
+    const Result<Done> made = make_rows(
+        rows, SparseVectorBlocks::block_rows,
+        [&]() -> BlockMaker {
+            const auto maker = std::make_shared<MotionBlockMaker>(frame);
+            return {[&, maker](std::size_t row, const InstanceVertex& vertex) {
+                        maker->add_row(vertex, result.open[row]);
+                    },
+                    [maker] { maker->add_buried(); },
+                    [&, maker](std::size_t block) { result.vectors.blocks[block] = maker->complete(); }};
+        },
+        progress);
+    if (!made) return made.error();
+    Result<std::vector<Rgb>> own =
+        whole_own_radiance(result, scene, geometry, while_moving(settings), progress);
+    if (!own) return own.error();
+    result.own = std::move(*own);
+    for (std::size_t row = 0; row < rows.count(); ++row)
+        if (!result.vectors.is_empty(row)) result.viewpoints.push_back({static_cast<std::uint32_t>(row), {}});
+    tbb::parallel_for(std::size_t(0), result.viewpoints.size(), [&](std::size_t i) {
+        const auto [at, vertex] = rows[result.viewpoints[i].row];
+        result.viewpoints[i].view = vertex_view(scene, scene.instances[at], vertex);
+    });
+    return result;
+}
+
+Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& scene,
+                             const ShadingGeometry& geometry, const RenderSettings& settings,
+                             FrameQuality quality, VertexRadiance& radiance, const Progress& progress) {
+    const RowInterpolations shadows =
+        found_interpolations(transfer.viewpoints.size(), progress.stop,
+                             [&](std::size_t i) { return shadow(transfer, scene, transfer.viewpoints[i]); });
+    std::vector<Rgb> by_row = transfer.open;
+    const Result<Done> shaded =
+        add_interpolated_products(transfer.vectors, transfer.occlusions, shadows, by_row, progress.stop);
+    if (!shaded) return shaded.error();
+    Result<std::vector<Rgb>> own = quality == FrameQuality::moving
+                                       ? changed_own_radiance(transfer, scene, geometry, settings, progress)
+                                       : whole_own_radiance(transfer, scene, geometry, settings, progress);
+    if (!own) return own.error();
+    store_radiance(scene, geometry, by_row, radiance);
+    radiance[transfer.instance] = std::move(*own);
+    return Done{};
+}
+
+}  // namespace haarfield

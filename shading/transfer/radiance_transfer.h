@@ -1,0 +1,173 @@
+#pragma once
+/// Just-in-time radiance transfer: all factors of the product integral but one are folded into a sparse
+/// vector per vertex, once; then a frame is one inner product per vertex.
+///
+///     light_transfer.h    the light changes
+///     view_transfer.h     the eye moves
+///     motion_transfer.h   an instance moves
+///
+/// source  Sun and Mukherjee 2006, sections 5.2 and 6.3. Ours: a vector is pruned by what it will be
+/// multiplied
+///         with, to an error that the user chooses.
+///
+/// Rows    all vertices of all instances, one instance after the other, in the order in which neighbours in
+///         space are near each other. Buried vertices have empty rows; in each frame they take the mean of
+///         their neighbours, as in vertex_radiance.
+
+#include <functional>
+
+#include "fields/base/progress.h"
+#include "fields/base/result.h"
+#include "shading/bake/renderer.h"
+#include "shading/transfer/product_pruning.h"
+#include "shading/transfer/sparse_vectors.h"
+#include "shading/visibility/vertex_visibility.h"
+
+namespace haarfield {
+
+/// Outgoing radiance by instance and vertex of its fine mesh. [W/(m^2 sr)]
+using VertexRadiance = std::vector<std::vector<Rgb>>;
+
+struct TransferSettings {
+    /// By how much pruning may change a vertex's radiance: relative, root mean square over functions whose
+    /// coefficients are independent and as large as the average of their level. 0: nothing is pruned.
+    float pruning_error = 0.008f;
+};
+
+/// A vertex of a scene.
+struct InstanceVertex {
+    std::size_t instance;
+    std::uint32_t vertex;  ///< Of the fine mesh.
+};
+
+/// Numbers the vertices of a scene. Scene and geometry must outlive it.
+class TransferRows {
+public:
+    TransferRows(const ShadedScene& scene, const ShadingGeometry& geometry);
+
+    std::size_t count() const { return first_.back(); }
+    std::size_t first(std::size_t instance) const { return first_[instance]; }
+    /// Of an instance's rows, the vertices.
+    std::span<const std::uint32_t> vertices(std::size_t instance) const {
+        return geometry_.entities[scene_.instances[instance].entity].order;
+    }
+    InstanceVertex operator[](std::size_t row) const;
+    bool is_buried(const InstanceVertex& vertex) const;
+
+private:
+    const ShadedScene& scene_;
+    const ShadingGeometry& geometry_;
+    std::vector<std::size_t> first_;  ///< By instance; one more at the end.
+};
+
+/// One thread's way from a vertex to its transfer vector.
+class VertexTransfer {
+public:
+    VertexTransfer(const ShadedScene& scene, const ShadingGeometry& geometry, const RenderSettings& settings)
+        : scene_(scene),
+          geometry_(geometry),
+          settings_(settings),
+          visibility_(scene, geometry, settings.occlusion != Occlusion::fields) {}
+
+    /// Takes up a vertex; false if it sees nothing.
+    bool look_from(const InstanceVertex& vertex);
+
+    /// What the vertex does with light; to be changed for the products that follow.
+    VertexBrdf brdf;
+
+    /// vertex_transfer of vertex_shading.h; valid until the next call.
+    std::span<const WaveletBlock<3>> product(const LightPyramid& light,
+                                             const DetailWeights* detail = nullptr);
+
+    /// highlight_transfer of vertex_shading.h; valid until the next call.
+    std::span<const WaveletBlock<3>> highlights(const LightPyramid& light, Rgb& diffuse,
+                                                const DetailWeights* detail = nullptr);
+
+    /// A bound on what the last product left out.
+    double blurred_energy() const { return blurred_energy_; }
+
+    /// vertex_terms of vertex_shading.h.
+    template <int count>
+    void terms(const BlockNumbers& numbers, std::vector<WaveletBlock<count>>& product) {
+        vertex_terms(numbers, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
+                     settings_.depth, memory_, product);
+    }
+    Rgb radiance(const LightPyramid& light, int depth);
+
+private:
+    const ShadedScene& scene_;
+    const ShadingGeometry& geometry_;
+    const RenderSettings& settings_;
+    VertexVisibility visibility_;
+    WalkMemory<std::uint8_t> memory_;
+    std::vector<WaveletBlock<3>> product_;
+    double blurred_energy_ = 0;
+};
+
+/// One thread's way from vertices to pruned RGB vectors.
+///
+/// Details that are certain to be pruned are not even computed: a quarter of the error is theirs, and what it
+/// is is known, nearly, from the vertex before. Where that was too much the product is made once more.
+class TransferPruning {
+public:
+    /// error  of pruning, relative to a vertex's energy.
+    TransferPruning(int face_size, const CoefficientSpectrum& spectrum, double error)
+        : spectrum_(spectrum), error_(error), pruning_(face_size, spectrum) {}
+
+    /// Forgets the vertex before, so that the next one does not depend on it.
+    void forget() { allowed_ = 0; }
+
+    /// Takes up a product of a vertex.
+    ///
+    /// product_of  from details that may be left out, or null, to a product of the vertex.
+    /// energy_of   from ProductPruning, with the product at hand, to the vertex's energy.
+    template <class ProductOf, class EnergyOf>
+    void take(const VertexTransfer& vertex, const ProductOf& product_of, const EnergyOf& energy_of) {
+        const DetailWeights detail = detail_weights(spectrum_, blurred_share * allowed_ / typical_cells);
+        pruning_.take(product_of(allowed_ > 0 ? &detail : nullptr));
+        allowed_ = error_ * error_ * energy_of(pruning_);
+        if (vertex.blurred_energy() <= blurred_share * allowed_) return;
+        pruning_.take(product_of(nullptr));
+        allowed_ = error_ * error_ * energy_of(pruning_);
+    }
+
+    /// Of the product at hand.
+    Rgb integral() const { return pruning_.integral(); }
+    void append(SparseVectors& to) { pruning_.append((1 - blurred_share) * allowed_, to); }
+
+private:
+    static constexpr double blurred_share = 0.25;
+    static constexpr double typical_cells = 128;  ///< That are blurred.
+
+    CoefficientSpectrum spectrum_;
+    double error_;
+    ProductPruning pruning_;
+    double allowed_ = 0;  ///< Energy, of the vertex at hand.
+};
+
+/// One thread's way to the transfer vectors: makes one block of rows after another.
+struct BlockMaker {
+    std::function<void(std::size_t row, const InstanceVertex& vertex)> add_row;
+    std::function<void()> add_buried;                 ///< A row without coefficients.
+    std::function<void(std::size_t block)> complete;  ///< The rows since the last call are a block.
+};
+
+/// Makes all rows of a scene, by all of oneTBB's threads.
+///
+/// make_maker  makes a BlockMaker for one thread, with that thread's buffers.
+/// errors      interrupted.
+Result<Done> make_rows(const TransferRows& rows, std::size_t block_rows,
+                       const std::function<BlockMaker()>& make_maker, const Progress& progress);
+
+/// Vertices of a scene that are wanted: 1, by instance and vertex of its fine mesh.
+using VertexChoice = std::vector<std::vector<std::uint8_t>>;
+
+/// One value a row, as radiance by instance; buried vertices are filled, and nothing is negative.
+///
+/// choice  null: all. Else those that are wanted, and what these are filled from; the radiance of others is
+/// of
+///         no use, unless they were chosen before.
+void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,
+                    VertexRadiance& radiance, const VertexChoice* choice = nullptr);
+
+}  // namespace haarfield

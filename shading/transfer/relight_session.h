@@ -1,0 +1,179 @@
+#pragma once
+/// A scene held open: light, eye and instances change, and radiance follows.
+///
+/// For programs that show a scene while it is worked on. One thread drives a session; the work inside uses
+/// all of oneTBB's threads. There is no global state: sessions do not know of each other.
+///
+/// Every call that may last takes a Progress. When it is interrupted, or fails, the session is as it was
+/// before the call.
+
+#include <memory>
+#include <optional>
+#include <variant>
+
+#include "fields/mesh/rotation.h"
+#include "shading/transfer/light_transfer.h"
+#include "shading/transfer/motion_transfer.h"
+#include "shading/transfer/turned_light.h"
+#include "shading/transfer/view_transfer.h"
+#include "shading/visibility/kept_visibility.h"
+
+namespace haarfield {
+
+/// One kind of object, as a session turns it.
+struct SessionEntity {
+    std::string name;
+    const PreparedMesh* mesh = nullptr;  ///< Not turned. Must outlive the session.
+    FieldSettings field;                 ///< For the fields of turned instances.
+    std::vector<Material> materials;     ///< By the mesh's material index.
+};
+
+/// An entity, turned, with its field. What the pointers refer to must outlive the session.
+struct SessionPose {
+    std::size_t entity = 0;  ///< Index in the session's entities.
+    Vec3f rotate{0, 0, 0};   ///< See turned_mesh. [rad]
+    const Mesh* mesh = nullptr;
+    const EntityOcclusion* occlusion = nullptr;
+    const VisibilityField* field = nullptr;
+};
+
+/// world = translate + scale * rotate(entity).
+struct SessionInstance {
+    std::size_t entity = 0;
+    Vec3f translate{0, 0, 0};
+    float scale = 1;
+    Vec3f rotate{0, 0, 0};  ///< About x, then y, then z. [rad]
+
+    bool operator==(const SessionInstance&) const = default;
+};
+
+struct SessionScene {
+    std::vector<SessionEntity> entities;
+    std::vector<SessionPose> poses;  ///< At least those that the instances have.
+    std::vector<SessionInstance> instances;
+    LatLongImage environment;  ///< Clean.
+    Vec3f eye{0, 0, 0};
+};
+
+class RelightSession {
+public:
+    RelightSession(SessionScene scene, const RenderSettings& settings, const TransferSettings& transfer = {});
+
+    const std::vector<SessionInstance>& instances() const { return instances_; }
+    const Vec3f& eye() const { return scene_.eye; }
+
+    /// As the renderers take it: what commit() has baked, if nothing was changed since.
+    const ShadedScene& scene() const { return scene_; }
+
+    /// Prepares what the calls below share: how the objects block light, and the environment's coefficients.
+    /// A call that finds it missing, after a change, does so first.
+    ///
+    /// cost    see shading_geometry and lighting_tree: some 0.4 s for 15 million nodes of fields.
+    /// errors  interrupted.
+    Result<Done> prepare(const Progress& progress = {});
+
+    /// @name What varies
+    /// Makes the transfer vectors with which frames follow one kind of change; about a second per 200,000
+    /// vertices. They hold until anything else changes.
+    /// @{
+    /// The vectors are pruned for lights like that which is shown now: one with more detail is reproduced
+    /// less exactly. Show a mixture of those that are to come, before.
+    Result<Done> vary_light(const Progress& progress = {});
+    Result<Done> vary_eye(const Progress& progress = {});
+    /// The instance's translation and scale.
+    Result<Done> vary_instance(std::size_t instance, const Progress& progress = {});
+    /// @}
+
+    /// @name Changes
+    /// Those that the transfer vectors were not made for make them void.
+    /// @{
+
+    /// Exchanges the environment; clean. cost: encoding in the next call that needs it, some 0.1 s for
+    /// 1024 x 512 pixels.
+    void set_environment(LatLongImage environment);
+    /// Exchanges the light for one that is encoded already, until the environment is set or turned: for
+    /// mixing and dimming many times a second. commit() bakes the environment, not this.
+    void show_light(DenseCoefficients light);
+    /// Turns the environment as it was set.
+    void turn_environment(const Rotation& rotation);
+    void set_eye(const Vec3f& eye);
+    void place(std::size_t instance, const Vec3f& translate, float scale);
+
+    /// A copy in the same place; its index, the last.
+    std::size_t clone(std::size_t instance);
+    /// Later instances move up by one.
+    void remove(std::size_t instance);
+    /// Turns an instance about an axis through the origin of its entity, after the turns that it has.
+    ///
+    /// The turned entity is rasterized anew, which is exact and the faster way: to resample a sample's
+    /// cubemap takes 6 (nearest texel) to 13 times as long (bilinear) and errs by 9 or 6 % of the occlusion
+    /// in L2.
+    ///
+    /// cost    a new mesh and field of the turned entity, and of nothing else; none if another instance is
+    ///         turned alike. The field is what a fresh bake would make, to the last bit.
+    Result<Done> rotate(std::size_t instance, const Vec3d& axis, double angle, const Progress& progress = {});
+    /// @}
+
+    /// Radiance as it is now, by the transfer vectors. errors: interrupted; nothing varies.
+    Result<Done> frame(FrameQuality quality = FrameQuality::still, const Progress& progress = {});
+
+    /// The same for some vertices only, such as those that the camera sees: with the bits of a whole frame.
+    /// The radiance of others is of no use, unless they were chosen since the last change.
+    ///
+    /// cost    while the eye varies, that of the chosen ones; otherwise that of all.
+    Result<Done> frame_of(VertexChoice vertices, FrameQuality quality = FrameQuality::still,
+                          const Progress& progress = {});
+
+    /// Radiance as it is now, in full: what vertex_radiance makes of the scene. What the vertices see is kept
+    /// (RenderSettings::kept_bytes) until an instance changes, so that the next commit is faster.
+    Result<Done> commit(const Progress& progress = {});
+
+    /// Of the last frame or commit.
+    const VertexRadiance& radiance() const { return radiance_; }
+
+    /// Memory of the transfer vectors. [bytes]
+    std::size_t transfer_bytes() const;
+
+private:
+    /// A pose that the session made.
+    struct OwnPose {
+        PreparedMesh mesh;
+        EntityOcclusion occlusion;
+        VisibilityField field;
+
+        OwnPose(PreparedMesh turned, const std::stop_token& stop)
+            : mesh(std::move(turned)), occlusion(mesh, stop) {}
+    };
+
+    std::optional<std::size_t> pose_of(const SessionInstance& instance) const;
+    Result<std::shared_ptr<const OwnPose>> made_pose(const SessionInstance& instance,
+                                                     const Progress& progress) const;
+    void drop_unused_poses();
+    Result<const ShadingGeometry*> current_geometry(const Progress& progress);
+    Result<const RgbCubemapTree*> light_tree(const Progress& progress);
+    Result<const DenseCoefficients*> light(const Progress& progress);
+    void light_changes();
+    void instances_change();
+    Result<Done> transferred(FrameQuality quality, const VertexChoice* vertices, const Progress& progress);
+
+    RenderSettings settings_;
+    TransferSettings transfer_settings_;
+    std::vector<SessionEntity> entities_;
+    std::vector<SessionInstance> instances_;
+    std::vector<SessionPose> poses_;                     ///< By entity of scene_.
+    std::vector<std::shared_ptr<const OwnPose>> owned_;  ///< By pose; null if the caller owns it.
+    ShadedScene scene_;
+    std::optional<ShadingGeometry> geometry_;  ///< Of scene_'s entities, once needed.
+    std::optional<KeptVisibility> kept_;       ///< Of scene_'s instances, once needed.
+
+    LatLongImage environment_;                  ///< Not turned.
+    std::optional<TurnableLight> turnable_;     ///< Of it, once needed.
+    Rotation rotation_;                         ///< Of what scene_.environment and the light are now.
+    std::optional<RgbCubemapTree> light_tree_;  ///< Of the environment as it is turned, once needed.
+    std::optional<DenseCoefficients> light_;    ///< Of that, or what is shown instead.
+
+    std::variant<std::monostate, LightTransfer, ViewTransfer, MotionTransfer> transfer_;
+    VertexRadiance radiance_;
+};
+
+}  // namespace haarfield

@@ -1,0 +1,204 @@
+#include "shading/transfer/view_transfer.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <memory>
+
+#include "shading/transfer/sparse_products.h"
+
+namespace haarfield {
+namespace {
+
+constexpr float lobe_error = 2e-3f;  ///< Of truncating the lobes.
+
+/// Of the error that vectors and lobes may have each: where a lobe meets a small light its coefficients are
+/// not independent, but add up.
+constexpr float factor_share = 0.5f;
+
+struct Frame {
+    const ShadedScene& scene;
+    const ShadingGeometry& geometry;
+    const RenderSettings& settings;
+    LightPyramid light;
+    CoefficientSpectrum spectrum;
+    double error;  ///< Relative.
+};
+
+class ViewBlockMaker {
+public:
+    explicit ViewBlockMaker(const Frame& frame)
+        : frame_(frame),
+          vertex_(frame.scene, frame.geometry, frame.settings),
+          pruning_(frame.settings.face_size, frame.spectrum, frame.error),
+          rows_(frame.settings.face_size, 3) {}
+
+    void add_row(const InstanceVertex& vertex, Rgb& diffuse) {
+        if (!vertex_.look_from(vertex)) return rows_.append_empty();
+        VertexBrdf& brdf = vertex_.brdf;
+        if (brdf.specular == Rgb(0.0f)) {
+            diffuse = vertex_.radiance(frame_.light, frame_.settings.depth);
+            return rows_.append_empty();
+        }
+        // Without the lobes, that is, to the power of zero.
+        brdf.phong = 1;
+        brdf.shininess = 0;
+        brdf.blinn = 0;
+        brdf.mirror = brdf.normal;
+        pruning_.take(
+            vertex_,
+            [&](const DetailWeights* detail) { return vertex_.highlights(frame_.light, diffuse, detail); },
+            [&](const ProductPruning& product) { return product.energy() + double(diffuse.dot(diffuse)); });
+        pruning_.append(rows_);
+    }
+    void add_buried() { rows_.append_empty(); }
+    SparseVectors complete() {
+        SparseVectors block(rows_);
+        rows_.clear();
+        pruning_.forget();
+        return block;
+    }
+
+private:
+    const Frame& frame_;
+    VertexTransfer vertex_;
+    TransferPruning pruning_;
+    SparseVectors rows_;
+};
+
+/// The lobe about the half vector as one about the mirror direction: as wide in the plane of incidence, where
+/// the half vector turns half as far as the light.
+float mirror_exponent(const VertexBrdf& brdf) {
+    return std::max(1.0f, brdf.blinn_exponent / 4);
+}
+
+std::vector<float> specular_exponents(const ShadedScene& scene) {
+    std::vector<float> exponents;
+    for (const ShadedEntity& entity : scene.entities)
+        for (const Material& material : entity.materials) {
+            const VertexBrdf brdf = vertex_brdf(material, {});
+            if (brdf.specular == Rgb(0.0f)) continue;
+            if (brdf.phong > 0) exponents.push_back(brdf.shininess);
+            if (brdf.blinn > 0) exponents.push_back(mirror_exponent(brdf));
+        }
+    return exponents;
+}
+
+void add_lobe(const LobeVectors& vectors, float exponent, const Vec3f& direction, float weight,
+              Interpolation& to) {
+    const Interpolation lobe = lobe_interpolation(vectors, exponent, direction);
+    for (std::size_t k = 0; k < std::size_t(lobe.count); ++k, ++to.count) {
+        to.sample[std::size_t(to.count)] = lobe.sample[k];
+        to.weight[std::size_t(to.count)] = lobe.weight[k] * weight;
+    }
+}
+
+/// A vertex's highlights, of both lobes. Across the plane of incidence the one about the half vector is
+/// narrower by N.V, and so it has less energy than its stand-in.
+Interpolation highlight_lobes(const LobeVectors& vectors, const VertexBrdf& brdf, const Vec3f& normal,
+                              const Vec3f& mirror) {
+    Interpolation result;
+    if (brdf.phong > 0) add_lobe(vectors, brdf.shininess, mirror, brdf.phong, result);
+    if (brdf.blinn > 0)
+        add_lobe(vectors, mirror_exponent(brdf), mirror, brdf.blinn * normal.dot(mirror), result);
+    return result;
+}
+
+/// Lists the rows that have coefficients, and the materials.
+void list_highlights(const ShadedScene& scene, const TransferRows& rows, ViewTransfer& transfer) {
+    std::vector<std::size_t> first;  // by entity
+    for (const ShadedEntity& entity : scene.entities) {
+        first.push_back(transfer.materials.size());
+        for (const Material& material : entity.materials)
+            transfer.materials.push_back(vertex_brdf(material, {}));
+    }
+    for (std::size_t row = 0; row < rows.count(); ++row) {
+        if (transfer.specular.is_empty(row)) continue;
+        const auto [i, vertex] = rows[row];
+        const ShadedInstance& instance = scene.instances[i];
+        const Mesh& mesh = *scene.entities[instance.entity].mesh;
+        transfer.highlit.push_back(
+            {static_cast<std::uint32_t>(row),
+             static_cast<std::uint32_t>(first[instance.entity] + mesh.vertex_materials[vertex]),
+             mesh.positions[vertex] * instance.scale + instance.translate, mesh.normals[vertex]});
+    }
+}
+
+/// Root mean square of the radiance, over that of the highlights alone as the spectra of their two factors
+/// have it: by how much more these may err than the whole.
+float total_over_specular(const ViewTransfer& transfer, const CoefficientSpectrum& vectors,
+                          const CoefficientSpectrum& lobes) {
+    double specular = 0, diffuse = 0;
+    for (std::size_t place = 0; place < vectors.size(); ++place)
+        specular += coefficients_at(place) * squared(vectors[place]) * squared(lobes[place]);
+    specular *= 3 * double(transfer.diffuse.size());
+    for (const Rgb& radiance : transfer.diffuse) diffuse += double(radiance.dot(radiance));
+    return specular > 0 ? static_cast<float>(std::sqrt(1 + diffuse / specular)) : 1.0f;
+}
+
+}  // namespace
+
+Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                   const RenderSettings& settings, const TransferSettings& transfer,
+                                   const RgbCubemapTree& light, const Progress& progress) {
+    const Result<LobeShapes> shapes =
+        lobe_shapes(specular_exponents(scene), settings.face_size, lobe_error, progress);
+    if (!shapes) return shapes.error();
+    const TransferRows rows(scene, geometry);
+    ViewTransfer result{
+        {rows.count(), settings.face_size, 3}, std::vector<Rgb>(rows.count(), Rgb(0.0f)), {}, {}, {}};
+    const Frame frame{scene,
+                      geometry,
+                      settings,
+                      LightPyramid(light, settings.face_size),
+                      shapes->spectrum,
+                      double(transfer.pruning_error * factor_share)};
+    const Result<Done> made = make_rows(
+        rows, SparseVectorBlocks::block_rows,
+        [&]() -> BlockMaker {
+            const auto maker = std::make_shared<ViewBlockMaker>(frame);
+            return {[&, maker](std::size_t row, const InstanceVertex& vertex) {
+                        maker->add_row(vertex, result.diffuse[row]);
+                    },
+                    [maker] { maker->add_buried(); },
+                    [&, maker](std::size_t block) { result.specular.blocks[block] = maker->complete(); }};
+        },
+        progress);
+    if (!made) return made.error();
+    list_highlights(scene, rows, result);
+    const CoefficientSpectrum spectrum = rms_spectrum(result.specular);
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    Result<LobeVectors> lobes = lobe_vectors(
+        *shapes, spectrum,
+        transfer.pruning_error * factor_share * total_over_specular(result, spectrum, shapes->spectrum),
+        progress);
+    if (!lobes) return lobes.error();
+    result.lobes = std::move(*lobes);
+    return result;
+}
+
+Result<Done> transfer_view(const ViewTransfer& transfer, const ShadedScene& scene,
+                           const ShadingGeometry& geometry, VertexRadiance& radiance,
+                           const VertexChoice* vertices, const Progress& progress) {
+    const TransferRows rows(scene, geometry);
+    const RowInterpolations highlights =
+        found_interpolations(transfer.highlit.size(), progress.stop, [&](std::size_t i) {
+            const auto& [row, material, position, normal] = transfer.highlit[i];
+            RowInterpolation result{row, {}};
+            if (vertices) {
+                const auto [instance, vertex] = rows[row];
+                if (!(*vertices)[instance][vertex]) return result;
+            }
+            result.at = highlight_lobes(transfer.lobes, transfer.materials[material], normal,
+                                        mirrored_view(scene.eye, position, normal));
+            return result;
+        });
+    std::vector<Rgb> by_row = transfer.diffuse;
+    const Result<Done> added =
+        add_interpolated_products(transfer.specular, transfer.lobes.lobes, highlights, by_row, progress.stop);
+    if (!added) return added.error();
+    store_radiance(scene, geometry, by_row, radiance, vertices);
+    return Done{};
+}
+
+}  // namespace haarfield

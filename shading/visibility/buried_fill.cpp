@@ -1,0 +1,64 @@
+#include "shading/visibility/buried_fill.h"
+
+#include <algorithm>
+
+namespace haarfield {
+namespace {
+
+/// Half an edge of a triangle.
+struct Step {
+    std::uint32_t to, from;
+};
+
+}  // namespace
+
+BuriedFill::BuriedFill(const Mesh& mesh, std::span<const std::uint8_t> buried) {
+    std::vector<Step> steps;
+    for (const auto& triangle : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (buried[triangle[k]])
+                for (std::size_t next = 1; next < 3; ++next)
+                    steps.push_back({triangle[k], triangle[(k + next) % 3]});
+    std::stable_sort(steps.begin(), steps.end(), [](const Step& a, const Step& b) { return a.to < b.to; });
+
+    std::vector<std::uint8_t> is_missing(buried.begin(), buried.end());
+    for (std::size_t before = 1; before > 0;) {
+        const std::size_t first = filled_.size();
+        std::vector<Step> later;
+        for (std::size_t i = 0; i < steps.size();) {
+            const std::uint32_t vertex = steps[i].to;
+            const std::size_t sources = source_.size(), begin = i;
+            for (; i < steps.size() && steps[i].to == vertex; ++i)
+                if (!is_missing[steps[i].from]) source_.push_back(steps[i].from);
+            if (source_.size() > sources)
+                filled_.push_back({vertex, static_cast<std::uint32_t>(source_.size())});
+            else
+                later.insert(later.end(), steps.begin() + static_cast<std::ptrdiff_t>(begin),
+                             steps.begin() + static_cast<std::ptrdiff_t>(i));
+        }
+        // Only now do they count as known: a step inwards at a time.
+        for (std::size_t f = first; f < filled_.size(); ++f) is_missing[filled_[f].vertex] = 0;
+        steps = std::move(later);
+        before = filled_.size() - first;
+    }
+}
+
+void BuriedFill::operator()(std::span<Rgb> radiance) const {
+    std::size_t i = 0;
+    for (const auto& [vertex, end] : filled_) {
+        const auto count = static_cast<float>(end - i);
+        Rgb sum = radiance[source_[i++]];
+        while (i < end) sum += radiance[source_[i++]];
+        radiance[vertex] = sum / count;
+    }
+}
+
+void BuriedFill::add_sources(std::span<std::uint8_t> is_chosen) const {
+    for (std::size_t f = filled_.size(); f-- > 0;) {
+        if (!is_chosen[filled_[f].vertex]) continue;
+        for (std::size_t i = f > 0 ? filled_[f - 1].end : 0; i < filled_[f].end; ++i)
+            is_chosen[source_[i]] = 1;
+    }
+}
+
+}  // namespace haarfield

@@ -1,0 +1,36 @@
+#pragma once
+/// Radiance for vertices that see nothing: that of their neighbours.
+
+#include <span>
+
+#include "fields/mesh/mesh.h"
+
+namespace haarfield {
+
+/// Gives each buried vertex the mean radiance of its unburied neighbours along the edges, then of those in
+/// turn, until no more can be reached. Made once per mesh.
+class BuriedFill {
+public:
+    BuriedFill() = default;
+
+    /// buried  by vertex: 1 where it is. cost: O(triangles) and O(edges at buried vertices) for each step
+    ///         inwards.
+    BuriedFill(const Mesh& mesh, std::span<const std::uint8_t> buried);
+
+    /// By vertex. What can not be reached stays as it is. cost: one addition per edge of a triangle that ends
+    /// in a buried vertex.
+    void operator()(std::span<Rgb> radiance) const;
+
+    /// Adds to a choice of vertices those that its buried ones take their radiance from.
+    void add_sources(std::span<std::uint8_t> is_chosen) const;
+
+private:
+    struct Filled {
+        std::uint32_t vertex;
+        std::uint32_t end;  ///< Of its sources.
+    };
+    std::vector<Filled> filled_;  ///< Those that come later may be filled from those that came before.
+    std::vector<std::uint32_t> source_;
+};
+
+}  // namespace haarfield

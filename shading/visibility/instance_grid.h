@@ -1,0 +1,34 @@
+#pragma once
+/// Which instances of a scene may be seen from a place.
+
+#include "fields/mesh/mesh.h"
+
+#include <span>
+
+namespace haarfield {
+
+struct Sphere {
+    Vec3f centre;
+    float radius = 0;
+};
+
+/// A uniform grid over spheres.
+class InstanceGrid {
+public:
+    /// memory  some 64 cells a sphere, and a number for each sphere that touches a cell.
+    explicit InstanceGrid(std::span<const Sphere> spheres);
+
+    /// The spheres, by number and in ascending order, whose boxes touch the cell of a point: all that contain
+    /// the point, and a few more. cost: a look-up.
+    std::span<const std::uint32_t> near(const Vec3f& point) const;
+
+private:
+    int cell(float coordinate, int axis) const;
+
+    Bounds bounds_;
+    std::array<int, 3> cells_{1, 1, 1};
+    Vec3f cells_per_metre_{0, 0, 0};
+    std::vector<std::uint32_t> first_, sphere_;
+};
+
+}  // namespace haarfield

@@ -1,0 +1,142 @@
+#include "shading/visibility/kept_visibility.h"
+
+#include <tbb/enumerable_thread_specific.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+
+namespace haarfield {
+namespace {
+
+/// One thread's memory: pieces of large pages, until a budget that all threads share is spent.
+class PagedMemory {
+public:
+    explicit PagedMemory(std::atomic<std::size_t>& budget) : budget_(budget) {}
+
+    /// To the next place where anything can be.
+    static constexpr std::size_t aligned(std::size_t bytes) {
+        return (bytes + alignof(std::max_align_t) - 1) & ~(alignof(std::max_align_t) - 1);
+    }
+
+    /// bytes  aligned. Null: the budget is spent.
+    std::byte* allocate(std::size_t bytes) {
+        is_full_ = bytes > left_ && !add_page(bytes);
+        if (is_full_) return nullptr;
+        left_ -= bytes;
+        return std::exchange(next_, next_ + bytes);
+    }
+
+    std::size_t bytes() const { return bytes_; }
+    bool is_full() const { return is_full_; }  ///< Something had no room.
+
+    std::vector<std::unique_ptr<std::byte[]>> pages;
+
+private:
+    static constexpr std::size_t page_bytes = std::size_t(1) << 18;
+
+    /// Of as much as there is, if it is enough.
+    bool add_page(std::size_t least) {
+        std::size_t budget = budget_.load(), bytes = 0;
+        do {
+            bytes = std::min(std::max(least, page_bytes), budget);
+            if (bytes < least) return false;
+        } while (!budget_.compare_exchange_weak(budget, budget - bytes));
+        pages.push_back(std::make_unique_for_overwrite<std::byte[]>(bytes));
+        next_ = pages.back().get();
+        left_ = bytes;
+        bytes_ += bytes;
+        return true;
+    }
+
+    std::atomic<std::size_t>& budget_;
+    std::byte* next_ = nullptr;
+    std::size_t left_ = 0, bytes_ = 0;
+    bool is_full_ = false;
+};
+
+template <class T>
+std::size_t room_for(std::span<const T> values) {
+    return PagedMemory::aligned(values.size_bytes());
+}
+
+/// A copy at a place, which moves past it.
+template <class T>
+std::span<T> copied(std::span<const T> values, std::byte*& place) {
+    static_assert(std::is_trivially_destructible_v<T> && alignof(T) <= alignof(std::max_align_t));
+    const std::span<T> copy(reinterpret_cast<T*>(place), values.size());
+    std::uninitialized_copy(values.begin(), values.end(), copy.begin());
+    place += room_for(values);
+    return copy;
+}
+
+/// A copy of what a vertex sees; null: there is no room.
+const VertexSight* kept(const VertexVisibility& seen, PagedMemory& memory) {
+    const VertexSight looked{seen.trees(), seen.cones()};
+    const std::span<const VertexSight> sight(&looked, 1);
+    const std::span<const WideCubemap<std::uint8_t>> rasterized(seen.rasterized(), seen.rasterized() ? 1 : 0);
+    const std::span<const WideNode<std::uint8_t>> nodes =
+        seen.rasterized_nodes().subspan(0, seen.rasterized() ? seen.rasterized_nodes().size() : 0);
+    std::size_t bytes = room_for(sight) + room_for(looked.trees) + room_for(looked.cones.sides) +
+                        room_for(looked.cones.end) + room_for(rasterized) + room_for(nodes);
+    for (const auto& factor : looked.trees) bytes += room_for(factor.parts);
+    std::byte* place = memory.allocate(bytes);
+    if (!place) return nullptr;
+
+    VertexSight& result = copied(sight, place)[0];
+    const auto trees = copied(looked.trees, place);
+    result = {trees, {copied(looked.cones.sides, place), copied(looked.cones.end, place)}};
+    const auto cubemap = copied(rasterized, place);
+    const auto own_nodes = copied(nodes, place);
+    for (WideCubemap<std::uint8_t>& faces : cubemap)
+        for (auto& face : faces)
+            if (face.root) face.root = own_nodes.data() + (face.root - nodes.data());
+    for (auto& factor : trees) {
+        const auto parts = copied(factor.parts, place);
+        for (auto& part : parts)
+            if (part.tree == seen.rasterized()) part.tree = cubemap.data();
+        factor.parts = parts;
+    }
+    return &result;
+}
+
+constexpr VertexSight sees_nothing{};
+
+}  // namespace
+
+Result<KeptVisibility> KeptVisibility::make(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                            std::size_t most_bytes, const Progress& progress) {
+    KeptVisibility result;
+    for (const ShadedInstance& instance : scene.instances) {
+        result.sights_.emplace_back(geometry.entities[instance.entity].order.size());
+        result.bytes_ += result.sights_.back().size() * sizeof(const VertexSight*);
+    }
+    struct Worker {
+        VertexVisibility visibility;
+        PagedMemory memory;
+    };
+    std::atomic<std::size_t> budget = most_bytes;
+    tbb::enumerable_thread_specific<Worker> workers([&] {
+        return Worker{{scene, geometry}, PagedMemory(budget)};
+    });
+    const Result<Done> visited = visit_vertices(
+        scene, geometry.orders(),
+        [&]() -> VertexVisitor {
+            return [&, worker = &workers.local()](std::size_t i, std::uint32_t v) {
+                if (worker->memory.is_full()) return;
+                const bool sees = worker->visibility.look(i, v, vertex_view(scene, scene.instances[i], v));
+                result.sights_[i][v] = sees ? kept(worker->visibility, worker->memory) : &sees_nothing;
+            };
+        },
+        "visibility", progress);
+    if (!visited) return visited.error();
+    for (Worker& worker : workers) {
+        result.bytes_ += worker.memory.bytes();
+        std::move(worker.memory.pages.begin(), worker.memory.pages.end(), std::back_inserter(result.memory_));
+    }
+    return result;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,99 @@
+#include "shading/visibility/seen_visibility.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace haarfield {
+namespace {
+
+bool is_uniform(std::span<const std::uint8_t> counts) {
+    return std::memcmp(counts.data(), counts.data() + 1, counts.size() - 1) == 0;
+}
+
+}  // namespace
+
+SeenVisibility::SeenVisibility(int face_size)
+    : face_size_(face_size),
+      rasterizer_(face_size),
+      upper_(static_cast<std::size_t>(std::max(wide_levels(face_size), 1)) - 1) {
+    for (std::size_t level = 0; level < upper_.size(); ++level) {
+        upper_[level].open.resize(std::size_t(1) << (4 * level));
+        upper_[level].varies.resize(std::size_t(1) << (4 * level));
+    }
+}
+
+const WideCubemap<std::uint8_t>& SeenVisibility::operator()(std::span<const OccluderView> views) {
+    const std::span<const std::uint8_t> open = rasterizer_.open_samples(views);
+    const std::size_t texels = open.size() / cubemap_faces;
+    nodes_.clear();
+    std::array<std::size_t, cubemap_faces + 1> root{};
+    for (std::size_t face = 0; face < cubemap_faces; ++face) {
+        const std::span<const std::uint8_t> counts = open.subspan(face * texels, texels);
+        root[face] = nodes_.size();
+        if (is_uniform(counts))
+            faces_[face].mean = open_fraction(counts[0]);
+        else
+            add_face(face, counts);
+    }
+    root[cubemap_faces] = nodes_.size();
+    for (std::size_t face = 0; face < cubemap_faces; ++face)
+        faces_[face].root = root[face] < root[face + 1] ? &nodes_[root[face]] : nullptr;
+    return faces_;
+}
+
+/// Level by level, so that the children of a node lie side by side.
+void SeenVisibility::add_face(std::size_t face, std::span<const std::uint8_t> counts) {
+    sort_into_blocks(counts, face_size_, blocks_);
+    for (std::size_t level = upper_.size(); level-- > 0;) gather_squares(level);
+    faces_[face].mean = mean_of(0, 0);
+    const std::size_t root = nodes_.size();
+    nodes_.emplace_back();
+    paths_.assign(1, 0);
+    std::size_t begin = root;
+    for (std::size_t level = 0; level < upper_.size(); ++level) {
+        const std::size_t end = nodes_.size();
+        for (std::size_t i = begin; i < end; ++i) fill_node(i, level, paths_[i - root]);
+        begin = end;
+    }
+    for (std::size_t i = begin; i < nodes_.size(); ++i) nodes_[i].mean = blocks_.mean[paths_[i - root]];
+}
+
+/// From those of the level below.
+void SeenVisibility::gather_squares(std::size_t level) {
+    const VisibilitySquares& below = squares(level + 1);
+    VisibilitySquares& here = upper_[level];
+    for (std::size_t path = 0; path < here.open.size(); ++path) {
+        const std::uint32_t* open = &below.open[path * wide_cells];
+        const std::uint8_t* varies = &below.varies[path * wide_cells];
+        std::uint32_t sum = 0, differs = 0;
+        for (std::size_t cell = 0; cell < wide_cells; ++cell) {
+            sum += open[cell];
+            differs |= varies[cell] | (open[cell] ^ open[0]);
+        }
+        here.open[path] = sum;
+        here.varies[path] = differs != 0;
+    }
+}
+
+/// A node above the last level; adds its children.
+void SeenVisibility::fill_node(std::size_t index, std::size_t level, std::size_t path) {
+    WideNode<std::uint8_t> node;
+    node.first_child = static_cast<std::uint32_t>(nodes_.size() - index);
+    const VisibilitySquares& below = squares(level + 1);
+    for (unsigned cell = 0; cell < wide_cells; ++cell) {
+        const std::size_t child = path * wide_cells + cell;
+        node.mean[cell] = in_bytes(mean_of(level + 1, child));
+        if (below.varies[child] == 0) continue;
+        node.varying |= static_cast<std::uint16_t>(1u << cell);
+        nodes_.emplace_back();
+        paths_.push_back(child);
+    }
+    nodes_[index] = node;
+}
+
+float SeenVisibility::mean_of(std::size_t level, std::size_t path) {
+    const std::size_t cells = std::size_t(1) << (4 * (upper_.size() + 1 - level));
+    return static_cast<float>(squares(level).open[path]) / static_cast<float>(samples_per_texel * cells);
+}
+
+}  // namespace haarfield

@@ -1,0 +1,538 @@
+// What a vertex does with light, evaluated where the walk comes. Included once per instruction set, inside
+// Highway's foreach_target.
+
+#if defined(HAARFIELD_FACE_SHADING_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef HAARFIELD_FACE_SHADING_INL_H
+#undef HAARFIELD_FACE_SHADING_INL_H
+#else
+#define HAARFIELD_FACE_SHADING_INL_H
+#endif
+
+#include "shading/walk/vertex_terms.h"
+#include "shading/walk/wide_walk-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace haarfield {
+namespace HWY_NAMESPACE {
+
+/// The directions of a block, at hand.
+struct BlockDirections {
+    const DirectionBlock& block;
+    Cells x, y, z;
+
+    explicit BlockDirections(const DirectionBlock& of_block)
+        : block(of_block),
+          x(load_cells(block.x.data())),
+          y(load_cells(block.y.data())),
+          z(load_cells(block.z.data())) {}
+
+    HWY_INLINE Cells extent() const { return load_cells(block.extent.data()); }
+    HWY_INLINE Cells inverse_extent() const { return load_cells(block.inverse_extent.data()); }
+
+    /// What the mean direction lacks of unit length.
+    HWY_INLINE Cells spread() const { return extent() * extent() * all_cells(1.0f / 3); }
+
+    /// Products and sums, not fused: what is decided by them is the same for all instruction sets.
+    HWY_INLINE Cells dot(const Vec3f& v) const {
+        return all_cells(v.x) * x + all_cells(v.y) * y + all_cells(v.z) * z;
+    }
+};
+
+/// What is known of a block from the cell that it lies in.
+struct BlockAhead {
+    bool at_horizon = true;      ///< The horizon may cross it; else it lies above.
+    bool may_be_covered = true;  ///< By near occluders, in part.
+    unsigned highlights = ~0u;   ///< By bit, those that may not be zero in it.
+    float held_cosine = 0;       ///< See Reflected::holds_cosine; below level 1.
+
+    bool is_plain() const { return !at_horizon && !may_be_covered && highlights == 0; }
+};
+
+/// The same for the blocks that lie in a block's cells.
+struct CellsAhead {
+    unsigned at_horizon = 0, may_be_covered = 0;
+    std::array<unsigned, 2> highlights{};
+};
+
+/// A BRDF over a block's cells, without its colours.
+struct ReflectedCells {
+    Cells cosine;      ///< Clamped.
+    Cells diffuse;     ///< The cosine, as diffuse light takes it: see Reflected::holds_cosine.
+    Cells highlights;  ///< With what they are weighted by; if there are any.
+    Cells loss;        ///< What a metal takes from them, if it is one.
+    bool has_highlights = false;
+    unsigned open_above = 0;  ///< Cells that lie above the horizon, and that nothing near covers in part.
+
+    ReflectedCells() : cosine(all_cells(0)), diffuse(cosine), highlights(cosine), loss(cosine) {}
+};
+
+/// The cells of a block on which the light varies; and of these those where that matters for cosines
+/// (LightPyramid::uneven) and for highlights.
+struct LitCells {
+    unsigned varying = 0, uneven = 0, beside_highlights = 0;
+};
+
+/// What reflects light: with the materials' colours, times the lighting.
+struct LitColours {
+    using Values = HeadCells<3>;
+    static constexpr bool holds_cosine = false;
+
+    const LightPyramid& light;
+
+    template <bool last>
+    HWY_INLINE LitCells write(const VertexTerms& terms, const ReflectedCells& cells, int level,
+                              std::size_t face, std::size_t block, Values& head) const {
+        const std::size_t index = light.numbers()(level, face, block);
+        reflect(terms, cells, light.block(index), head);
+        if constexpr (last) return {};
+        const unsigned varying = light.varying(index), uneven = light.uneven(index);
+        if ((uneven & cells.open_above) != 0)
+            add_unevenness(terms, cells, index, uneven & cells.open_above, head);
+        if (level == 0 || varying == 0) return {varying, uneven, varying};
+        LitCells result{varying, uneven, 0};
+        if (cells.has_highlights)
+            result.beside_highlights =
+                varying & cells_above(cells.highlights * load_cells(light.deviation(index).data()),
+                                      terms.negligible[std::size_t(level)] * light.mean_size());
+        return result;
+    }
+
+private:
+    /// The light's mean, with what reflects it.
+    static HWY_INLINE void reflect(const VertexTerms& terms, const ReflectedCells& cells,
+                                   const LightBlock& lit, Values& head) {
+        const Rgb &diffuse = terms.brdf.diffuse, &specular = terms.brdf.specular;
+        Cells reflected[3];
+        for (int c = 0; c < 3; ++c) reflected[c] = all_cells(diffuse[c]) * cells.diffuse;
+        if (cells.has_highlights)
+            for (int c = 0; c < 3; ++c) {
+                Cells colour = all_cells(specular[c]);
+                if (terms.is_metallic)
+                    colour = colour - colour * all_cells(terms.brdf.metallic[c]) * cells.loss;
+                reflected[c] = multiply_add(colour, cells.highlights, reflected[c]);
+            }
+        head.value[0] = load_cells(lit.red.data()) * reflected[0];
+        head.value[1] = load_cells(lit.green.data()) * reflected[1];
+        head.value[2] = load_cells(lit.blue.data()) * reflected[2];
+    }
+
+    /// From the product of the means of light and cosine to the mean of their product.
+    HWY_INLINE void add_unevenness(const VertexTerms& terms, const ReflectedCells& cells, std::size_t index,
+                                   unsigned uneven, Values& head) const {
+        const LightBlock& lit = light.block(index);
+        const LightMoments& moments = light.moments(index);
+        const float* const means[] = {lit.red.data(), lit.green.data(), lit.blue.data()};
+        const Vec3f& normal = terms.brdf.normal;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const LightMoments::Channel& moment = moments.channel[c];
+            const Cells mean = all_cells(normal.x) * load_cells(moment.x.data()) +
+                               all_cells(normal.y) * load_cells(moment.y.data()) +
+                               all_cells(normal.z) * load_cells(moment.z.data());
+            const Cells lacking = mean - load_cells(means[c]) * cells.diffuse;
+            head.value[c] =
+                multiply_add(all_cells(terms.brdf.diffuse[int(c)]), only(uneven, lacking), head.value[c]);
+        }
+    }
+};
+
+/// The same of the highlights, and aside of them what is reflected diffusely.
+struct LitHighlights : LitColours {
+    struct Values : HeadCells<3> {
+        Cells diffuse[3];
+    };
+
+    Rgb diffuse;
+
+    template <bool last>
+    HWY_INLINE LitCells write(const VertexTerms& terms, const ReflectedCells& cells, int level,
+                              std::size_t face, std::size_t block, Values& head) const {
+        const LightBlock& lit = light.block(light.numbers()(level, face, block));
+        head.diffuse[0] = load_cells(lit.red.data()) * (all_cells(diffuse.x) * cells.diffuse);
+        head.diffuse[1] = load_cells(lit.green.data()) * (all_cells(diffuse.y) * cells.diffuse);
+        head.diffuse[2] = load_cells(lit.blue.data()) * (all_cells(diffuse.z) * cells.diffuse);
+        return LitColours::write<last>(terms, cells, level, face, block, head);
+    }
+};
+
+/// What reflects light: by term, see vertex_terms.
+template <int term_count>
+struct PlainTerms {
+    using Values = HeadCells<term_count>;
+    static constexpr bool holds_cosine = true;
+
+    template <bool last>
+    HWY_INLINE LitCells write(const VertexTerms& terms, const ReflectedCells& cells, int, std::size_t,
+                              std::size_t, Values& head) const {
+        head.value[0] = cells.diffuse;
+        head.used = 1;
+        for (int term = 1; term < term_count; ++term) head.value[term] = all_cells(0);
+        if (!cells.has_highlights) return {};
+        head.value[1] = cells.highlights;
+        head.used = 2;
+        if constexpr (term_count == 3)
+            if (terms.is_metallic) {
+                head.value[2] = cells.highlights - cells.highlights * cells.loss;
+                head.used = 3;
+            }
+        return {};
+    }
+};
+
+/// What reflects light, times what is seen past the near occluders, on one face.
+///
+/// Reflected  LitCells write<last>(terms, cells, level, face, block, values): writes its channels; of the
+/// last
+///            level nothing is asked.
+///            holds_cosine: whether the cosine of diffuse light is constant over the cells of level 1.
+///            Values: HeadCells, and what else its sink wants.
+template <class Reflected>
+class FaceShading {
+public:
+    using Ahead = BlockAhead;
+
+    /// Of a block that is not of the last level.
+    struct Head : Reflected::Values {
+        CellsAhead below;
+        /// By cell: BlockAhead::held_cosine.
+        alignas(64) std::array<float, Reflected::holds_cosine ? wide_cells : 0> held;
+
+        BlockAhead ahead(unsigned cell) const {
+            BlockAhead result{(below.at_horizon >> cell & 1u) != 0, (below.may_be_covered >> cell & 1u) != 0,
+                              (below.highlights[0] >> cell & 1u) | (below.highlights[1] >> cell & 1u) << 1};
+            if constexpr (Reflected::holds_cosine) result.held_cosine = held[cell];
+            return result;
+        }
+    };
+
+    FaceShading(const Reflected& reflected, const VertexTerms& terms, std::size_t face,
+                std::vector<Vec3f>& sides)
+        : reflected_(reflected),
+          terms_(terms),
+          normal_(in_face_frame(terms.brdf.normal, int(face))),
+          mirror_(in_face_frame(terms.brdf.mirror, int(face))),
+          to_eye_(in_face_frame(terms.to_eye, int(face))),
+          across_(in_face_frame(terms.across, int(face))),
+          sides_(sides) {
+        sides.clear();
+        for (const Vec3f& side : terms.near.sides) sides.push_back(in_face_frame(side, int(face)));
+    }
+
+    /// Whether a face lies below a horizon.
+    static bool is_dark(const Vec3f& normal, std::size_t face) {
+        const Vec3f n = in_face_frame(normal, int(face));
+        return n.z + std::abs(n.x) + std::abs(n.y) <= 0;
+    }
+
+    BlockAhead root() const {
+        return {true, !terms_.near.end.empty(), (1u << terms_.highlights().size()) - 1u, 0};
+    }
+
+    HWY_INLINE Head operator()(int level, std::size_t face, std::size_t block, const Ahead& ahead) const {
+        Head head;
+        evaluate(level, face, block, ahead, head);
+        return head;
+    }
+
+    /// The same of a block of the last level: its values alone.
+    HWY_INLINE typename Reflected::Values last(int level, std::size_t face, std::size_t block,
+                                               const Ahead& ahead) const {
+        typename Reflected::Values values;
+        evaluate(level, face, block, ahead, values);
+        return values;
+    }
+
+    /// The head's deviation from its value within each cell of a block above the last level. Lighting
+    /// deviates by what the pyramid says. The cosine of unit vectors whose mean has length l has the variance
+    /// 1 - l^2 at most, and clamping does not add to it; where the horizon crosses a cell, its mean may be
+    /// off by the extent. A lobe that is not curved lies below VertexTerms::varies, and below what the cell
+    /// says.
+    HWY_INLINE HeadErrors errors(int level, std::size_t face, std::size_t block, const Ahead& ahead) const {
+        const auto at = std::size_t(level);
+        const BlockDirections d(terms_.directions.block(level, block));
+        const Cells cosine = d.dot(normal_), aligned = d.dot(mirror_);
+        const unsigned horizon = ahead.at_horizon ? cells_above(cosine, -terms_.margin[at]) &
+                                                        ~cells_above(cosine, terms_.margin[at])
+                                                  : 0;
+        const Rgb &diffuse = terms_.brdf.diffuse, &specular = terms_.brdf.specular;
+        const Cells diffuse_peak = all_cells(std::max({diffuse.x, diffuse.y, diffuse.z}));
+        const Cells spread = d.spread(), at_horizon = only(horizon, d.extent());
+        const Cells cosine_deviation = square_root(spread * (all_cells(2) - spread)) + at_horizon;
+        HeadErrors result;
+        Cells lobe = all_cells(0);
+        const float specular_peak = std::max({specular.x, specular.y, specular.z});
+        float constant = 0;  // the sum of lobes to the power of zero
+        for (std::size_t i = 0; i < terms_.highlights().size(); ++i) {
+            const Highlight& highlight = terms_.highlights()[i];
+            if (highlight.exponent == 0) {
+                constant += specular_peak * highlight.weight;
+                continue;
+            }
+            Cells most = all_cells(terms_.varies);
+            if (ahead.highlights >> i & 1u) {
+                most = larger(lobe_cells(highlight, d, cosine, aligned), most);
+                result.unbounded |= cells_above(aligned, highlight.curved[at]);
+            }
+            lobe = multiply_add(all_cells(specular_peak * highlight.weight), most, lobe);
+        }
+        if (ahead.may_be_covered) {
+            Cells open = all_cells(1);
+            unsigned wholly = 0;
+            block_near(d, level, block, open, result.unbounded, wholly);
+        }
+        const LightPyramid& lighting = reflected_.light;
+        const std::size_t index = lighting.numbers()(level, face, block);
+        const LightBlock& light = lighting.block(index);
+        const Cells light_deviation = load_cells(lighting.deviation(index).data());
+        const Cells light_size = magnitude(load_cells(light.red.data())) +
+                                 magnitude(load_cells(light.green.data())) +
+                                 magnitude(load_cells(light.blue.data()));
+        const Cells largest =
+            diffuse_peak * (larger(cosine, all_cells(0)) + all_cells(2 * terms_.margin[at])) + lobe +
+            all_cells(constant);
+        // An indicator deviates by a half at most, and so does what it is weighted with less.
+        const Cells constant_deviation = terms_.brdf.cosine_weighted ? all_cells(constant) * cosine_deviation
+                                                                     : only(horizon, all_cells(constant));
+        const Cells deviation = diffuse_peak * cosine_deviation + lobe + constant_deviation;
+        result.deviation = light_deviation * largest + light_size * deviation;
+        result.mean_error = light_deviation * deviation +
+                            light_size * (diffuse_peak * at_horizon + lobe + constant_deviation);
+        return result;
+    }
+
+private:
+    /// A Head is filled in wholly; of Reflected::Values it is the last level.
+    template <class Result>
+    static constexpr bool is_last = !std::is_same_v<Result, Head>;
+
+    template <class Result>
+    HWY_INLINE void evaluate(int level, std::size_t face, std::size_t block, const Ahead& ahead,
+                             Result& result) const {
+        if constexpr (Reflected::holds_cosine)
+            if (level > 1 && !ahead.may_be_covered && ahead.highlights == 0) {
+                if constexpr (!is_last<Result>) {
+                    result.held.fill(ahead.held_cosine);
+                    result.below.at_horizon = all_sixteen;
+                }
+                ReflectedCells cells;
+                cells.diffuse = all_cells(ahead.held_cosine);
+                reflected_.template write<is_last<Result>>(terms_, cells, level, face, block, result);
+                return;
+            }
+        const BlockDirections d(terms_.directions.block(level, block));
+        if constexpr (is_last<Result>)
+            if (ahead.is_plain()) {
+                ReflectedCells cells;
+                const Cells cosine = d.dot(normal_);
+                cells.diffuse = cosine - cosine * d.spread();
+                reflected_.template write<true>(terms_, cells, level, face, block, result);
+                return;
+            }
+        evaluate_fully(level, face, block, d, ahead, result);
+    }
+
+    template <class Result>
+    HWY_INLINE void evaluate_fully(int level, std::size_t face, std::size_t block, const BlockDirections& d,
+                                   const Ahead& ahead, Result& result) const {
+        const auto at = std::size_t(level);
+        Cells open = all_cells(1);
+        unsigned half_blocked = 0;
+        const bool has_cones =
+            ahead.may_be_covered && block_near(d, level, block, open, half_blocked, result.zero);
+        if (result.zero == all_sixteen) return;
+
+        const Cells cosine = d.dot(normal_);
+        unsigned not_below = all_sixteen, horizon = 0;
+        if (ahead.at_horizon) {
+            not_below = cells_above(cosine, -terms_.margin[at]);
+            horizon = not_below & ~cells_above(cosine, terms_.margin[at]);
+            result.zero |= ~not_below & all_sixteen;
+        }
+        ReflectedCells cells;
+        cells.cosine = cells.diffuse = clamped_cosine(d, cosine, horizon);
+        if constexpr (Reflected::holds_cosine) {
+            if (level > 1) cells.diffuse = all_cells(ahead.held_cosine);
+            if constexpr (!is_last<Result>) store_cells(cells.diffuse, result.held.data());
+        }
+        unsigned curved = 0;
+        if (ahead.highlights != 0) {
+            CellsAhead below;
+            cells.has_highlights =
+                add_highlights(level, d, cosine, ahead.highlights, cells.highlights, curved, below);
+            if constexpr (!is_last<Result>) result.below = below;
+        }
+        if (cells.has_highlights) {
+            cells.highlights = cells.highlights *
+                               (terms_.brdf.cosine_weighted ? cells.cosine : share_above(d, cosine, horizon));
+            if (terms_.is_metallic) cells.loss = metallic_loss(cosine);
+        }
+        if (has_cones) {
+            cells.diffuse = cells.diffuse * open;
+            cells.highlights = cells.highlights * open;
+        }
+        if constexpr (!is_last<Result>)
+            cells.open_above = not_below & ~(horizon | half_blocked | result.zero);
+        const LitCells lit =
+            reflected_.template write<is_last<Result>>(terms_, cells, level, face, block, result);
+        if constexpr (!is_last<Result>) {
+            // Below the root the cosine hardly varies, or is next to nothing; which matters where all the
+            // light is. There the light's moments have it, but at the horizon.
+            const unsigned steep = not_below & (level == 0 ? all_sixteen : lit.uneven);
+            curved &= not_below;
+            const unsigned reflecting = steep | curved;
+            result.once = lit.varying | reflecting | half_blocked;
+            result.twice = (lit.uneven & not_below & ~cells.open_above) | (lit.beside_highlights & curved) |
+                           ((lit.varying | reflecting) & half_blocked);
+            result.below.at_horizon = horizon;
+            result.below.may_be_covered = half_blocked;
+        }
+    }
+
+    /// The middle of a block below the root.
+    HWY_INLINE Vec3f middle(int level, std::size_t block) const {
+        const DirectionBlock& above = terms_.directions.block(level - 1, block / wide_cells);
+        const std::size_t cell = block % wide_cells;
+        return {above.x[cell], above.y[cell], above.z[cell]};
+    }
+
+    /// Adds those lobes that may not be zero, where they are not; false if they are so in the whole block.
+    /// `curved`: the cells in which one of them varies.
+    HWY_INLINE bool add_highlights(int level, const BlockDirections& d, const Cells& cosine,
+                                   unsigned may_be_in, Cells& sum, unsigned& curved,
+                                   CellsAhead& below) const {
+        const auto at = std::size_t(level);
+        const Cells aligned = d.dot(mirror_);
+        bool found = false;
+        for (std::size_t i = 0; i < terms_.highlights().size(); ++i) {
+            if ((may_be_in >> i & 1u) == 0) continue;
+            const Highlight& highlight = terms_.highlights()[i];
+            const unsigned near = cells_above(aligned, highlight.near[at]);
+            if (near == 0) continue;
+            below.highlights[i] = near;
+            sum = multiply_add(all_cells(highlight.weight), lobe_cells(highlight, d, cosine, aligned), sum);
+            curved |= cells_above(aligned, highlight.curved[at]);
+            found = true;
+        }
+        return found;
+    }
+
+    /// Mean over the cells of max(0, N.w). Where the horizon crosses a cell the cosine is taken as uniformly
+    /// distributed over -extent to extent about its mean.
+    HWY_INLINE Cells clamped_cosine(const BlockDirections& d, const Cells& cosine, unsigned horizon) const {
+        const Cells zero = all_cells(0);
+        Cells value = larger(cosine, zero);
+        if (horizon != 0) {
+            const Cells extent = d.extent(), over = larger(cosine + extent, zero);
+            const Cells crossed = over * over * all_cells(0.25f) * d.inverse_extent();
+            // Where it lies wholly above, the parabola has passed its tangent point.
+            value = choose(cells_above(extent - cosine, 0), crossed, value);
+        }
+        return value - value * d.spread();
+    }
+
+    /// The share of the cells that a plane through the vertex leaves above it: mean of [cosine > 0].
+    static HWY_INLINE Cells share_above(const BlockDirections& d, const Cells& cosine, unsigned crossed) {
+        const Cells one = all_cells(1);
+        if (crossed == 0) return only(cells_above(cosine, 0), one);
+        const Cells half = all_cells(0.5f);
+        return smaller(larger(half * cosine * d.inverse_extent() + half, all_cells(0)), one);
+    }
+
+    /// Mean over the cells of a lobe; see vertex_shading.h.
+    HWY_INLINE Cells lobe_cells(const Highlight& highlight, const BlockDirections& d, const Cells& cosine,
+                                const Cells& aligned) const {
+        if (highlight.exponent == 0) return all_cells(1);
+        const Cells n = all_cells(highlight.exponent), one = all_cells(1);
+        const Cells energy = all_cells(1 / (highlight.exponent + 1));
+        if (!highlight.about_half_vector) {
+            const Cells m = n / (one + n * d.spread());
+            return (m + one) * energy * exponential(m * logarithm_near_one(aligned));
+        }
+        // |V + w| = 2 V.H, and with it N.H and the part of H across the plane of incidence.
+        const Cells two = all_cells(2), square = larger(two + two * d.dot(to_eye_), all_cells(1e-4f));
+        const Cells inverse = one / square_root(square);
+        const Cells height = (cosine + all_cells(normal_.dot(to_eye_))) * inverse;
+        const Cells across = d.dot(across_) * inverse;
+        const Cells share_across =
+            smaller(across * across / larger(one - height * height, all_cells(1e-6f)), one);
+        const Cells m = n / (one + n * d.spread() * all_cells(0.25f)),
+                    m_across = n / (one + n * d.spread() / square);
+        return square_root((m + one) * (m_across + one)) * energy *
+               exponential((m + (m_across - m) * share_across) * logarithm_near_one(height));
+    }
+
+    /// 1 - F of a metal, metallic_fresnel: within 2e-4.
+    static HWY_INLINE Cells metallic_loss(const Cells& cosine) {
+        // The angle of incidence by Abramowitz and Stegun 4.4.45.
+        const Cells one = all_cells(1), c = smaller(larger(cosine, all_cells(0)), one);
+        Cells root = all_cells(-0.0187293f);
+        for (const float term : {0.0742610f, -0.2121144f, 1.5707288f})
+            root = multiply_add(root, c, all_cells(term));
+        const Cells from_pole = all_cells(1.12f) - square_root(one - c) * root * all_cells(float(2 / pi));
+        const Cells fresnel = all_cells(0.014567225f) / (from_pole * from_pole) - all_cells(0.011612903f);
+        return one - smaller(larger(fresnel, all_cells(0)), one);
+    }
+
+    /// What the near occluders leave open of each cell; the cells that they cover in part, and those that
+    /// they cover wholly. False if they are nowhere near the block.
+    HWY_INLINE bool block_near(const BlockDirections& d, int level, std::size_t block, Cells& open,
+                               unsigned& partly, unsigned& wholly) const {
+        const float margin = terms_.margin[std::size_t(level)];
+        bool found = false;
+        Cells blocked = all_cells(0);
+        std::uint32_t first = 0;
+        for (const std::uint32_t end : terms_.near.end) {
+            const std::span<const Vec3f> sides(sides_.data() + first, end - first);
+            first = end;
+            if (level > 0) {
+                const CellsCovered whole =
+                    covered(middle(level, block), terms_.margin[std::size_t(level) - 1], sides);
+                if (whole == CellsCovered::none) continue;
+                if (whole == CellsCovered::all) {
+                    wholly = all_sixteen;
+                    return true;
+                }
+            }
+            found = true;
+            Cells share = all_cells(1);
+            unsigned inside = all_sixteen, outside = 0;
+            for (const Vec3f& side : sides) {
+                const Cells height = d.dot(side);
+                const unsigned in = cells_above(height, margin), touched = cells_above(height, -margin);
+                inside &= in;
+                outside |= ~touched & all_sixteen;
+                share = share * share_above(d, height, touched & ~in);
+            }
+            blocked = blocked + share;
+            wholly |= inside;
+            partly |= all_sixteen & ~(inside | outside);
+        }
+        partly &= ~wholly;
+        open = larger(all_cells(1) - blocked, all_cells(0));
+        return found;
+    }
+
+    enum class CellsCovered { none, some, all };
+
+    /// A whole block against one cone.
+    static CellsCovered covered(const Vec3f& middle, float margin, std::span<const Vec3f> sides) {
+        bool all = true;
+        for (const Vec3f& side : sides) {
+            const float height = side.dot(middle);
+            if (height < -margin) return CellsCovered::none;
+            all &= height > margin;
+        }
+        return all ? CellsCovered::all : CellsCovered::some;
+    }
+
+    const Reflected& reflected_;
+    const VertexTerms& terms_;
+    const Vec3f normal_, mirror_, to_eye_;
+    const Vec3f across_;         ///< The plane of incidence.
+    std::vector<Vec3f>& sides_;  ///< Of the cones, in the face's frame.
+};
+
+}  // namespace HWY_NAMESPACE
+}  // namespace haarfield
+HWY_AFTER_NAMESPACE();
+
+#endif

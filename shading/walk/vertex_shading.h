@@ -1,0 +1,91 @@
+#pragma once
+/// The radiance of one vertex: lighting, BRDF, cosine and all visibilities in one walk.
+
+#include "shading/walk/direction_pyramid.h"
+#include "shading/walk/light_pyramid.h"
+#include "shading/walk/near_occluders.h"
+#include "shading/walk/wide_product.h"
+
+namespace haarfield {
+
+/// What a vertex does with incident radiance L:
+///     outgoing = int L [ diffuse max(0,N.w) + specular (1 - metallic (1 - F(N.w))) highlight c ] dw,
+///     highlight = phong max(0,R.w)^shininess + blinn max(0,N.H)^blinn_exponent,
+/// where c is max(0,N.w) if the highlight is cosine-weighted, and otherwise 1 above the horizon and 0 below
+/// it; H and F as in material.h.
+struct VertexBrdf {
+    Vec3f normal;                    ///< N.
+    Vec3f mirror;                    ///< R: the view direction, mirrored about the normal.
+    Rgb diffuse{0.0f};               ///< Albedo / pi. [1/sr]
+    Rgb specular{0.0f};              ///< With its normalisation. [1/sr]
+    float phong = 1, shininess = 1;  ///< Shininess 0: the same in all directions.
+    float blinn = 0, blinn_exponent = 20;
+    Rgb metallic{0.0f};  ///< What a metal takes from its highlights under light along N. In [0, 1].
+    bool cosine_weighted = false;
+};
+
+/// Outgoing radiance of a vertex.
+///
+/// directions    of faces of at least two texels (asserted).
+/// near          occluders that are seen exactly.
+/// visibilities  of the vertex's own entity and of other instances.
+/// depth         as in product_integral; of lighting and visibility trees. Cosine and lobe follow.
+/// memory        of one thread, reused.
+/// tolerance     0: none. Else the walk ends early where that is harmless: the sum of the channels' errors is
+/// at most
+///               this fraction of the sum of their magnitudes, against the walk that does not end early.
+/// accuracy      against plain sums over the texels of the same visibility and lighting: cosines 1e-3,
+///               highlights 1 % of their peak where lighting is constant over 4 x 4 texels or the walk stops
+///               at them; 3 % if they are narrower than a texel (exponent 2000 about H at grazing view).
+/// cost          some microseconds; see product_integral.
+/// source        as product_integral. Cosine and lobe are evaluated where the walk comes, not stored: the
+/// mean of
+///               a cosine over a cell is the cosine of the mean direction; a lobe cos^n averaged over a cell
+///               that spreads by s is about cos^m of the cell's middle, with 1/m = 1/n + s and the same
+///               energy (variances of narrow functions add when they are convolved). The lobe about H is
+///               taken so in H, where a cell spreads by s / 4 in the plane of incidence, and by
+///               s / (2 V.H)^2 across it, V the view direction.
+Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                    int depth, WalkMemory<std::uint8_t>& memory, float tolerance = 0);
+
+/// The function whose integral vertex_radiance is: lighting times BRDF times visibilities, per channel, as a
+/// function product (wide_product.h). `product` is overwritten, its memory reused; faces that are dark have
+/// no block. Highlights below 3 % of their peak are held constant over cells where neither lighting nor
+/// visibility varies.
+///
+/// detail   null: everything is there. Else what is negligible may be left out: blocks below cells whose mean
+///          is kept.
+/// returns  a bound on the energy of what is left out, with the weights of `detail`.
+double vertex_transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                       const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                       int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
+                       const DetailWeights* detail = nullptr);
+
+/// vertex_transfer of the highlights alone; and in the same walk  `diffuse`, the vertex_radiance of the rest.
+double highlight_transfer(const LightPyramid& light, const DirectionPyramid& directions,
+                          const VertexBrdf& brdf, const BlockedCones& near,
+                          std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+                          WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
+                          Rgb& diffuse, const DetailWeights* detail = nullptr);
+
+/// The terms of what a vertex does with light, times visibilities, each as a channel of a function product:
+///     t_0 = max(0,N.w),   t_1 = highlight c,   t_2 = highlight c F(N.w),
+/// without the colours, so that outgoing = int L [diffuse t_0 + specular (1 - metallic) t_1 + specular
+/// metallic t_2] dw. Of two terms t_2 is left out; of three it is zero unless metallic is not.
+///
+/// The cosine of t_0 is held constant over cells of 1/16 of a face's edge (concentrated_light.h), highlights
+/// below 3 % of their peak over cells where the visibility does not vary.
+///
+/// numbers  of the blocks, for faces of the size of `directions`.
+/// cost     as vertex_transfer; of diffuse and specular it matters only whether they are zero.
+/// @{
+void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<2>>& product);
+void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product);
+/// @}
+
+}  // namespace haarfield

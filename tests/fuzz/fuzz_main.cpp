@@ -1,0 +1,325 @@
+// haarfield_fuzz: feeds damaged and crafted files to the readers of fields, meshes and scenes.
+//
+// Each file must be read or refused within 5 s and 1 GiB, without a crash; a field that was changed must be
+// refused, and one whose forged checksums hold must be safe to use. Files are read in a child process, so
+// that a crash is counted, its file kept, and the next one read.
+
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <new>
+
+#include "fields/field/ambient_visibility.h"
+#include "fields/field/field_blob.h"
+#include "fields/field/field_file.h"
+#include "fields/mesh/mesh_preparation.h"
+#include "scenes/scene_reader.h"
+#include "tests/fixtures/field_fixtures.h"
+#include "tests/fixtures/test_folder.h"
+#include "tests/fuzz/fuzz_inputs.h"
+
+#include <fmt/format.h>
+
+#if defined(__SANITIZE_ADDRESS__)
+#define HAARFIELD_ASAN
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define HAARFIELD_ASAN
+#endif
+#endif
+
+#ifdef HAARFIELD_ASAN
+extern "C" const char* __asan_default_options();
+extern "C" const char* __asan_default_options() {
+    return "max_allocation_size_mb=1024:hard_rss_limit_mb=1536:quarantine_size_mb=64:detect_leaks=0";
+}
+#endif
+
+namespace haarfield {
+namespace {
+
+using std::filesystem::path;
+
+constexpr unsigned seconds_per_file = 5;
+constexpr std::size_t files_per_process = 1000;  // so that leaks of libraries do not add up
+
+/// A kind of file, and what reading it may not do.
+class Subject {
+public:
+    virtual ~Subject() = default;
+    virtual std::string file_name() const = 0;
+    virtual std::string input(FuzzRandom& random) = 0;
+
+    /// Reads the file; sets `accepted` if it was taken. Returns what is wrong with that; nothing if all is
+    /// well.
+    virtual std::string objection(const path& file, bool& accepted) = 0;
+};
+
+/// Sealed field files, damaged: to be refused, each of them.
+class DamagedFields : public Subject {
+public:
+    DamagedFields() {
+        for (std::uint32_t seed = 0; seed < 4; ++seed) {
+            const VdbFile file = *vdb_file(random_field(seed, 50 * seed));
+            files_.push_back(forged_file(file));
+            blobs_.emplace_back(file.blob());
+        }
+    }
+    std::string file_name() const override { return "field.vdb"; }
+    std::string input(FuzzRandom& random) override {
+        std::string bytes = files_[random_index(random, files_.size())];
+        // Much of the file is grids, which hold little that could go wrong: aim behind them, or at the seal.
+        const std::size_t first = random_index(random, 3) == 0 ? 0
+                                  : random_index(random, 3) == 0
+                                      ? bytes.size() - 64
+                                      : bytes.find("HAARBLOB") + random_index(random, 400);
+        damage(bytes, random, files_[random_index(random, files_.size())], {}, first);
+        if (random_index(random, 4) == 0)
+            bytes.resize(bytes.size() - std::min<std::size_t>(bytes.size(), 64));
+        return bytes;
+    }
+    std::string objection(const path& file, bool& accepted) override {
+        const bool is_whole = std::find(files_.begin(), files_.end(), text_of(file)) != files_.end();
+        for (const Unsealed unsealed : {Unsealed::refused, Unsealed::allowed}) {
+            const Result<VisibilityField> field = read_field(file, unsealed);
+            if (field.operator bool() != verify_field(file, unsealed).operator bool() && !is_whole)
+                return "read_field and verify_field disagree";
+            if (!field) continue;
+            accepted = true;
+            if (unsealed == Unsealed::refused && !is_whole) return "a changed file was taken";
+            if (std::find(blobs_.begin(), blobs_.end(), field_blob(*field)) == blobs_.end())
+                return "a changed field was taken";
+        }
+        return {};
+    }
+
+private:
+    std::vector<std::string> files_, blobs_;
+};
+
+/// Field files changed by someone who knows how to make all checksums right.
+class ForgedFields : public Subject {
+public:
+    ForgedFields() {
+        for (std::uint32_t seed = 0; seed < 4; ++seed)
+            files_.push_back(*vdb_file(random_field(seed, 50 * seed)));
+    }
+    std::string file_name() const override { return "forged.vdb"; }
+    std::string input(FuzzRandom& random) override {
+        VdbFile file = files_[random_index(random, files_.size())];
+        const VdbFile& other = files_[random_index(random, files_.size())];
+        // The list of sections, the record, or any table.
+        const std::size_t first =
+            random_index(random, 4) == 0 ? 0 : section_offset(file, random_index(random, 8));
+        std::string bytes = file.bytes;
+        damage(bytes, random, other.blob(), {}, std::max(first, file.blob_offset), /*same_size=*/true);
+        file.bytes = std::move(bytes);
+        return forged_file(std::move(file));
+    }
+    std::string objection(const path& file, bool& accepted) override {
+        const Result<VisibilityField> field = read_field(file);
+        if (!field) return {};
+        accepted = true;
+        if (const std::string defect = field_defect(*field); !defect.empty()) return "accepted: " + defect;
+        // Walks every tree, looks up samples all round, and makes the grids.
+        mean_over_directions(field->pool);
+        for (int i = 0; i < 20; ++i) {
+            const float t = static_cast<float>(i);
+            const Vec3f point(t * std::cos(t), t * 0.1f, t * std::sin(t));
+            interpolated_visibility(*field, field->planar_handles, field->planar.interpolation(point));
+            interpolated_visibility(*field, field->spherical_handles, field->spherical.interpolation(point));
+        }
+        if (const Result<FieldVerdict> verdict = verify_field(file); !verdict && verdict.error().what.empty())
+            return "refused without a reason";
+        return {};
+    }
+
+private:
+    std::vector<VdbFile> files_;
+};
+
+class DamagedMeshes : public Subject {
+public:
+    explicit DamagedMeshes(std::string ending)
+        : ending_(std::move(ending)), files_(example_mesh_files(ending_)) {}
+    std::string file_name() const override { return "mesh." + ending_; }
+    std::string input(FuzzRandom& random) override {
+        std::string bytes = files_[random_index(random, files_.size())];
+        damage(bytes, random, files_[random_index(random, files_.size())], mesh_words());
+        return bytes;
+    }
+    std::string objection(const path& file, bool& accepted) override {
+        Result<ImportedMesh> mesh = read_mesh(file);
+        if (!mesh) return mesh.error().what.empty() ? "refused without a reason" : "";
+        accepted = true;
+        for (const auto& triangle : mesh->mesh.triangles)
+            for (const std::uint32_t corner : triangle)
+                if (corner >= mesh->mesh.positions.size() || !is_finite(mesh->mesh.positions[corner]))
+                    return "a corner without a position";
+        const Result<PreparedMesh> prepared = prepare_mesh(*std::move(mesh), {60, 20});
+        return !prepared && prepared.error().what.empty() ? "refused without a reason" : "";
+    }
+
+private:
+    std::string ending_;
+    std::vector<std::string> files_;
+};
+
+class DamagedScenes : public Subject {
+public:
+    std::string file_name() const override { return "scene.toml"; }
+    std::string input(FuzzRandom& random) override {
+        std::string bytes = files_[random_index(random, files_.size())];
+        damage(bytes, random, files_[random_index(random, files_.size())], scene_words());
+        return bytes;
+    }
+    std::string objection(const path& file, bool& accepted) override {
+        const Result<Scene> scene = read_scene(file);
+        if (!scene) return scene.error().where.empty() ? "refused without a place" : "";
+        accepted = true;
+        for (const Instance& instance : scene->instances)
+            if (instance.entity >= scene->entities.size()) return "an instance without an entity";
+        return {};
+    }
+
+private:
+    std::vector<std::string> files_ = example_scene_files();
+};
+
+constexpr std::array<std::string_view, 14> subject_names{"field", "forged", "obj",   "ply",   "stl",
+                                                         "off",   "gltf",   "glb",   "scene", "forged",
+                                                         "field", "obj",    "scene", "ply"};
+
+std::unique_ptr<Subject> subject(std::string_view name) {
+    if (name == "field") return std::make_unique<DamagedFields>();
+    if (name == "forged") return std::make_unique<ForgedFields>();
+    if (name == "scene") return std::make_unique<DamagedScenes>();
+    return std::make_unique<DamagedMeshes>(std::string(name));
+}
+
+std::string_view subject_name(std::uint64_t index, const std::string& only) {
+    return only.empty() ? subject_names[index % subject_names.size()] : std::string_view(only);
+}
+
+/// What parent and child know together.
+struct Board {
+    volatile std::uint64_t next;      ///< The file that is read, or will be next.
+    volatile std::uint64_t accepted;  ///< Files that were taken.
+    volatile bool objected;
+};
+
+void limit_memory() {
+#ifndef HAARFIELD_ASAN
+    std::size_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    const rlim_t limit = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (rlim_t(1) << 30);
+    const rlimit memory{limit, limit};
+    setrlimit(RLIMIT_AS, &memory);
+    // Readers that catch bad_alloc would hide it.
+    std::set_new_handler([] {
+        static constexpr std::string_view message = "more than 1 GiB wanted\n";
+        [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
+        abort();
+    });
+#endif
+    const rlimit no_core{0, 0};
+    setrlimit(RLIMIT_CORE, &no_core);
+}
+
+/// Reads files from board.next to `last`, then ends the process.
+[[noreturn]] void read_files(Board& board, std::uint64_t last, std::uint64_t seed, const std::string& only,
+                             const path& folder) {
+    std::map<std::string, std::unique_ptr<Subject>, std::less<>> subjects;
+    for (const std::string_view name : subject_names) {
+        if (!only.empty() && name != only) continue;
+        std::unique_ptr<Subject>& entry = subjects[std::string(name)];
+        if (!entry) entry = subject(name);
+    }
+    write_text(folder / "box.obj", "");  // that scenes ask for
+    write_text(folder / "light.exr", "");
+    limit_memory();
+    while (board.next < last) {
+        FuzzRandom random(seed * 0x9e3779b97f4a7c15 + board.next);
+        Subject& current = *subjects.find(subject_name(board.next, only))->second;
+        const path file = folder / current.file_name();
+        std::filesystem::remove(file);  // overwriting waits for the disk on some systems
+        write_text(file, current.input(random));
+        bool accepted = false;
+        alarm(seconds_per_file);
+        const std::string objection = current.objection(file, accepted);
+        alarm(0);
+        if (accepted) board.accepted = board.accepted + 1;
+        if (!objection.empty()) {
+            fmt::print(stderr, "file {}: {}\n", std::uint64_t(board.next), objection);
+            board.objected = true;
+            _exit(1);
+        }
+        board.next = board.next + 1;
+    }
+    _exit(0);
+}
+
+struct Options {
+    std::uint64_t files = 1000, first = 0, seed = 1;
+    std::string only, keep;
+};
+
+int run(const Options& options) {
+    void* const memory =
+        mmap(nullptr, sizeof(Board), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) return 1;
+    Board& board = *new (memory) Board{options.first, 0, false};
+    const TestFolder folder;
+    const std::uint64_t last = options.first + options.files;
+    std::uint64_t failures = 0;
+    while (board.next < last) {
+        const std::uint64_t end = std::min(last, board.next + files_per_process);
+        const pid_t child = fork();
+        if (child == 0) read_files(board, end, options.seed, options.only, folder.path());
+        int status = 0;
+        waitpid(child, &status, 0);
+        if (WIFEXITED(status) && WEXITSTATUS(status) == 0 && board.next == end) continue;
+        ++failures;
+        const std::string_view name = subject_name(board.next, options.only);
+        const std::string what = board.objected ? "objection"
+                                 : WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM
+                                     ? fmt::format("longer than {} s", seconds_per_file)
+                                 : WIFSIGNALED(status) ? fmt::format("signal {}", WTERMSIG(status))
+                                                       : fmt::format("exit code {}", WEXITSTATUS(status));
+        fmt::print("file {} ({}): {}\n", std::uint64_t(board.next), name, what);
+        if (!options.keep.empty())
+            for (const std::string& file : folder.files())
+                if (file.ends_with(name) || name == "field" || name == "forged" || name == "scene")
+                    std::filesystem::copy_file(
+                        folder / file,
+                        path(options.keep) / fmt::format("{}-{}", std::uint64_t(board.next), file),
+                        std::filesystem::copy_options::overwrite_existing);
+        board.objected = false;
+        board.next = board.next + 1;
+    }
+    fmt::print("{} files, {} of them taken, {} failures\n", options.files, std::uint64_t(board.accepted),
+               failures);
+    return failures == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace haarfield
+
+int main(int argument_count, char** arguments) {
+    CLI::App program{"Feeds damaged and crafted files to haarfield's readers", "haarfield_fuzz"};
+    haarfield::Options options;
+    program.add_option("--files", options.files, "How many")->capture_default_str();
+    program.add_option("--first", options.first, "Index of the first")->capture_default_str();
+    program.add_option("--seed", options.seed, "Other files")->capture_default_str();
+    program.add_option("--only", options.only,
+                       "One kind: field, forged, obj, ply, stl, off, gltf, glb, scene");
+    program.add_option("--keep", options.keep, "Folder for the files that failed")
+        ->check(CLI::ExistingDirectory);
+    CLI11_PARSE(program, argument_count, arguments);
+    return haarfield::run(options);
+}

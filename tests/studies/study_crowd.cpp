@@ -1,0 +1,87 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <random>
+
+#include "scenes/scene_entities.h"
+#include "shading/scene/lighting.h"
+#include "shading/transfer/radiance_transfer.h"
+#include "tests/baselines/product_methods.h"
+#include "tests/studies/study.h"
+
+namespace haarfield::baseline {
+namespace {
+
+/// A thousand of the shipped scene's chairs, on a floor of 40 m.
+Scene crowd(const Scene& shipped) {
+    constexpr float floor_width = 40, shipped_floor_width = 6;
+    constexpr int rows = 25, columns = 40;
+    std::mt19937 random(1);
+    const auto number = [&] { return static_cast<float>(double(random()) * 0x1p-32 - 0.5); };
+    Scene scene = shipped;
+    std::erase_if(scene.instances, [](const Instance& instance) { return instance.name != "floor"; });
+    scene.instances[0].scale = floor_width / shipped_floor_width;
+    const auto chair = std::ranges::find(scene.entities, "chair", &Entity::name) - scene.entities.begin();
+    for (int row = 0; row < rows; ++row)
+        for (int column = 0; column < columns; ++column) {
+            const float x = (static_cast<float>(column) + 0.5f) / columns - 0.5f + 0.3f * number() / columns,
+                        z = (static_cast<float>(row) + 0.5f) / rows - 0.5f + 0.3f * number() / rows;
+            scene.instances.push_back({fmt::format("chair_{}", scene.instances.size()),
+                                       std::size_t(chair),
+                                       {x * floor_width, 0, z * floor_width},
+                                       1,
+                                       {0, 0, 0}});
+        }
+    return scene;
+}
+
+/// Least time per vertex, of vertices spread evenly over the scene. [us]
+double vertex_microseconds(const ShadedScene& scene, Occlusion occlusion, std::size_t vertices) {
+    RenderSettings settings;
+    settings.occlusion = occlusion;
+    const ShadingGeometry geometry = value_or_exit(shading_geometry(scene, settings));
+    const LightPyramid light(
+        lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
+        settings.face_size);
+    const TransferRows rows(scene, geometry);
+    VertexTransfer vertex(scene, geometry, settings);
+    double least = INFINITY;
+    for (int round = 0; round < 3; ++round) {
+        const double start = thread_seconds();
+        std::size_t shaded = 0;
+        for (std::size_t k = 0; k < vertices; ++k) {
+            const double place = double(k) * 0.6180339887498949;  // the golden ratio spreads them evenly
+            const auto row = static_cast<std::size_t>((place - std::floor(place)) * double(rows.count()));
+            const InstanceVertex at = rows[row];
+            if (rows.is_buried(at)) continue;
+            if (vertex.look_from(at)) vertex.radiance(light, settings.depth);
+            ++shaded;
+        }
+        least = std::min(least, 1e6 * (thread_seconds() - start) / double(shaded));
+    }
+    return least;
+}
+
+}  // namespace
+
+void study_crowd(std::size_t vertices) {
+    const Scene shipped = shipped_scene().description;
+    SceneEntityOptions options;
+    options.fields_folder = study_fields_folder();
+    double few[2] = {};
+    fmt::print("{:<44} {:>12} {:>18} {:>18}\n", "us a vertex, one thread", "instances", "fields", "auto");
+    for (const Scene& description : {shipped, crowd(shipped)}) {
+        const SceneEntities entities = value_or_exit(prepare_scene_entities(description, options));
+        const ShadedScene scene =
+            shaded_scene(description, entities, sky_image(*description.environment.sky, 1024));
+        const double times[2] = {vertex_microseconds(scene, Occlusion::fields, vertices),
+                                 vertex_microseconds(scene, Occlusion::automatic, vertices)};
+        if (few[0] == 0) std::copy_n(times, 2, few);
+        fmt::print("{:<44} {:>12} {:>8.1f} ({:>4.1f} x) {:>8.1f} ({:>4.1f} x)\n",
+                   scene.instances.size() > 10 ? "chairs on a floor of 40 m" : shipped.name,
+                   scene.instances.size(), times[0], times[0] / few[0], times[1], times[1] / few[1]);
+    }
+}
+
+}  // namespace haarfield::baseline

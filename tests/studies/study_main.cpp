@@ -1,0 +1,89 @@
+/// haarfield_study: the measurements of study.h.
+
+#include <fmt/format.h>
+#include <hwy/targets.h>
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+
+#include "tests/studies/study.h"
+
+namespace {
+
+using namespace haarfield::baseline;
+
+/// The best instruction set in use. Its number is the lowest bit.
+std::string instruction_set() {
+    const std::int64_t supported = hwy::SupportedTargets();
+    return hwy::TargetName(supported & -supported);
+}
+
+int write_plot(const std::vector<PlotPanel>& panels, const std::string& file) {
+    if (file.empty()) return 0;
+    std::ofstream stream(file);
+    stream << svg_plot(panels);
+    stream.close();
+    if (stream) return 0;
+    fmt::print(stderr, "{}: can not be written\n", file);
+    return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("Measures the product integral against the baselines, on one thread, on the shipped scene.",
+                 "haarfield_study");
+    app.require_subcommand(1);
+    std::string file;
+    std::size_t vertices = 0;
+    bool avx2 = false;
+    app.add_flag("--avx2", avx2, "No newer instructions than AVX2");
+    app.add_option("--vertices", vertices,
+                   "So many; default: 256, for complexity 16, for crowd 2000, for occlusion 20000, for frame "
+                   "and meshes 180000")
+        ->check(CLI::Range(1, 1000000));
+    app.add_subcommand("baselines", "Time and error of every method");
+    CLI::App* const complexity =
+        app.add_subcommand("complexity", "The paper's complexity table, with exponents");
+    CLI::App* const depth = app.add_subcommand("depth", "The paper's figure 4: time and error against depth");
+    CLI::App* const meshes =
+        app.add_subcommand("meshes", "Picture error against vertices, even or refined, sampled or fitted");
+    MeshStudyOptions mesh_options;
+    meshes->add_option("--fields", mesh_options.fields, "Folder of the visibility fields")
+        ->capture_default_str();
+    meshes->add_option("--reference", mesh_options.reference,
+                       "A picture; default: that of a finer even mesh");
+    meshes->add_option("--environment", mesh_options.environment,
+                       "A lat-long image; default: the scene's sky");
+    meshes->add_option("--exposure", mesh_options.exposure, "In stops");
+    CLI::App* const crowd = app.add_subcommand("crowd", "Time per vertex among a thousand chairs");
+    CLI::App* const frame = app.add_subcommand("frame", "Time of whole frames, all threads");
+    std::string scene;
+    CLI::App* const occlusion =
+        app.add_subcommand("occlusion", "Time and error of bake's --occlusion, against the dense oracle");
+    occlusion->add_option("SCENE", scene, "A scene file with a sky")->required()->type_name("");
+    for (CLI::App* const plotted : {complexity, depth, meshes})
+        plotted->add_option("-o,--output", file, "Draw it, too: an SVG file");
+    CLI11_PARSE(app, argc, argv);
+
+    if (avx2) {
+        hwy::SetSupportedTargetsForTest(hwy::SupportedTargets() & ~(HWY_AVX2 - 1));
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
+    fmt::print("{}, {}\n", instruction_set(), __VERSION__);
+    const auto vertices_or = [vertices](std::size_t otherwise) {
+        return vertices > 0 ? vertices : otherwise;
+    };
+    if (complexity->parsed()) return write_plot(study_complexity(vertices_or(16)), file);
+    if (depth->parsed()) return write_plot(study_depth(vertices_or(256)), file);
+    if (meshes->parsed()) return write_plot(study_meshes(vertices_or(180000), mesh_options), file);
+    if (occlusion->parsed())
+        study_occlusion(scene, vertices_or(20000));
+    else if (frame->parsed())
+        study_frame(vertices_or(180000));
+    else if (crowd->parsed())
+        study_crowd(vertices_or(2000));
+    else
+        study_baselines(vertices_or(256));
+    return 0;
+}
