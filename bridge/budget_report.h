@@ -24,7 +24,9 @@ struct BudgetReport {
 };
 
 /// Writes the page as one HTML file: a plot and a table of the approximations, the worst vertices on the
-/// preview, and whether the oracle agrees with POV-Ray. errors: what write_file says.
+/// preview, and whether the oracle agrees with POV-Ray.
+///
+/// errors  what write_file says.
 Result<Done> write_budget_report(const BudgetReport& report, const std::filesystem::path& file);
 
 }  // namespace haarfield

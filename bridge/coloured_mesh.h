@@ -22,8 +22,8 @@ enum class ColourStorage {
 ColourStorage colour_storage(std::span<const Rgb> colours);
 
 struct ColouredMesh {
-    std::string
-        text;  ///< `mesh2 { ... }` without its last brace, in the mesh's frame: transformations may follow.
+    /// `mesh2 { ... }` without its last brace, in the mesh's frame: transformations may follow.
+    std::string text;
     Image atlas;               ///< Empty without one. Texels may be negative; floats, meant for an EXR file.
     std::size_t textures = 0;  ///< How many there are.
     std::uint64_t clamped_vertices = 0;  ///< Colours below 0 or above 65000, set to the limit.

@@ -8,7 +8,11 @@ namespace haarfield {
 /// A text as HTML shows it.
 std::string escaped(const std::string& text);
 
-/// A picture as an `img` with the PNG in it. `kind`: its class. errors: what png_bytes says of `name`.
+/// A picture as an `img` with the PNG in it.
+///
+/// name    what is shown in its place, and named in errors.
+/// kind    its class.
+/// errors  those of png_bytes.
 Result<std::string> embedded_image(const Image& image, const std::string& name, const char* kind);
 
 /// The beginning of a page, up to its `main`: title and style, nothing from elsewhere, for light and dark

@@ -42,6 +42,7 @@ Result<Image> read_image(const std::filesystem::path& file);
 Result<Done> write_image(const Image& image, const std::filesystem::path& file);
 
 /// The bytes of a PNG: 8 bit sRGB. With coverage it has alpha, not premultiplied, as PNG wants it.
+///
 /// errors    non-finite radiance or coverage; an empty image.
 Result<std::string> png_bytes(const Image& image);
 
@@ -55,6 +56,7 @@ float srgb_encoded(float linear);
 float srgb_decoded(float encoded);
 
 /// Reads a lat-long environment as it is: neither cleaned nor turned.
+///
 /// errors    as read_image; a width that is not twice the height.
 Result<LatLongImage> read_environment_image(const std::filesystem::path& file);
 

@@ -11,8 +11,8 @@ namespace haarfield {
 struct ImageDifference {
     std::uint64_t pixels = 0;  ///< That count.
     double rmse = 0;           ///< Root mean square over pixels and channels. [W/(m^2 sr)]
-    double relative_rmse =
-        0;  ///< rmse / root mean square of the reference; 0 if both are 0, infinite if only the latter.
+    /// rmse / root mean square of the reference; 0 if both are 0, infinite if only the latter.
+    double relative_rmse = 0;
     double bias = 0;                 ///< Mean of image / mean of reference - 1; > 0: image is brighter.
     double psnr_db = 0;              ///< Of sRGB values clamped to [0, 1]; 99 at most (equal images).
     double ssim = 0;                 ///< Of sRGB luma, 1: equal.
@@ -47,6 +47,7 @@ Result<ImageDifference> image_difference(const Image& image, const Image& refere
 std::array<std::uint8_t, 3> error_colour(float error);
 
 /// The perceptual error as a picture in error_colour; what does not count is transparent.
+///
 /// brightest  the error that gets the brightest colour, > 0 (asserted).
 Image difference_picture(const ImageDifference& difference, int width, int height, float brightest);
 

@@ -25,7 +25,8 @@ struct OracleCheck {
 ///            of the reference's error, and the rounding of its half floats. The deviation is the RMS of the
 ///            reference's half difference within three pixels of the point, or what the whole picture's
 ///            relative error makes it, if that is more: the lights' errors are alike in neighbouring pixels.
-/// cost       some milliseconds a point with faces of 64 texels, 30 with 256. errors: interrupted.
+/// cost       some milliseconds a point with faces of 64 texels, 30 with 256.
+/// errors     interrupted.
 Result<OracleCheck> oracle_check(const ShadedScene& scene, const Camera& camera,
                                  const ReferencePicture& reference, int face_size, std::size_t points,
                                  const Progress& progress = {});

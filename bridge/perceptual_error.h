@@ -12,11 +12,12 @@ namespace haarfield {
 /// Per pixel FLIP error in [0, 1] between two pictures of linear RGB, clamped to [0, 1].
 ///
 /// pixels_per_degree  of the viewer, > 0 (asserted).
-/// source    Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astroem and Fairchild 2020, "FLIP: A
-///           Difference Evaluator for Alternating Images": contrast sensitivity filters in YCxCz, HyAB
-///           distance of Hunt-adjusted L*a*b*, edges and points of the luminance. Beyond the border the
-///           nearest pixel is repeated.
-/// cost      some 0.3 s for 640 x 480 on two cores. The same bits for any number of threads.
+/// accuracy           the same bits for any number of threads.
+/// cost               some 0.3 s for 640 x 480 on two cores.
+/// source             Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astroem and Fairchild 2020, "FLIP: A
+///                    Difference Evaluator for Alternating Images": contrast sensitivity filters in YCxCz,
+///                    HyAB distance of Hunt-adjusted L*a*b*, edges and points of the luminance. Beyond the
+///                    border the nearest pixel is repeated.
 std::vector<float> flip_errors(std::span<const Rgb> image, std::span<const Rgb> reference, int width,
                                int height, float pixels_per_degree);
 

@@ -55,6 +55,7 @@ std::vector<std::string> povray_object_names(std::string_view scene_name, std::s
 /// `camera { ... }` of a picture camera.width by camera.height. World and camera are magnified by
 /// `scale` (> 0). The pixel's centre (i + 1/2, j + 1/2) looks along
 ///     direction + ((i+1/2)/width - 1/2) right + (1/2 - (j+1/2)/height) up.
+///
 /// errors    eye at the target; non-finite numbers; field of view not inside (0, pi); no pixels.
 Result<std::string> povray_camera(const Camera& camera, double scale = 1);
 
@@ -84,10 +85,14 @@ std::array<Vec3d, 3> interpolation_rotation(const Mesh& mesh);
 /// texture for all of it, or its colours come out wrong.
 bool is_sliver(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, double scale);
 
-/// errors    non-finite positions, or beyond 1e6 m; no triangle; an index out of range. `where` is put
-///           first in the message. POV-Ray would accept the first and show nothing.
+/// Whether POV-Ray can show a mesh: it would accept one with non-finite positions, and show nothing.
+///
+/// where     first in the error's message.
+/// errors    non-finite positions, or beyond 1e6 m; no triangle; an index out of range.
 Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where);
 
+/// Whether an instance stands where POV-Ray can show it.
+///
 /// errors    a translation that is not finite or beyond 1e6 m; a scale not in (0, 1e6].
 Result<Done> check_placement(const std::string& where, const Vec3f& translate, float scale);
 

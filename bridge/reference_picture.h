@@ -14,18 +14,18 @@ struct ReferencePicture {
 /// Renders the objects of a scene that write_reference_scene wrote, once with each of its two sets of lights;
 /// the image is the mean.
 ///
-/// relative_error  RMS of half the difference of the two pictures / RMS of their mean, where the objects
-/// cover
-///                 half a pixel or more: as the sets are independent and equally good, the mean's error is
-///                 as large as that. Not in it: what both have in common, such as POV-Ray's own tolerances.
+/// relative_error    RMS of half the difference of the two pictures / RMS of their mean, where the objects
+///                   cover half a pixel or more: as the sets are independent and equally good, the mean's
+///                   error is as large as that. Not in it: what both have in common, such as POV-Ray's own
+///                   tolerances.
 /// progress, errors  those of run_povray.
 Result<ReferencePicture> rendered_reference(const std::filesystem::path& scene,
                                             const PovrayOptions& options = {}, const Progress& progress = {});
 
 /// A second opinion, without any lights: POV-Ray's radiosity gathers the background's light.
 ///
-/// accuracy  for smooth skies, 0.6 % RMS; concentrated light is biased. Diffuse terms only: highlights are
-///           missing. Not the same from run to run with several threads.
+/// accuracy          for smooth skies, 0.6 % RMS; concentrated light is biased. Diffuse terms only:
+///                   highlights are missing. Not the same from run to run with several threads.
 /// progress, errors  those of run_povray.
 Result<RenderedScene> radiosity_picture(const std::filesystem::path& scene, const PovrayOptions& options = {},
                                         const Progress& progress = {});

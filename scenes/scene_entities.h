@@ -17,7 +17,7 @@ namespace haarfield {
 
 /// An entity in one orientation: instances that are rotated differently need a field of their own.
 struct SceneEntity {
-    std::string name;        ///< The entity's, with the rotation in degrees if there is one: `chair-r0-90-0`.
+    std::string name;        ///< The entity's, with the rotation in degrees if there is one: `chair-r0_90_0`.
     std::size_t entity = 0;  ///< Index in Scene::entities.
     Vec3f rotate{0, 0, 0};   ///< As its instances'. [rad]
     PreparedMesh mesh;       ///< Rotated.

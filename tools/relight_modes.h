@@ -47,6 +47,7 @@ struct RelightMode {
 };
 
 /// The mode that the options ask for. The stage must outlive it, and its session be there.
+///
 /// errors  --move names no instance, or no path.
 Result<RelightMode> chosen_mode(RelightStage& stage);
 

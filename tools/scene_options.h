@@ -1,5 +1,6 @@
 #pragma once
-/// What precompute, bake and reference share: the scene, what the command line changes in it, its light.
+/// What commands that take a scene share: the scene, what the command line changes in it, its light, its
+/// fields and how it is shaded.
 
 #include "bridge/povray_process.h"
 #include "bridge/reference_scene.h"
@@ -46,7 +47,7 @@ void report_picture(const std::filesystem::path& exr, std::span<const PovrayRun>
 /// The scene's name as POV-Ray's files take it: letters, digits, `_`, `-` and `.`; others become `_`.
 std::string file_stem(const Scene& scene);
 
-/// What precompute and bake ask of fields.
+/// What all of these but reference ask of fields.
 struct FieldOptions {
     std::string folder;  ///< Empty: `fields` in the output folder.
     int face_size = 64;

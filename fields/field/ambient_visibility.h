@@ -21,6 +21,7 @@ struct AmbientVisibility {
 AmbientVisibility ambient_visibility(const VisibilityField& field);
 
 /// Mean of every cubemap of a pool over all directions, weighted by solid angle. By handle.
+///
 /// accuracy  that of the stored trees; the solid angles of the texels are exact.
 std::vector<float> mean_over_directions(const QuadtreePool& pool);
 

@@ -13,6 +13,7 @@ namespace haarfield {
 class EntityOcclusion {
 public:
     /// The mesh is not referred to afterwards.
+    ///
     /// stop  when it is requested, returns soon, and the result is of no use.
     explicit EntityOcclusion(const PreparedMesh& mesh, const std::stop_token& stop = {});
     EntityOcclusion(const EntityOcclusion&) = delete;

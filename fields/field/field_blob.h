@@ -42,6 +42,7 @@ std::string field_blob(const VisibilityField& field);
 Result<VisibilityField> blob_field(std::string_view blob, const std::shared_ptr<const void>& owner);
 
 /// The first blob in a file, by its magic number and the checksum of its header; empty if there is none.
+///
 /// cost  reads the file until then.
 std::string_view find_field_blob(std::string_view file);
 

@@ -11,10 +11,10 @@ namespace haarfield {
 /// Measured at 40 random points of each band on the ground plane, and as many around the entity, those
 /// inside of it left out. All errors of the field take part: interpolation, truncation and rounding.
 ///
-/// field      as precompute_field makes it, of the same mesh as `occlusion`.
-/// cost       1,280 rasterizations and lookups, on all of oneTBB's threads; the result does not depend on
-///            their number.
-/// stop       when it is requested, returns soon, and the result is of no use.
+/// field  as precompute_field makes it, of the same mesh as `occlusion`.
+/// stop   when it is requested, returns soon, and the result is of no use.
+/// cost   1,280 rasterizations and lookups, on all of oneTBB's threads; the result does not depend on their
+///        number.
 FieldError field_error(const VisibilityField& field, const EntityOcclusion& occlusion,
                        const std::stop_token& stop = {});
 

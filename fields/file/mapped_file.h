@@ -18,6 +18,7 @@ struct MappedFile {
 };
 
 /// Maps a regular file, and brings all of it in.
+///
 /// errors  what the system says; a folder, a pipe or a device.
 Result<MappedFile> mapped_file(const std::filesystem::path& file);
 

@@ -16,6 +16,7 @@ namespace haarfield {
 class TemporaryFile {
 public:
     /// Waits while another thread or process makes the target.
+    ///
     /// errors  what the system says (no such folder, no right to write ...); `interrupted`.
     static Result<TemporaryFile> beside(const std::filesystem::path& target, const Progress& progress = {});
 
@@ -25,10 +26,13 @@ public:
 
     const std::filesystem::path& target() const { return target_; }
 
-    /// Appends. errors  what the system says (full disk ...).
+    /// Appends.
+    ///
+    /// errors  what the system says (full disk ...).
     Result<Done> write(std::string_view bytes);
 
     /// Waits until the content is on disk, compares it with `bytes`, then replaces the target in one step.
+    ///
     /// errors  as above; content that is not `bytes`. The target is then as it was.
     Result<Done> replace_target(std::string_view bytes);
 

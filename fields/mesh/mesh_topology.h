@@ -13,7 +13,9 @@ struct MergedPositions {
     std::vector<Vec3f> positions;      ///< Each one once, in the order of its first vertex. [m]
 };
 
-/// Merges positions that are equal (0 and -0 are), without a tolerance. cost: linear.
+/// Merges positions that are equal (0 and -0 are), without a tolerance.
+///
+/// cost  linear.
 MergedPositions merged_positions(std::span<const Vec3f> positions);
 
 /// Makes triangles agree with their neighbours and face outwards, and counts what it finds.

@@ -12,8 +12,7 @@ namespace haarfield {
 struct AxisGrid {
     int cells = 1;  ///< Along an edge.
     std::array<float, 2> lower{}, cells_per_metre{};
-    std::vector<std::uint32_t> first,
-        triangle;  ///< Cell c has triangle[first[c]] to triangle[first[c + 1] - 1].
+    std::vector<std::uint32_t> first, triangle;  ///< Cell c has triangle[first[c]] to [first[c + 1] - 1].
 
     /// Of a coordinate across the axis (k = 0) or up (k = 1).
     int cell(float coordinate, std::size_t k) const;

@@ -32,7 +32,7 @@ Rotation rotation_xyz(const Vec3f& angles);
 /// The inverse: angles[1] in [-pi/2, pi/2]; where it is at an end, angles[2] = 0.
 Vec3f angles_xyz(const Rotation& rotation);
 
-/// All three meshes, turned. Equal angles, equal bits; no angles, no change.
+/// All of its meshes, turned. Equal angles, equal bits; no angles, no change.
 PreparedMesh turned_mesh(PreparedMesh mesh, const Vec3f& angles);
 
 }  // namespace haarfield

@@ -15,7 +15,9 @@ namespace haarfield {
 /// Safe to share between threads once made.
 class SurfaceRays {
 public:
-    /// Copies what it needs. triangles: counter-clockwise seen from their front.
+    /// Copies what it needs.
+    ///
+    /// triangles  counter-clockwise seen from their front.
     SurfaceRays(std::span<const Vec3f> positions, std::span<const std::array<std::uint32_t, 3>> triangles);
 
     /// How far along a unit direction the first surface lies, if it is within a range and met from behind;

@@ -38,10 +38,11 @@ struct OccluderView {
 
 /// Rasterizes occluders; keeps its buffers, so that repeated use allocates nothing.
 ///
-/// A direction is blocked if any triangle of the occluder meets the ray from the view point; there is no
-/// depth. Triangles that share an edge compute the same crossing, so that no crack appears; nothing is
-/// clipped, so that triangles around and behind the view point are right. Which of two ways a piece goes, by
-/// its contour or triangle by triangle, changes no bit of the answer, nor does the instruction set.
+/// A direction is blocked if the ray from the view point meets a two-sided triangle of the occluder or the
+/// front of a one-sided one; there is no depth. Triangles that share an edge compute the same crossing, so
+/// that no crack appears; nothing is clipped, so that triangles around and behind the view point are right.
+/// Which of two ways a piece goes, by its contour or triangle by triangle, changes no bit of the answer, nor
+/// does the instruction set.
 class VisibilityRasterizer {
 public:
     /// face_size  texels along an edge, is_face_size.
@@ -59,7 +60,9 @@ public:
                                                const Vec3f* horizon = nullptr);
 
     /// What can be seen past all of some occluders, whose frames differ by translation and scale alone: a
-    /// sample is open that is open past each. cost: of each, and a pass over the cubemap's samples.
+    /// sample is open that is open past each.
+    ///
+    /// cost  that of each, and a pass over the cubemap's samples.
     std::span<const std::uint8_t> open_samples(std::span<const OccluderView> views);
 
 private:

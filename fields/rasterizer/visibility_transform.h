@@ -20,13 +20,14 @@ public:
 
     /// The trees of visibility = open / samples_per_texel.
     ///
-    /// open     6 * face_size^2 counts, as VisibilityRasterizer::open_samples gives them.
-    /// horizon  unit normal of a surface through the view point. Texels whose centres lie below it are
-    ///          multiplied by zero later, and so are given what needs fewest wavelets. Null: none.
+    /// open        6 * face_size^2 counts, as VisibilityRasterizer::open_samples gives them.
+    /// horizon     unit normal of a surface through the view point. Texels whose centres lie below it are
+    ///             multiplied by zero later, and so are given what needs fewest wavelets. Null: none.
     /// truncation  `coefficients` for each face; `relative_l2_error` of the whole cubemap's occlusion
-    ///          (1 - visibility), since a far object blocks little of what is open elsewhere. Ties between
-    ///          wavelets go to the smaller face, the coarser level, then the smaller index.
-    /// tree     the result; its memory is reused. Exact above the horizon, but for the truncation.
+    ///             (1 - visibility), since a far object blocks little of what is open elsewhere. Ties between
+    ///             wavelets go to the smaller face, the coarser level, then the smaller index.
+    /// tree        the result; its memory is reused.
+    /// accuracy    exact above the horizon, but for the truncation.
     void operator()(std::span<const std::uint8_t> open, const Vec3f* horizon, const Truncation& truncation,
                     CubemapTree& tree);
 

@@ -22,8 +22,8 @@ struct VisibleContour {
     /// Those that may cross sub-columns of a face, in sight or between them and the pole they start from.
     struct OfFace {
         std::size_t count = 0;
-        std::array<AlignedBuffer<float>, 6>
-            ends;  ///< x, y, z of the first from the view point; of the second.
+        /// From the view point: x, y, z of the first, then of the second.
+        std::array<AlignedBuffer<float>, 6> ends;
         AlignedBuffer<float> weights;
     };
     std::array<OfFace, cubemap_faces> of_face;

@@ -29,7 +29,8 @@ template <class Value>
 std::vector<Value> quadtree_texels(const BasicQuadtree<Value>& tree, int size);
 
 /// sum_i weights[i] * trees[i], exactly, as a tree over the union of their nodes.
-/// trees and weights have one length, 1 to 16 (asserted).
+///
+/// trees, weights  of one length, 1 to 16 (asserted).
 template <class Value>
 BasicQuadtree<Value> weighted_sum(std::span<const BasicQuadtree<Value>* const> trees,
                                   std::span<const float> weights);

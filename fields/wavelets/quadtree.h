@@ -29,10 +29,11 @@ inline constexpr std::array<std::array<float, 4>, 3> wavelet_sign{
 template <class Value>
 struct BasicQuadtree {
     struct Node {
-        std::array<Value, 3> wavelet{Value(0.0f), Value(0.0f),
-                                     Value(0.0f)};  ///< Amplitudes along x, along y, diagonal. [f]
-        std::uint32_t children = 0;  ///< Index of the first child << 4 | mask of the quadrants that
-                                     ///< have one. Children lie side by side, by quadrant.
+        /// Amplitudes along x, along y, diagonal. [f]
+        std::array<Value, 3> wavelet{Value(0.0f), Value(0.0f), Value(0.0f)};
+        /// Index of the first child << 4 | mask of the quadrants that have one. Children lie side by side, by
+        /// quadrant.
+        std::uint32_t children = 0;
     };
     Value scaling = Value(0.0f);  ///< Mean of f. [f]
     std::vector<Node> nodes;      ///< Root first, level by level; empty if f is constant.

@@ -81,7 +81,9 @@ Quadtree unpacked_face(const QuadtreePool& pool, std::uint32_t face);
 
 /// Whether every index in the pool is in range, every mean finite, and every face a tree all of whose nodes
 /// are reached, none below the texels, so that walking it is safe and ends. Empty if so; otherwise what is
-/// wrong, and where. O(pool).
+/// wrong, and where.
+///
+/// cost  O(pool).
 std::string pool_defect(const QuadtreePool& pool);
 
 }  // namespace haarfield

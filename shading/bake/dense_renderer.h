@@ -1,5 +1,6 @@
 #pragma once
-/// The oracle: the same radiance by plain sums over the texels, with nothing approximated but the texels.
+/// The oracle of renderer.h: radiance by plain sums over the texels of visibility that is rasterized at each
+/// vertex. What it has in common with a bake are the texels' size and the occluders, which may be coarse.
 
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "shading/bake/renderer.h"

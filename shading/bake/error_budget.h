@@ -29,8 +29,7 @@ struct ErrorBudget {
 /// Measures at random vertices that are not buried, the same ones each time.
 ///
 /// alone       the oracle with one part exchanged, less the oracle: visibility as the field's truncation
-/// leaves
-///             it, or interpolated between exact samples; the lighting's truncated wavelets; lobes and
+///             leaves it, or interpolated between exact samples; the lighting's truncated wavelets; lobes and
 ///             cosines as the walk evaluates them; a lesser depth. Resolution and coarse meshes the other way
 ///             round: the oracle, less a finer one (four times the texels along an edge, at most 256), or one
 ///             with the original meshes.
@@ -45,7 +44,9 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
 
 /// What interpolating between the vertices costs: the oracle's radiance at the corners, interpolated, less
 /// the oracle at the point. Buried points are left out.
-/// cost  four times the oracle's a point. errors: interrupted.
+///
+/// cost    four times the oracle's a point.
+/// errors  interrupted.
 Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<const MeshPoint> points,
                                         const RenderSettings& settings, const Progress& progress = {});
 

@@ -24,8 +24,10 @@ struct MeshPoint {
 /// triangle is buried in another piece of the entity, or one of its corners is.
 std::optional<SurfacePoint> surface_point(const ShadedEntity& entity, const MeshPoint& point);
 
-/// Calls body(worker, k) for each k below count, on all of oneTBB's threads; `make_worker` makes what one
-/// thread works with. errors: interrupted.
+/// Calls body(worker, k) for each k below count, on all of oneTBB's threads.
+///
+/// make_worker  makes what one thread works with.
+/// errors       interrupted.
 template <class Worker, class Body>
 Result<Done> for_each_point(std::size_t count, std::string_view stage, const Progress& progress,
                             const std::function<std::unique_ptr<Worker>()>& make_worker, const Body& body) {

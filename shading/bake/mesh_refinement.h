@@ -26,19 +26,18 @@ struct Refinement {
 
 /// Splits edges where interpolated radiance errs, until the tolerance holds or the budget is spent.
 ///
-/// In each round the middles of those edges that
-/// are the longest of a triangle, or whose ends differ by more than the tolerance, are shaded, all together.
-/// Then edges beyond the tolerance are split, those first where the error times the edge's length is largest:
-/// down to half of the largest in one round. A triangle is always divided across its longest edge first, so
-/// that angles stay above half of the smallest in `start`; there are no T-junctions. No edge below a
-/// thousandth of the entity's radius is split.
+/// In each round the middles of those edges that are the longest of a triangle, or whose ends differ by more
+/// than the tolerance, are shaded, all together. Then edges beyond the tolerance are split, those first where
+/// the error times the edge's length is largest: down to half of the largest in one round. A triangle is
+/// always divided across its longest edge first, so that angles stay above half of the smallest in `start`;
+/// there are no T-junctions. No edge below a thousandth of the entity's radius is split.
 ///
-/// start   by instance, from mesh_radiance. If it has more vertices than the budget it stays as it is.
-/// returns the same bits for any number of threads.
-/// cost    some 50 us per shaded point, of which there are two to three times as many as vertices.
-/// errors  interrupted.
-/// source  the four-triangle longest-edge partition: Rivara 1984, Algorithms for refining triangular grids
-///         suitable for adaptive and multigrid techniques.
+/// start     by instance, from mesh_radiance. If it has more vertices than the budget it stays as it is.
+/// accuracy  the same bits for any number of threads.
+/// cost      some 50 us per shaded point, of which there are two to three times as many as vertices.
+/// errors    interrupted.
+/// source    the four-triangle longest-edge partition: Rivara 1984, Algorithms for refining triangular grids
+///           suitable for adaptive and multigrid techniques.
 Result<Refinement> refined_radiance(const PointShading& shading, const RefinementSettings& refinement,
                                     std::vector<RadiantMesh> start, const Progress& progress = {});
 

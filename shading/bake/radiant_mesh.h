@@ -24,7 +24,8 @@ std::optional<SurfacePoint> point_on(const Mesh& mesh, std::span<const std::uint
 /// instance.
 ///
 /// meshes  one per entity, of its surface.
-/// cost    see point_radiance. errors: interrupted.
+/// cost    see point_radiance.
+/// errors  interrupted.
 Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std::span<const Mesh> meshes,
                                                const Progress& progress = {});
 

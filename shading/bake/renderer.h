@@ -17,7 +17,10 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view);
 /// Vertices that face away from the eye get the radiance that they would show at grazing view: the
 /// highlight's mirror direction is taken with the view vector's component into the surface removed.
 /// Buried vertices (LocalSamples::buried) take the mean of their nearest unburied neighbours.
-/// Uses all of oneTBB's threads; the result does not depend on their number. errors: interrupted.
+///
+/// cost    some 10 us a vertex if others are seen by their fields, and 40 us if near ones are rasterized; on
+///         all of oneTBB's threads, and the result does not depend on their number.
+/// errors  interrupted.
 Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
                                                       const RenderSettings& settings,
                                                       const Progress& progress = {});

@@ -11,7 +11,9 @@ namespace haarfield {
 /// With exponent 1 and d the normal it is the clamped cosine; with d the mirror direction, the Phong lobe.
 std::vector<float> lobe_texels(float exponent, const Vec3f& direction, int size);
 
-/// The same for many lobes. centres: texel_directions(size).
+/// The same for many lobes.
+///
+/// centres  texel_directions(size).
 std::vector<float> lobe_texels(float exponent, const Vec3f& direction, int size,
                                std::span<const Vec3f> centres);
 

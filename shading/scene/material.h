@@ -39,7 +39,9 @@ struct Material {
 };
 
 /// By how much a metal's highlight has the colour of the light rather than its own: 0 where light comes along
-/// the normal, 1 at the horizon. cosine: of the angle of incidence, in [0, 1].
+/// the normal, 1 at the horizon.
+///
+/// cosine  of the angle of incidence, in [0, 1].
 /// source  POV-Ray 3.7, `metallic`: an empirical Fresnel reflectivity.
 double metallic_fresnel(double cosine);
 

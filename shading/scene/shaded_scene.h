@@ -46,11 +46,11 @@ struct RenderSettings {
     float tolerance = 0;           ///< Of a vertex's radiance, for ending walks early; see vertex_radiance.
     int light_coefficients = 300;  ///< Wavelets kept a face; 0: all.
     Occlusion occlusion = Occlusion::automatic;
-    float occlusion_error = 0.02f;       ///< Tolerance of `automatic`, for SamplerError::band.
-    std::uint32_t exact_triangles = 64;  ///< Occluders of at most so many triangles are seen exactly from
-                                         ///< near.
-    std::size_t kept_bytes = std::size_t(1) << 30;  ///< For KeptVisibility, where a scene is shaded again and
-                                                    ///< again.
+    float occlusion_error = 0.02f;  ///< Tolerance of `automatic`, for SamplerError::band.
+    /// Occluders of at most so many triangles are seen exactly from near.
+    std::uint32_t exact_triangles = 64;
+    /// For KeptVisibility, where a scene is shaded again and again.
+    std::size_t kept_bytes = std::size_t(1) << 30;
 };
 
 }  // namespace haarfield

@@ -46,7 +46,8 @@ struct GroupedColumns {
 
     GroupedColumns() = default;
     /// From entries by group, most_groups at most (asserted), and their indices.
-    /// cost: one pass to count and one to write.
+    ///
+    /// cost  one pass to count and one to write.
     GroupedColumns(int face_size, std::span<const std::uint32_t> indices, std::span<const GroupEntry> entries,
                    std::vector<float> scales);
 

@@ -46,11 +46,11 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 /// The vectors hold the cosine constant over cells; what that costs where light is concentrated is made good:
 /// concentrated_light.h.
 ///
-/// accuracy  besides pruning, rounding to bytes: 0.2 %.
 /// scene, geometry  those that the vectors were made for.
-/// errors  interrupted; then `radiance` is as it was.
-/// cost    a multiplication and an addition for each coefficient that a vertex and the light have in common,
-///         and for some twenty more a concentrated source.
+/// accuracy         besides pruning, rounding to bytes: 0.2 %.
+/// errors           interrupted; then `radiance` is as it was.
+/// cost             a multiplication and an addition for each coefficient that a vertex and the light have in
+///                  common, and for some twenty more a concentrated source.
 Result<Done> transfer_light(const LightTransfer& transfer, const ShadedScene& scene,
                             const ShadingGeometry& geometry, const DenseCoefficients& light,
                             VertexRadiance& radiance, const Progress& progress = {});

@@ -7,8 +7,7 @@
 ///     motion_transfer.h   an instance moves
 ///
 /// source  Sun and Mukherjee 2006, sections 5.2 and 6.3. Ours: a vector is pruned by what it will be
-/// multiplied
-///         with, to an error that the user chooses.
+///         multiplied with, to an error that the user chooses.
 ///
 /// Rows    all vertices of all instances, one instance after the other, in the order in which neighbours in
 ///         space are near each other. Buried vertices have empty rows; in each frame they take the mean of
@@ -165,8 +164,7 @@ using VertexChoice = std::vector<std::vector<std::uint8_t>>;
 /// One value a row, as radiance by instance; buried vertices are filled, and nothing is negative.
 ///
 /// choice  null: all. Else those that are wanted, and what these are filled from; the radiance of others is
-/// of
-///         no use, unless they were chosen before.
+///         of no use, unless they were chosen before.
 void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,
                     VertexRadiance& radiance, const VertexChoice* choice = nullptr);
 

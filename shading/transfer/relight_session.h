@@ -88,8 +88,9 @@ public:
     /// Those that the transfer vectors were not made for make them void.
     /// @{
 
-    /// Exchanges the environment; clean. cost: encoding in the next call that needs it, some 0.1 s for
-    /// 1024 x 512 pixels.
+    /// Exchanges the environment; clean.
+    ///
+    /// cost    encoding in the next call that needs it, some 0.1 s for 1024 x 512 pixels.
     void set_environment(LatLongImage environment);
     /// Exchanges the light for one that is encoded already, until the environment is set or turned: for
     /// mixing and dimming many times a second. commit() bakes the environment, not this.
@@ -114,7 +115,9 @@ public:
     Result<Done> rotate(std::size_t instance, const Vec3d& axis, double angle, const Progress& progress = {});
     /// @}
 
-    /// Radiance as it is now, by the transfer vectors. errors: interrupted; nothing varies.
+    /// Radiance as it is now, by the transfer vectors.
+    ///
+    /// errors  interrupted; nothing varies.
     Result<Done> frame(FrameQuality quality = FrameQuality::still, const Progress& progress = {});
 
     /// The same for some vertices only, such as those that the camera sees: with the bits of a whole frame.
@@ -126,6 +129,8 @@ public:
 
     /// Radiance as it is now, in full: what vertex_radiance makes of the scene. What the vertices see is kept
     /// (RenderSettings::kept_bytes) until an instance changes, so that the next commit is faster.
+    ///
+    /// errors  interrupted.
     Result<Done> commit(const Progress& progress = {});
 
     /// Of the last frame or commit.

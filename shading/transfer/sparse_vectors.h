@@ -5,8 +5,7 @@
 /// Basis   orthonormal Haar wavelets on each face: amplitude * 2^-level, quadtree.h has the amplitudes. So
 ///         <f, g>, the integral over the unit squares of the six faces, is the plain sum of products.
 /// Index   16 * block + slot, with blocks numbered by BlockNumbers and slots as in WaveletBlock: slot 0 is
-/// the
-///         mean of a face in the block of its root, and unused in all others.
+///         the mean of a face in the block of its root, and unused in all others.
 
 #include "shading/walk/wide_product.h"
 

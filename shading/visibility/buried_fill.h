@@ -13,12 +13,13 @@ class BuriedFill {
 public:
     BuriedFill() = default;
 
-    /// buried  by vertex: 1 where it is. cost: O(triangles) and O(edges at buried vertices) for each step
-    ///         inwards.
+    /// buried  by vertex: 1 where it is.
+    /// cost    O(triangles) and O(edges at buried vertices) for each step inwards.
     BuriedFill(const Mesh& mesh, std::span<const std::uint8_t> buried);
 
-    /// By vertex. What can not be reached stays as it is. cost: one addition per edge of a triangle that ends
-    /// in a buried vertex.
+    /// By vertex. What can not be reached stays as it is.
+    ///
+    /// cost    one addition per edge of a triangle that ends in a buried vertex.
     void operator()(std::span<Rgb> radiance) const;
 
     /// Adds to a choice of vertices those that its buried ones take their radiance from.

@@ -19,7 +19,9 @@ public:
     explicit InstanceGrid(std::span<const Sphere> spheres);
 
     /// The spheres, by number and in ascending order, whose boxes touch the cell of a point: all that contain
-    /// the point, and a few more. cost: a look-up.
+    /// the point, and a few more.
+    ///
+    /// cost    a look-up.
     std::span<const std::uint32_t> near(const Vec3f& point) const;
 
 private:

@@ -181,8 +181,7 @@ struct PlainTerms {
 /// What reflects light, times what is seen past the near occluders, on one face.
 ///
 /// Reflected  LitCells write<last>(terms, cells, level, face, block, values): writes its channels; of the
-/// last
-///            level nothing is asked.
+///            last level nothing is asked.
 ///            holds_cosine: whether the cosine of diffuse light is constant over the cells of level 1.
 ///            Values: HeadCells, and what else its sink wants.
 template <class Reflected>

@@ -20,7 +20,9 @@ struct HaarBasisFunction {
 /// the three wavelet kinds have the same parity. Then it is +-2^(sum of levels - 2 * finest level),
 /// with the sign of the product of the quadrant signs of the coarser wavelets where the finest lies.
 ///
-/// accuracy  exact. cost  O(k). k >= 1 (asserted).
+/// functions  k >= 1 (asserted).
+/// accuracy   exact.
+/// cost       O(k).
 double integral_coefficient(std::span<const HaarBasisFunction> functions);
 
 }  // namespace haarfield

@@ -15,7 +15,9 @@ struct ConvexPolygon {
 };
 
 /// The triangles of an occluder, merged where two neighbours lie in one plane and are convex together: a
-/// rectangle is one polygon however it was cut. cost: cubic in the triangles; meant for some 64.
+/// rectangle is one polygon however it was cut.
+///
+/// cost  cubic in the triangles; meant for some 64.
 std::vector<ConvexPolygon> convex_polygons(const Occluder& occluder);
 
 /// What convex polygons cover, seen from a point: cones, each the intersection of half spaces through the

@@ -32,17 +32,16 @@ struct VertexBrdf {
 /// depth         as in product_integral; of lighting and visibility trees. Cosine and lobe follow.
 /// memory        of one thread, reused.
 /// tolerance     0: none. Else the walk ends early where that is harmless: the sum of the channels' errors is
-/// at most
-///               this fraction of the sum of their magnitudes, against the walk that does not end early.
+///               at most this fraction of the sum of their magnitudes, against the walk that does not end
+///               early.
 /// accuracy      against plain sums over the texels of the same visibility and lighting: cosines 1e-3,
 ///               highlights 1 % of their peak where lighting is constant over 4 x 4 texels or the walk stops
 ///               at them; 3 % if they are narrower than a texel (exponent 2000 about H at grazing view).
 /// cost          some microseconds; see product_integral.
 /// source        as product_integral. Cosine and lobe are evaluated where the walk comes, not stored: the
-/// mean of
-///               a cosine over a cell is the cosine of the mean direction; a lobe cos^n averaged over a cell
-///               that spreads by s is about cos^m of the cell's middle, with 1/m = 1/n + s and the same
-///               energy (variances of narrow functions add when they are convolved). The lobe about H is
+///               mean of a cosine over a cell is the cosine of the mean direction; a lobe cos^n averaged over
+///               a cell that spreads by s is about cos^m of the cell's middle, with 1/m = 1/n + s and the
+///               same energy (variances of narrow functions add when they are convolved). The lobe about H is
 ///               taken so in H, where a cell spreads by s / 4 in the plane of incidence, and by
 ///               s / (2 V.H)^2 across it, V the view direction.
 Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
@@ -71,8 +70,9 @@ double highlight_transfer(const LightPyramid& light, const DirectionPyramid& dir
 
 /// The terms of what a vertex does with light, times visibilities, each as a channel of a function product:
 ///     t_0 = max(0,N.w),   t_1 = highlight c,   t_2 = highlight c F(N.w),
-/// without the colours, so that outgoing = int L [diffuse t_0 + specular (1 - metallic) t_1 + specular
-/// metallic t_2] dw. Of two terms t_2 is left out; of three it is zero unless metallic is not.
+/// without the colours, so that
+///     outgoing = int L [diffuse t_0 + specular (1 - metallic) t_1 + specular metallic t_2] dw.
+/// Of two terms t_2 is left out; of three it is zero unless metallic is not.
 ///
 /// The cosine of t_0 is held constant over cells of 1/16 of a face's edge (concentrated_light.h), highlights
 /// below 3 % of their peak over cells where the visibility does not vary.

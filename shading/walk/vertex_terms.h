@@ -68,8 +68,8 @@ struct VertexTerms {
     bool is_metallic;
     Vec3f to_eye;
     Vec3f across;  ///< The plane of incidence: unit length.
-    std::array<float, 4>
-        margin{};  ///< By level: sine of the largest angle from a cell's middle to its border.
+    /// By level: sine of the largest angle from a cell's middle to its border.
+    std::array<float, 4> margin{};
     /// By level: a highlight times the light's deviation in a cell, over the mean of the light. What is less
     /// changes less than a thousandth of what the highlights reflect of even light.
     std::array<float, 4> negligible{};

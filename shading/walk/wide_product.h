@@ -17,18 +17,18 @@ namespace haarfield {
 ///           between instruction sets.
 /// cost      O(blocks on which at least two functions vary and none is zero).
 /// source    Sun and Mukherjee 2006, section 5.1, in another form: the functions are piecewise constant, so
-/// the
-///           integral over a square is the sum over its cells, and where at most one function varies it is
-///           the product of the means.
+///           the integral over a square is the sum over its cells, and where at most one function varies it
+///           is the product of the means.
 Rgb product_integral(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
                      WalkMemory<float>& memory);
 
 /// product_integral at many points, for trees that come from memory: those of several points are read from
-/// end to end before they are walked, which takes a third off the time if a point's trees lie side by side,
-/// and adds a tenth to it if they were in the cache.
+/// end to end before they are walked.
 ///
 /// factors    by point; trees whose WideFace::nodes is not known are not read ahead.
 /// integrals  overwritten, as many.
+/// cost       against product_integral a third less if a point's trees lie side by side in memory, and a
+///            tenth more if they were in the cache.
 void product_integrals(const LightPyramid& light,
                        std::span<const std::span<const WeightedTrees<float>>> factors, int depth,
                        WalkMemory<float>& memory, std::span<Rgb> integrals);

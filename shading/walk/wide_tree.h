@@ -73,8 +73,10 @@ constexpr int wide_levels(int face_size) {
 }
 
 /// A tree's nodes appended to `nodes`, root first, children after their parents; whether there are any.
-/// Means are exact up to rounding; those below 5e-7 of the L2 norm of f, which are rounding, are set to zero,
-/// so that the walk can drop what lies under them. cost: O(nodes).
+///
+/// accuracy  means are exact up to rounding; those below 5e-7 of the L2 norm of f, which are rounding, are
+///           set to zero, so that the walk can drop what lies under them.
+/// cost      O(nodes).
 bool append_wide_nodes(const Quadtree& tree, std::vector<WideNode<float>>& nodes);
 
 /// A function of direction that owns its nodes.

@@ -47,8 +47,9 @@ private:
 /// memory  24 bytes a node: about 1.6 times the field's own.
 class WideVisibility {
 public:
-    /// order  of the local samples, in which they will be asked for: their trees lie in memory in this order.
-    /// cost   some 20 ns a node of the field, on all of oneTBB's threads. errors: interrupted.
+    /// order   of the local samples, in which they will be asked for and their trees lie in memory.
+    /// cost    some 20 ns a node of the field, on all of oneTBB's threads.
+    /// errors  interrupted.
     static Result<WideVisibility> make(const VisibilityField& field, std::span<const std::uint32_t> order,
                                        std::stop_token stop = {});
 

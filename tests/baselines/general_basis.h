@@ -14,17 +14,21 @@ std::vector<HaarBasisFunction> haar_basis(int levels);
 /// A tree of at most `levels` levels in that basis, zeros included.
 std::vector<double> basis_coefficients(const Quadtree& tree, int levels);
 
-/// sum over all tuples of basis functions of  C_(i j k ...) f_i g_j h_k ...  cost: O(M^n n), M the basis
-/// functions.
+/// sum over all tuples of basis functions of  C_(i j k ...) f_i g_j h_k ...
+///
+/// cost  O(M^n n), M the basis functions.
 double general_basis_integral(std::span<const Quadtree* const> trees, int levels);
 
 /// Two functions at a time, by all M^3 third-order integral coefficients.
 class RecursiveGeneralBasis {
 public:
-    /// memory  4 M^3 bytes; cost  M^3 integral coefficients.
+    /// memory  4 M^3 bytes.
+    /// cost    M^3 integral coefficients.
     explicit RecursiveGeneralBasis(int levels);
 
-    /// int f_1 f_2 ... f_k, k >= 2, by basis_coefficients. cost: O(M^3 k).
+    /// int f_1 f_2 ... f_k, k >= 2, by basis_coefficients.
+    ///
+    /// cost  O(M^3 k).
     float operator()(std::span<const std::vector<float>> functions) const;
 
 private:

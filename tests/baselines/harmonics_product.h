@@ -27,7 +27,10 @@ struct TriplingCoefficients {
     std::vector<std::vector<Term>> terms;  ///< By k.
 };
 
-/// By Gauss-Legendre quadrature that is exact for the degree: 1e-12. cost  some 0.3 s for order 10.
+/// By Gauss-Legendre quadrature that is exact for the degree.
+///
+/// accuracy  1e-12.
+/// cost      some 0.3 s for order 10.
 TriplingCoefficients tripling_coefficients(int order);
 
 /// Sixteen vertices at a time, one a lane: the terms are then the same for all lanes.

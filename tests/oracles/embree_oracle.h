@@ -23,6 +23,7 @@ Vec3d sub_sample_direction(int face, int column, int row, int sub_sample, int fa
 class EmbreeOracle {
 public:
     /// All triangles block with both sides: compare from points that are inside of no closed piece.
+    ///
     /// device_settings  Embree's, such as "isa=avx2".
     explicit EmbreeOracle(const Occluder& occluder, const char* device_settings = nullptr);
 

@@ -26,8 +26,10 @@ double mean(const Texels& texels);
 /// Mean of the absolute values: what rounding is measured against.
 double absolute_mean(const Texels& texels);
 
-/// The coefficient of a Haar wavelet's *amplitude*, by summing over its square.
-/// kind: 0 along x, 1 along y, 2 diagonal; the square is (x, y) of 2^level a side.
+/// The *amplitude* of a Haar wavelet, by summing over its square.
+///
+/// x, y  the square, of 2^level along an edge.
+/// kind  0 along x, 1 along y, 2 diagonal.
 double wavelet_amplitude(const Texels& texels, int size, int level, int x, int y, int kind);
 
 /// A tree of `levels` levels of nodes at most, whose children exist with probability `density`. Mean
