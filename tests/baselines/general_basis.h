@@ -3,7 +3,7 @@
 /// section 3.3). Only small cases end within a lifetime.
 
 #include "fields/wavelets/quadtree.h"
-#include "shading/walk/integral_coefficient.h"
+#include "tests/oracles/integral_coefficient.h"
 
 namespace haarfield::baseline {
 

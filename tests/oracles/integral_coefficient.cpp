@@ -1,4 +1,4 @@
-#include "shading/walk/integral_coefficient.h"
+#include "tests/oracles/integral_coefficient.h"
 
 #include <algorithm>
 #include <array>
