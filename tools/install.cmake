@@ -8,12 +8,9 @@ set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/haarfield)
 set(libraries fields shading scenes bridge)
 
 foreach(library IN LISTS libraries)
-    add_library(haarfield::${library} ALIAS haarfield_${library})
     set_target_properties(haarfield_${library} PROPERTIES EXPORT_NAME ${library})
-    # Includes name the folder, as in the source: "fields/mesh/mesh.h".
     target_include_directories(haarfield_${library} INTERFACE
-        $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/haarfield>)
-    target_compile_features(haarfield_${library} INTERFACE cxx_std_20)
+        $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/haarfield>)
     install(TARGETS haarfield_${library} EXPORT haarfieldTargets ARCHIVE)
     install(DIRECTORY ${library} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/haarfield
         FILES_MATCHING PATTERN "*.h"

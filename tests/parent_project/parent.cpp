@@ -1,0 +1,5 @@
+#include "bridge/baked_scene.h"
+
+haarfield::BakedInstance parent_instance() {
+    return {};
+}
