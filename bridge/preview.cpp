@@ -238,8 +238,8 @@ private:
                 seen->instance};
     }
 
-    SeenVertices vertices_of(std::span<const std::optional<MeshPoint>> seen) const {
-        SeenVertices vertices;
+    VertexMask vertices_of(std::span<const std::optional<MeshPoint>> seen) const {
+        VertexMask vertices;
         for (const PreviewInstance& instance : instances_)
             vertices.emplace_back(instance.mesh->positions.size(), std::uint8_t(0));
         for (const std::optional<MeshPoint>& point : seen)

@@ -10,6 +10,7 @@
 #include "fields/mesh/mesh.h"
 #include "scenes/scene.h"
 #include "shading/bake/mesh_point.h"
+#include "shading/scene/vertex_loop.h"
 
 namespace haarfield {
 
@@ -24,10 +25,9 @@ struct PreviewInstance {
 /// Radiance from a direction (of any length but zero). Called from many threads at once.
 using Background = std::function<Rgb(const Vec3f& direction)>;
 
-/// Told of vertices whose radiance is read next: 1, by instance and vertex. Those of before may be among
-/// them. False: it will not be there.
-using SeenVertices = std::vector<std::vector<std::uint8_t>>;
-using BeforeReading = std::function<bool(const SeenVertices&)>;
+/// Told of vertices whose radiance is read next. Those of before may be among them. False: it will not be
+/// there.
+using BeforeReading = std::function<bool(const VertexMask&)>;
 
 /// Draws instances as they stand, by primary rays and with the radiance interpolated over the triangles: what
 /// POV-Ray makes of a baked scene. Keeps what it needs of the meshes from one picture to the next.

@@ -62,7 +62,7 @@ std::vector<Mesh> fine_meshes(const SceneEntities& entities);
 /// together, shared out as those of the fine meshes are. A mesh that has more in its file keeps them.
 std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vertices);
 
-/// Puts the parts together for vertex_radiance. `entities` must outlive the result.
+/// Puts the parts together for scene_radiance. `entities` must outlive the result.
 ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, LatLongImage environment);
 
 }  // namespace haarfield

@@ -117,7 +117,7 @@ TEST(ErrorBudget, ChargesNoFieldForWhatIsSeenExactly) {
 /// The ends of the chain are what the program bakes, and what the oracle says with finer texels.
 TEST(ErrorBudget, AllTogetherIsTheBakeAgainstTheFinestOracle) {
     const ErrorBudget budget = room().budget(room().settings());
-    const auto baked = *vertex_radiance(room().scene, room().settings());
+    const auto baked = *scene_radiance(room().scene, room().settings());
     RenderSettings fine = room().settings();
     fine.face_size *= 4;
     const DenseLight light(room().scene.environment, fine.face_size);

@@ -84,7 +84,7 @@ TEST(Preview, ReadsNoRadianceButWhatItAnnounces) {
     Preview preview;
     const Image whole = preview.draw(eye, instances_with(radiance), black);
     int calls = 0;
-    const Image image = preview.draw(eye, instances_with(known), black, [&](const SeenVertices& seen) {
+    const Image image = preview.draw(eye, instances_with(known), black, [&](const VertexMask& seen) {
         for (std::size_t v = 0; v < known.size(); ++v)
             if (seen[0][v]) known[v] = radiance[v];
         ++calls;

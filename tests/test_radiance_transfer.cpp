@@ -26,9 +26,9 @@ TEST(LightTransfer, UnprunedEqualsTheProductIntegralUnderAnyLight) {
                                                    dense_coefficients(scene.light(), scene.size));
     for (const double turn : {0.4, 2.0, 4.0}) {
         scene.scene.environment = sky(turn);
-        VertexRadiance found;
-        ASSERT_TRUE(transfer_light(transfer, scene.scene, scene.geometry(),
-                                   dense_coefficients(scene.light(), scene.size), found));
+        SceneRadiance found;
+        ASSERT_TRUE(shade_frame(transfer, scene.scene, scene.geometry(),
+                                dense_coefficients(scene.light(), scene.size), found));
         EXPECT_LT(relative_rmse(found, scene.full()), 2e-3) << turn;  // rounding to bytes
     }
 }
@@ -42,9 +42,9 @@ TEST(LightTransfer, PruningIsWithinTheErrorItIsGiven) {
                                                        dense_coefficients(scene.light(), scene.size));
         for (const double turn : {0.4, 3.0}) {
             scene.scene.environment = sky(turn);
-            VertexRadiance found;
-            ASSERT_TRUE(transfer_light(transfer, scene.scene, scene.geometry(),
-                                       dense_coefficients(scene.light(), scene.size), found));
+            SceneRadiance found;
+            ASSERT_TRUE(shade_frame(transfer, scene.scene, scene.geometry(),
+                                    dense_coefficients(scene.light(), scene.size), found));
             EXPECT_LT(relative_rmse(found, scene.full()), 2 * double(error) + 0.002) << error << ", " << turn;
         }
         EXPECT_LT(transfer.bytes(), bytes_before);
@@ -76,10 +76,10 @@ TEST(LightTransfer, MeetsTheCosineOfASunWhereverItStands) {
         const ShadingGeometry geometry = *shading_geometry(ball.scene, settings());
         const LightTransfer transfer = *light_transfer(ball.scene, geometry, settings(), {0.003f}, typical);
         for (int i = 0; i < 8; ++i) {
-            VertexRadiance found;
+            SceneRadiance found;
             const DenseCoefficients light =
                 ball.light_with_sun_at(rotation_about({1, 2, -1}, 0.7 * i)(Vec3d(0, 0.6, 0.8)));
-            ASSERT_TRUE(transfer_light(transfer, ball.scene, geometry, light, found));
+            ASSERT_TRUE(shade_frame(transfer, ball.scene, geometry, light, found));
             EXPECT_LT(relative_rmse(found, ball.dense()), 0.0105) << specular << ", " << i;
         }
     }
@@ -91,8 +91,8 @@ TEST(ViewTransfer, FollowsTheEye) {
         *view_transfer(scene.scene, scene.geometry(), settings(), {0.003f}, scene.light());
     for (const Vec3f& eye : {Vec3f(2, 2, 3), Vec3f(-3, 1, 0.5f), Vec3f(0, 5, -1)}) {
         scene.scene.eye = eye;
-        VertexRadiance found;
-        ASSERT_TRUE(transfer_view(transfer, scene.scene, scene.geometry(), found));
+        SceneRadiance found;
+        ASSERT_TRUE(shade_frame(transfer, scene.scene, scene.geometry(), found));
         EXPECT_LT(relative_rmse(found, scene.full()), 0.01) << eye;
     }
 }
@@ -104,9 +104,9 @@ TEST(MotionTransfer, FollowsTheInstanceAlongUpAndDown) {
     for (const Vec3f& place :
          {Vec3f(0.6f, 0, -0.9f), Vec3f(-0.4f, 0, 1.1f), Vec3f(0.2f, 0.9f, 0.3f), Vec3f(40, 0, 0)}) {
         scene.scene.instances[3].translate = place;
-        VertexRadiance found;
+        SceneRadiance found;
         ASSERT_TRUE(
-            transfer_motion(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
+            shade_frame(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
         EXPECT_LT(relative_rmse(found, scene.full()), 1e-3) << place;
     }
 }
@@ -120,9 +120,9 @@ TEST(MotionTransfer, PruningIsWithinTheErrorItIsGiven) {
     EXPECT_LT(transfer.vectors.bytes() * 2, exact.vectors.bytes());
     for (const Vec3f& place : {Vec3f(0.6f, 0, -0.9f), Vec3f(-0.4f, 0, 1.1f), Vec3f(0.2f, 0.9f, 0.3f)}) {
         scene.scene.instances[3].translate = place;
-        VertexRadiance found;
+        SceneRadiance found;
         ASSERT_TRUE(
-            transfer_motion(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
+            shade_frame(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
         EXPECT_LT(relative_rmse(found, scene.full()), 0.02) << place;
     }
 }
@@ -138,18 +138,18 @@ TEST(RadianceTransfer, DoesNotDependOnTheNumberOfThreads) {
     Room& scene = furnished_room();
     const auto frames = [&] {
         const RgbCubemapTree light = scene.light();
-        std::array<VertexRadiance, 3> radiance;
+        std::array<SceneRadiance, 3> radiance;
         const DenseCoefficients dense = dense_coefficients(light, scene.size);
-        EXPECT_TRUE(transfer_light(*light_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, dense),
-                                   scene.scene, scene.geometry(), dense, radiance[0]));
-        EXPECT_TRUE(transfer_view(*view_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light),
-                                  scene.scene, scene.geometry(), radiance[1]));
+        EXPECT_TRUE(shade_frame(*light_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, dense),
+                                scene.scene, scene.geometry(), dense, radiance[0]));
+        EXPECT_TRUE(shade_frame(*view_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light),
+                                scene.scene, scene.geometry(), radiance[1]));
         EXPECT_TRUE(
-            transfer_motion(*motion_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light, 1),
-                            scene.scene, scene.geometry(), settings(), FrameQuality::moving, radiance[2]));
+            shade_frame(*motion_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light, 1),
+                        scene.scene, scene.geometry(), settings(), FrameQuality::moving, radiance[2]));
         return radiance;
     };
-    std::optional<std::array<VertexRadiance, 3>> wanted;
+    std::optional<std::array<SceneRadiance, 3>> wanted;
     for (const std::size_t threads : {1u, 2u, 8u}) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
         auto found = frames();

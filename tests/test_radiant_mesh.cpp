@@ -13,7 +13,7 @@ TEST(RadiantMesh, HasAtAFineMeshTheRadianceOfItsVertices) {
     const LitBox lit;
     const std::vector<Mesh> fine{lit.example.mesh(LitBox::floor).fine, lit.example.mesh(LitBox::box).fine};
     const auto found = *mesh_radiance(lit.shading, fine);
-    const auto expected = *vertex_radiance({lit.example.scene, lit.geometry, lit.light, lit.settings});
+    const auto expected = *scene_radiance({lit.example.scene, lit.geometry, lit.light, lit.settings});
     const auto& buried = lit.example.scene.entities[LitBox::box].occlusion->samples().buried;
     EXPECT_GT(std::count(buried.begin(), buried.end(), 1), 4);
     for (std::size_t i = 0; i < found.size(); ++i) {

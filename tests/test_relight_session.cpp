@@ -67,7 +67,7 @@ public:
     }
 
     /// The radiance of a session's instances, each made anew from its unturned mesh.
-    VertexRadiance fresh_bake(const RelightSession& session) const {
+    SceneRadiance fresh_bake(const RelightSession& session) const {
         ExampleScene fresh;
         for (const SessionInstance& instance : session.instances()) {
             const ShadedEntity& entity = example.scene.entities[instance.entity];
@@ -78,7 +78,7 @@ public:
         }
         fresh.scene.environment = session.scene().environment;
         fresh.scene.eye = session.eye();
-        return *vertex_radiance(fresh.scene, settings());
+        return *scene_radiance(fresh.scene, settings());
     }
 
     ExampleScene example;
@@ -90,7 +90,7 @@ const OpenedScene& opened(Occlusion occlusion = Occlusion::fields) {
     return occlusion == Occlusion::fields ? by_fields : automatic;
 }
 
-double largest_difference(const VertexRadiance& found, const VertexRadiance& wanted) {
+double largest_difference(const SceneRadiance& found, const SceneRadiance& wanted) {
     double largest = 0;
     EXPECT_EQ(found.size(), wanted.size());
     for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -102,7 +102,7 @@ double largest_difference(const VertexRadiance& found, const VertexRadiance& wan
     return largest;
 }
 
-double relative_rmse(const VertexRadiance& found, const VertexRadiance& wanted) {
+double relative_rmse(const SceneRadiance& found, const SceneRadiance& wanted) {
     double error = 0, norm = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t v = 0; v < wanted[i].size(); ++v) {
@@ -124,7 +124,7 @@ TEST_P(RelightSessionBy, FramesFollowWhatVariesAndEqualTheCommit) {
     RelightSession session = opened(GetParam()).session();
     const auto expect_frame_as_commit = [&](const char* what, double tolerance = 0.012) {
         ASSERT_TRUE(session.frame()) << what;
-        const VertexRadiance frame = session.radiance();
+        const SceneRadiance frame = session.radiance();
         ASSERT_TRUE(session.commit());
         EXPECT_LT(relative_rmse(frame, session.radiance()), tolerance) << what;
     };
@@ -151,7 +151,7 @@ TEST_P(RelightSessionBy, FramesFollowWhatVariesAndEqualTheCommit) {
 TEST_P(RelightSessionBy, FramesOfSomeVerticesHaveTheBitsOfWholeFrames) {
     RelightSession session = opened(GetParam()).session();
     std::mt19937 random(5);
-    VertexChoice first, second;
+    VertexMask first, second;
     for (const SessionInstance& instance : session.instances()) {
         const std::size_t count = session.scene().entities[instance.entity].mesh->positions.size();
         first.emplace_back(count);
@@ -166,7 +166,7 @@ TEST_P(RelightSessionBy, FramesOfSomeVerticesHaveTheBitsOfWholeFrames) {
     second[1].assign(buried.begin(), buried.end());
     const auto expect_as_whole = [&](const char* what) {
         ASSERT_TRUE(session.frame());
-        const VertexRadiance whole = session.radiance();
+        const SceneRadiance whole = session.radiance();
         ASSERT_TRUE(session.commit());
         ASSERT_TRUE(session.frame_of(first));
         ASSERT_TRUE(session.frame_of(second));
@@ -237,7 +237,7 @@ TEST(RelightSession, ShowsLightsThatAreEncodedAlready) {
     RelightSession session = opened().session();
     ASSERT_TRUE(session.vary_light());
     ASSERT_TRUE(session.frame());
-    const VertexRadiance bright = session.radiance();
+    const SceneRadiance bright = session.radiance();
     const DenseCoefficients one =
         dense_coefficients(lighting_tree(sky(0.4), ExampleScene::size, {300}), ExampleScene::size);
     const DenseCoefficients* const lights[] = {&one};
@@ -286,7 +286,7 @@ TEST(RelightSession, WhileMovingTheInstanceItselfMayBeCoarser) {
     ASSERT_TRUE(session.vary_instance(1));
     session.place(1, {0.1f, 0, -1}, 1);
     ASSERT_TRUE(session.frame());
-    const VertexRadiance still = session.radiance();
+    const SceneRadiance still = session.radiance();
     ASSERT_TRUE(session.frame(FrameQuality::moving));
     EXPECT_EQ(session.radiance()[0], still[0]);
     EXPECT_NE(session.radiance()[1], still[1]);
@@ -363,7 +363,7 @@ TEST_P(RelightSessionBy, ACommitKnowsOfEachChangeSinceTheLast) {
     for (const auto& [name, change] : changes) {
         RelightSession session = opened(GetParam()).session(), fresh = opened(GetParam()).session();
         ASSERT_TRUE(session.commit());
-        const VertexRadiance before = session.radiance();
+        const SceneRadiance before = session.radiance();
         std::stop_source stop;
         stop.request_stop();
         change(session);
@@ -380,7 +380,7 @@ TEST_P(RelightSessionBy, ACommitKnowsOfEachChangeSinceTheLast) {
 TEST(RelightSession, TurningBackIsAsIfNothingHadBeenTurned) {
     RelightSession session = opened().session();
     ASSERT_TRUE(session.commit());
-    const VertexRadiance before = session.radiance();
+    const SceneRadiance before = session.radiance();
     ASSERT_TRUE(session.rotate(1, {0, 0, 1}, 1));
     EXPECT_EQ(session.scene().entities.size(), 4u);
     ASSERT_TRUE(session.rotate(1, {0, 0, 1}, -1));
@@ -397,7 +397,7 @@ TEST_P(RelightSessionBy, InterruptedCallsLeaveItAsItWas) {
     RelightSession session = opened(GetParam()).session();
     ASSERT_TRUE(session.vary_light());
     ASSERT_TRUE(session.frame());
-    const VertexRadiance before = session.radiance();
+    const SceneRadiance before = session.radiance();
     std::stop_source stop;
     stop.request_stop();
     const Progress progress{{}, stop.get_token()};

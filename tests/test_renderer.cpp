@@ -182,7 +182,7 @@ TEST(Renderer, EqualsTheDenseOracleWhereNothingIsTruncatedOrInterpolated) {
     settings.face_size = ExampleScene::size;
     settings.light_coefficients = 0;
     settings.exact_triangles = 1000;
-    const auto found = *vertex_radiance(furnished().scene, settings), wanted = furnished().dense();
+    const auto found = *scene_radiance(furnished().scene, settings), wanted = furnished().dense();
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t v = 0; v < wanted[i].size(); ++v)
             for (int channel = 0; channel < 3; ++channel)
@@ -190,7 +190,7 @@ TEST(Renderer, EqualsTheDenseOracleWhereNothingIsTruncatedOrInterpolated) {
 }
 
 /// RMS over vertices and channels.
-double difference(const std::vector<std::vector<Rgb>>& a, const std::vector<std::vector<Rgb>>& b) {
+double difference(const SceneRadiance& a, const SceneRadiance& b) {
     double sum = 0;
     std::size_t count = 0;
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -208,7 +208,7 @@ TEST(Renderer, OcclusionIsExactWhereItIsChosenToBe) {
     const auto radiance = [&](Occlusion occlusion, float error = 0) {
         settings.occlusion = occlusion;
         settings.occlusion_error = error;
-        return *vertex_radiance(furnished().scene, settings);
+        return *scene_radiance(furnished().scene, settings);
     };
     const auto dense = furnished().dense(), fields = radiance(Occlusion::fields),
                exact = radiance(Occlusion::exact);
@@ -239,9 +239,9 @@ TEST(Renderer, InACrowdOnlyTheNearestAreRasterized) {
     settings.occlusion_error = 0;
     const auto differs = [&] {
         settings.occlusion = Occlusion::automatic;
-        const auto automatic = *vertex_radiance(example.scene, settings);
+        const auto automatic = *scene_radiance(example.scene, settings);
         settings.occlusion = Occlusion::exact;
-        return difference({automatic[0]}, {(*vertex_radiance(example.scene, settings))[0]}) > 1e-5;
+        return difference({automatic[0]}, {(*scene_radiance(example.scene, settings))[0]}) > 1e-5;
     };
     for (int i = 0; i < 8; ++i) add_ball(i, 1);
     EXPECT_FALSE(differs());

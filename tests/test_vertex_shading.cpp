@@ -133,7 +133,7 @@ struct Example {
 
     Rgb found(const VertexBrdf& brdf, const BlockedCones& cones, int depth = full_depth) const {
         static WalkMemory<std::uint8_t> memory;
-        return vertex_radiance(*light, directions, brdf, cones, visibilities, depth, memory);
+        return outgoing_radiance(*light, directions, brdf, cones, visibilities, depth, memory);
     }
 };
 
@@ -189,7 +189,7 @@ TEST(VertexShading, ConcentratedLightMeetsTheCosineThatItHas) {
         for (int face = 0; face < int(cubemap_faces); ++face)
             expected += 1000 * std::max(0.0f, texel_direction(face, 40, 24, size).dot(brdf.normal));
         expected /= size * size;
-        EXPECT_NEAR(vertex_radiance(pyramid, directions, brdf, {}, {}, full_depth, memory).x, expected,
+        EXPECT_NEAR(outgoing_radiance(pyramid, directions, brdf, {}, {}, full_depth, memory).x, expected,
                     5e-3 * expected)
             << brdf.normal;
     }
@@ -332,8 +332,8 @@ TEST(VertexShading, DoesNotEndEarlyWhereLightingAndVisibilityVaryTogether) {
     brdf.diffuse = Rgb(0.3f);
     WalkMemory<std::uint8_t> memory;
     const auto radiance = [&](float tolerance) {
-        return vertex_radiance(light, directions, brdf, {}, std::span(&factor, 1), full_depth, memory,
-                               tolerance)
+        return outgoing_radiance(light, directions, brdf, {}, std::span(&factor, 1), full_depth, memory,
+                                 tolerance)
             .x;
     };
     for (const float tolerance : {0.05f, 0.1f, 0.2f, 0.4f})
@@ -359,8 +359,8 @@ TEST(VertexShading, NeverErrsByMoreThanTheTolerance) {
             for (const int depth : {4, full_depth}) {
                 const Rgb wanted = example.found(brdf, cones, depth);
                 for (const float tolerance : {0.001f, 0.01f, 0.1f, 0.5f}) {
-                    const Rgb found = vertex_radiance(*example.light, example.directions, brdf, cones,
-                                                      example.visibilities, depth, memory, tolerance);
+                    const Rgb found = outgoing_radiance(*example.light, example.directions, brdf, cones,
+                                                        example.visibilities, depth, memory, tolerance);
                     EXPECT_LE(size_of(found - wanted), tolerance * size_of(wanted) + 1e-6f * size_of(wanted))
                         << "seed " << seed << ", vertex " << i << ", depth " << depth << ", tolerance "
                         << tolerance;
@@ -406,8 +406,8 @@ TEST(VertexTransfer, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
             brdf.cosine_weighted = i % 8 < 4;
             const auto made = [&](const DetailWeights* detail) {
                 const double bound =
-                    vertex_transfer(*example.light, example.directions, brdf, cones, example.visibilities,
-                                    full_depth, memory, product, detail);
+                    radiance_integrand(*example.light, example.directions, brdf, cones, example.visibilities,
+                                       full_depth, memory, product, detail);
                 return std::pair(coefficients_of(product), bound);
             };
             const auto [whole, nothing] = made(nullptr);
@@ -456,12 +456,12 @@ TEST(VertexTransfer, TheBoundOfWhatIsBlurredIsTightForLightAlone) {
     brdf.shininess = 0;
     CoefficientSpectrum spectrum;
     spectrum.fill(1);
-    vertex_transfer(light, directions, brdf, {}, {}, full_depth, memory, product);
+    radiance_integrand(light, directions, brdf, {}, {}, full_depth, memory, product);
     const auto whole = coefficients_of(product);
     // The cells of one level: in larger ones the horizon is uncertain.
     const DetailWeights detail = detail_weights(spectrum, 3e-4);
     const double bound =
-        vertex_transfer(light, directions, brdf, {}, {}, full_depth, memory, product, &detail);
+        radiance_integrand(light, directions, brdf, {}, {}, full_depth, memory, product, &detail);
     const auto blurred = coefficients_of(product);
     double missing = 0;
     for (const auto& [index, wanted] : whole)
@@ -492,13 +492,13 @@ TEST(VertexTransfer, HighlightsComeWithTheRadianceOfTheRest) {
             const Vec3d wanted = example.expected(rest, cones);
             for (const DetailWeights* detail : {static_cast<const DetailWeights*>(nullptr), &coarse}) {
                 const double bound =
-                    vertex_transfer(*example.light, example.directions, highlights, cones,
-                                    example.visibilities, full_depth, memory, product, detail);
+                    radiance_integrand(*example.light, example.directions, highlights, cones,
+                                       example.visibilities, full_depth, memory, product, detail);
                 const auto coefficients = coefficients_of(product);
                 Rgb found(0.0f);
                 EXPECT_EQ(
-                    highlight_transfer(*example.light, example.directions, brdf, cones, example.visibilities,
-                                       full_depth, memory, product, found, detail),
+                    highlight_integrand(*example.light, example.directions, brdf, cones, example.visibilities,
+                                        full_depth, memory, product, found, detail),
                     bound);
                 EXPECT_EQ(coefficients_of(product), coefficients);
                 SCOPED_TRACE(testing::Message() << "seed " << seed << ", vertex " << i);

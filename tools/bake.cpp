@@ -28,8 +28,8 @@ struct BakeOptions {
 
 /// The scene's instances as they are written, with what they refer to.
 struct BakedScene {
-    std::vector<RadiantMesh> meshes;         ///< By instance; empty if the entities' fine meshes serve.
-    std::vector<std::vector<Rgb>> radiance;  ///< Of the fine meshes, by instance.
+    std::vector<RadiantMesh> meshes;  ///< By instance; empty if the entities' fine meshes serve.
+    SceneRadiance radiance;           ///< Of the fine meshes, by instance.
     std::vector<BakedInstance> instances;
 };
 
@@ -45,18 +45,19 @@ void add_instances(const Scene& scene, const SceneEntities& entities, BakedScene
 }
 
 Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
-                               const RenderSettings& settings, const BakeOptions& options, Session& session) {
+                               const RenderSettings& settings, const BakeOptions& options,
+                               CommandContext& context) {
     BakedScene baked;
     if (!options.refine && options.colours == "sampled") {
         auto radiance = options.evaluator == "dense"
-                            ? dense_vertex_radiance(shaded, settings, session.progress)
-                            : vertex_radiance(shaded, settings, session.progress);
+                            ? dense_scene_radiance(shaded, settings, context.progress)
+                            : scene_radiance(shaded, settings, context.progress);
         if (!radiance) return radiance.error();
         baked.radiance = std::move(*radiance);
         add_instances(scene, entities, baked);
         return baked;
     }
-    const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, session.progress);
+    const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, context.progress);
     if (!geometry) return geometry.error();
     const LightPyramid light(
         lighting_tree(shaded.environment, settings.face_size, {settings.light_coefficients}),
@@ -64,12 +65,12 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
     const PointShading shading{shaded, *geometry, light, settings};
     if (options.refine) {
         const std::vector<Mesh> start = surface_meshes(entities, options.vertex_budget / refinement_share);
-        Result<std::vector<RadiantMesh>> begun = mesh_radiance(shading, start, session.progress);
+        Result<std::vector<RadiantMesh>> begun = mesh_radiance(shading, start, context.progress);
         if (!begun) return begun.error();
         Result<Refinement> refined = refined_radiance(shading, {*options.refine, options.vertex_budget},
-                                                      std::move(*begun), session.progress);
+                                                      std::move(*begun), context.progress);
         if (!refined) return refined.error();
-        session.report["refinement"] = {{"tolerance", *options.refine},
+        context.report["refinement"] = {{"tolerance", *options.refine},
                                         {"vertex_budget", options.vertex_budget},
                                         {"largest_error", refined->largest_error},
                                         {"shaded_points", refined->shaded_points},
@@ -77,28 +78,28 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
         baked.meshes = std::move(refined->meshes);
     } else {
         Result<std::vector<RadiantMesh>> fine =
-            mesh_radiance(shading, fine_meshes(entities), session.progress);
+            mesh_radiance(shading, fine_meshes(entities), context.progress);
         if (!fine) return fine.error();
         baked.meshes = std::move(*fine);
     }
     if (options.colours == "fitted") {
-        const Result<Done> fit = fit_radiance(shading, baked.meshes, session.progress);
+        const Result<Done> fit = fit_radiance(shading, baked.meshes, context.progress);
         if (!fit) return fit.error();
     }
     add_instances(scene, entities, baked);
     return baked;
 }
 
-Result<ExitCode> run(const BakeOptions& options, Session& session) {
+Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
     if (options.evaluator == "dense" && (options.refine || options.colours == "fitted"))
         return Error{"--evaluator dense",
                      "knows vertices only; wanted neither --refine nor --colours fitted"};
     const std::filesystem::path output = options.output;
     const Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    Result<LatLongImage> environment = opened_environment(*scene, session);
+    Result<LatLongImage> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, session);
+    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
 
     const ShadedScene shaded = shaded_scene(*scene, *entities, std::move(*environment));
@@ -106,39 +107,39 @@ Result<ExitCode> run(const BakeOptions& options, Session& session) {
     settings.face_size = options.fields.face_size;
     apply_occlusion(options.occlusion, settings);
     const auto start = std::chrono::steady_clock::now();
-    const Result<BakedScene> baked = baked_scene(*scene, *entities, shaded, settings, options, session);
+    const Result<BakedScene> baked = baked_scene(*scene, *entities, shaded, settings, options, context);
     if (!baked) return baked.error();
     const double shade_seconds = seconds_since(start);
 
     const std::vector<BakedInstance>& instances = baked->instances;
     std::size_t vertices = 0;
     for (const BakedInstance& instance : instances) vertices += instance.radiance.size();
-    session.report["vertices"] = vertices;
-    session.report["shade_seconds"] = shade_seconds;
-    session.report["evaluator"] = options.evaluator;
-    session.report["occlusion"] = options.occlusion.choice;
+    context.report["vertices"] = vertices;
+    context.report["shade_seconds"] = shade_seconds;
+    context.report["evaluator"] = options.evaluator;
+    context.report["occlusion"] = options.occlusion.choice;
     fmt::print("baked  {} vertices of {} instances in {:.2f} s\n", vertices, instances.size(), shade_seconds);
 
-    if (session.progress.stop.stop_requested()) return Error{"", interrupted};
+    if (context.progress.stop.stop_requested()) return Error{"", interrupted};
     const Result<BakedFiles> files = write_baked_scene(output, file_stem(*scene), scene->camera, instances,
                                                        BackgroundDescription{&shaded.environment});
     if (!files) return files.error();
     if (files->clamped_vertices > 0)
-        session.warn(
+        context.warn(
             fmt::format("the radiance of {} vertices is clamped to [0, 65000]", files->clamped_vertices));
     const std::filesystem::path ply = output / (file_stem(*scene) + ".ply");
     if (const Result<Done> written = write_baked_ply(ply, instances); !written) return written.error();
-    session.report["scene"] = files->scene.string();
-    session.report["mesh"] = ply.string();
+    context.report["scene"] = files->scene.string();
+    context.report["mesh"] = ply.string();
     fmt::print("scene  {} with {} includes\nmesh   {}\n", files->scene.string(), files->includes.size(),
                ply.string());
 
     if (options.no_render) return ExitCode::done;
     const std::filesystem::path exr = output / "baked.exr";
     const Result<RenderedScene> rendered =
-        render_scene(files->scene, exr, povray_options(*scene, options.scene, session), session.progress);
+        render_scene(files->scene, exr, povray_options(*scene, options.scene, context), context.progress);
     if (!rendered) return rendered.error();
-    report_picture(exr, {&rendered->run, 1}, session);
+    report_picture(exr, {&rendered->run, 1}, context);
     return ExitCode::done;
 }
 
@@ -177,7 +178,7 @@ Command bake_command(CLI::App& program) {
     app->footer(
         "Example:\n  haarfield bake scenes/single_chair.toml -o out/chair\n"
         "ends with out/chair/baked.png, and out/chair/single_chair_Chair.inc for a scene of your own.");
-    return {app, [options](Session& session) { return run(*options, session); }};
+    return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 
 }  // namespace haarfield

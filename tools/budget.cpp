@@ -28,8 +28,7 @@ struct BudgetOptions {
 constexpr int checked_width = 160;  // of POV-Ray's picture [pixels]
 constexpr int checked_face_size = 256;
 
-std::vector<PreviewInstance> preview_instances(const ShadedScene& scene,
-                                               const std::vector<std::vector<Rgb>>& radiance) {
+std::vector<PreviewInstance> preview_instances(const ShadedScene& scene, const SceneRadiance& radiance) {
     std::vector<PreviewInstance> instances;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const ShadedInstance& instance = scene.instances[i];
@@ -87,8 +86,8 @@ std::vector<BudgetReport::Mark> worst_marks(const ShadedScene& scene, const Came
 
 /// The dense oracle against POV-Ray, both with the original meshes.
 Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& scene,
-                                   const LatLongImage& environment, Session& session) {
-    const Result<SceneEntities> originals = original_entities(scene, session);
+                                   const LatLongImage& environment, CommandContext& context) {
+    const Result<SceneEntities> originals = original_entities(scene, context);
     if (!originals) return originals.error();
     Camera camera = scene.camera;
     camera.width = std::min(camera.width, checked_width);
@@ -97,25 +96,25 @@ Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& sc
         write_reference_scene(options.output, file_stem(scene) + "_check", camera,
                               reference_instances(scene, *originals), environment, options.lights);
     if (!files) return files.error();
-    for (const std::string& warning : files->warnings) session.warn(warning);
-    PovrayOptions povray = povray_options(scene, options.scene, session);
+    for (const std::string& warning : files->warnings) context.warn(warning);
+    PovrayOptions povray = povray_options(scene, options.scene, context);
     povray.width = camera.width;
     povray.height = camera.height;
     povray.antialiasing = 0;
-    const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, session.progress);
+    const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, context.progress);
     if (!picture) return picture.error();
     return oracle_check(shaded_scene(scene, *originals, environment), camera, *picture, checked_face_size,
-                        options.points, session.progress);
+                        options.points, context.progress);
 }
 
-void report_entries(const std::vector<BudgetEntry>& entries, Session& session) {
+void report_entries(const std::vector<BudgetEntry>& entries, CommandContext& context) {
     fmt::print("{:<20} {:>10} {:>9} {:>9} {:>7}\n", "approximation", "rel. RMSE", "99 %", "bias", "points");
-    session.report["budget"] = nlohmann::json::array();
+    context.report["budget"] = nlohmann::json::array();
     for (const BudgetEntry& entry : entries) {
         fmt::print("{:<20} {:>8.3f} % {:>7.2f} % {:>+7.3f} % {:>7}  {}\n", entry.name,
                    100 * entry.relative_rmse, 100 * entry.relative_99, 100 * entry.bias, entry.points,
                    entry.meaning);
-        session.report["budget"].push_back({{"approximation", entry.name},
+        context.report["budget"].push_back({{"approximation", entry.name},
                                             {"meaning", entry.meaning},
                                             {"relative_rmse", entry.relative_rmse},
                                             {"relative_99", entry.relative_99},
@@ -124,27 +123,27 @@ void report_entries(const std::vector<BudgetEntry>& entries, Session& session) {
     }
 }
 
-void report_check(const OracleCheck& check, Session& session) {
+void report_check(const OracleCheck& check, CommandContext& context) {
     fmt::print(
         "oracle  agrees with POV-Ray at {} of {} points ({:.1f} %): relative RMSE {:.4f}, bias {:+.4f}; of "
         "POV-Ray's own {:.4f}\n",
         check.agreeing, check.points,
         100.0 * double(check.agreeing) / double(std::max<std::size_t>(1, check.points)), check.relative_rmse,
         check.bias, check.reference_error);
-    session.report["oracle"] = {{"points", check.points},
+    context.report["oracle"] = {{"points", check.points},
                                 {"agreeing", check.agreeing},
                                 {"relative_rmse", check.relative_rmse},
                                 {"bias", check.bias},
                                 {"reference_relative_error", check.reference_error}};
 }
 
-Result<ExitCode> run(const BudgetOptions& options, Session& session) {
+Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
     const Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    const Result<LatLongImage> environment = opened_environment(*scene, session);
+    const Result<LatLongImage> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, session);
+    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
     const ShadedScene shaded = shaded_scene(*scene, *entities, *environment);
     RenderSettings settings = options.settings;
@@ -153,19 +152,19 @@ Result<ExitCode> run(const BudgetOptions& options, Session& session) {
 
     std::vector<const Mesh*> originals;
     for (const auto& entity : entities->entities) originals.push_back(&entity->mesh.original);
-    Result<ErrorBudget> budget = error_budget(shaded, originals, settings, options.points, session.progress);
+    Result<ErrorBudget> budget = error_budget(shaded, originals, settings, options.points, context.progress);
     if (!budget) return budget.error();
-    const auto radiance = vertex_radiance(shaded, settings, session.progress);
+    const auto radiance = scene_radiance(shaded, settings, context.progress);
     if (!radiance) return radiance.error();
     const std::vector<PreviewInstance> instances = preview_instances(shaded, *radiance);
     Preview preview;
     const std::vector<std::optional<MeshPoint>> pixels = preview.points(scene->camera, instances);
     const Result<BudgetEntry> interpolation =
-        interpolation_error(shaded, random_points(pixels, options.points), settings, session.progress);
+        interpolation_error(shaded, random_points(pixels, options.points), settings, context.progress);
     if (!interpolation) return interpolation.error();
     budget->entries.push_back(*interpolation);
-    report_entries(budget->entries, session);
-    session.report["vertices"] = budget->vertices.size();
+    report_entries(budget->entries, context);
+    context.report["vertices"] = budget->vertices.size();
 
     const Image picture = preview.draw(scene->camera, instances, [&](const Vec3f& direction) {
         return radiance_from(*environment, Vec3d(direction));
@@ -176,11 +175,11 @@ Result<ExitCode> run(const BudgetOptions& options, Session& session) {
     page.vertices = budget->vertices.size();
     page.preview = &picture;
     page.worst = worst_marks(shaded, scene->camera, pixels, budget->vertices);
-    page.commands = {session.command_line};
+    page.commands = {context.command_line};
     if (options.lights > 0) {
-        const Result<OracleCheck> check = checked_oracle(options, *scene, *environment, session);
+        const Result<OracleCheck> check = checked_oracle(options, *scene, *environment, context);
         if (!check) return check.error();
-        report_check(*check, session);
+        report_check(*check, context);
         page.oracle = *check;
     }
     if (const Result<Done> written = write_budget_report(page, output / "budget.html"); !written)
@@ -215,7 +214,7 @@ Command budget_command(CLI::App& program) {
     app->footer(
         "Each approximation is measured alone, against dense sums over exact visibility.\n"
         "Example:\n  haarfield budget scenes/single_chair.toml -o out/chair --lights 1024");
-    return {app, [options](Session& session) { return run(*options, session); }};
+    return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 
 }  // namespace haarfield

@@ -15,9 +15,9 @@ namespace haarfield {
 namespace {
 
 // Leaves the program's own errors (out of memory, a library's exception) as messages, not as aborts.
-Result<ExitCode> guarded_run(const Command& command, Session& session) {
+Result<ExitCode> guarded_run(const Command& command, CommandContext& context) {
     try {
-        return command.run(session);
+        return command.run(context);
     } catch (const std::bad_alloc&) {
         return Error{"", "not enough memory"};
     } catch (const std::exception& exception) {
@@ -27,7 +27,7 @@ Result<ExitCode> guarded_run(const Command& command, Session& session) {
 
 }  // namespace
 
-void Session::warn(const std::string& text) {
+void CommandContext::warn(const std::string& text) {
     report["warnings"].push_back(text);
     message("warning: " + text);
 }
@@ -50,39 +50,39 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads));
 
-    Session session;
-    session.threads = threads;
-    session.progress.stop = stop.get_token();
-    session.progress.report = [&bar](std::string_view stage, std::uint64_t done, std::uint64_t total) {
+    CommandContext context;
+    context.threads = threads;
+    context.progress.stop = stop.get_token();
+    context.progress.report = [&bar](std::string_view stage, std::uint64_t done, std::uint64_t total) {
         bar.report(stage, done, total);
     };
-    session.command_line = command_line;
-    session.message = [&](const std::string& text) {
+    context.command_line = command_line;
+    context.message = [&](const std::string& text) {
         if (!options.quiet) bar.message(name + ": " + text);
     };
-    session.report = {{"command", command.app->get_name()},
+    context.report = {{"command", command.app->get_name()},
                       {"command_line", command_line},
                       {"version", HAARFIELD_VERSION},
                       {"threads", threads},
                       {"warnings", nlohmann::json::array()}};
 
     const auto start = std::chrono::steady_clock::now();
-    const Result<ExitCode> result = guarded_run(command, session);
+    const Result<ExitCode> result = guarded_run(command, context);
     ExitCode code = result ? *result : ExitCode::failed;
     if (!result && (stop.stop_requested() || result.error().what == interrupted)) {
         bar.message(name + ": interrupted");
         return ExitCode::stopped;
     }
     if (!result) {
-        session.report["error"] = result.error().message();
+        context.report["error"] = result.error().message();
         bar.message(name + ": " + result.error().message());
     }
     if (!options.report.empty()) {
-        session.report["seconds"] = seconds_since(start);
-        session.report["exit_code"] = static_cast<int>(code);
+        context.report["seconds"] = seconds_since(start);
+        context.report["exit_code"] = static_cast<int>(code);
         // Names of files may be any bytes; JSON must be UTF-8.
         const std::string text =
-            session.report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+            context.report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
         if (const Result<Done> written = write_file(options.report, text); !written) {
             bar.message(name + ": " + written.error().message());
             if (code == ExitCode::done) code = ExitCode::failed;

@@ -23,7 +23,7 @@ enum class ExitCode : int {
 };
 
 /// What a command is given when it runs.
-struct Session {
+struct CommandContext {
     int threads = 0;  ///< In use, > 0.
     Progress progress;
     std::string command_line;                              ///< As a person would type it.
@@ -38,7 +38,7 @@ struct Session {
 struct Command {
     CLI::App* app = nullptr;
     /// Does the work; results go to stdout. An Error is reported by the caller.
-    std::function<Result<ExitCode>(Session&)> run;
+    std::function<Result<ExitCode>(CommandContext&)> run;
 };
 
 /// Each adds its subcommand to the program; the file of the same name holds its options, help and work.

@@ -29,7 +29,7 @@ void add_fact(ComparisonReport& page, const nlohmann::json& report, const char* 
         page.facts.emplace_back(name, fmt::format(fmt::runtime(format), value->get<double>()));
 }
 
-ComparisonReport report_page(const CompareOptions& options, const Session& session) {
+ComparisonReport report_page(const CompareOptions& options, const CommandContext& context) {
     ComparisonReport page;
     page.title = std::filesystem::absolute(options.output).lexically_normal().filename().string();
     page.image_name = std::filesystem::path(options.image).stem().string();
@@ -43,11 +43,11 @@ ComparisonReport report_page(const CompareOptions& options, const Session& sessi
     for (const nlohmann::json* report : {&image, &reference})
         if (const auto line = report->find("command_line"); line != report->end() && line->is_string())
             page.commands.push_back(line->get<std::string>());
-    page.commands.push_back(session.command_line);
+    page.commands.push_back(context.command_line);
     return page;
 }
 
-Result<ExitCode> run(const CompareOptions& options, Session& session) {
+Result<ExitCode> run(const CompareOptions& options, CommandContext& context) {
     const Result<Image> image = read_image(options.image);
     if (!image) return image.error();
     const Result<Image> reference = read_image(options.reference);
@@ -61,7 +61,7 @@ Result<ExitCode> run(const CompareOptions& options, Session& session) {
     const Result<ImageDifference> difference = image_difference(*image, *reference, wanted);
     if (!difference) return difference.error();
 
-    if (session.progress.stop.stop_requested()) return Error{"", interrupted};
+    if (context.progress.stop.stop_requested()) return Error{"", interrupted};
     const std::filesystem::path output = options.output;
     std::error_code failure;
     std::filesystem::create_directories(output, failure);
@@ -72,7 +72,7 @@ Result<ExitCode> run(const CompareOptions& options, Session& session) {
     const Image picture = difference_picture(*difference, image->width, image->height, brightest);
     if (const Result<Done> written = write_image(picture, output / "difference.png"); !written)
         return written.error();
-    ComparisonReport page = report_page(options, session);
+    ComparisonReport page = report_page(options, context);
     page.image = &*image;
     page.reference = &*reference;
     page.difference = &*difference;
@@ -82,17 +82,17 @@ Result<ExitCode> run(const CompareOptions& options, Session& session) {
     if (const Result<Done> written = write_comparison_report(page, output / "report.html"); !written)
         return written.error();
 
-    session.report["image"] = options.image;
-    session.report["reference"] = options.reference;
-    session.report["pixels"] = difference->pixels;
-    session.report["psnr_db"] = difference->psnr_db;
-    session.report["rmse"] = difference->rmse;
-    session.report["relative_rmse"] = difference->relative_rmse;
-    session.report["bias"] = difference->bias;
-    session.report["ssim"] = difference->ssim;
-    session.report["flip"] = difference->flip;
-    session.report["flip_99"] = difference->flip_99;
-    if (reference->relative_error) session.report["reference_relative_error"] = *reference->relative_error;
+    context.report["image"] = options.image;
+    context.report["reference"] = options.reference;
+    context.report["pixels"] = difference->pixels;
+    context.report["psnr_db"] = difference->psnr_db;
+    context.report["rmse"] = difference->rmse;
+    context.report["relative_rmse"] = difference->relative_rmse;
+    context.report["bias"] = difference->bias;
+    context.report["ssim"] = difference->ssim;
+    context.report["flip"] = difference->flip;
+    context.report["flip_99"] = difference->flip_99;
+    if (reference->relative_error) context.report["reference_relative_error"] = *reference->relative_error;
     fmt::print(
         "psnr           {:.2f} dB\nrelative rmse  {:.4f}\nrmse           {:.6f}\nbias           {:+.4f}\n"
         "ssim           {:.4f}\nflip           {:.4f}\npixels         {}\nreport         {}\n",
@@ -101,7 +101,7 @@ Result<ExitCode> run(const CompareOptions& options, Session& session) {
     if (reference->relative_error)
         fmt::print("reference      has a relative error of {:.4f} itself\n", *reference->relative_error);
     if (difference->psnr_db >= options.min_psnr) return ExitCode::done;
-    session.message(
+    context.message(
         fmt::format("PSNR is {:.2f} dB; wanted {} dB or more", difference->psnr_db, options.min_psnr));
     return ExitCode::images_differ;
 }
@@ -126,7 +126,7 @@ Command compare_command(CLI::App& program) {
         "--report lies beside it (baked.json beside baked.exr).\n"
         "Example:\n  haarfield compare out/chair/baked.exr out/chair/reference.exr -o out/chair --min-psnr "
         "30");
-    return {app, [options](Session& session) { return run(*options, session); }};
+    return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 
 }  // namespace haarfield

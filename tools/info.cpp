@@ -88,12 +88,12 @@ void print_summary(const FieldSummary& field) {
                field.sealed ? "sealed" : "not sealed", field.key.hex());
 }
 
-Result<ExitCode> run(const InfoOptions& options, Session& session) {
+Result<ExitCode> run(const InfoOptions& options, CommandContext& context) {
     const Result<FieldSummary> field =
         read_field_summary(options.field, options.allow_unsealed ? Unsealed::allowed : Unsealed::refused);
     if (!field) return field.error();
     const nlohmann::ordered_json summary = summary_json(*field);
-    session.report["field"] = summary;
+    context.report["field"] = summary;
     if (options.json)
         fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     else
@@ -110,7 +110,7 @@ Command info_command(CLI::App& program) {
     app->add_flag("--json", options->json, "As JSON");
     add_unsealed_option(*app, options->allow_unsealed);
     app->footer("Example:\n  haarfield info out/chair/fields/chair.vdb");
-    return {app, [options](Session& session) { return run(*options, session); }};
+    return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 
 }  // namespace haarfield

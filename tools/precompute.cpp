@@ -11,10 +11,10 @@ struct PrecomputeOptions {
     std::string output = ".";
 };
 
-Result<ExitCode> run(const PrecomputeOptions& options, Session& session) {
+Result<ExitCode> run(const PrecomputeOptions& options, CommandContext& context) {
     const Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, options.output, session);
+    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, options.output, context);
     if (!entities) return entities.error();
     return ExitCode::done;
 }
@@ -31,7 +31,7 @@ Command precompute_command(CLI::App& program) {
     app->footer(
         "A field is reused if its mesh and settings are unchanged; a stale or damaged one is made anew.\n"
         "Example:\n  haarfield precompute scenes/table_and_chairs.toml --fields out/fields");
-    return {app, [options](Session& session) { return run(*options, session); }};
+    return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 
 }  // namespace haarfield

@@ -21,7 +21,7 @@ struct ReferenceOptions {
 /// The number of lights that the wanted error needs, from two small pictures.
 Result<int> chosen_lights(const std::filesystem::path& folder, const std::string& stem, const Camera& camera,
                           std::span<const ReferenceInstance> instances, const LatLongImage& environment,
-                          const PovrayOptions& options, double wanted, Session& session) {
+                          const PovrayOptions& options, double wanted, CommandContext& context) {
     constexpr std::array<int, 2> tried{256, 1024};
     PovrayOptions small = options;
     small.width = std::max(1, options.width / 4);
@@ -32,7 +32,7 @@ Result<int> chosen_lights(const std::filesystem::path& folder, const std::string
         const Result<ReferenceFiles> files =
             write_reference_scene(folder, stem, camera, instances, environment, tried[k]);
         if (!files) return files.error();
-        const Result<ReferencePicture> picture = rendered_reference(files->scene, small, session.progress);
+        const Result<ReferencePicture> picture = rendered_reference(files->scene, small, context.progress);
         if (!picture) return picture.error();
         error[k] = double(*picture->image.relative_error);
     }
@@ -40,7 +40,7 @@ Result<int> chosen_lights(const std::filesystem::path& folder, const std::string
     fmt::print("lights {}, for an expected relative error of {:.4f}\n", estimate.lights,
                estimate.relative_error);
     if (estimate.relative_error > wanted)
-        session.warn(
+        context.warn(
             fmt::format("a relative error of {} needs more than {} lights", wanted, estimate.lights));
     return estimate.lights;
 }
@@ -48,61 +48,61 @@ Result<int> chosen_lights(const std::filesystem::path& folder, const std::string
 /// Lit by POV-Ray's radiosity instead of a dome.
 Result<ExitCode> render_by_radiosity(const ReferenceFiles& files, const std::filesystem::path& exr,
                                      std::span<const ReferenceInstance> instances,
-                                     const PovrayOptions& povray, Session& session) {
+                                     const PovrayOptions& povray, CommandContext& context) {
     for (const ReferenceInstance& instance : instances)
         if (std::ranges::any_of(instance.materials,
                                 [](const Material& material) { return material.specular != Rgb(0.0f); }))
-            session.warn(
+            context.warn(
                 fmt::format("{} has highlights, which POV-Ray's radiosity leaves out", instance.name));
-    const Result<RenderedScene> picture = radiosity_picture(files.scene, povray, session.progress);
+    const Result<RenderedScene> picture = radiosity_picture(files.scene, povray, context.progress);
     if (!picture) return picture.error();
     if (Result<Done> written =
-            write_with_background(picture->image, files.scene, exr, povray, session.progress);
+            write_with_background(picture->image, files.scene, exr, povray, context.progress);
         !written)
         return written.error();
-    report_picture(exr, {&picture->run, 1}, session);
-    session.report["scene"] = files.scene.string();
+    report_picture(exr, {&picture->run, 1}, context);
+    context.report["scene"] = files.scene.string();
     return ExitCode::done;
 }
 
-Result<ExitCode> run(const ReferenceOptions& options, Session& session) {
+Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
     const Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    const Result<LatLongImage> environment = opened_environment(*scene, session);
+    const Result<LatLongImage> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
 
-    const Result<SceneEntities> entities = original_entities(*scene, session);
+    const Result<SceneEntities> entities = original_entities(*scene, context);
     if (!entities) return entities.error();
     const std::vector<ReferenceInstance> instances = reference_instances(*scene, *entities);
-    if (session.progress.stop.stop_requested()) return Error{"", interrupted};
+    if (context.progress.stop.stop_requested()) return Error{"", interrupted};
     const std::string stem = file_stem(*scene) + "_reference";
-    const PovrayOptions povray = povray_options(*scene, options.scene, session);
+    const PovrayOptions povray = povray_options(*scene, options.scene, context);
     Result<int> lights = options.lights;
     if (options.relative_error > 0)
         lights = chosen_lights(output, stem, scene->camera, instances, *environment, povray,
-                               options.relative_error, session);
+                               options.relative_error, context);
     if (!lights) return lights.error();
     const Result<ReferenceFiles> files =
         write_reference_scene(output, stem, scene->camera, instances, *environment, *lights);
     if (!files) return files.error();
-    for (const std::string& warning : files->warnings) session.warn(warning);
+    for (const std::string& warning : files->warnings) context.warn(warning);
     const std::filesystem::path exr = output / "reference.exr";
-    if (options.radiosity) return render_by_radiosity(*files, exr, instances, povray, session);
+    if (options.radiosity) return render_by_radiosity(*files, exr, instances, povray, context);
     fmt::print("scene  {} with {} lights\n", files->scene.string(), files->lights);
 
-    const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, session.progress);
+    const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, context.progress);
     if (!picture) return picture.error();
     if (Result<Done> written =
-            write_with_background(picture->image, files->scene, exr, povray, session.progress);
+            write_with_background(picture->image, files->scene, exr, povray, context.progress);
         !written)
         return written.error();
-    report_picture(exr, picture->run, session);
+    report_picture(exr, picture->run, context);
     const double error = double(*picture->image.relative_error);
     fmt::print("error  {:.4f}, relative, of the reference itself\n", error);
-    session.report["lights"] = files->lights;
-    session.report["scene"] = files->scene.string();
-    session.report["relative_error"] = error;
+    context.report["lights"] = files->lights;
+    context.report["scene"] = files->scene.string();
+    context.report["relative_error"] = error;
     return ExitCode::done;
 }
 
@@ -137,7 +137,7 @@ Command reference_command(CLI::App& program) {
         "tells\n"
         "its error, which `compare` prints too.\n"
         "Example:\n  haarfield reference scenes/single_chair.toml -o out/chair --relative-error 0.01");
-    return {app, [options](Session& session) { return run(*options, session); }};
+    return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 
 }  // namespace haarfield

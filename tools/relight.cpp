@@ -1,7 +1,7 @@
 #include "bridge/baked_scene.h"
 #include "bridge/movie.h"
 #include "bridge/preview.h"
-#include "scenes/scene_session.h"
+#include "scenes/session_scene.h"
 #include "tools/command.h"
 #include "tools/relight_modes.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 /// The scene's own environment, or those of --lights.
 Result<std::vector<LatLongImage>> opened_environments(const Scene& scene, const RelightOptions& options,
-                                                      Session& session) {
+                                                      CommandContext& context) {
     std::vector<LatLongImage> environments;
     std::vector<Scene> scenes;
     for (const std::string& file : options.lights) {
@@ -26,7 +26,7 @@ Result<std::vector<LatLongImage>> opened_environments(const Scene& scene, const 
     }
     if (scenes.empty()) scenes.push_back(scene);
     for (const Scene& lit : scenes) {
-        Result<LatLongImage> environment = opened_environment(lit, session);
+        Result<LatLongImage> environment = opened_environment(lit, context);
         if (!environment) return environment.error();
         environments.push_back(std::move(*environment));
     }
@@ -53,7 +53,7 @@ public:
         if (!is_picture) return write_povray(output / fmt::format("frame_{:04}", frame));
         Result<Done> shaded = Done{};
         std::vector<PreviewInstance> instances = preview_instances();
-        const auto shade_seen = [&](const SeenVertices& seen) {
+        const auto shade_seen = [&](const VertexMask& seen) {
             shaded = timed([&] { return session.frame_of(seen, quality, progress); });
             if (shaded) std::ranges::copy(preview_instances(), instances.begin());
             return bool(shaded);
@@ -88,7 +88,7 @@ private:
         for (std::size_t i = 0; i < stage_.scene.instances.size(); ++i) {
             const Instance& instance = stage_.scene.instances[i];
             instances.push_back({&mesh(i), instance.translate, instance.scale, {}});
-            const VertexRadiance& radiance = stage_.session->radiance();
+            const SceneRadiance& radiance = stage_.session->radiance();
             if (!radiance.empty()) instances.back().radiance = radiance[i];
         }
         return instances;
@@ -135,14 +135,14 @@ Result<Done> check_options(const RelightOptions& options) {
     return Done{};
 }
 
-Result<ExitCode> run(const RelightOptions& options, Session& session) {
+Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     if (const Result<Done> good = check_options(options); !good) return good.error();
     const std::filesystem::path output = options.output;
     Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    Result<std::vector<LatLongImage>> environments = opened_environments(*scene, options, session);
+    Result<std::vector<LatLongImage>> environments = opened_environments(*scene, options, context);
     if (!environments) return environments.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, session);
+    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
 
     std::error_code trouble;
@@ -160,15 +160,15 @@ Result<ExitCode> run(const RelightOptions& options, Session& session) {
     if (!mode) return mode.error();
 
     const auto start = std::chrono::steady_clock::now();
-    if (const Result<Done> prepared = relight.prepare(session.progress); !prepared) return prepared.error();
+    if (const Result<Done> prepared = relight.prepare(context.progress); !prepared) return prepared.error();
     const double scene_seconds = seconds_since(start);
-    if (const Result<Done> prepared = mode->prepare(session.progress); !prepared) return prepared.error();
+    if (const Result<Done> prepared = mode->prepare(context.progress); !prepared) return prepared.error();
     const double setup_seconds = seconds_since(start), vector_seconds = setup_seconds - scene_seconds;
 
     double change_seconds = 0, moving_seconds = 0;
     FrameWriter writer(stage, *entities);
     for (int frame = 0; frame < options.frames; ++frame) {
-        if (session.progress.stop.stop_requested()) return Error{"", interrupted};
+        if (context.progress.stop.stop_requested()) return Error{"", interrupted};
         const int steps = mode->closed ? options.frames : std::max(1, options.frames - 1);
         const bool is_at_rest = mode->rests && frame + 1 == options.frames;
         moving_seconds = change_seconds + writer.shading_seconds();
@@ -177,25 +177,25 @@ Result<ExitCode> run(const RelightOptions& options, Session& session) {
         change_seconds += seconds_since(start_of_frame);
         const Result<Done> written = writer.write(
             frame + 1, mode->by_vertex,
-            mode->rests && !is_at_rest ? FrameQuality::moving : FrameQuality::still, session.progress);
+            mode->rests && !is_at_rest ? FrameQuality::moving : FrameQuality::still, context.progress);
         if (!written) return written.error();
-        if (session.progress.report)
-            session.progress.report("frames", std::uint64_t(frame) + 1, std::uint64_t(options.frames));
+        if (context.progress.report)
+            context.progress.report("frames", std::uint64_t(frame) + 1, std::uint64_t(options.frames));
     }
     const double frame_seconds = change_seconds + writer.shading_seconds();
     const bool has_rest = mode->rests && options.frames > 1;
     const double frames_per_second =
                      has_rest ? (options.frames - 1) / moving_seconds : options.frames / frame_seconds,
                  preview_seconds = writer.preview_seconds() / options.frames;
-    session.report["mode"] = mode->name;
-    session.report["setup_seconds"] = setup_seconds;
-    session.report["scene_seconds"] = scene_seconds;
-    session.report["vector_seconds"] = vector_seconds;
-    session.report["transfer_bytes"] = relight.transfer_bytes();
-    session.report["frames"] = options.frames;
-    session.report["frames_per_second"] = frames_per_second;
-    if (has_rest) session.report["rest_seconds"] = frame_seconds - moving_seconds;
-    session.report["preview_seconds"] = preview_seconds;
+    context.report["mode"] = mode->name;
+    context.report["setup_seconds"] = setup_seconds;
+    context.report["scene_seconds"] = scene_seconds;
+    context.report["vector_seconds"] = vector_seconds;
+    context.report["transfer_bytes"] = relight.transfer_bytes();
+    context.report["frames"] = options.frames;
+    context.report["frames_per_second"] = frames_per_second;
+    if (has_rest) context.report["rest_seconds"] = frame_seconds - moving_seconds;
+    context.report["preview_seconds"] = preview_seconds;
     fmt::print(
         "setup  {:.2f} s: {:.2f} s for the scene, {:.2f} s for {:.1f} MB of transfer vectors\n"
         "frames {} in {}, {:.1f} a second, {:.0f} ms a picture\n",
@@ -205,9 +205,9 @@ Result<ExitCode> run(const RelightOptions& options, Session& session) {
 
     if (!options.movie.empty()) {
         const Result<Done> movie = write_movie(output / "frame_%04d.png", options.movie,
-                                               options.frames_per_second, session.progress);
+                                               options.frames_per_second, context.progress);
         if (!movie) return movie.error();
-        session.report["movie"] = options.movie;
+        context.report["movie"] = options.movie;
         fmt::print("movie  {}\n", options.movie);
     }
     return ExitCode::done;
@@ -280,7 +280,7 @@ Command relight_command(CLI::App& program) {
         "Example:\n  haarfield relight scenes/table_and_chairs.toml -o out/spin --spin-light --frames 24\n"
         "leaves out/spin/frame_0001.png and so on; --move chair_1 0,0.5,0:1,0,0 lifts a chair and sets it "
         "down.");
-    return {app, [options](Session& session) { return run(*options, session); }};
+    return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 
 }  // namespace haarfield

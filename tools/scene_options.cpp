@@ -92,7 +92,7 @@ Result<Scene> opened_scene(const SceneOptions& options) {
     return scene;
 }
 
-Result<LatLongImage> opened_environment(const Scene& scene, Session& session) {
+Result<LatLongImage> opened_environment(const Scene& scene, CommandContext& context) {
     const EnvironmentDescription& description = scene.environment;
     Result<LatLongImage> image = description.sky
                                      ? Result<LatLongImage>(sky_image(*description.sky, sky_width))
@@ -100,31 +100,32 @@ Result<LatLongImage> opened_environment(const Scene& scene, Session& session) {
     if (!image) return image;
     const EnvironmentFindings findings = clean_environment(*image);
     if (findings.negative_values + findings.non_finite_values > 0)
-        session.warn(fmt::format("{}: {} negative and {} non-finite values clamped",
+        context.warn(fmt::format("{}: {} negative and {} non-finite values clamped",
                                  description.image.string(), findings.negative_values,
                                  findings.non_finite_values));
     return turned_environment(*image, description.rotation, description.exposure);
 }
 
-PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const Session& session) {
+PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const CommandContext& context) {
     PovrayOptions povray;
     povray.width = scene.camera.width;
     povray.height = scene.camera.height;
-    povray.threads = session.threads;
+    povray.threads = context.threads;
     povray.antialiasing = options.antialiasing;
     povray.antialiasing_threshold = antialiasing_threshold;
     return povray;
 }
 
-void report_picture(const std::filesystem::path& exr, std::span<const PovrayRun> runs, Session& session) {
+void report_picture(const std::filesystem::path& exr, std::span<const PovrayRun> runs,
+                    CommandContext& context) {
     double parse_seconds = 0, trace_seconds = 0;
     for (const PovrayRun& run : runs) {
         parse_seconds += run.parse_seconds;
         trace_seconds += run.trace_seconds;
     }
-    for (const std::string& warning : runs.back().warnings) session.warn("POV-Ray: " + warning);
-    session.report["image"] = exr.string();
-    session.report["povray"] = {{"command_line", runs.back().command_line},
+    for (const std::string& warning : runs.back().warnings) context.warn("POV-Ray: " + warning);
+    context.report["image"] = exr.string();
+    context.report["povray"] = {{"command_line", runs.back().command_line},
                                 {"parse_seconds", parse_seconds},
                                 {"trace_seconds", trace_seconds}};
     fmt::print("image  {} (and .png), traced in {:.1f} s\n", exr.string(), trace_seconds);
@@ -197,26 +198,26 @@ void add_field_options(CLI::App& command, FieldOptions& options) {
 }
 
 Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
-                                      const std::filesystem::path& output, Session& session) {
+                                      const std::filesystem::path& output, CommandContext& context) {
     SceneEntityOptions wanted;
     wanted.fields_folder = options.folder.empty() ? output / "fields" : std::filesystem::path(options.folder);
     wanted.face_size = options.face_size;
     wanted.coefficients = options.coefficients;
     wanted.relative_l2_error = options.relative_l2_error;
     if (options.allow_unsealed) wanted.unsealed = Unsealed::allowed;
-    Result<SceneEntities> entities = prepare_scene_entities(scene, wanted, session.progress);
+    Result<SceneEntities> entities = prepare_scene_entities(scene, wanted, context.progress);
     if (!entities) return entities;
-    for (const std::string& warning : entities->warnings) session.warn(warning);
+    for (const std::string& warning : entities->warnings) context.warn(warning);
 
-    session.report["fields"] = nlohmann::json::array();
+    context.report["fields"] = nlohmann::json::array();
     for (const auto& entity : entities->entities) {
         const VisibilityField& field = entity->field;
         const std::size_t samples =
             field.planar_handles.size() + field.spherical_handles.size() + field.local_handles.size();
         std::error_code unknown;
         const std::uintmax_t bytes = std::filesystem::file_size(entity->field_file, unknown);
-        if (!entity->remade_because.empty()) session.message("field remade: " + entity->remade_because);
-        session.report["fields"].push_back({{"entity", entity->name},
+        if (!entity->remade_because.empty()) context.message("field remade: " + entity->remade_because);
+        context.report["fields"].push_back({{"entity", entity->name},
                                             {"reused", entity->reused},
                                             {"samples", samples},
                                             {"nodes", node_count(field.pool)},
@@ -255,7 +256,7 @@ void add_shading_options(CLI::App& command, RenderSettings& settings) {
         ->type_name("M");
 }
 
-Result<SceneEntities> original_entities(const Scene& scene, Session& session) {
+Result<SceneEntities> original_entities(const Scene& scene, CommandContext& context) {
     Scene plain = scene;
     for (Entity& entity : plain.entities) {
         entity.fine_vertices = 0;
@@ -263,9 +264,9 @@ Result<SceneEntities> original_entities(const Scene& scene, Session& session) {
     }
     SceneEntityOptions wanted;
     wanted.fields = false;
-    Result<SceneEntities> entities = prepare_scene_entities(plain, wanted, session.progress);
+    Result<SceneEntities> entities = prepare_scene_entities(plain, wanted, context.progress);
     if (!entities) return entities;
-    for (const std::string& warning : entities->warnings) session.warn(warning);
+    for (const std::string& warning : entities->warnings) context.warn(warning);
     return entities;
 }
 

@@ -35,14 +35,15 @@ void add_picture_options(CLI::App& command, SceneOptions& options);
 Result<Scene> opened_scene(const SceneOptions& options);
 
 /// The scene's light: read or made, cleaned (with a warning that counts), turned and exposed.
-Result<LatLongImage> opened_environment(const Scene& scene, Session& session);
+Result<LatLongImage> opened_environment(const Scene& scene, CommandContext& context);
 
 /// How POV-Ray is to render a scene: with its resolution.
-PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const Session& session);
+PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const CommandContext& context);
 
 /// Says where a picture is, and what POV-Ray said; into the report go `image` and `povray`: the times of all
 /// runs together, and the command line of the last.
-void report_picture(const std::filesystem::path& exr, std::span<const PovrayRun> runs, Session& session);
+void report_picture(const std::filesystem::path& exr, std::span<const PovrayRun> runs,
+                    CommandContext& context);
 
 /// The scene's name as POV-Ray's files take it: letters, digits, `_`, `-` and `.`; others become `_`.
 std::string file_stem(const Scene& scene);
@@ -76,14 +77,14 @@ void add_field_options(CLI::App& command, FieldOptions& options);
 
 /// prepare_scene_entities, with warnings, messages and the report's `fields`; a line for each on stdout.
 Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
-                                      const std::filesystem::path& output, Session& session);
+                                      const std::filesystem::path& output, CommandContext& context);
 
 /// Adds --depth, --tolerance and --light-coefficients.
 void add_shading_options(CLI::App& command, RenderSettings& settings);
 
 /// The meshes as they were read, neither subdivided nor simplified, and without fields: what the ray tracer
 /// is given. With warnings.
-Result<SceneEntities> original_entities(const Scene& scene, Session& session);
+Result<SceneEntities> original_entities(const Scene& scene, CommandContext& context);
 
 /// What write_reference_scene takes of them; they must outlive its call.
 std::vector<ReferenceInstance> reference_instances(const Scene& scene, const SceneEntities& originals);

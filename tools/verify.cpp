@@ -35,7 +35,7 @@ Command verify_command(CLI::App& program) {
     app->footer(
         "Exit code 1, with the reason, if anything is off.\n"
         "Example:\n  haarfield verify out/chair/fields/chair.vdb");
-    return {app, [options](Session&) { return run(*options); }};
+    return {app, [options](CommandContext&) { return run(*options); }};
 }
 
 }  // namespace haarfield

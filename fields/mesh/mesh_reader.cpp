@@ -2,7 +2,7 @@
 
 #include "fields/file/mapped_file.h"
 #include "fields/mesh/mesh_topology.h"
-#include "fields/mesh/obj_text.h"
+#include "fields/mesh/obj_leading_zeros.h"
 #include "fields/mesh/polygon_file.h"
 #include "fields/mesh/polygon_triangulation.h"
 

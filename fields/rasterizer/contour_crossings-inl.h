@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "fields/rasterizer/contour_lines-inl.h"
+#include "fields/rasterizer/sample_pattern.h"
 
 #ifndef HAARFIELD_FIELDS_CONTOUR_CROSSINGS_ONCE
 #define HAARFIELD_FIELDS_CONTOUR_CROSSINGS_ONCE

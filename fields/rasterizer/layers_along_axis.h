@@ -1,7 +1,7 @@
 #pragma once
 /// Layers of an occluder along an axis through the view point, in exact arithmetic.
 
-#include "fields/rasterizer/view_frame.h"
+#include "fields/rasterizer/face_outcodes.h"
 #include "fields/rasterizer/viewed_occluder.h"
 
 namespace haarfield {

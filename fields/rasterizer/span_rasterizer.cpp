@@ -5,7 +5,8 @@
 #include <cassert>
 #include <cstring>
 
-#include "fields/rasterizer/view_frame.h"
+#include "fields/rasterizer/face_outcodes.h"
+#include "fields/rasterizer/sample_pattern.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "fields/rasterizer/span_rasterizer.cpp"
@@ -18,6 +19,12 @@
 #define HAARFIELD_SPAN_RASTERIZER_ONCE
 
 namespace haarfield {
+
+/// The bits of a word whose numbers, counted from `start`, are below `end`.
+constexpr std::uint64_t bits_below(std::uint32_t end, std::uint32_t start) {
+    if (end <= start) return 0;
+    return end - start >= 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (end - start)) - 1;
+}
 
 /// By the bits that all vertices have in common: the faces that the triangle may touch.
 struct FacesByOutcode {

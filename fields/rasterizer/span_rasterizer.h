@@ -11,7 +11,8 @@ namespace haarfield {
 
 /// Buffers of block_spans.
 struct SpanScratch {
-    AlignedBuffer<float> vertices;  ///< x, y, z from the view point, never 0, and an outcode (view_frame.h).
+    AlignedBuffer<float>
+        vertices;  ///< x, y, z from the view point, never 0, and an outcode (face_outcodes.h).
     AlignedBuffer<std::uint8_t> viewed_vectors;  ///< By vector of vertices: whether it is there.
     AlignedBuffer<float> queue;                  ///< Triangles by face, waiting to be drawn.
     AlignedBuffer<float> edges;                  ///< What drawing needs to know about a batch of triangles.

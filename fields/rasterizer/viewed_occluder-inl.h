@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "fields/rasterizer/view_frame.h"
+#include "fields/rasterizer/face_outcodes.h"
 #include "fields/rasterizer/viewed_occluder.h"
 
 #if defined(HAARFIELD_FIELDS_VIEWED_OCCLUDER_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -88,7 +88,7 @@ HWY_INLINE VF height_over_view_point(const ViewedVertices& v, const Vec3f& up) {
                    hn::Mul(hn::Set(d, up.z), v.z));
 }
 
-/// The outcode bits (view_frame.h) that two vertices have in common, but for the horizon.
+/// The outcode bits (face_outcodes.h) that two vertices have in common, but for the horizon.
 HWY_INLINE VC common_outcodes(const ViewedVertices& p, const ViewedVertices& q) {
     const Codes di;
     const auto bit_if = [&](auto mask, int bit) {

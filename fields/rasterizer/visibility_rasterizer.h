@@ -2,6 +2,7 @@
 /// Fractional visibility cubemaps, rasterized on the CPU.
 
 #include "fields/mesh/occluder.h"
+#include "fields/rasterizer/sample_pattern.h"
 #include "fields/wavelets/cubemap.h"
 
 #include <cstdint>
@@ -9,21 +10,6 @@
 #include <span>
 
 namespace haarfield {
-
-/// Samples in a texel: one in each of eight sub-rows, in different columns (eight rooks).
-inline constexpr int samples_per_texel = 8;
-
-/// The pattern: texel row r has the sub-rows 8r + s, s = 0 to 7, at v = (2 (8r + s) + 1) / (8 size) - 1. The
-/// sample of sub-row s in column c lies at u = 2 (c + sample_offset(s)) / size - 1.
-constexpr double sample_offset(int sub_row) {
-    constexpr int column[samples_per_texel] = {5, 0, 3, 6, 1, 4, 7, 2};
-    return (column[sub_row % samples_per_texel] + 0.5) / samples_per_texel;
-}
-
-/// Visibility of a texel from its count of open samples.
-constexpr float open_fraction(std::uint8_t open_samples) {
-    return static_cast<float>(open_samples) / samples_per_texel;
-}
 
 /// An occluder, and where it is seen from.
 struct OccluderView {

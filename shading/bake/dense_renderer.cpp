@@ -49,14 +49,13 @@ Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const
     return Rgb(Vec3f(radiance));
 }
 
-Result<std::vector<std::vector<Rgb>>> dense_vertex_radiance(const ShadedScene& scene,
-                                                            const RenderSettings& settings,
-                                                            const Progress& progress) {
+Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
+                                           const Progress& progress) {
     const DenseLight light(scene.environment, settings.face_size);
     std::vector<std::vector<std::uint32_t>> orders;
     for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
     const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
-    std::vector<std::vector<Rgb>> radiance = black_vertices(scene);
+    SceneRadiance radiance = black_vertices(scene);
     const Result<Done> visited = visit_vertices(
         scene, order_spans,
         [&]() -> VertexVisitor {

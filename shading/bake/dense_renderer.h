@@ -20,7 +20,7 @@ struct DenseLight {
     Vec3d radiance_from(std::size_t texel, const Material& material, const VertexView& view) const;
 };
 
-/// Shades single points of a scene, as vertex_radiance shades vertices, but: every occluder, the point's own
+/// Shades single points of a scene, as scene_radiance shades vertices, but: every occluder, the point's own
 /// entity included, is rasterized at the point; lobes are evaluated at the texels; the lighting is not
 /// truncated; sums are in double. Of one thread; keeps its buffers.
 class DenseShader {
@@ -44,9 +44,8 @@ private:
 /// Multiplies visibility by what can be seen past one more occluder.
 void multiply_by_open(std::span<float> visibility, std::span<const std::uint8_t> open_samples);
 
-/// By instance and vertex, as vertex_radiance.
-Result<std::vector<std::vector<Rgb>>> dense_vertex_radiance(const ShadedScene& scene,
-                                                            const RenderSettings& settings,
-                                                            const Progress& progress = {});
+/// By instance and vertex, as scene_radiance.
+Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
+                                           const Progress& progress = {});
 
 }  // namespace haarfield

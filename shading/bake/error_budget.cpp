@@ -55,24 +55,24 @@ std::vector<BudgetVertex> random_vertices(const ShadedScene& scene, std::size_t 
     return all;
 }
 
-std::vector<BudgetEntry> budget_entries(const std::vector<VertexRadiances>& radiances,
-                                        const OracleFrame& frame) {
+std::vector<BudgetEntry> budget_entries(const std::vector<OracleRadiances>& radiances,
+                                        const OracleContext& context) {
     struct Row {
         const char* name;
         std::string meaning;
-        Rgb VertexRadiances::*found;
-        Rgb VertexRadiances::*exact;
-        bool VertexRadiances::*acts = nullptr;
+        Rgb OracleRadiances::*found;
+        Rgb OracleRadiances::*exact;
+        bool OracleRadiances::*acts = nullptr;
     };
-    using R = VertexRadiances;
-    const int size = frame.light.face_size, fine = frame.fine_light.face_size;
+    using R = OracleRadiances;
+    const int size = context.light.face_size, fine = context.fine_light.face_size;
     const Row rows[] = {
         {"resolution", fmt::format("cubemaps of {0} x {0} texels, against {1} x {1}", size, fine), &R::oracle,
          &R::finer},
         {"coarse mesh", "simplified occluders, against the original meshes", &R::oracle, &R::original},
         {"lighting",
-         frame.settings.light_coefficients > 0
-             ? fmt::format("{} wavelets a face", frame.settings.light_coefficients)
+         context.settings.light_coefficients > 0
+             ? fmt::format("{} wavelets a face", context.settings.light_coefficients)
              : "all wavelets",
          &R::lighting, &R::oracle},
         {"visibility", "the fields' truncated wavelets, in bytes", &R::visibility, &R::oracle},
@@ -82,8 +82,8 @@ std::vector<BudgetEntry> budget_entries(const std::vector<VertexRadiances>& radi
          &R::has_spherical},
         {"lobes", "BRDF and cosine as the walk evaluates them, on cells", &R::lobes, &R::oracle},
         {"depth",
-         frame.settings.depth < full_depth || frame.settings.tolerance > 0
-             ? fmt::format("depth {}, tolerance {}", frame.settings.depth, frame.settings.tolerance)
+         context.settings.depth < full_depth || context.settings.tolerance > 0
+             ? fmt::format("depth {}, tolerance {}", context.settings.depth, context.settings.tolerance)
              : "all levels",
          &R::shallow, &R::lobes},
         {"all at the vertices", "the bake, against the finest oracle", &R::baked, &R::finest}};
@@ -91,7 +91,7 @@ std::vector<BudgetEntry> budget_entries(const std::vector<VertexRadiances>& radi
     for (const Row& row : rows) {
         ErrorSum errors;
         std::size_t points = 0;
-        for (const VertexRadiances& r : radiances) {
+        for (const OracleRadiances& r : radiances) {
             errors.add(r.*row.found, r.*row.exact, row.exact == &R::finest ? r.finest : r.oracle);
             points += !row.acts || r.*row.acts;
         }
@@ -107,17 +107,17 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
                                  const Progress& progress) {
     const Result<ShadingGeometry> geometry = shading_geometry(scene, settings, progress);
     if (!geometry) return geometry.error();
-    const OracleFrame frame(scene, originals, settings, *geometry);
+    const OracleContext context(scene, originals, settings, *geometry);
     ErrorBudget budget;
     budget.vertices = random_vertices(scene, vertices);
-    std::vector<VertexRadiances> radiances(budget.vertices.size());
+    std::vector<OracleRadiances> radiances(budget.vertices.size());
     const Result<Done> measured = for_each_point<VertexOracles>(
-        radiances.size(), "error budget", progress, [&] { return std::make_unique<VertexOracles>(frame); },
+        radiances.size(), "error budget", progress, [&] { return std::make_unique<VertexOracles>(context); },
         [&](VertexOracles& shade, std::size_t k) {
             radiances[k] = shade(budget.vertices[k].instance, budget.vertices[k].vertex);
         });
     if (!measured) return measured.error();
-    budget.entries = budget_entries(radiances, frame);
+    budget.entries = budget_entries(radiances, context);
     for (std::size_t k = 0; k < radiances.size(); ++k) {
         budget.vertices[k].exact = radiances[k].finest;
         budget.vertices[k].baked = radiances[k].baked;

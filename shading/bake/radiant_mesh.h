@@ -20,7 +20,7 @@ struct RadiantMesh {
 std::optional<SurfacePoint> point_on(const Mesh& mesh, std::span<const std::uint32_t> triangles,
                                      const Vec3f& position, const Vec3f& normal, const LocalSampler& sampler);
 
-/// Shades the vertices of meshes that are no entity's fine mesh, as vertex_radiance does those that are; by
+/// Shades the vertices of meshes that are no entity's fine mesh, as scene_radiance does those that are; by
 /// instance.
 ///
 /// meshes  one per entity, of its surface.

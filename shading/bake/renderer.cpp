@@ -46,9 +46,9 @@ private:
                  const VertexSight& sight) {
         const auto& [scene, geometry, light, settings, kept] = shading_;
         const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
-        return without_negative(vertex_radiance(light, geometry.directions,
-                                                vertex_brdf(entity.materials[material], view), sight.cones,
-                                                sight.trees, settings.depth, memory_, settings.tolerance));
+        return without_negative(outgoing_radiance(light, geometry.directions,
+                                                  vertex_brdf(entity.materials[material], view), sight.cones,
+                                                  sight.trees, settings.depth, memory_, settings.tolerance));
     }
 
     const PointShading shading_;
@@ -78,9 +78,9 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view) {
     return brdf;
 }
 
-Result<std::vector<std::vector<Rgb>>> vertex_radiance(const PointShading& shading, const Progress& progress) {
+Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress& progress) {
     const ShadedScene& scene = shading.scene;
-    std::vector<std::vector<Rgb>> radiance = black_vertices(scene);
+    SceneRadiance radiance = black_vertices(scene);
     const Result<Done> visited = visit_vertices(
         scene, shading.geometry.orders(),
         [&]() -> VertexVisitor {
@@ -96,15 +96,14 @@ Result<std::vector<std::vector<Rgb>>> vertex_radiance(const PointShading& shadin
     return radiance;
 }
 
-Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
-                                                      const RenderSettings& settings,
-                                                      const Progress& progress) {
+Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
+                                     const Progress& progress) {
     Result<ShadingGeometry> geometry = shading_geometry(scene, settings, progress);
     if (!geometry) return geometry.error();
     const LightPyramid light(
         lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
         settings.face_size);
-    return vertex_radiance({scene, *geometry, light, settings}, progress);
+    return scene_radiance({scene, *geometry, light, settings}, progress);
 }
 
 Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<const InstancePoint> points,

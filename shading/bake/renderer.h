@@ -21,9 +21,8 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view);
 /// cost    some 10 us a vertex if others are seen by their fields, and 40 us if near ones are rasterized; on
 ///         all of oneTBB's threads, and the result does not depend on their number.
 /// errors  interrupted.
-Result<std::vector<std::vector<Rgb>>> vertex_radiance(const ShadedScene& scene,
-                                                      const RenderSettings& settings,
-                                                      const Progress& progress = {});
+Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
+                                     const Progress& progress = {});
 
 /// What is shaded, and what it is shaded with; all of it must outlive the shading.
 struct PointShading {
@@ -36,8 +35,7 @@ struct PointShading {
 
 /// The same for new light or a new eye, with what does not depend on them made once: with the same bits,
 /// whether the visibility was kept or not.
-Result<std::vector<std::vector<Rgb>>> vertex_radiance(const PointShading& shading,
-                                                      const Progress& progress = {});
+Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress& progress = {});
 
 /// A point of an instance's surface.
 struct InstancePoint {

@@ -73,8 +73,8 @@ private:
 
 }  // namespace
 
-OracleFrame::OracleFrame(const ShadedScene& of, std::span<const Mesh* const> meshes,
-                         const RenderSettings& with, const ShadingGeometry& shared)
+OracleContext::OracleContext(const ShadedScene& of, std::span<const Mesh* const> meshes,
+                             const RenderSettings& with, const ShadingGeometry& shared)
     : scene(of),
       settings(with),
       geometry(shared),
@@ -91,26 +91,26 @@ OracleFrame::OracleFrame(const ShadedScene& of, std::span<const Mesh* const> mes
 
 class VertexOracles::Vertex {
 public:
-    explicit Vertex(const OracleFrame& frame)
-        : frame_(frame),
-          rasterizer_(frame.light.face_size),
-          fine_rasterizer_(frame.fine_light.face_size),
-          transform_(frame.light.face_size),
-          bake_visibility_(frame.scene, frame.geometry) {}
+    explicit Vertex(const OracleContext& context)
+        : context_(context),
+          rasterizer_(context.light.face_size),
+          fine_rasterizer_(context.fine_light.face_size),
+          transform_(context.light.face_size),
+          bake_visibility_(context.scene, context.geometry) {}
 
-    VertexRadiances operator()(std::size_t instance, std::uint32_t vertex) {
-        const ShadedScene& scene = frame_.scene;
+    OracleRadiances operator()(std::size_t instance, std::uint32_t vertex) {
+        const ShadedScene& scene = context_.scene;
         entity_ = &scene.entities[scene.instances[instance].entity];
         point_ = surface_point(*entity_, vertex);
         view_ = vertex_view(scene, scene.instances[instance], point_);
-        VertexRadiances result;
+        OracleRadiances result;
         result.baked = baked(instance, vertex);
         if (!list_occluders(instance)) return result;
 
-        const std::vector<Vec3d> response = responses(frame_.light);
+        const std::vector<Vec3d> response = responses(context_.light);
         const std::vector<float> exact = seen([&](const Seen& s, std::span<float> v) { see(s, v); });
         result.oracle = visible_radiance(response, exact);
-        result.lighting = visible_radiance(responses(frame_.truncated), exact);
+        result.lighting = visible_radiance(responses(context_.truncated), exact);
         result.original = visible_radiance(
             response, seen([&](const Seen& s, std::span<float> v) { see_original(s, v, rasterizer_); }));
         result.visibility =
@@ -129,9 +129,9 @@ public:
             (planar ? result.has_planar : result.has_spherical) = found;
         }
         result.lobes = walked(exact, full_depth, 0);
-        result.shallow = walked(exact, frame_.settings.depth, frame_.settings.tolerance);
+        result.shallow = walked(exact, context_.settings.depth, context_.settings.tolerance);
 
-        const std::vector<Vec3d> fine_response = responses(frame_.fine_light);
+        const std::vector<Vec3d> fine_response = responses(context_.fine_light);
         result.finer = visible_radiance(
             fine_response, seen_finely([&](const Seen& s, std::span<float> v) {
                 multiply_by_open(v, fine_rasterizer_.open_samples(*s.occluder, s.point, s.horizon));
@@ -147,7 +147,7 @@ private:
     struct Seen {
         const Occluder* occluder = nullptr;
         const Occluder* original = nullptr;
-        Vec3f point{0.0f};                       ///< Where from, in the occluder's frame.
+        Vec3f point{0.0f};                       ///< Where from, in the occluder's context.
         const Vec3f* horizon = nullptr;          ///< Of the vertex's own entity.
         const VisibilityField* field = nullptr;  ///< Null if it is not looked up in its field.
         bool truncated = false;                  ///< Whether the bake sees a truncated tree of it.
@@ -157,13 +157,13 @@ private:
 
     /// False if the vertex is inside another instance.
     bool list_occluders(std::size_t instance) {
-        const ShadedScene& scene = frame_.scene;
+        const ShadedScene& scene = context_.scene;
         const auto truncation = [](const VisibilityField& field) {
             return Truncation{field.settings.coefficients, field.settings.relative_l2_error};
         };
         seen_.clear();
         seen_.push_back({&entity_->occlusion->own(),
-                         &frame_.originals[scene.instances[instance].entity],
+                         &context_.originals[scene.instances[instance].entity],
                          point_.sample,
                          &view_.normal,
                          nullptr,
@@ -180,14 +180,14 @@ private:
                 rasterizer_.open_samples(entity.occlusion->coarse(), from);
             if (std::ranges::all_of(open, [](std::uint8_t n) { return n == samples_per_texel; })) continue;
             Seen seen{&entity.occlusion->coarse(),
-                      &frame_.originals[other.entity],
+                      &context_.originals[other.entity],
                       from,
                       nullptr,
                       nullptr,
                       false,
                       truncation(*entity.field),
                       {}};
-            if (!(squared_exact_distance(frame_.geometry.entities[other.entity], *entity.field, other,
+            if (!(squared_exact_distance(context_.geometry.entities[other.entity], *entity.field, other,
                                          view_) < 1)) {
                 seen.field = entity.field;
                 seen.truncated = true;
@@ -208,13 +208,13 @@ private:
     /// The product of what is seen past everything.
     template <class See>
     std::vector<float> seen(const See& see_past) const {
-        std::vector<float> visibility(frame_.light.directions.size(), 1.0f);
+        std::vector<float> visibility(context_.light.directions.size(), 1.0f);
         for (const Seen& s : seen_) see_past(s, std::span(visibility));
         return visibility;
     }
     template <class See>
     std::vector<float> seen_finely(const See& see_past) const {
-        std::vector<float> visibility(frame_.fine_light.directions.size(), 1.0f);
+        std::vector<float> visibility(context_.fine_light.directions.size(), 1.0f);
         for (const Seen& s : seen_) see_past(s, std::span(visibility));
         return visibility;
     }
@@ -230,7 +230,7 @@ private:
         if (!seen.truncated) return see(seen, visibility);
         transform_(rasterizer_.open_samples(*seen.occluder, seen.point, seen.horizon), seen.horizon,
                    seen.truncation, truncated_);
-        multiply_by_tree(visibility, tree_(truncated_), frame_.light.face_size);
+        multiply_by_tree(visibility, tree_(truncated_), context_.light.face_size);
     }
     void see_interpolated(const Seen& seen, std::span<float> visibility) {
         const Interpolation& samples = seen.lookup.samples;
@@ -250,23 +250,23 @@ private:
     /// As the bake evaluates it, from exact visibility and lighting.
     Rgb walked(std::span<const float> visibility, int depth, float tolerance) {
         const WideCubemap<std::uint8_t>& tree =
-            tree_(haar_cubemap<float>(visibility, frame_.light.face_size));
+            tree_(haar_cubemap<float>(visibility, context_.light.face_size));
         const WeightedTrees<std::uint8_t>::Part part{&tree, 1};
         const WeightedTrees<std::uint8_t> factor{0, {&part, 1}};
-        return vertex_radiance(frame_.exact_pyramid, frame_.geometry.directions,
-                               vertex_brdf(entity_->materials[point_.material], view_), {}, {&factor, 1},
-                               depth, memory_, tolerance);
+        return outgoing_radiance(context_.exact_pyramid, context_.geometry.directions,
+                                 vertex_brdf(entity_->materials[point_.material], view_), {}, {&factor, 1},
+                                 depth, memory_, tolerance);
     }
 
     Rgb baked(std::size_t instance, std::uint32_t vertex) {
         if (!bake_visibility_.look(instance, vertex, view_)) return Rgb(0.0f);
-        return without_negative(vertex_radiance(frame_.baked_pyramid, frame_.geometry.directions,
-                                                vertex_brdf(entity_->materials[point_.material], view_),
-                                                bake_visibility_.cones(), bake_visibility_.trees(),
-                                                frame_.settings.depth, memory_, frame_.settings.tolerance));
+        return without_negative(outgoing_radiance(
+            context_.baked_pyramid, context_.geometry.directions,
+            vertex_brdf(entity_->materials[point_.material], view_), bake_visibility_.cones(),
+            bake_visibility_.trees(), context_.settings.depth, memory_, context_.settings.tolerance));
     }
 
-    const OracleFrame& frame_;
+    const OracleContext& context_;
     VisibilityRasterizer rasterizer_, fine_rasterizer_;
     VisibilityTransform transform_;
     CubemapTree truncated_;
@@ -279,10 +279,10 @@ private:
     std::vector<Seen> seen_;  ///< Its own entity first.
 };
 
-VertexOracles::VertexOracles(const OracleFrame& frame) : vertex_(std::make_unique<Vertex>(frame)) {}
+VertexOracles::VertexOracles(const OracleContext& context) : vertex_(std::make_unique<Vertex>(context)) {}
 VertexOracles::~VertexOracles() = default;
 
-VertexRadiances VertexOracles::operator()(std::size_t instance, std::uint32_t vertex) {
+OracleRadiances VertexOracles::operator()(std::size_t instance, std::uint32_t vertex) {
     return (*vertex_)(instance, vertex);
 }
 

@@ -7,7 +7,7 @@
 namespace haarfield {
 
 /// Radiances of a vertex; see error_budget. [W/(m^2 sr)]
-struct VertexRadiances {
+struct OracleRadiances {
     Rgb oracle{0.0f};    ///< With the bake's own face size, and coarse meshes.
     Rgb finer{0.0f};     ///< With more texels,
     Rgb original{0.0f};  ///< or the original meshes,
@@ -19,7 +19,7 @@ struct VertexRadiances {
 };
 
 /// What all vertices of a scene share.
-struct OracleFrame {
+struct OracleContext {
     const ShadedScene& scene;
     const RenderSettings& settings;  ///< Of the bake.
     const ShadingGeometry& geometry;
@@ -28,19 +28,19 @@ struct OracleFrame {
     LightPyramid exact_pyramid, baked_pyramid;  ///< Of the first two.
 
     /// originals  the mesh of each entity as it was read.
-    OracleFrame(const ShadedScene& scene, std::span<const Mesh* const> originals,
-                const RenderSettings& settings, const ShadingGeometry& geometry);
+    OracleContext(const ShadedScene& scene, std::span<const Mesh* const> originals,
+                  const RenderSettings& settings, const ShadingGeometry& geometry);
 };
 
 /// Shades one vertex after the other, in one thread.
 class VertexOracles {
 public:
-    /// The frame must outlive it.
-    explicit VertexOracles(const OracleFrame& frame);
+    /// The context must outlive it.
+    explicit VertexOracles(const OracleContext& context);
     ~VertexOracles();
 
     /// cost  some 20 ms with faces of 64 texels.
-    VertexRadiances operator()(std::size_t instance, std::uint32_t vertex);
+    OracleRadiances operator()(std::size_t instance, std::uint32_t vertex);
 
 private:
     class Vertex;

@@ -43,7 +43,7 @@ enum class Occlusion {
 struct RenderSettings {
     int face_size = 64;            ///< As in the fields (asserted).
     int depth = full_depth;        ///< Traversal depth, product_integral.
-    float tolerance = 0;           ///< Of a vertex's radiance, for ending walks early; see vertex_radiance.
+    float tolerance = 0;           ///< Of a vertex's radiance, for ending walks early; see outgoing_radiance.
     int light_coefficients = 300;  ///< Wavelets kept a face; 0: all.
     Occlusion occlusion = Occlusion::automatic;
     float occlusion_error = 0.02f;  ///< Tolerance of `automatic`, for SamplerError::band.

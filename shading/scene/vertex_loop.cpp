@@ -91,8 +91,8 @@ Result<Done> visit_vertices(const ShadedScene& scene, std::span<const std::span<
     return Done{};
 }
 
-std::vector<std::vector<Rgb>> black_vertices(const ShadedScene& scene) {
-    std::vector<std::vector<Rgb>> radiance;
+SceneRadiance black_vertices(const ShadedScene& scene) {
+    SceneRadiance radiance;
     for (const ShadedInstance& instance : scene.instances)
         radiance.emplace_back(scene.entities[instance.entity].mesh->positions.size(), Rgb(0.0f));
     return radiance;

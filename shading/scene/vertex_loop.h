@@ -56,7 +56,13 @@ Result<Done> visit_vertices(const ShadedScene& scene, std::span<const std::span<
                             const std::function<VertexVisitor()>& make_visitor, std::string_view stage,
                             const Progress& progress);
 
-/// Room for the radiance of each vertex, black; by instance and vertex.
-std::vector<std::vector<Rgb>> black_vertices(const ShadedScene& scene);
+/// Outgoing radiance by instance and vertex of its fine mesh. [W/(m^2 sr)]
+using SceneRadiance = std::vector<std::vector<Rgb>>;
+
+/// Some of a scene's vertices: 1, by instance and vertex of its fine mesh; 0 for the others.
+using VertexMask = std::vector<std::vector<std::uint8_t>>;
+
+/// Room for the radiance of each vertex, black.
+SceneRadiance black_vertices(const ShadedScene& scene);
 
 }  // namespace haarfield

@@ -10,7 +10,7 @@
 namespace haarfield {
 namespace {
 
-struct Frame {
+struct LightContext {
     const ShadedScene& scene;
     const ShadingGeometry& geometry;
     const RenderSettings& settings;
@@ -52,16 +52,16 @@ void list_colours(const ShadedScene& scene, const TransferRows& rows, LightTrans
 template <int terms>
 class LightBlockMaker {
 public:
-    explicit LightBlockMaker(const Frame& frame)
-        : frame_(frame),
-          numbers_(frame.settings.face_size),
-          vertex_(frame.scene, frame.geometry, frame.settings),
-          pruning_(frame.settings.face_size, frame.spectrum) {}
+    explicit LightBlockMaker(const LightContext& context)
+        : context_(context),
+          numbers_(context.settings.face_size),
+          vertex_(context.scene, context.geometry, context.settings),
+          pruning_(context.settings.face_size, context.spectrum) {}
 
     void add_row(std::size_t row, const InstanceVertex& vertex) {
         if (vertex_.look_from(vertex)) {
             vertex_.terms(numbers_, pruning_.product(rows_));
-            const auto& colours = frame_.transfer.colours[frame_.transfer.colour_of_row[row]];
+            const auto& colours = context_.transfer.colours[context_.transfer.colour_of_row[row]];
             std::array<float, terms> weights;
             for (std::size_t term = 0; term < terms; ++term)
                 weights[term] = static_cast<float>(squared(colours[term]));
@@ -74,7 +74,7 @@ public:
 
     GroupedColumns complete() {
         if (rows_ > 0) complete_group();
-        GroupedColumns columns(frame_.settings.face_size, indices_, entries_, std::move(scales_));
+        GroupedColumns columns(context_.settings.face_size, indices_, entries_, std::move(scales_));
         indices_.clear();
         entries_.clear();
         scales_.clear();
@@ -86,12 +86,12 @@ private:
         if (++rows_ == group_rows) complete_group();
     }
     void complete_group() {
-        pruning_.append(frame_.error, scales_.size(), indices_, entries_, scales_);
+        pruning_.append(context_.error, scales_.size(), indices_, entries_, scales_);
         pruning_.clear();
         rows_ = 0;
     }
 
-    const Frame& frame_;
+    const LightContext& context_;
     const BlockNumbers numbers_;
     VertexTransfer vertex_;
     GroupPruning<terms> pruning_;
@@ -102,8 +102,8 @@ private:
 };
 
 template <int terms>
-BlockMaker block_maker(const Frame& frame, LightTransfer& result) {
-    const auto maker = std::make_shared<LightBlockMaker<terms>>(frame);
+BlockMaker block_maker(const LightContext& context, LightTransfer& result) {
+    const auto maker = std::make_shared<LightBlockMaker<terms>>(context);
     return {[maker](std::size_t row, const InstanceVertex& vertex) { maker->add_row(row, vertex); },
             [maker] { maker->add_buried(); },
             [maker, &result](std::size_t block) { result.blocks[block] = maker->complete(); }};
@@ -178,20 +178,20 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
     result.blocks.resize((rows.count() + result.block_rows() - 1) / result.block_rows());
     result.pruning_error = transfer.pruning_error;
     result.directions = direction_coefficients(settings.face_size);
-    const Frame frame{
+    const LightContext context{
         scene, geometry, settings, result, rms_spectrum(typical), double(transfer.pruning_error)};
     const Result<Done> made = make_rows(
         rows, result.block_rows(),
-        [&] { return result.terms == 3 ? block_maker<3>(frame, result) : block_maker<2>(frame, result); },
+        [&] { return result.terms == 3 ? block_maker<3>(context, result) : block_maker<2>(context, result); },
         progress);
     if (!made) return made.error();
     result.spectrum = transfer_spectrum(result, settings.face_size);
     return result;
 }
 
-Result<Done> transfer_light(const LightTransfer& transfer, const ShadedScene& scene,
-                            const ShadingGeometry& geometry, const DenseCoefficients& light,
-                            VertexRadiance& radiance, const Progress& progress) {
+Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
+                         const ShadingGeometry& geometry, const DenseCoefficients& light,
+                         SceneRadiance& radiance, const Progress& progress) {
     const float error = transfer.pruning_error / 8;
     const FewCoefficients few = largest_coefficients(light, transfer.spectrum, error);
     const std::vector<ConcentratedLight> sources = concentrated_light(light, transfer.directions, error);

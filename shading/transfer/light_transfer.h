@@ -11,7 +11,7 @@ using GroupNormals = std::array<std::array<float, group_rows>, 3>;
 
 /// T = BRDF x visibilities x cosine per vertex, without the materials' colours. [1/sr]
 struct LightTransfer {
-    /// The most terms of a BRDF: diffuse, highlights, and of metals highlights times F (vertex_terms).
+    /// The most terms of a BRDF: diffuse, highlights, and of metals highlights times F (transfer_terms).
     static constexpr std::size_t most_terms = 3;
     using Colours = std::array<Rgb, most_terms>;  ///< What each term is multiplied with. [1/sr]
 
@@ -51,8 +51,8 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 /// errors           interrupted; then `radiance` is as it was.
 /// cost             a multiplication and an addition for each coefficient that a vertex and the light have in
 ///                  common, and for some twenty more a concentrated source.
-Result<Done> transfer_light(const LightTransfer& transfer, const ShadedScene& scene,
-                            const ShadingGeometry& geometry, const DenseCoefficients& light,
-                            VertexRadiance& radiance, const Progress& progress = {});
+Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
+                         const ShadingGeometry& geometry, const DenseCoefficients& light,
+                         SceneRadiance& radiance, const Progress& progress = {});
 
 }  // namespace haarfield

@@ -21,7 +21,7 @@ constexpr double occlusion_share = 0.5, vector_share = 0.85;
 
 constexpr int moving_depth = 4;  ///< Of FrameQuality::moving.
 
-struct Frame {
+struct MotionContext {
     const ShadedScene& scene;  ///< With the moving instance far away.
     const ShadingGeometry& geometry;
     const RenderSettings& settings;
@@ -32,18 +32,18 @@ struct Frame {
 
 class MotionBlockMaker {
 public:
-    explicit MotionBlockMaker(const Frame& frame)
-        : frame_(frame),
-          vertex_(frame.scene, frame.geometry, frame.settings),
-          pruning_(frame.settings.face_size, frame.spectrum, frame.error),
-          rows_(frame.settings.face_size, 3) {}
+    explicit MotionBlockMaker(const MotionContext& context)
+        : context_(context),
+          vertex_(context.scene, context.geometry, context.settings),
+          pruning_(context.settings.face_size, context.spectrum, context.error),
+          rows_(context.settings.face_size, 3) {}
 
     void add_row(const InstanceVertex& vertex, Rgb& open) {
-        if (vertex.instance == frame_.transfer.instance || !vertex_.look_from(vertex))
+        if (vertex.instance == context_.transfer.instance || !vertex_.look_from(vertex))
             return rows_.append_empty();
         pruning_.take(
             vertex_,
-            [&](const DetailWeights* detail) { return vertex_.product(frame_.transfer.light, detail); },
+            [&](const DetailWeights* detail) { return vertex_.product(context_.transfer.light, detail); },
             [](const ProductPruning& product) {
                 const Rgb whole = product.integral();
                 return double(whole.dot(whole));
@@ -60,7 +60,7 @@ public:
     }
 
 private:
-    const Frame& frame_;
+    const MotionContext& context_;
     VertexTransfer vertex_;
     TransferPruning pruning_;
     SparseVectors rows_;
@@ -180,16 +180,16 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                           left_out,
                           BuriedFill(mesh, left_out),
                           LightPyramid(light, settings.face_size)};
-    const Frame frame{without,
-                      geometry,
-                      settings,
-                      result,
-                      rms_spectrum(result.occlusions),
-                      double(transfer.pruning_error) * vector_share};
+    const MotionContext context{without,
+                                geometry,
+                                settings,
+                                result,
+                                rms_spectrum(result.occlusions),
+                                double(transfer.pruning_error) * vector_share};
     const Result<Done> made = make_rows(
         rows, SparseVectorBlocks::block_rows,
         [&]() -> BlockMaker {
-            const auto maker = std::make_shared<MotionBlockMaker>(frame);
+            const auto maker = std::make_shared<MotionBlockMaker>(context);
             return {[&, maker](std::size_t row, const InstanceVertex& vertex) {
                         maker->add_row(vertex, result.open[row]);
                     },
@@ -211,9 +211,9 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
     return result;
 }
 
-Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& scene,
-                             const ShadingGeometry& geometry, const RenderSettings& settings,
-                             FrameQuality quality, VertexRadiance& radiance, const Progress& progress) {
+Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scene,
+                         const ShadingGeometry& geometry, const RenderSettings& settings,
+                         FrameQuality quality, SceneRadiance& radiance, const Progress& progress) {
     const RowInterpolations shadows =
         found_interpolations(transfer.viewpoints.size(), progress.stop,
                              [&](std::size_t i) { return shadow(transfer, scene, transfer.viewpoints[i]); });

@@ -60,8 +60,8 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
 /// errors   interrupted; then `radiance` is as it was.
 /// cost     one inner product per vertex in the instance's reach that has it above its horizon, with up to
 ///          eight samples side by side; and its own vertices.
-Result<Done> transfer_motion(const MotionTransfer& transfer, const ShadedScene& scene,
-                             const ShadingGeometry& geometry, const RenderSettings& settings,
-                             FrameQuality quality, VertexRadiance& radiance, const Progress& progress = {});
+Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scene,
+                         const ShadingGeometry& geometry, const RenderSettings& settings,
+                         FrameQuality quality, SceneRadiance& radiance, const Progress& progress = {});
 
 }  // namespace haarfield

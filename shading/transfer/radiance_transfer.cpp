@@ -38,22 +38,22 @@ bool VertexTransfer::look_from(const InstanceVertex& at) {
 
 std::span<const WaveletBlock<3>> VertexTransfer::product(const LightPyramid& light,
                                                          const DetailWeights* detail) {
-    blurred_energy_ = vertex_transfer(light, geometry_.directions, brdf, visibility_.cones(),
-                                      visibility_.trees(), settings_.depth, memory_, product_, detail);
+    blurred_energy_ = radiance_integrand(light, geometry_.directions, brdf, visibility_.cones(),
+                                         visibility_.trees(), settings_.depth, memory_, product_, detail);
     return product_;
 }
 
 std::span<const WaveletBlock<3>> VertexTransfer::highlights(const LightPyramid& light, Rgb& diffuse,
                                                             const DetailWeights* detail) {
     blurred_energy_ =
-        highlight_transfer(light, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
-                           settings_.depth, memory_, product_, diffuse, detail);
+        highlight_integrand(light, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
+                            settings_.depth, memory_, product_, diffuse, detail);
     return product_;
 }
 
 Rgb VertexTransfer::radiance(const LightPyramid& light, int depth) {
-    return vertex_radiance(light, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(), depth,
-                           memory_);
+    return outgoing_radiance(light, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
+                             depth, memory_);
 }
 
 Result<Done> make_rows(const TransferRows& rows, std::size_t block_rows,
@@ -83,7 +83,7 @@ Result<Done> make_rows(const TransferRows& rows, std::size_t block_rows,
 }
 
 void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,
-                    VertexRadiance& radiance, const VertexChoice* choice) {
+                    SceneRadiance& radiance, const VertexMask* wanted) {
     const TransferRows rows(scene, geometry);
     radiance.resize(scene.instances.size());
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
@@ -92,7 +92,7 @@ void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, s
         radiance[i].resize(vertices.size(), Rgb(0.0f));
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, vertices.size(), 4096), [&](const auto& range) {
             for (std::size_t k = range.begin(); k != range.end(); ++k)
-                if (!choice || (*choice)[i][vertices[k]])
+                if (!wanted || (*wanted)[i][vertices[k]])
                     radiance[i][vertices[k]] = without_negative(values[k]);
         });
     }

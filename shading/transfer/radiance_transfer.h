@@ -11,7 +11,7 @@
 ///
 /// Rows    all vertices of all instances, one instance after the other, in the order in which neighbours in
 ///         space are near each other. Buried vertices have empty rows; in each frame they take the mean of
-///         their neighbours, as in vertex_radiance.
+///         their neighbours, as in scene_radiance.
 
 #include <functional>
 
@@ -23,9 +23,6 @@
 #include "shading/visibility/vertex_visibility.h"
 
 namespace haarfield {
-
-/// Outgoing radiance by instance and vertex of its fine mesh. [W/(m^2 sr)]
-using VertexRadiance = std::vector<std::vector<Rgb>>;
 
 struct TransferSettings {
     /// By how much pruning may change a vertex's radiance: relative, root mean square over functions whose
@@ -74,22 +71,22 @@ public:
     /// What the vertex does with light; to be changed for the products that follow.
     VertexBrdf brdf;
 
-    /// vertex_transfer of vertex_shading.h; valid until the next call.
+    /// radiance_integrand of vertex_shading.h; valid until the next call.
     std::span<const WaveletBlock<3>> product(const LightPyramid& light,
                                              const DetailWeights* detail = nullptr);
 
-    /// highlight_transfer of vertex_shading.h; valid until the next call.
+    /// highlight_integrand of vertex_shading.h; valid until the next call.
     std::span<const WaveletBlock<3>> highlights(const LightPyramid& light, Rgb& diffuse,
                                                 const DetailWeights* detail = nullptr);
 
     /// A bound on what the last product left out.
     double blurred_energy() const { return blurred_energy_; }
 
-    /// vertex_terms of vertex_shading.h.
+    /// transfer_terms of vertex_shading.h.
     template <int count>
     void terms(const BlockNumbers& numbers, std::vector<WaveletBlock<count>>& product) {
-        vertex_terms(numbers, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
-                     settings_.depth, memory_, product);
+        transfer_terms(numbers, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
+                       settings_.depth, memory_, product);
     }
     Rgb radiance(const LightPyramid& light, int depth);
 
@@ -158,14 +155,11 @@ struct BlockMaker {
 Result<Done> make_rows(const TransferRows& rows, std::size_t block_rows,
                        const std::function<BlockMaker()>& make_maker, const Progress& progress);
 
-/// Vertices of a scene that are wanted: 1, by instance and vertex of its fine mesh.
-using VertexChoice = std::vector<std::vector<std::uint8_t>>;
-
 /// One value a row, as radiance by instance; buried vertices are filled, and nothing is negative.
 ///
-/// choice  null: all. Else those that are wanted, and what these are filled from; the radiance of others is
-///         of no use, unless they were chosen before.
+/// wanted  null: all. Else these, and what they are filled from; the radiance of others is of no use, unless
+///         they were wanted before.
 void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,
-                    VertexRadiance& radiance, const VertexChoice* choice = nullptr);
+                    SceneRadiance& radiance, const VertexMask* wanted = nullptr);
 
 }  // namespace haarfield

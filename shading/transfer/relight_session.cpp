@@ -232,7 +232,7 @@ Result<Done> RelightSession::frame(FrameQuality quality, const Progress& progres
     return transferred(quality, nullptr, progress);
 }
 
-Result<Done> RelightSession::frame_of(VertexChoice vertices, FrameQuality quality, const Progress& progress) {
+Result<Done> RelightSession::frame_of(VertexMask vertices, FrameQuality quality, const Progress& progress) {
     assert(vertices.size() == instances_.size());
     if (geometry_)
         for (std::size_t i = 0; i < vertices.size(); ++i)
@@ -240,17 +240,17 @@ Result<Done> RelightSession::frame_of(VertexChoice vertices, FrameQuality qualit
     return transferred(quality, &vertices, progress);
 }
 
-Result<Done> RelightSession::transferred(FrameQuality quality, const VertexChoice* vertices,
+Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask* vertices,
                                          const Progress& progress) {
     if (const auto* by_light = std::get_if<LightTransfer>(&transfer_)) {
         const Result<const DenseCoefficients*> now = light(progress);
         if (!now) return now.error();
-        return transfer_light(*by_light, scene_, *geometry_, **now, radiance_, progress);
+        return shade_frame(*by_light, scene_, *geometry_, **now, radiance_, progress);
     }
     if (const auto* by_eye = std::get_if<ViewTransfer>(&transfer_))
-        return transfer_view(*by_eye, scene_, *geometry_, radiance_, vertices, progress);
+        return shade_frame(*by_eye, scene_, *geometry_, radiance_, vertices, progress);
     if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_))
-        return transfer_motion(*by_motion, scene_, *geometry_, settings_, quality, radiance_, progress);
+        return shade_frame(*by_motion, scene_, *geometry_, settings_, quality, radiance_, progress);
     return Error{"",
                  "there are no transfer vectors for what the scene is now; wanted vary_light, vary_eye or "
                  "vary_instance first"};
@@ -271,8 +271,8 @@ Result<Done> RelightSession::commit(const Progress& progress) {
         if (!made) return made.error();
         kept_ = std::move(*made);
     }
-    Result<VertexRadiance> full =
-        vertex_radiance({scene_, **geometry, light, settings_, kept_ ? &*kept_ : nullptr}, progress);
+    Result<SceneRadiance> full =
+        scene_radiance({scene_, **geometry, light, settings_, kept_ ? &*kept_ : nullptr}, progress);
     if (!full) return full.error();
     scene_.environment = std::move(environment);
     radiance_ = std::move(*full);

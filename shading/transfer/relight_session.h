@@ -124,17 +124,17 @@ public:
     /// The radiance of others is of no use, unless they were chosen since the last change.
     ///
     /// cost    while the eye varies, that of the chosen ones; otherwise that of all.
-    Result<Done> frame_of(VertexChoice vertices, FrameQuality quality = FrameQuality::still,
+    Result<Done> frame_of(VertexMask vertices, FrameQuality quality = FrameQuality::still,
                           const Progress& progress = {});
 
-    /// Radiance as it is now, in full: what vertex_radiance makes of the scene. What the vertices see is kept
+    /// Radiance as it is now, in full: what scene_radiance makes of the scene. What the vertices see is kept
     /// (RenderSettings::kept_bytes) until an instance changes, so that the next commit is faster.
     ///
     /// errors  interrupted.
     Result<Done> commit(const Progress& progress = {});
 
     /// Of the last frame or commit.
-    const VertexRadiance& radiance() const { return radiance_; }
+    const SceneRadiance& radiance() const { return radiance_; }
 
     /// Memory of the transfer vectors. [bytes]
     std::size_t transfer_bytes() const;
@@ -159,7 +159,7 @@ private:
     Result<const DenseCoefficients*> light(const Progress& progress);
     void light_changes();
     void instances_change();
-    Result<Done> transferred(FrameQuality quality, const VertexChoice* vertices, const Progress& progress);
+    Result<Done> transferred(FrameQuality quality, const VertexMask* vertices, const Progress& progress);
 
     RenderSettings settings_;
     TransferSettings transfer_settings_;
@@ -178,7 +178,7 @@ private:
     std::optional<DenseCoefficients> light_;    ///< Of that, or what is shown instead.
 
     std::variant<std::monostate, LightTransfer, ViewTransfer, MotionTransfer> transfer_;
-    VertexRadiance radiance_;
+    SceneRadiance radiance_;
 };
 
 }  // namespace haarfield

@@ -16,7 +16,7 @@ constexpr float lobe_error = 2e-3f;  ///< Of truncating the lobes.
 /// not independent, but add up.
 constexpr float factor_share = 0.5f;
 
-struct Frame {
+struct ViewContext {
     const ShadedScene& scene;
     const ShadingGeometry& geometry;
     const RenderSettings& settings;
@@ -27,17 +27,17 @@ struct Frame {
 
 class ViewBlockMaker {
 public:
-    explicit ViewBlockMaker(const Frame& frame)
-        : frame_(frame),
-          vertex_(frame.scene, frame.geometry, frame.settings),
-          pruning_(frame.settings.face_size, frame.spectrum, frame.error),
-          rows_(frame.settings.face_size, 3) {}
+    explicit ViewBlockMaker(const ViewContext& context)
+        : context_(context),
+          vertex_(context.scene, context.geometry, context.settings),
+          pruning_(context.settings.face_size, context.spectrum, context.error),
+          rows_(context.settings.face_size, 3) {}
 
     void add_row(const InstanceVertex& vertex, Rgb& diffuse) {
         if (!vertex_.look_from(vertex)) return rows_.append_empty();
         VertexBrdf& brdf = vertex_.brdf;
         if (brdf.specular == Rgb(0.0f)) {
-            diffuse = vertex_.radiance(frame_.light, frame_.settings.depth);
+            diffuse = vertex_.radiance(context_.light, context_.settings.depth);
             return rows_.append_empty();
         }
         // Without the lobes, that is, to the power of zero.
@@ -47,7 +47,7 @@ public:
         brdf.mirror = brdf.normal;
         pruning_.take(
             vertex_,
-            [&](const DetailWeights* detail) { return vertex_.highlights(frame_.light, diffuse, detail); },
+            [&](const DetailWeights* detail) { return vertex_.highlights(context_.light, diffuse, detail); },
             [&](const ProductPruning& product) { return product.energy() + double(diffuse.dot(diffuse)); });
         pruning_.append(rows_);
     }
@@ -60,7 +60,7 @@ public:
     }
 
 private:
-    const Frame& frame_;
+    const ViewContext& context_;
     VertexTransfer vertex_;
     TransferPruning pruning_;
     SparseVectors rows_;
@@ -147,16 +147,16 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
     const TransferRows rows(scene, geometry);
     ViewTransfer result{
         {rows.count(), settings.face_size, 3}, std::vector<Rgb>(rows.count(), Rgb(0.0f)), {}, {}, {}};
-    const Frame frame{scene,
-                      geometry,
-                      settings,
-                      LightPyramid(light, settings.face_size),
-                      shapes->spectrum,
-                      double(transfer.pruning_error * factor_share)};
+    const ViewContext context{scene,
+                              geometry,
+                              settings,
+                              LightPyramid(light, settings.face_size),
+                              shapes->spectrum,
+                              double(transfer.pruning_error * factor_share)};
     const Result<Done> made = make_rows(
         rows, SparseVectorBlocks::block_rows,
         [&]() -> BlockMaker {
-            const auto maker = std::make_shared<ViewBlockMaker>(frame);
+            const auto maker = std::make_shared<ViewBlockMaker>(context);
             return {[&, maker](std::size_t row, const InstanceVertex& vertex) {
                         maker->add_row(vertex, result.diffuse[row]);
                     },
@@ -177,9 +177,9 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
     return result;
 }
 
-Result<Done> transfer_view(const ViewTransfer& transfer, const ShadedScene& scene,
-                           const ShadingGeometry& geometry, VertexRadiance& radiance,
-                           const VertexChoice* vertices, const Progress& progress) {
+Result<Done> shade_frame(const ViewTransfer& transfer, const ShadedScene& scene,
+                         const ShadingGeometry& geometry, SceneRadiance& radiance, const VertexMask* vertices,
+                         const Progress& progress) {
     const TransferRows rows(scene, geometry);
     const RowInterpolations highlights =
         found_interpolations(transfer.highlit.size(), progress.stop, [&](std::size_t i) {

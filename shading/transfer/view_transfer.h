@@ -40,8 +40,8 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
 /// vertices  null: all; else see store_radiance.
 /// errors    interrupted; then `radiance` is as it was.
 /// cost      one inner product per wanted vertex that has highlights, with four lobes side by side.
-Result<Done> transfer_view(const ViewTransfer& transfer, const ShadedScene& scene,
-                           const ShadingGeometry& geometry, VertexRadiance& radiance,
-                           const VertexChoice* vertices = nullptr, const Progress& progress = {});
+Result<Done> shade_frame(const ViewTransfer& transfer, const ShadedScene& scene,
+                         const ShadingGeometry& geometry, SceneRadiance& radiance,
+                         const VertexMask* vertices = nullptr, const Progress& progress = {});
 
 }  // namespace haarfield

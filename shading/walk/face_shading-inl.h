@@ -8,7 +8,7 @@
 #define HAARFIELD_FACE_SHADING_INL_H
 #endif
 
-#include "shading/walk/vertex_terms.h"
+#include "shading/walk/prepared_vertex.h"
 #include "shading/walk/wide_walk-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -80,7 +80,7 @@ struct LitColours {
     const LightPyramid& light;
 
     template <bool last>
-    HWY_INLINE LitCells write(const VertexTerms& terms, const ReflectedCells& cells, int level,
+    HWY_INLINE LitCells write(const PreparedVertex& terms, const ReflectedCells& cells, int level,
                               std::size_t face, std::size_t block, Values& head) const {
         const std::size_t index = light.numbers()(level, face, block);
         reflect(terms, cells, light.block(index), head);
@@ -99,7 +99,7 @@ struct LitColours {
 
 private:
     /// The light's mean, with what reflects it.
-    static HWY_INLINE void reflect(const VertexTerms& terms, const ReflectedCells& cells,
+    static HWY_INLINE void reflect(const PreparedVertex& terms, const ReflectedCells& cells,
                                    const LightBlock& lit, Values& head) {
         const Rgb &diffuse = terms.brdf.diffuse, &specular = terms.brdf.specular;
         Cells reflected[3];
@@ -117,8 +117,8 @@ private:
     }
 
     /// From the product of the means of light and cosine to the mean of their product.
-    HWY_INLINE void add_unevenness(const VertexTerms& terms, const ReflectedCells& cells, std::size_t index,
-                                   unsigned uneven, Values& head) const {
+    HWY_INLINE void add_unevenness(const PreparedVertex& terms, const ReflectedCells& cells,
+                                   std::size_t index, unsigned uneven, Values& head) const {
         const LightBlock& lit = light.block(index);
         const LightMoments& moments = light.moments(index);
         const float* const means[] = {lit.red.data(), lit.green.data(), lit.blue.data()};
@@ -144,7 +144,7 @@ struct LitHighlights : LitColours {
     Rgb diffuse;
 
     template <bool last>
-    HWY_INLINE LitCells write(const VertexTerms& terms, const ReflectedCells& cells, int level,
+    HWY_INLINE LitCells write(const PreparedVertex& terms, const ReflectedCells& cells, int level,
                               std::size_t face, std::size_t block, Values& head) const {
         const LightBlock& lit = light.block(light.numbers()(level, face, block));
         head.diffuse[0] = load_cells(lit.red.data()) * (all_cells(diffuse.x) * cells.diffuse);
@@ -154,14 +154,14 @@ struct LitHighlights : LitColours {
     }
 };
 
-/// What reflects light: by term, see vertex_terms.
+/// What reflects light: by term, see transfer_terms.
 template <int term_count>
 struct PlainTerms {
     using Values = HeadCells<term_count>;
     static constexpr bool holds_cosine = true;
 
     template <bool last>
-    HWY_INLINE LitCells write(const VertexTerms& terms, const ReflectedCells& cells, int, std::size_t,
+    HWY_INLINE LitCells write(const PreparedVertex& terms, const ReflectedCells& cells, int, std::size_t,
                               std::size_t, Values& head) const {
         head.value[0] = cells.diffuse;
         head.used = 1;
@@ -203,7 +203,7 @@ public:
         }
     };
 
-    FaceShading(const Reflected& reflected, const VertexTerms& terms, std::size_t face,
+    FaceShading(const Reflected& reflected, const PreparedVertex& terms, std::size_t face,
                 std::vector<Vec3f>& sides)
         : reflected_(reflected),
           terms_(terms),
@@ -243,7 +243,7 @@ public:
     /// The head's deviation from its value within each cell of a block above the last level. Lighting
     /// deviates by what the pyramid says. The cosine of unit vectors whose mean has length l has the variance
     /// 1 - l^2 at most, and clamping does not add to it; where the horizon crosses a cell, its mean may be
-    /// off by the extent. A lobe that is not curved lies below VertexTerms::varies, and below what the cell
+    /// off by the extent. A lobe that is not curved lies below PreparedVertex::varies, and below what the cell
     /// says.
     HWY_INLINE HeadErrors errors(int level, std::size_t face, std::size_t block, const Ahead& ahead) const {
         const auto at = std::size_t(level);
@@ -524,7 +524,7 @@ private:
     }
 
     const Reflected& reflected_;
-    const VertexTerms& terms_;
+    const PreparedVertex& terms_;
     const Vec3f normal_, mirror_, to_eye_;
     const Vec3f across_;         ///< The plane of incidence.
     std::vector<Vec3f>& sides_;  ///< Of the cones, in the face's frame.

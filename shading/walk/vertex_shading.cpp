@@ -23,8 +23,8 @@ struct RadianceSum : ChannelSums {
     bool needs_bounds() const { return negligible > 0; }
 };
 
-/// Sends for what list_factors reads.
-void fetch_faces(std::span<const WeightedTrees<std::uint8_t>> factors) {
+/// Prefetches what list_factors reads.
+void prefetch_faces(std::span<const WeightedTrees<std::uint8_t>> factors) {
     for (const WeightedTrees<std::uint8_t>& factor : factors)
         for (const auto& part : factor.parts) {
             hwy::Prefetch(part.tree);
@@ -32,15 +32,15 @@ void fetch_faces(std::span<const WeightedTrees<std::uint8_t>> factors) {
         }
 }
 
-/// Sends for the nodes that are listed.
-void fetch_nodes(const VaryingFactors<std::uint8_t>& varying) {
+/// Prefetches the nodes that are listed.
+void prefetch_nodes(const VaryingFactors<std::uint8_t>& varying) {
     for (std::size_t i = 0; i < varying.node_count; ++i) hwy::Prefetch(varying.nodes[i].node);
 }
 
-/// Walks the faces that are lit, into a sink. The factors of the next one are listed before, so that their
-/// nodes are on their way.
+/// Walks the faces that are lit, into a sink. The factors of the next one are listed before, and their
+/// nodes prefetched.
 template <class Reflected, class Sink>
-void walk_faces(const Reflected& reflected, const VertexTerms& terms,
+void walk_faces(const Reflected& reflected, const PreparedVertex& terms,
                 std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
                 WalkMemory<std::uint8_t>& memory, Sink& sink) {
     std::size_t next = 0;
@@ -50,7 +50,7 @@ void walk_faces(const Reflected& reflected, const VertexTerms& terms,
         next = face;
         if (face == cubemap_faces) return;
         of_next = list_factors(visibilities, face, memory.next);
-        fetch_nodes(memory.next);
+        prefetch_nodes(memory.next);
     };
     list_next(0);
     while (next < cubemap_faces) {
@@ -65,7 +65,7 @@ void walk_faces(const Reflected& reflected, const VertexTerms& terms,
     }
 }
 
-RadianceSum walked(const LightPyramid& light, const VertexTerms& terms,
+RadianceSum walked(const LightPyramid& light, const PreparedVertex& terms,
                    std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
                    float negligible, WalkMemory<std::uint8_t>& memory) {
     RadianceSum sum(negligible);
@@ -82,12 +82,12 @@ Rgb radiance(const LightPyramid& light, const DirectionPyramid& directions, cons
              WalkMemory<std::uint8_t>& memory, float tolerance) {
     const int face_levels = light.numbers().levels();
     const Depth levels(depth, face_levels);
-    fetch_faces(visibilities);
-    const VertexTerms terms(directions, brdf, near, levels.levels - 1);
+    prefetch_faces(visibilities);
+    const PreparedVertex terms(directions, brdf, near, levels.levels - 1);
     if (tolerance > 0 && levels.levels > 1) {
         // Of a coarse guess at the radiance, each of some hundred cells may spoil its share; the sum of the
         // bounds is checked against what is found, and where it is too much the cells may spoil less.
-        const VertexTerms coarse(directions, brdf, near, 0);
+        const PreparedVertex coarse(directions, brdf, near, 0);
         const Rgb guess = walked(light, coarse, visibilities, Depth(2, face_levels), 0, memory).total();
         float negligible = tolerance * size_of(guess) / 128;
         for (int trial = 0; trial < 3 && negligible > 0; ++trial, negligible /= 8) {
@@ -134,7 +134,7 @@ private:
 
 /// Writes what is reflected, times what is seen.
 template <class Writer, class Reflected>
-void write_product(const Reflected& reflected, const VertexTerms& terms,
+void write_product(const Reflected& reflected, const PreparedVertex& terms,
                    std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
                    WalkMemory<std::uint8_t>& memory, Writer& writer) {
     writer.blocks.clear();
@@ -146,23 +146,23 @@ double transfer(const LightPyramid& light, const DirectionPyramid& directions, c
                 int depth, const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
                 std::vector<WaveletBlock<3>>& product) {
     const Depth levels(depth, light.numbers().levels());
-    fetch_faces(visibilities);
-    const VertexTerms terms(directions, brdf, near, levels.levels - 1, lobe_of_terms_varies);
+    prefetch_faces(visibilities);
+    const PreparedVertex terms(directions, brdf, near, levels.levels - 1, lobe_of_terms_varies);
     BlockWriter<3, true> writer{light.numbers(), product, detail};
     write_product(LitColours{light}, terms, visibilities, levels, memory, writer);
     return writer.blurred_energy;
 }
 
-double highlight_transfer(const LightPyramid& light, const DirectionPyramid& directions,
-                          const VertexBrdf& brdf, const BlockedCones& near,
-                          std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
-                          const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
-                          std::vector<WaveletBlock<3>>& product, Rgb& diffuse) {
+double highlight_integrand(const LightPyramid& light, const DirectionPyramid& directions,
+                           const VertexBrdf& brdf, const BlockedCones& near,
+                           std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+                           const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
+                           std::vector<WaveletBlock<3>>& product, Rgb& diffuse) {
     const Depth levels(depth, light.numbers().levels());
     VertexBrdf highlights = brdf;
     highlights.diffuse = Rgb(0.0f);
-    fetch_faces(visibilities);
-    const VertexTerms terms(directions, highlights, near, levels.levels - 1, lobe_of_terms_varies);
+    prefetch_faces(visibilities);
+    const PreparedVertex terms(directions, highlights, near, levels.levels - 1, lobe_of_terms_varies);
     HighlightWriter writer(light.numbers(), product, detail);
     write_product(LitHighlights{{light}, brdf.diffuse}, terms, visibilities, levels, memory, writer);
     diffuse = writer.total();
@@ -174,8 +174,8 @@ void write_terms(const BlockNumbers& numbers, const DirectionPyramid& directions
                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<count>>& product) {
     const Depth levels(depth, numbers.levels());
-    fetch_faces(visibilities);
-    const VertexTerms terms(directions, brdf, near, levels.levels - 1, lobe_of_terms_varies);
+    prefetch_faces(visibilities);
+    const PreparedVertex terms(directions, brdf, near, levels.levels - 1, lobe_of_terms_varies);
     BlockWriter<count> writer{numbers, product};
     write_product(PlainTerms<count>(), terms, visibilities, levels, memory, writer);
 }
@@ -201,47 +201,48 @@ namespace haarfield {
 
 HWY_EXPORT(radiance);
 HWY_EXPORT(transfer);
-HWY_EXPORT(highlight_transfer);
+HWY_EXPORT(highlight_integrand);
 HWY_EXPORT(two_terms);
 HWY_EXPORT(three_terms);
 
-Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                    int depth, WalkMemory<std::uint8_t>& memory, float tolerance) {
+Rgb outgoing_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                      const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                      int depth, WalkMemory<std::uint8_t>& memory, float tolerance) {
     memory.reserve(visibilities);
     return HWY_DYNAMIC_DISPATCH(radiance)(light, directions, brdf, near, visibilities, depth, memory,
                                           tolerance);
 }
 
-double vertex_transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                       const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                       int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
-                       const DetailWeights* detail) {
+double radiance_integrand(const LightPyramid& light, const DirectionPyramid& directions,
+                          const VertexBrdf& brdf, const BlockedCones& near,
+                          std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+                          WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
+                          const DetailWeights* detail) {
     memory.reserve(visibilities);
     return HWY_DYNAMIC_DISPATCH(transfer)(light, directions, brdf, near, visibilities, depth, detail, memory,
                                           product);
 }
 
-double highlight_transfer(const LightPyramid& light, const DirectionPyramid& directions,
-                          const VertexBrdf& brdf, const BlockedCones& near,
-                          std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
-                          WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
-                          Rgb& diffuse, const DetailWeights* detail) {
+double highlight_integrand(const LightPyramid& light, const DirectionPyramid& directions,
+                           const VertexBrdf& brdf, const BlockedCones& near,
+                           std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+                           WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
+                           Rgb& diffuse, const DetailWeights* detail) {
     memory.reserve(visibilities);
-    return HWY_DYNAMIC_DISPATCH(highlight_transfer)(light, directions, brdf, near, visibilities, depth,
-                                                    detail, memory, product, diffuse);
+    return HWY_DYNAMIC_DISPATCH(highlight_integrand)(light, directions, brdf, near, visibilities, depth,
+                                                     detail, memory, product, diffuse);
 }
 
-void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<2>>& product) {
+void transfer_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                    int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<2>>& product) {
     memory.reserve(visibilities);
     HWY_DYNAMIC_DISPATCH(two_terms)(numbers, directions, brdf, near, visibilities, depth, memory, product);
 }
 
-void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
+void transfer_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                    int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
     memory.reserve(visibilities);
     HWY_DYNAMIC_DISPATCH(three_terms)(numbers, directions, brdf, near, visibilities, depth, memory, product);
 }

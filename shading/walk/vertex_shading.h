@@ -44,11 +44,11 @@ struct VertexBrdf {
 ///               same energy (variances of narrow functions add when they are convolved). The lobe about H is
 ///               taken so in H, where a cell spreads by s / 4 in the plane of incidence, and by
 ///               s / (2 V.H)^2 across it, V the view direction.
-Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                    int depth, WalkMemory<std::uint8_t>& memory, float tolerance = 0);
+Rgb outgoing_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                      const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                      int depth, WalkMemory<std::uint8_t>& memory, float tolerance = 0);
 
-/// The function whose integral vertex_radiance is: lighting times BRDF times visibilities, per channel, as a
+/// The function whose integral outgoing_radiance is: lighting times BRDF times visibilities, per channel, as a
 /// function product (wide_product.h). `product` is overwritten, its memory reused; faces that are dark have
 /// no block. Highlights below 3 % of their peak are held constant over cells where neither lighting nor
 /// visibility varies.
@@ -56,17 +56,18 @@ Rgb vertex_radiance(const LightPyramid& light, const DirectionPyramid& direction
 /// detail   null: everything is there. Else what is negligible may be left out: blocks below cells whose mean
 ///          is kept.
 /// returns  a bound on the energy of what is left out, with the weights of `detail`.
-double vertex_transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                       const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                       int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
-                       const DetailWeights* detail = nullptr);
-
-/// vertex_transfer of the highlights alone; and in the same walk  `diffuse`, the vertex_radiance of the rest.
-double highlight_transfer(const LightPyramid& light, const DirectionPyramid& directions,
+double radiance_integrand(const LightPyramid& light, const DirectionPyramid& directions,
                           const VertexBrdf& brdf, const BlockedCones& near,
                           std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
                           WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
-                          Rgb& diffuse, const DetailWeights* detail = nullptr);
+                          const DetailWeights* detail = nullptr);
+
+/// radiance_integrand of the highlights alone; and in the same walk  `diffuse`, the outgoing_radiance of the rest.
+double highlight_integrand(const LightPyramid& light, const DirectionPyramid& directions,
+                           const VertexBrdf& brdf, const BlockedCones& near,
+                           std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+                           WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
+                           Rgb& diffuse, const DetailWeights* detail = nullptr);
 
 /// The terms of what a vertex does with light, times visibilities, each as a channel of a function product:
 ///     t_0 = max(0,N.w),   t_1 = highlight c,   t_2 = highlight c F(N.w),
@@ -78,14 +79,14 @@ double highlight_transfer(const LightPyramid& light, const DirectionPyramid& dir
 /// below 3 % of their peak over cells where the visibility does not vary.
 ///
 /// numbers  of the blocks, for faces of the size of `directions`.
-/// cost     as vertex_transfer; of diffuse and specular it matters only whether they are zero.
+/// cost     as radiance_integrand; of diffuse and specular it matters only whether they are zero.
 /// @{
-void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<2>>& product);
-void vertex_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                  const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                  int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product);
+void transfer_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                    int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<2>>& product);
+void transfer_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
+                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
+                    int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product);
 /// @}
 
 }  // namespace haarfield

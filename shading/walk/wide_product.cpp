@@ -118,9 +118,9 @@ namespace {
 /// Of so many points the trees fit a core's second cache.
 constexpr std::size_t points_at_once = 8;
 
-/// Reads trees from end to end: that is what memory is fastest at, several times as fast as at what a walk
-/// asks for now and then, be it ahead of time.
-void read_ahead(std::span<const WeightedTrees<float>> factors) {
+/// Prefetches trees into the second cache by reading them from end to end: that is what memory is fastest at,
+/// several times as fast as at the prefetches of single nodes.
+void prefetch_trees(std::span<const WeightedTrees<float>> factors) {
     constexpr std::size_t line = 64;
     unsigned sum = 0;
     for (const WeightedTrees<float>& factor : factors)
@@ -153,7 +153,7 @@ void product_integrals(const LightPyramid& light,
     const auto function = HWY_DYNAMIC_DISPATCH(integral);
     for (std::size_t first = 0; first < factors.size(); first += points_at_once) {
         const std::size_t end = std::min(first + points_at_once, factors.size());
-        for (std::size_t i = first; i < end; ++i) read_ahead(factors[i]);
+        for (std::size_t i = first; i < end; ++i) prefetch_trees(factors[i]);
         for (std::size_t i = first; i < end; ++i) {
             memory.reserve(factors[i]);
             integrals[i] = function(light, factors[i], depth, memory);

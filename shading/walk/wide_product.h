@@ -22,10 +22,10 @@ namespace haarfield {
 Rgb product_integral(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
                      WalkMemory<float>& memory);
 
-/// product_integral at many points, for trees that come from memory: those of several points are read from
-/// end to end before they are walked.
+/// product_integral at many points, for trees that come from memory: those of several points are prefetched,
+/// read from end to end, before they are walked.
 ///
-/// factors    by point; trees whose WideFace::nodes is not known are not read ahead.
+/// factors    by point; trees whose WideFace::nodes is not known are not prefetched.
 /// integrals  overwritten, as many.
 /// cost       against product_integral a third less if a point's trees lie side by side in memory, and a
 ///            tenth more if they were in the cache.

@@ -68,10 +68,10 @@ float wrapped(float value) {
 }
 
 /// With y along `axis`.
-struct Frame {
+struct TangentFrame {
     Vec3f axis, x, z;
 
-    explicit Frame(const Vec3f& along)
+    explicit TangentFrame(const Vec3f& along)
         : axis(along),
           x((std::abs(along.x) < 0.5f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0)).cross(along).normalized()),
           z(x.cross(along)) {}
@@ -167,7 +167,7 @@ Rgb RayCaster::operator()(const VertexTexels& vertex, std::uint32_t seed) {
     const auto half = static_cast<std::size_t>(rays_ / 2);
     for (const LightSample& sample : std::span(light_samples_).subspan(seed % light_sets * half, half))
         add_sample(vertex, sample.direction, sample.light);
-    const Frame about_normal(vertex.normal), about_mirror(vertex.mirror);
+    const TangentFrame about_normal(vertex.normal), about_mirror(vertex.mirror);
     Shift shift(seed);
     const float along = shift(), round = shift();
     for (std::size_t i = 0; i < half; ++i) {

@@ -35,21 +35,20 @@ MotionTransfer made_by_motion() {
                             moving);
 }
 
-VertexRadiance frame(const LightTransfer& transfer) {
-    VertexRadiance radiance;
-    (void)transfer_light(transfer, room().scene, room().geometry(),
-                         dense_coefficients(room().light(), Room::size), radiance);
+SceneRadiance frame(const LightTransfer& transfer) {
+    SceneRadiance radiance;
+    (void)shade_frame(transfer, room().scene, room().geometry(),
+                      dense_coefficients(room().light(), Room::size), radiance);
     return radiance;
 }
-VertexRadiance frame(const ViewTransfer& transfer) {
-    VertexRadiance radiance;
-    (void)transfer_view(transfer, room().scene, room().geometry(), radiance);
+SceneRadiance frame(const ViewTransfer& transfer) {
+    SceneRadiance radiance;
+    (void)shade_frame(transfer, room().scene, room().geometry(), radiance);
     return radiance;
 }
-VertexRadiance frame(const MotionTransfer& transfer) {
-    VertexRadiance radiance;
-    (void)transfer_motion(transfer, room().scene, room().geometry(), settings(), FrameQuality::still,
-                          radiance);
+SceneRadiance frame(const MotionTransfer& transfer) {
+    SceneRadiance radiance;
+    (void)shade_frame(transfer, room().scene, room().geometry(), settings(), FrameQuality::still, radiance);
     return radiance;
 }
 
@@ -82,7 +81,7 @@ BENCHMARK(transfer_frame<made_by_motion>)->Unit(benchmark::kMicrosecond)->UseRea
 void product_integrals(benchmark::State& state) {
     const LightPyramid light(room().light(), Room::size);
     for (auto _ : state)
-        benchmark::DoNotOptimize(*vertex_radiance({room().scene, room().geometry(), light, settings()}));
+        benchmark::DoNotOptimize(*scene_radiance({room().scene, room().geometry(), light, settings()}));
     state.SetItemsProcessed(state.iterations() * vertex_count(room()));
 }
 BENCHMARK(product_integrals)->Unit(benchmark::kMicrosecond)->UseRealTime();

@@ -54,7 +54,7 @@ void study_frame(std::size_t vertices) {
                                            : fmt::format("    at depth {}", depth),
                        least_milliseconds([&] {
                            scene.eye += Vec3f(0.01f, 0, 0);
-                           value_or_exit(vertex_radiance({scene, geometry, light, settings, kept}));
+                           value_or_exit(scene_radiance({scene, geometry, light, settings, kept}));
                        }));
         }
         settings.depth = full_depth;

@@ -12,9 +12,7 @@
 namespace haarfield::baseline {
 namespace {
 
-using Radiance = std::vector<std::vector<Rgb>>;
-
-double relative_rmse(const Radiance& found, const Radiance& wanted) {
+double relative_rmse(const SceneRadiance& found, const SceneRadiance& wanted) {
     double difference = 0, norm = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t v = 0; v < wanted[i].size(); ++v) {
@@ -41,7 +39,7 @@ void study_occlusion(const std::string& file, std::size_t vertices) {
         shaded_scene(description, entities, sky_image(*description.environment.sky, 1024));
 
     RenderSettings settings;
-    const Radiance dense = value_or_exit(dense_vertex_radiance(scene, settings));
+    const SceneRadiance dense = value_or_exit(dense_scene_radiance(scene, settings));
     std::size_t count = 0;
     for (const auto& instance : dense) count += instance.size();
     fmt::print("{}: {} vertices, against the dense oracle.\n\n", file, count);
@@ -53,10 +51,10 @@ void study_occlusion(const std::string& file, std::size_t vertices) {
         const LightPyramid light(lighting_tree(scene.environment, settings.face_size, {light_wavelets}),
                                  settings.face_size);
         double least = INFINITY;
-        Radiance radiance;
+        SceneRadiance radiance;
         for (int round = 0; round < 3; ++round) {
             const double start = process_seconds();
-            radiance = value_or_exit(vertex_radiance({scene, geometry, light, settings}));
+            radiance = value_or_exit(scene_radiance({scene, geometry, light, settings}));
             least = std::min(least, process_seconds() - start);
         }
         fmt::print("{:<44} {:>14.1f} {:>12.2f} %\n", title, 1e6 * least / double(count),

@@ -60,7 +60,7 @@ private:
 };
 
 /// What all faces and blocks of a vertex share.
-struct VertexTerms {
+struct PreparedVertex {
     const DirectionPyramid& directions;
     const VertexBrdf& brdf;
     BlockedCones near;
@@ -74,8 +74,8 @@ struct VertexTerms {
     /// changes less than a thousandth of what the highlights reflect of even light.
     std::array<float, 4> negligible{};
 
-    VertexTerms(const DirectionPyramid& pyramid, const VertexBrdf& what, const BlockedCones& cones, int last,
-                float lobes_vary = lobe_varies)
+    PreparedVertex(const DirectionPyramid& pyramid, const VertexBrdf& what, const BlockedCones& cones,
+                   int last, float lobes_vary = lobe_varies)
         : directions(pyramid),
           brdf(what),
           near(cones),

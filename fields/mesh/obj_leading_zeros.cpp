@@ -1,4 +1,4 @@
-#include "fields/mesh/obj_text.h"
+#include "fields/mesh/obj_leading_zeros.h"
 
 #include <cctype>
 

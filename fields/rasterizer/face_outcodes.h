@@ -1,10 +1,6 @@
 #pragma once
-/// What the two paths of the visibility rasterizer share: faces by components, outcodes, the sample pattern.
+/// Cubemap faces by components, and outcodes: outside of which of their planes a point lies.
 
-#include <array>
-#include <cstdint>
-
-#include "fields/rasterizer/visibility_rasterizer.h"
 #include "fields/wavelets/cubemap.h"
 
 namespace haarfield {
@@ -58,26 +54,6 @@ inline unsigned outside_above(int face) {
 }
 inline unsigned outside_below(int face) {
     return outside_bit(face, 0, 1.5f);
-}
-
-/// Where in its texel column the sample of a sub-column lies, in texel rows; the inverse of the pattern's
-/// sub-row offsets. Twice, so that a vector of 8 may start anywhere.
-struct RowOffsets {
-    std::array<float, 32> rows{};
-    constexpr RowOffsets() {
-        for (int sub_row = 0; sub_row < samples_per_texel; ++sub_row)
-            for (std::size_t repeat = 0; repeat < 32; repeat += samples_per_texel) {
-                const auto sub_column = static_cast<std::size_t>(sample_offset(sub_row) * samples_per_texel);
-                rows[repeat + sub_column] = (static_cast<float>(sub_row) + 0.5f) / samples_per_texel;
-            }
-    }
-};
-inline constexpr RowOffsets row_offsets;
-
-/// The bits of a word whose numbers, counted from `start`, are below `end`.
-constexpr std::uint64_t bits_below(std::uint32_t end, std::uint32_t start) {
-    if (end <= start) return 0;
-    return end - start >= 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (end - start)) - 1;
 }
 
 }  // namespace haarfield

@@ -1,4 +1,4 @@
-#include "scenes/scene_session.h"
+#include "scenes/session_scene.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,11 +11,11 @@ namespace haarfield {
 namespace {
 
 /// A stool on a floor, as files.
-class SceneSessionTest : public testing::TestWithParam<Occlusion> {
+class SessionSceneTest : public testing::TestWithParam<Occlusion> {
 protected:
     void SetUp() override {
         folder =
-            std::filesystem::temp_directory_path() / ("haarfield_scene_session_" + std::to_string(getpid()));
+            std::filesystem::temp_directory_path() / ("haarfield_session_scene_" + std::to_string(getpid()));
         std::filesystem::remove_all(folder);
         std::filesystem::create_directories(folder);
         std::ofstream(folder / "floor.obj") << "v -3 0 -3\nv -3 0 3\nv 3 0 3\nv 3 0 -3\nf 1 2 3 4\n";
@@ -65,12 +65,12 @@ protected:
     RenderSettings settings;
 };
 
-INSTANTIATE_TEST_SUITE_P(Occlusion, SceneSessionTest,
+INSTANTIATE_TEST_SUITE_P(Occlusion, SessionSceneTest,
                          testing::Values(Occlusion::fields, Occlusion::automatic), [](const auto& test) {
                              return test.param == Occlusion::fields ? "Fields" : "Automatic";
                          });
 
-TEST_P(SceneSessionTest, ATurnedAndMovedSceneEqualsABakeOfItsFile) {
+TEST_P(SessionSceneTest, ATurnedAndMovedSceneEqualsABakeOfItsFile) {
     const LatLongImage sky = sky_image({}, 128);
     const auto entities = prepare_scene_entities(scene, options);
     ASSERT_TRUE(entities) << entities.error().message();
@@ -90,7 +90,7 @@ TEST_P(SceneSessionTest, ATurnedAndMovedSceneEqualsABakeOfItsFile) {
             {"", instance.entity, instance.translate, instance.scale, instance.rotate});
     const auto fresh = prepare_scene_entities(written, options);
     ASSERT_TRUE(fresh) << fresh.error().message();
-    const auto baked = vertex_radiance(shaded_scene(written, *fresh, sky), settings);
+    const auto baked = scene_radiance(shaded_scene(written, *fresh, sky), settings);
     ASSERT_TRUE(baked);
     ASSERT_EQ(baked->size(), session.radiance().size());
     for (std::size_t i = 0; i < baked->size(); ++i) {
@@ -102,14 +102,14 @@ TEST_P(SceneSessionTest, ATurnedAndMovedSceneEqualsABakeOfItsFile) {
     }
 }
 
-TEST_P(SceneSessionTest, OpensWithTheTurnsOfTheFile) {
+TEST_P(SessionSceneTest, OpensWithTheTurnsOfTheFile) {
     const auto entities = prepare_scene_entities(scene, options);
     ASSERT_TRUE(entities);
     RelightSession session(session_scene(scene, *entities, sky_image({}, 128)), settings);
     EXPECT_EQ(session.instances()[2].rotate, scene.instances[2].rotate);
     EXPECT_EQ(session.eye(), scene.camera.position);
     ASSERT_TRUE(session.commit());
-    const auto baked = vertex_radiance(shaded_scene(scene, *entities, sky_image({}, 128)), settings);
+    const auto baked = scene_radiance(shaded_scene(scene, *entities, sky_image({}, 128)), settings);
     EXPECT_EQ(session.radiance(), *baked);
 }
 

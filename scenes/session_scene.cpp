@@ -1,4 +1,4 @@
-#include "scenes/scene_session.h"
+#include "scenes/session_scene.h"
 
 namespace haarfield {
 
