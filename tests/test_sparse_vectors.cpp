@@ -9,6 +9,7 @@
 #include "fields/wavelets/haar_transform.h"
 #include "shading/transfer/product_pruning.h"
 #include "shading/transfer/sparse_products.h"
+#include "shading/walk/product_integral.h"
 #include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {

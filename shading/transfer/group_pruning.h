@@ -3,7 +3,7 @@
 
 #include "shading/transfer/coefficient_energies.h"
 #include "shading/transfer/grouped_columns.h"
-#include "shading/walk/wide_product.h"
+#include "shading/walk/wavelet_blocks.h"
 
 namespace haarfield {
 

@@ -2,7 +2,7 @@
 /// From function products to sparse vectors: coefficients that matter little are left out.
 
 #include "shading/transfer/coefficient_energies.h"
-#include "shading/walk/wide_product.h"
+#include "shading/walk/wavelet_blocks.h"
 
 namespace haarfield {
 
@@ -14,7 +14,7 @@ class ProductPruning {
 public:
     ProductPruning(int face_size, const CoefficientSpectrum& spectrum);
 
-    /// Takes up a product (wide_product.h), which must outlive what is appended from it.
+    /// Takes up a product (wavelet_blocks.h), which must outlive what is appended from it.
     void take(std::span<const WaveletBlock<3>> product);
 
     /// Of the product at hand: the sum of all energies (EnergyWeights), over the channels.

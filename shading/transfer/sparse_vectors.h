@@ -7,7 +7,7 @@
 /// Index   16 * block + slot, with blocks numbered by BlockNumbers and slots as in WaveletBlock: slot 0 is
 ///         the mean of a face in the block of its root, and unused in all others.
 
-#include "shading/walk/wide_product.h"
+#include "shading/walk/wavelet_blocks.h"
 
 namespace haarfield {
 

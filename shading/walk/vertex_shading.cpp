@@ -14,7 +14,7 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-struct RadianceSum : ChannelSums {
+struct RadianceSum : ChannelSums<3> {
     static constexpr bool may_prune = true;
 
     float negligible, error = 0;  ///< See Walk.

@@ -4,7 +4,8 @@
 #include "shading/walk/direction_pyramid.h"
 #include "shading/walk/light_pyramid.h"
 #include "shading/walk/near_occluders.h"
-#include "shading/walk/wide_product.h"
+#include "shading/walk/wavelet_blocks.h"
+#include "shading/walk/wide_walk.h"
 
 namespace haarfield {
 
@@ -49,7 +50,7 @@ Rgb outgoing_radiance(const LightPyramid& light, const DirectionPyramid& directi
                       int depth, WalkMemory<std::uint8_t>& memory, float tolerance = 0);
 
 /// The function whose integral outgoing_radiance is: lighting times BRDF times visibilities, per channel, as a
-/// function product (wide_product.h). `product` is overwritten, its memory reused; faces that are dark have
+/// function product (wavelet_blocks.h). `product` is overwritten, its memory reused; faces that are dark have
 /// no block. Highlights below 3 % of their peak are held constant over cells where neither lighting nor
 /// visibility varies.
 ///

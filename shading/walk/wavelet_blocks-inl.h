@@ -9,7 +9,7 @@
 #endif
 
 #include "shading/walk/square_transform.h"
-#include "shading/walk/wide_product.h"
+#include "shading/walk/wavelet_blocks.h"
 #include "shading/walk/wide_walk-inl.h"
 
 HWY_BEFORE_NAMESPACE();

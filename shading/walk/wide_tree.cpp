@@ -71,18 +71,21 @@ bool append_wide_nodes(const Quadtree& tree, std::vector<WideNode<float>>& nodes
 }
 
 WideCubemapTree::WideCubemapTree(const CubemapTree& tree) {
+    auto trees = std::make_unique<Trees>();
     std::array<std::size_t, cubemap_faces> root;
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
-        root[face] = nodes_.size();
-        append_wide_nodes(tree.faces[face], nodes_);
+        root[face] = trees->nodes.size();
+        append_wide_nodes(tree.faces[face], trees->nodes);
     }
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
-        faces_[face].mean = tree.faces[face].scaling;
+        WideFace<float>& wide = trees->faces[face];
+        wide.mean = tree.faces[face].scaling;
         if (tree.faces[face].nodes.empty()) continue;
-        faces_[face].root = &nodes_[root[face]];
-        faces_[face].nodes = static_cast<std::uint32_t>(
-            (face + 1 < cubemap_faces ? root[face + 1] : nodes_.size()) - root[face]);
+        wide.root = &trees->nodes[root[face]];
+        wide.nodes = static_cast<std::uint32_t>(
+            (face + 1 < cubemap_faces ? root[face + 1] : trees->nodes.size()) - root[face]);
     }
+    trees_ = std::move(trees);
 }
 
 }  // namespace haarfield

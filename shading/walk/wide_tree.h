@@ -9,6 +9,8 @@
 
 #include "fields/wavelets/quadtree.h"
 
+#include <memory>
+
 namespace haarfield {
 
 inline constexpr std::size_t wide_cells = 16;
@@ -79,18 +81,25 @@ constexpr int wide_levels(int face_size) {
 /// cost      O(nodes).
 bool append_wide_nodes(const Quadtree& tree, std::vector<WideNode<float>>& nodes);
 
-/// A function of direction that owns its nodes.
+/// A function of direction that owns its nodes. May be moved while factors refer to it.
 class WideCubemapTree {
 public:
+    /// cost: O(nodes).
     explicit WideCubemapTree(const CubemapTree& tree);
-    WideCubemapTree(WideCubemapTree&&) = default;
-    WideCubemapTree& operator=(WideCubemapTree&&) = default;
 
-    const WideCubemap<float>& faces() const { return faces_; }
+    const WideCubemap<float>& faces() const { return trees_->faces; }
+
+    /// The function as a factor of a product, which the tree must outlive.
+    WeightedTrees<float> factor() const& { return {0, {&trees_->whole, 1}}; }
+    WeightedTrees<float> factor() && = delete;
 
 private:
-    std::vector<WideNode<float>> nodes_;
-    WideCubemap<float> faces_;
+    struct Trees {
+        std::vector<WideNode<float>> nodes;
+        WideCubemap<float> faces;
+        WeightedTrees<float>::Part whole{&faces, 1};
+    };
+    std::unique_ptr<const Trees> trees_;
 };
 
 }  // namespace haarfield

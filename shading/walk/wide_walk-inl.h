@@ -107,24 +107,30 @@ struct LeavesOf {
 };
 
 /// Sums over all cells, by channel: an integral.
+template <int channels>
 struct ChannelSums {
     static constexpr unsigned needed = 2;
     static constexpr bool is_sum = true, may_blur = false;
     static constexpr float cell_share = 1.0f / wide_cells;
 
-    Cells sum[3];
+    Cells sum[channels];
 
     ChannelSums() {
         for (Cells& channel : sum) channel = all_cells(0);
     }
-    Rgb total() const { return Rgb(sum_of(sum[0]), sum_of(sum[1]), sum_of(sum[2])); }
+    auto total() const {
+        if constexpr (channels == 1)
+            return sum_of(sum[0]);
+        else
+            return Rgb(sum_of(sum[0]), sum_of(sum[1]), sum_of(sum[2]));
+    }
     HWY_INLINE void add(int, std::size_t, std::size_t, unsigned done, const Cells& product,
-                        const HeadCells<3>& head) {
+                        const HeadCells<channels>& head) {
         const Cells share = only(done, product);
-        for (int c = 0; c < 3; ++c) sum[c] = multiply_add(share, head.value[c], sum[c]);
+        for (int c = 0; c < channels; ++c) sum[c] = multiply_add(share, head.value[c], sum[c]);
     }
     HWY_INLINE void open(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
-                         const HeadCells<3>& head) {
+                         const HeadCells<channels>& head) {
         add(level, face, block, done, product, head);
     }
     void close(int, std::size_t) {}
@@ -132,16 +138,17 @@ struct ChannelSums {
     /// With its own sums, which stay in registers.
     struct Leaves {
         ChannelSums& whole;
-        Cells sum[3];
+        Cells sum[channels];
 
         HWY_INLINE explicit Leaves(ChannelSums& to) : whole(to) {
             for (Cells& channel : sum) channel = all_cells(0);
         }
         HWY_INLINE ~Leaves() {
-            for (int c = 0; c < 3; ++c) whole.sum[c] = whole.sum[c] + sum[c];
+            for (int c = 0; c < channels; ++c) whole.sum[c] = whole.sum[c] + sum[c];
         }
-        HWY_INLINE void add(int, std::size_t, std::size_t, const Cells& product, const HeadCells<3>& head) {
-            for (int c = 0; c < 3; ++c) sum[c] = multiply_add(product, head.value[c], sum[c]);
+        HWY_INLINE void add(int, std::size_t, std::size_t, const Cells& product,
+                            const HeadCells<channels>& head) {
+            for (int c = 0; c < channels; ++c) sum[c] = multiply_add(product, head.value[c], sum[c]);
         }
     };
 };

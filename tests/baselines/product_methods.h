@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "shading/walk/wide_product.h"
+#include "shading/walk/product_integral.h"
 #include "tests/baselines/paper_product_integral.h"
 #include "tests/baselines/scene_integrals.h"
 

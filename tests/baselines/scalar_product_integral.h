@@ -1,6 +1,6 @@
 #pragma once
 /// The integral of a product of any number of quadtrees, one square at a time: what the wide walk of
-/// shading/walk/wide_product.h has to agree with, and is measured against.
+/// shading/walk/product_integral.h has to agree with, and is measured against.
 
 #include "shading/walk/wide_tree.h"
 

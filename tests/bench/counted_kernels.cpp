@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "fields/wavelets/haar_transform.h"
-#include "shading/walk/wide_product.h"
+#include "shading/walk/product_integral.h"
 #include "tests/baselines/product_methods.h"
 #include "tests/oracles/pixel_reference.h"
 

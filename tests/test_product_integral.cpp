@@ -1,4 +1,4 @@
-#include "shading/walk/wide_product.h"
+#include "shading/walk/product_integral.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -90,7 +90,7 @@ TEST(ProductIntegrals, HaveTheBitsOfEachOneAlone) {
     product_integrals(light, {}, full_depth, memory, {});
 }
 
-TEST(WideProduct, IntegralEqualsPixelSumAtAllDepths) {
+TEST(ProductIntegral, EqualsPixelSumAtAllDepths) {
     WalkMemory<float> memory;
     for (int levels = 0; levels <= 7; ++levels)
         for (int count = 0; count <= 6; ++count)
@@ -109,7 +109,48 @@ TEST(WideProduct, IntegralEqualsPixelSumAtAllDepths) {
             }
 }
 
-TEST(WideProduct, IntegralIsExactOnTheLargestFace) {
+TEST(ProductIntegral, WithoutLightEqualsPixelSumAtAllDepths) {
+    WalkMemory<float> memory;
+    for (int levels = 0; levels <= 6; ++levels)
+        for (int count = 0; count <= 6; ++count)
+            for (int depth = 0; depth <= levels + 1; ++depth) {
+                const ExampleFactors example(std::uint32_t(levels * 10 + count), count, levels, 0.6, depth);
+                Expected wanted;
+                for (std::size_t face = 0; face < cubemap_faces; ++face) {
+                    const Texels product =
+                        count == 0 ? Texels(std::size_t(example.size) * std::size_t(example.size), 1.0)
+                                   : reference::product(example.texels[face]);
+                    wanted.value += reference::mean(product);
+                    wanted.magnitude += reference::absolute_mean(product);
+                }
+                EXPECT_NEAR(product_integral(example.size, example.factors, depth, memory), wanted.value,
+                            1e-6 * wanted.magnitude)
+                    << levels << " levels, " << count << " factors, depth " << depth;
+            }
+}
+
+TEST(ProductIntegral, TakesATreeAsAFactorWhereverItIsMoved) {
+    std::vector<WideCubemapTree> trees;
+    std::vector<WeightedTrees<float>> factors;
+    std::vector<CubemapTree> functions(3);
+    for (std::uint32_t i = 0; i < functions.size(); ++i) {
+        for (std::uint32_t face = 0; face < cubemap_faces; ++face)
+            functions[i].faces[face] = reference::random_quadtree(10 * i + face, 4, 0.7);
+        trees.emplace_back(functions[i]);  // moves those of before
+        factors.push_back(trees.back().factor());
+    }
+    Expected wanted;
+    for (std::size_t face = 0; face < cubemap_faces; ++face) {
+        std::vector<Texels> texels;
+        for (const CubemapTree& f : functions) texels.push_back(reference::texels_of(f.faces[face], 16));
+        wanted.value += reference::mean(reference::product(texels));
+        wanted.magnitude += reference::absolute_mean(reference::product(texels));
+    }
+    WalkMemory<float> memory;
+    EXPECT_NEAR(product_integral(16, factors, full_depth, memory), wanted.value, 1e-6 * wanted.magnitude);
+}
+
+TEST(ProductIntegral, IsExactOnTheLargestFace) {
     WalkMemory<float> memory;
     const RgbCubemapTree light = random_light(1, 8, 0.6);
     const ExampleFactors example(2, 3, 8, 0.6);
@@ -118,7 +159,7 @@ TEST(WideProduct, IntegralIsExactOnTheLargestFace) {
     EXPECT_NEAR(found[1], wanted.value, 1e-6 * wanted.magnitude);
 }
 
-TEST(WideProduct, IntegralVanishesWithAnyFactorThatIsZero) {
+TEST(ProductIntegral, VanishesWithAnyFactorThatIsZero) {
     WalkMemory<float> memory;
     ExampleFactors example(3, 4, 4, 0.7);
     example.factors.push_back({0, {}});
@@ -127,7 +168,7 @@ TEST(WideProduct, IntegralVanishesWithAnyFactorThatIsZero) {
         Rgb(0.0f));
 }
 
-TEST(WideProduct, IntegralOfHalfSpacesIsZeroWhereTheyExcludeEachOther) {
+TEST(ProductIntegral, OfHalfSpacesIsZeroWhereTheyExcludeEachOther) {
     // Visibilities of two half planes that do not meet: exactly zero, without a walk to the texels.
     std::vector<float> left(64 * 64), right(64 * 64);
     for (std::size_t i = 0; i < left.size(); ++i) {
@@ -140,11 +181,25 @@ TEST(WideProduct, IntegralOfHalfSpacesIsZeroWhereTheyExcludeEachOther) {
         right_tree.faces[face] = haar_quadtree<float>(right, 64);
     }
     const WideCubemapTree a(left_tree), b(right_tree);
-    const WeightedTrees<float>::Part parts[] = {{&a.faces(), 1}, {&b.faces(), 1}};
-    const WeightedTrees<float> factors[] = {{0, {&parts[0], 1}}, {0, {&parts[1], 1}}};
+    const std::array factors{a.factor(), b.factor()};
     WalkMemory<float> memory;
     EXPECT_EQ(product_integral(LightPyramid(random_light(3, 6, 0.7), 64), factors, full_depth, memory),
               Rgb(0.0f));
+}
+
+/// Texels of a channel, by face.
+std::array<Texels, cubemap_faces> texels_of(const CubemapTree& tree, int, int size) {
+    std::array<Texels, cubemap_faces> result;
+    for (std::size_t face = 0; face < cubemap_faces; ++face)
+        result[face] = reference::texels_of(tree.faces[face], size);
+    return result;
+}
+
+std::array<Texels, cubemap_faces> texels_of(const RgbCubemapTree& tree, int channel, int size) {
+    std::array<Texels, cubemap_faces> result;
+    for (std::size_t face = 0; face < cubemap_faces; ++face)
+        result[face] = reference::texels_of(tree.faces[face], channel, size);
+    return result;
 }
 
 /// The texels that wavelet blocks stand for, by face.
@@ -197,7 +252,7 @@ void expect_texels(const std::array<Texels, cubemap_faces>& found,
     }
 }
 
-TEST(WideProduct, FunctionProductEqualsTexelProduct) {
+TEST(FunctionProduct, EqualsTexelProduct) {
     WalkMemory<float> memory;
     std::vector<WaveletBlock<1>> blocks;
     for (const int levels : {1, 3, 4, 6})
@@ -211,10 +266,11 @@ TEST(WideProduct, FunctionProductEqualsTexelProduct) {
                 SCOPED_TRACE(testing::Message()
                              << levels << " levels, " << count << " factors, depth " << depth);
                 expect_texels(texels_of(blocks, 0, example.size), wanted);
+                expect_texels(texels_of(cubemap_tree(blocks), 0, example.size), wanted);
             }
 }
 
-TEST(WideProduct, FunctionProductWithLightEqualsTexelProductPerChannel) {
+TEST(FunctionProduct, WithLightEqualsTexelProductPerChannel) {
     WalkMemory<float> memory;
     std::vector<WaveletBlock<3>> blocks;
     for (const int levels : {2, 5})
@@ -230,11 +286,46 @@ TEST(WideProduct, FunctionProductWithLightEqualsTexelProductPerChannel) {
                     wanted[face] = reference::product(all);
                 }
                 expect_texels(texels_of(blocks, channel, example.size), wanted);
+                expect_texels(texels_of(cubemap_tree(blocks), channel, example.size), wanted);
             }
         }
 }
 
-TEST(WideProduct, AgreesBetweenInstructionSets) {
+TEST(FunctionProduct, IsAFunctionThatCanBeMultipliedAgain) {
+    WalkMemory<float> memory;
+    const ExampleFactors example(7, 5, 5, 0.6);
+    const std::span<const WeightedTrees<float>> factors = example.factors;
+    std::vector<WaveletBlock<1>> blocks;
+    function_product(example.size, factors.first(3), full_depth, memory, blocks);
+    const WideCubemapTree product(cubemap_tree(blocks));
+    const std::array again{product.factor(), factors[3], factors[4]};
+    double magnitude = 0;
+    for (const auto& texels : example.texels)
+        magnitude += reference::absolute_mean(reference::product(texels));
+    EXPECT_NEAR(product_integral(example.size, again, full_depth, memory),
+                product_integral(example.size, factors, full_depth, memory), 2e-6 * magnitude);
+}
+
+TEST(FunctionProduct, HasNoNodesWhereItIsConstantAndNoneWithoutWavelets) {
+    WalkMemory<float> memory;
+    std::vector<WaveletBlock<1>> blocks;
+    function_product(64, {}, full_depth, memory, blocks);
+    for (const Quadtree& face : cubemap_tree(blocks).faces) {
+        EXPECT_EQ(face.scaling, 1);
+        EXPECT_TRUE(face.nodes.empty());
+    }
+    // Open but for one texel: each level has one node.
+    std::vector<float> texels(6 * 64 * 64, 1.0f);
+    texels[4 * 64 * 64 + 17] = 0;
+    const CubemapTree dot = haar_cubemap<float>(texels, 64);
+    const WideCubemapTree wide(dot);
+    function_product(64, std::array{wide.factor(), wide.factor()}, full_depth, memory, blocks);
+    const CubemapTree found = cubemap_tree(blocks);
+    for (std::size_t face = 0; face < cubemap_faces; ++face)
+        EXPECT_EQ(found.faces[face].nodes.size(), face == 4 ? 6u : 0u);
+}
+
+TEST(ProductIntegral, AgreesBetweenInstructionSets) {
     WalkMemory<float> memory;
     const LightPyramid light(random_light(5, 6, 0.6), 64);
     const ExampleFactors example(5, 4, 6, 0.6);

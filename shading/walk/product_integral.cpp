@@ -1,10 +1,10 @@
-#include "shading/walk/wide_product.h"
+#include "shading/walk/product_integral.h"
 
 #include <algorithm>
 #include <cassert>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "shading/walk/wide_product.cpp"
+#define HWY_TARGET_INCLUDE "shading/walk/product_integral.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -15,10 +15,12 @@ namespace haarfield {
 namespace HWY_NAMESPACE {
 
 struct Light {
+    using Value = Rgb;
+
     const LightPyramid& pyramid;
 
     bool is_constant(std::size_t face) const { return pyramid.is_constant(face); }
-    float mean(std::size_t face, int channel) const { return pyramid.mean(face)[channel]; }
+    const Rgb& mean(std::size_t face) const { return pyramid.mean(face); }
 
     using Ahead = HeadCells<3>::Ahead;
 
@@ -35,8 +37,10 @@ struct Light {
 
 /// No lighting.
 struct One {
+    using Value = float;
+
     bool is_constant(std::size_t) const { return true; }
-    float mean(std::size_t, int) const { return 1; }
+    float mean(std::size_t) const { return 1; }
 
     using Ahead = HeadCells<1>::Ahead;
 
@@ -46,27 +50,39 @@ struct One {
     HWY_INLINE HeadCells<1> last(int, std::size_t, std::size_t, Ahead) const { return {{all_cells(1)}}; }
 };
 
-struct Integral : ChannelSums {
+template <int channels>
+struct Integral : ChannelSums<channels> {
     static constexpr bool may_prune = false;
 };
 
-Rgb integral(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
-             WalkMemory<float>& memory) {
-    const Depth levels(depth, light.numbers().levels());
-    const Light head{light};
-    Integral sum;
-    Walk<float, Light, Integral> walk(head, sum, memory, levels);
-    Rgb constant_faces(0.0f);
+template <int channels, class Head>
+typename Head::Value integral(const Head& head, const BlockNumbers& numbers,
+                              std::span<const WeightedTrees<float>> factors, int depth,
+                              WalkMemory<float>& memory) {
+    const Depth levels(depth, numbers.levels());
+    Integral<channels> sum;
+    Walk<float, Head, Integral<channels>> walk(head, sum, memory, levels);
+    typename Head::Value constant_faces(0.0f);
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const FaceFactors on_face = list_factors(factors, face, memory.varying[0]);
         if (on_face.constant == 0) continue;
-        const std::size_t varying = memory.varying[0].factor_count + (light.is_constant(face) ? 0 : 1);
-        if (levels.levels > 0 && varying >= Integral::needed)
-            walk.visit(0, face, 0, on_face.constant * Integral::cell_share, {});
+        const std::size_t varying = memory.varying[0].factor_count + (head.is_constant(face) ? 0 : 1);
+        if (levels.levels > 0 && varying >= sum.needed)
+            walk.visit(0, face, 0, on_face.constant * sum.cell_share, {});
         else
-            constant_faces += light.mean(face) * on_face.mean;
+            constant_faces += head.mean(face) * on_face.mean;
     }
     return constant_faces + sum.total();
+}
+
+Rgb integral_with_light(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
+                        WalkMemory<float>& memory) {
+    return integral<3>(Light{light}, light.numbers(), factors, depth, memory);
+}
+
+float integral_alone(const BlockNumbers& numbers, std::span<const WeightedTrees<float>> factors, int depth,
+                     WalkMemory<float>& memory) {
+    return integral<1>(One{}, numbers, factors, depth, memory);
 }
 
 template <int channels, class Head>
@@ -89,9 +105,13 @@ void write_product(const Head& head, const BlockNumbers& numbers,
         root.block = static_cast<std::uint32_t>(face);
         root.parent = place;
         root.cell = root.level = 0;
+        const auto mean = head.mean(face) * on_face.mean;
         for (int c = 0; c < channels; ++c) {
             root.amplitude[std::size_t(c)].fill(0);
-            root.amplitude[std::size_t(c)][0] = on_face.mean * head.mean(face, c);
+            if constexpr (channels == 1)
+                root.amplitude[0][0] = mean;
+            else
+                root.amplitude[std::size_t(c)][0] = mean[c];
         }
     }
 }
@@ -136,21 +156,28 @@ void prefetch_trees(std::span<const WeightedTrees<float>> factors) {
 
 }  // namespace
 
-HWY_EXPORT(integral);
+HWY_EXPORT(integral_with_light);
+HWY_EXPORT(integral_alone);
 HWY_EXPORT(product_with_light);
 HWY_EXPORT(product_alone);
+
+float product_integral(int face_size, std::span<const WeightedTrees<float>> factors, int depth,
+                       WalkMemory<float>& memory) {
+    memory.reserve(factors);
+    return HWY_DYNAMIC_DISPATCH(integral_alone)(BlockNumbers(face_size), factors, depth, memory);
+}
 
 Rgb product_integral(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
                      WalkMemory<float>& memory) {
     memory.reserve(factors);
-    return HWY_DYNAMIC_DISPATCH(integral)(light, factors, depth, memory);
+    return HWY_DYNAMIC_DISPATCH(integral_with_light)(light, factors, depth, memory);
 }
 
 void product_integrals(const LightPyramid& light,
                        std::span<const std::span<const WeightedTrees<float>>> factors, int depth,
                        WalkMemory<float>& memory, std::span<Rgb> integrals) {
     assert(integrals.size() == factors.size());
-    const auto function = HWY_DYNAMIC_DISPATCH(integral);
+    const auto function = HWY_DYNAMIC_DISPATCH(integral_with_light);
     for (std::size_t first = 0; first < factors.size(); first += points_at_once) {
         const std::size_t end = std::min(first + points_at_once, factors.size());
         for (std::size_t i = first; i < end; ++i) prefetch_trees(factors[i]);
