@@ -16,6 +16,7 @@ struct BakedInstance {
     std::span<const Rgb> radiance;  ///< Outgoing, one per vertex of the mesh. [W/(m^2 sr)]
 };
 
+/// What write_baked_scene wrote.
 struct BakedFiles {
     std::filesystem::path scene;                  ///< `NAME.pov`
     std::vector<std::filesystem::path> includes;  ///< `NAME_<instance>.inc`, by instance.
@@ -29,7 +30,7 @@ Result<Done> check_baked_instances(std::span<const BakedInstance> instances);
 /// Writes `NAME.pov` and one `NAME_<instance>.inc` per instance, each atomically, the scene file last.
 ///
 /// An include declares one object, in world coordinates, that a POV-Ray user can place in a scene of
-/// their own: it is guarded, keeps their #version, prefixes its names, has no camera, light or global
+/// their own: it is guarded, keeps their `#version`, prefixes its names, has no camera, light or global
 /// settings, and says at its top how to use it. Colours are stored as suits their number, see
 /// colour_storage; an atlas lies beside the include, as `NAME_<instance>.exr`. The scene file sets what an
 /// include can not: assumed_gamma 1, and adc_bailout 0, without which POV-Ray drops the dim corners of a

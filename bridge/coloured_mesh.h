@@ -21,6 +21,7 @@ enum class ColourStorage {
 /// no colour has a hue, and the atlas above a million.
 ColourStorage colour_storage(std::span<const Rgb> colours);
 
+/// A coloured mesh in POV-Ray's words.
 struct ColouredMesh {
     /// `mesh2 { ... }` without its last brace, in the mesh's frame: transformations may follow.
     std::string text;

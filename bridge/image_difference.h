@@ -22,6 +22,7 @@ struct ImageDifference {
     std::vector<std::uint8_t> mask;  ///< 1: the pixel counts.
 };
 
+/// Which pixels are compared, and how they are looked at.
 struct ImageDifferenceOptions {
     /// If not empty: a picture of the same size; pixels count where its luminance is at least 1/2.
     Image mask;

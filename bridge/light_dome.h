@@ -11,6 +11,7 @@ struct DomeLight {
     Rgb irradiance{0, 0, 0};   ///< Radiance * solid angle: on a surface that faces it. [W/m^2]
 };
 
+/// How many lights stand for an environment, and where.
 struct LightDomeOptions {
     int lights = 1024;  ///< At most; >= 8 (asserted).
     /// Share of the lights that go to equal solid angles instead of equal energy, in [0, 1]: with none

@@ -7,6 +7,7 @@
 
 namespace haarfield {
 
+/// How well the dense oracle and POV-Ray agree.
 struct OracleCheck {
     std::size_t points = 0;
     std::size_t agreeing = 0;    ///< Within what the reference is certain of; see oracle_check.

@@ -6,6 +6,7 @@
 
 namespace haarfield {
 
+/// How POV-Ray renders.
 struct PovrayOptions {
     std::string program = "povray";  ///< A path, or a name to be looked up in PATH.
     int width = 640, height = 480;   ///< [pixels]
@@ -17,6 +18,7 @@ struct PovrayOptions {
     std::vector<std::string> declarations;  ///< Each set to 1 before the scene is read.
 };
 
+/// One run of POV-Ray.
 struct PovrayRun {
     std::string command_line;                     ///< As a person would type it.
     double parse_seconds = 0, trace_seconds = 0;  ///< Wall time, by POV-Ray's own log.
@@ -35,6 +37,7 @@ struct PovrayRun {
 Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::filesystem::path& exr,
                              const PovrayOptions& options = {}, const Progress& progress = {});
 
+/// A picture, and the run that made it.
 struct RenderedScene {
     Image image;
     PovrayRun run;

@@ -23,8 +23,9 @@
 
 namespace haarfield {
 
+/// The first of the two switches.
 inline constexpr const char* without_background = "Haarfield_Without_Background";
-inline constexpr const char* background_alone = "Haarfield_Background_Alone";
+inline constexpr const char* background_alone = "Haarfield_Background_Alone";  ///< The second.
 
 /// What is behind the objects. The image, clean, turned and exposed, must outlive its use.
 struct BackgroundDescription {

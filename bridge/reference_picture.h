@@ -5,6 +5,7 @@
 
 namespace haarfield {
 
+/// A reference, and how far it can be trusted.
 struct ReferencePicture {
     Image image;                       ///< The objects, with coverage and relative_error.
     std::vector<Rgb> half_difference;  ///< Of the two pictures, by pixel; as large as the mean's error.
@@ -35,7 +36,7 @@ struct LightEstimate {
     int lights = 0;             ///< At most most_reference_lights.
     double relative_error = 0;  ///< Expected with so many. Above the wanted one only if the most do not do.
 };
-inline constexpr int most_reference_lights = 16384;
+inline constexpr int most_reference_lights = 16384;  ///< More than these are never asked for.
 
 /// From the errors that two numbers of lights have, the second larger: errors fall with a power of the number
 /// between -1/2 and -3/2, which they tell; a tenth more lights are taken for safety.

@@ -21,11 +21,12 @@ struct ReferenceInstance {
 /// What a scene file may be told by a declaration: to be lit by one of its two sets of lights, twice as
 /// bright. Without either, both light it.
 inline constexpr const char* first_lights_alone = "First_Lights_Alone";
-inline constexpr const char* second_lights_alone = "Second_Lights_Alone";
+inline constexpr const char* second_lights_alone = "Second_Lights_Alone";  ///< And the other set.
 
 /// Or, with both of them, to be lit by its background instead: radiosity_picture.
 inline constexpr const char* by_radiosity = "By_Radiosity";
 
+/// What write_reference_scene wrote.
 struct ReferenceFiles {
     std::filesystem::path scene;                  ///< `NAME.pov`
     std::vector<std::filesystem::path> includes;  ///< The meshes, one file each.

@@ -13,6 +13,7 @@
 
 namespace haarfield {
 
+/// A closed surface.
 struct Shell {
     std::vector<Vec3d> positions;
     std::vector<Vec3d> normals;  ///< Unit length.
@@ -21,12 +22,13 @@ struct Shell {
 
 /// A half outline from the bottom up: what a turner cuts, or the moulded edge of a board.
 struct Profile {
+    /// A point of an outline.
     struct Point {
         double radius, height;
     };
     std::vector<Point> points;
 
-    Profile& to(double radius, double height);
+    Profile& to(double radius, double height);  ///< A straight line to there.
     /// A bulge (or a groove, if negative) from the last point to the same radius at `height`.
     Profile& bead(double bulge, double height, int steps);
     /// A straight line, swollen by `swell` in the middle.
@@ -46,7 +48,7 @@ struct Board {
     double half_x, half_z, corner;
     int steps_x, steps_z, steps_corner;
 };
-Shell board(const Board& shape, const Profile& edge);
+Shell board(const Board& shape, const Profile& edge);  ///< Makes a board.
 
 /// A box with edges rounded by a quarter circle in 2 * steps segments. `lines` are additional lines of
 /// vertices across each axis, in ascending order and in the flat of the faces.
@@ -56,16 +58,17 @@ struct RoundedBox {
     int steps;
     std::array<std::vector<double>, 3> lines{};
 };
-Shell rounded_box(const RoundedBox& shape);
+Shell rounded_box(const RoundedBox& shape);  ///< Makes a box.
 
 /// The shell under a smooth map that keeps left and right; normals by central differences.
 Shell bent(Shell shell, const std::function<Vec3d(const Vec3d&)>& map);
 
-Shell moved(Shell shell, const Vec3d& by);
+Shell moved(Shell shell, const Vec3d& by);  ///< The shell in another place.
 
 /// With y along `from` to `to`, y = 0 at `from`.
 Shell aligned(Shell shell, const Vec3d& from, const Vec3d& to);
 
+/// Adds a shell of a material to a mesh.
 void append(Mesh& mesh, const Shell& shell, const std::string& material);
 
 /// A Wavefront OBJ file: positions in 1e-6 m, normals, `usemtl` by name.

@@ -13,6 +13,7 @@
 
 namespace haarfield {
 
+/// A pinhole camera; +y is up in its picture.
 struct Camera {
     Vec3f position{0, 1, 5};
     Vec3f target{0, 0, 0};
@@ -28,6 +29,7 @@ struct EnvironmentDescription {
     float exposure = 0;  ///< [stops]
 };
 
+/// One kind of object, and how it is prepared.
 struct Entity {
     std::string name;
     std::filesystem::path mesh;
@@ -48,6 +50,7 @@ struct Instance {
     Vec3f rotate{0, 0, 0};  ///< [rad]
 };
 
+/// A whole scene.
 struct Scene {
     std::string name;  ///< The file's, without its ending.
     Camera camera;

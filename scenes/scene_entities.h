@@ -30,6 +30,7 @@ struct SceneEntity {
     double mesh_seconds = 0, field_seconds = 0;
 };
 
+/// A scene's entities, prepared.
 struct SceneEntities {
     std::vector<std::unique_ptr<SceneEntity>> entities;
     std::vector<std::size_t> entity_of_instance;  ///< Index in `entities`, by Scene::instances.
@@ -38,6 +39,7 @@ struct SceneEntities {
     std::vector<std::string> warnings;
 };
 
+/// How fields are made, and where they are kept.
 struct SceneEntityOptions {
     std::filesystem::path fields_folder;  ///< Made if missing.
     std::int32_t face_size = 64;

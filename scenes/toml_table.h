@@ -31,6 +31,7 @@ struct Range {
     double lowest = 0, highest = 0;
     bool without_lowest = false, without_highest = false;
 
+    /// Whether the value is one of them.
     bool contains(double value) const {
         return (without_lowest ? value > lowest : value >= lowest) &&
                (without_highest ? value < highest : value <= highest);
@@ -61,30 +62,32 @@ public:
     TomlTable(const toml::table& table, std::string name, TomlFile& file)
         : table_(&table), name_(std::move(name)), file_(&file) {}
 
-    void require(std::string_view key) { required_.emplace_back(key); }
+    void require(std::string_view key) { required_.emplace_back(key); }  ///< The table must have this key.
+    /// Whether the table has this key.
     bool has(std::string_view key) const { return table_->contains(key); }
 
-    void take(std::string_view key, float& value, const Range& range);  ///< Integers will do.
-    void take(std::string_view key, Vec3f& value, const Range& range);
-    void take(std::string_view key, Rgb& value, const Range& range);
-    void take(std::string_view key, std::uint32_t& value, const Range& range);
+    void take(std::string_view key, float& value, const Range& range);          ///< Integers will do.
+    void take(std::string_view key, Vec3f& value, const Range& range);          ///< Three numbers.
+    void take(std::string_view key, Rgb& value, const Range& range);            ///< Three numbers.
+    void take(std::string_view key, std::uint32_t& value, const Range& range);  ///< A whole number.
+    /// Two whole numbers.
     void take(std::string_view key, std::array<std::uint32_t, 2>& value, const Range& range);
-    void take(std::string_view key, std::string& value);
+    void take(std::string_view key, std::string& value);  ///< Any text.
     /// A file that is there; relative to `folder`.
     void take(std::string_view key, std::filesystem::path& value, const std::filesystem::path& folder);
 
     /// Null if absent or not a table.
     const toml::table* take_table(std::string_view key);
-    const toml::array* take_array(std::string_view key);
+    const toml::array* take_array(std::string_view key);  ///< Null if absent or not an array.
 
-    void finish();
+    void finish();  ///< Refuses what was not taken, and the lack of what was required.
 
     /// Refuses the value of a key, or the table if it has no such key.
     void refuse(std::string_view key, std::string what);
 
-    const toml::table& table() const { return *table_; }
-    TomlFile& file() { return *file_; }
-    const std::string& name() const { return name_; }
+    const toml::table& table() const { return *table_; }  ///< As it was parsed.
+    TomlFile& file() { return *file_; }                   ///< The file that it is in.
+    const std::string& name() const { return name_; }     ///< What it is called in messages.
 
 private:
     const toml::node* node(std::string_view key);

@@ -19,8 +19,8 @@ public:
         std::fill_n(values_.get(), count, T(0));
         count_ = count;
     }
-    T* data() { return values_.get(); }
-    const T* data() const { return values_.get(); }
+    T* data() { return values_.get(); }              ///< The first element.
+    const T* data() const { return values_.get(); }  ///< The first element.
 
 private:
     static constexpr std::align_val_t alignment{64};

@@ -13,6 +13,7 @@ struct Error {
     std::string where;  ///< `file`, `file:line` or `file:line:column`.
     std::string what;   ///< What was found; what was wanted.
 
+    /// Place and matter in one line.
     std::string message() const { return where.empty() ? what : where + ": " + what; }
 };
 
@@ -20,17 +21,21 @@ struct Error {
 template <class T>
 class [[nodiscard]] Result {
 public:
-    Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}
+    Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}  ///< A value.
+    /// The reason why there is none.
     Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}
 
-    explicit operator bool() const { return state_.index() == 0; }
+    explicit operator bool() const { return state_.index() == 0; }  ///< Whether there is a value.
 
-    T& operator*() & { return checked_value(); }
+    T& operator*() & { return checked_value(); }  ///< The value; only where there is one.
+    /// The value; only where there is one.
     const T& operator*() const& { return const_cast<Result*>(this)->checked_value(); }
-    T&& operator*() && { return std::move(checked_value()); }
-    T* operator->() { return &checked_value(); }
+    T&& operator*() && { return std::move(checked_value()); }  ///< The value; only where there is one.
+    T* operator->() { return &checked_value(); }               ///< The value; only where there is one.
+    /// The value; only where there is one.
     const T* operator->() const { return &const_cast<Result*>(this)->checked_value(); }
 
+    /// The reason; only where there is no value.
     const Error& error() const {
         assert(!*this);
         return std::get<1>(state_);

@@ -26,13 +26,14 @@ public:
     SharedArray(std::span<const T> elements, std::shared_ptr<const void> owner)
         : elements_(elements), owner_(std::move(owner)) {}
 
-    std::size_t size() const { return elements_.size(); }
-    bool empty() const { return elements_.empty(); }
-    const T* data() const { return elements_.data(); }
-    const T& operator[](std::size_t i) const { return elements_[i]; }
-    auto begin() const { return elements_.begin(); }
-    auto end() const { return elements_.end(); }
+    std::size_t size() const { return elements_.size(); }              ///< Elements.
+    bool empty() const { return elements_.empty(); }                   ///< Whether it has none.
+    const T* data() const { return elements_.data(); }                 ///< The first element.
+    const T& operator[](std::size_t i) const { return elements_[i]; }  ///< An element; i < size().
+    auto begin() const { return elements_.begin(); }                   ///< The first element.
+    auto end() const { return elements_.end(); }                       ///< Past the last one.
 
+    /// Equal elements, whoever owns them.
     bool operator==(const SharedArray& other) const {
         return std::equal(begin(), end(), other.begin(), other.end());
     }

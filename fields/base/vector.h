@@ -12,12 +12,13 @@
 
 namespace haarfield {
 
-using Vec3f = Imath::V3f;
-using Vec3d = Imath::V3d;
+using Vec3f = Imath::V3f;    ///< In storage.
+using Vec3d = Imath::V3d;    ///< In references and long sums.
 using Rgb = Imath::Color3f;  ///< Arithmetic is per channel, `*` included.
 
-inline constexpr double pi = 3.14159265358979323846;
+inline constexpr double pi = 3.14159265358979323846;  ///< A circle's circumference to its diameter.
 
+/// No component is infinite or NaN.
 inline bool is_finite(const Vec3f& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
@@ -27,6 +28,7 @@ inline float luminance(const Rgb& c) {
     return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
 }
 
+/// In double.
 inline double squared(float value) {
     return double(value) * value;
 }
@@ -35,6 +37,7 @@ inline double squared(const Rgb& c) {
     return squared(c.x) + squared(c.y) + squared(c.z);
 }
 
+/// Negative channels become zero.
 inline Rgb without_negative(const Rgb& c) {
     return Rgb(std::max(c.x, 0.0f), std::max(c.y, 0.0f), std::max(c.z, 0.0f));
 }

@@ -29,7 +29,9 @@ public:
     /// original one, and would darken them, whereas they lie exactly on the original's own triangles.
     const Occluder& own() const { return own_; }
 
+    /// Whether a point is inside the coarse mesh.
     const InsideTest& in_coarse() const { return in_coarse_; }
+    /// Whether a point is inside the original mesh.
     const InsideTest& in_original() const { return in_original_; }
 
     /// One sample per vertex of the fine mesh; each sees `own`.

@@ -31,7 +31,7 @@ inline constexpr std::uint32_t field_blob_version = 5;
 /// Sections, and with them the blob, lie at multiples of this. [bytes]
 inline constexpr std::size_t field_blob_alignment = 64;
 
-std::string field_blob(const VisibilityField& field);
+std::string field_blob(const VisibilityField& field);  ///< A field as the bytes of its blob.
 
 /// The inverse. The pool's tables stay where they are in the blob, which lives as long as `owner`; where the
 /// blob does not lie at a multiple of field_blob_alignment they are copied. Nothing in the field has been

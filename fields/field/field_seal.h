@@ -24,7 +24,7 @@ struct FieldSeal {
     ContentHash content;                            ///< Of all bytes before the seal.
 };
 
-ContentHash content_hash(std::string_view bytes);
+ContentHash content_hash(std::string_view bytes);  ///< XXH3 of the bytes.
 
 /// The seal to append to a file of which only the seal is missing; the blob is a part of it.
 std::string field_seal(std::string_view file, std::string_view blob);

@@ -16,7 +16,7 @@ namespace haarfield {
 /// The law: the distance at t in [0, 1], and the t of a distance; beyond the outer radius t is greater
 /// than 1.
 double distance_at(double t, double outer_radius, double growth);
-double radial_position(double distance, double outer_radius, double growth);
+double radial_position(double distance, double outer_radius, double growth);  ///< The inverse of distance_at.
 
 /// Samples and weights of one lookup: at most eight, weights in [0, 1].
 struct Interpolation {
@@ -34,8 +34,9 @@ struct PlanarSampler {
     float outer_radius = 0;  ///< [m]
     float growth = 3;
 
+    /// Of all circles.
     std::uint32_t sample_count() const { return static_cast<std::uint32_t>(rings * angles); }
-    Vec3f sample_position(std::uint32_t sample) const;
+    Vec3f sample_position(std::uint32_t sample) const;  ///< Where a sample stands. [m]
 
     /// Bilinear, with wrap-around in angle. Between outer_radius and 1.5 outer_radius the samples of
     /// the last ring fade to open, continuously and with a continuous slope at both ends.
@@ -51,14 +52,16 @@ struct SphericalSampler {
     float outer_radius = 0;  ///< [m]
     float growth = 3;
 
+    /// Of all spheres.
     std::uint32_t sample_count() const { return static_cast<std::uint32_t>(shells * polar * azimuths); }
-    Vec3f sample_position(std::uint32_t sample) const;
-    Interpolation interpolation(const Vec3f& position) const;
+    Vec3f sample_position(std::uint32_t sample) const;         ///< Where a sample stands. [m]
+    Interpolation interpolation(const Vec3f& position) const;  ///< The samples round a position.
 };
 
 /// Samplers with about the wanted number of samples (never more, at least 2 rings x 3 angles or
 /// 2 x 3 x 3), of about equal spacing in each direction near the object.
 PlanarSampler planar_sampler(const Vec3f& ground_centre, float radius, std::uint32_t samples);
+/// See planar_sampler.
 SphericalSampler spherical_sampler(const Vec3f& centre, float radius, std::uint32_t samples);
 
 }  // namespace haarfield

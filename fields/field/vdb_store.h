@@ -31,10 +31,12 @@
 
 namespace haarfield {
 
+/// A file in memory, and where the blob lies in it.
 struct VdbFile {
     std::string bytes;
     std::size_t blob_offset = 0, blob_bytes = 0;
 
+    /// The field's blob.
     std::string_view blob() const { return std::string_view(bytes).substr(blob_offset, blob_bytes); }
 };
 

@@ -13,8 +13,8 @@ namespace haarfield {
 struct ContentHash {
     std::uint64_t low = 0, high = 0;
 
-    bool operator==(const ContentHash&) const = default;
-    std::string hex() const;  ///< 32 digits, high half first.
+    bool operator==(const ContentHash&) const = default;  ///< Equal in all bits.
+    std::string hex() const;                              ///< 32 digits, high half first.
 };
 
 /// What decides a field, beside the mesh.
@@ -26,7 +26,7 @@ struct FieldSettings {
     std::uint32_t planar_samples = 20000;
     std::uint32_t spherical_samples = 10000;
 
-    bool operator==(const FieldSettings&) const = default;
+    bool operator==(const FieldSettings&) const = default;  ///< Equal in all bits.
 };
 
 /// The error of visibility that is looked up between a sampler's samples: RMS over points and all directions.
@@ -38,13 +38,14 @@ struct SamplerError {
     std::array<float, bands> band{};  ///< In each sixteenth of the radial position (samplers.h), by itself:
                                       ///< in [0, 1]; 1 where nothing could be measured.
 
-    bool operator==(const SamplerError&) const = default;
+    bool operator==(const SamplerError&) const = default;  ///< Equal in all bits.
 };
 
+/// The errors of both samplers.
 struct FieldError {
     SamplerError planar, spherical;
 
-    bool operator==(const FieldError&) const = default;
+    bool operator==(const FieldError&) const = default;  ///< Equal in all bits.
 };
 
 /// Handles of cubemaps in a pool, by sample of each sampler and by vertex of the fine mesh.

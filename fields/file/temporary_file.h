@@ -20,11 +20,11 @@ public:
     /// errors  what the system says (no such folder, no right to write ...); `interrupted`.
     static Result<TemporaryFile> beside(const std::filesystem::path& target, const Progress& progress = {});
 
-    TemporaryFile(TemporaryFile&& other) noexcept;
+    TemporaryFile(TemporaryFile&& other) noexcept;  ///< Takes the file over.
     TemporaryFile& operator=(TemporaryFile&&) = delete;
     ~TemporaryFile();
 
-    const std::filesystem::path& target() const { return target_; }
+    const std::filesystem::path& target() const { return target_; }  ///< The file that it is to become.
 
     /// Appends.
     ///

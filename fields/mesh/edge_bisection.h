@@ -14,6 +14,7 @@ namespace haarfield {
 /// it, so that there are no T-junctions.
 class EdgeBisection {
 public:
+    /// An edge, by the positions at its ends.
     struct Edge {
         std::array<std::uint32_t, 2> ends;     ///< Places.
         std::vector<std::uint32_t> triangles;  ///< Round it, any number.
@@ -25,10 +26,10 @@ public:
         std::vector<std::uint32_t> triangles;
     };
 
-    explicit EdgeBisection(Mesh mesh);
+    explicit EdgeBisection(Mesh mesh);  ///< Takes the mesh over.
 
-    const Mesh& mesh() const { return mesh_; }
-    Mesh take_mesh() && { return std::move(mesh_); }
+    const Mesh& mesh() const { return mesh_; }        ///< The mesh so far.
+    Mesh take_mesh() && { return std::move(mesh_); }  ///< Gives it away.
 
     /// New edges come behind those that there are.
     std::span<const Edge> edges() const { return edges_; }
@@ -37,7 +38,7 @@ public:
         return edges_of_triangle_[triangle];
     }
     double squared_length(std::uint32_t edge) const;  ///< [m^2]
-    Vec3f middle(std::uint32_t edge) const;
+    Vec3f middle(std::uint32_t edge) const;           ///< Of an edge. [m]
 
     /// In the order of their first triangles.
     std::vector<Side> sides(std::uint32_t edge) const;

@@ -16,6 +16,7 @@ struct EdgeUse {
     bool forward;  ///< From low to high.
 };
 
+/// Whether two uses are of one edge.
 inline bool same_edge(const EdgeUse& a, const EdgeUse& b) {
     return a.low == b.low && a.high == b.high;
 }
@@ -39,11 +40,14 @@ inline std::vector<EdgeUse> sorted_edge_uses(const std::vector<std::array<std::u
 struct Pieces {
     std::vector<std::uint32_t> parent;
 
+    /// Each thing a piece by itself.
     explicit Pieces(std::size_t count) : parent(count) { std::iota(parent.begin(), parent.end(), 0u); }
+    /// What stands for the piece of i.
     std::uint32_t root(std::uint32_t i) {
         while (parent[i] != i) i = parent[i] = parent[parent[i]];
         return i;
     }
+    /// Makes the pieces of i and j one.
     void join(std::uint32_t i, std::uint32_t j) { parent[root(i)] = root(j); }
 };
 

@@ -37,6 +37,7 @@ private:
     std::unique_ptr<const SurfaceRays> rays_;  // null if nothing bulges
 };
 
+/// Where the vertices of a fine mesh look from.
 struct LocalSamples {
     std::vector<Vec3f> points;         ///< One per vertex of the fine mesh: off the surface, beside it. [m]
     std::vector<std::uint8_t> buried;  ///< 1 where all triangles round the vertex lie inside the entity.

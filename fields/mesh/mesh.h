@@ -15,7 +15,7 @@ struct Bounds {
     Vec3f lower{INFINITY, INFINITY, INFINITY};
     Vec3f upper{-INFINITY, -INFINITY, -INFINITY};
 
-    Vec3f centre() const { return (lower + upper) * 0.5f; }
+    Vec3f centre() const { return (lower + upper) * 0.5f; }           ///< The box's middle. [m]
     float radius() const { return (upper - lower).length() * 0.5f; }  ///< Of the sphere round the box.
 };
 
@@ -29,7 +29,7 @@ struct Mesh {
     std::vector<std::string> material_names;              ///< As named in the file; at least one ("").
 };
 
-Bounds mesh_bounds(const Mesh& mesh);
+Bounds mesh_bounds(const Mesh& mesh);  ///< The box round all positions.
 
 /// Adds a mesh with the same materials behind what is there.
 void append_mesh(Mesh& mesh, const Mesh& added);

@@ -8,11 +8,13 @@
 
 namespace haarfield {
 
+/// How fine and how coarse the prepared meshes are.
 struct MeshPreparation {
     std::uint32_t fine_vertices = 0;     ///< Wanted at least; 0: as it is.
     std::uint32_t coarse_triangles = 0;  ///< Wanted at most; 0: as it is.
 };
 
+/// A mesh, made ready; what was read, and what follows from it.
 struct PreparedMesh {
     Mesh original;  ///< As read, and mended.
     Mesh backs;     ///< Of the original's sheets, where they can be seen; see sheet_backs.h.

@@ -8,11 +8,13 @@
 
 namespace haarfield {
 
+/// A mesh as its file has it, mended.
 struct ImportedMesh {
     Mesh mesh;
     MeshFindings findings;
 };
 
+/// What a reader does where a file says nothing.
 struct MeshReaderOptions {
     /// Where a file has no normals, faces that meet at less than this angle are smoothed. [rad]
     float crease_angle = 0.6108652f;  // 35 degrees

@@ -24,7 +24,7 @@ struct AxisGrid {
 struct AxisFrame {
     int across, up;
 };
-inline constexpr std::array<AxisFrame, 3> axis_frames{{{1, 2}, {2, 0}, {0, 1}}};
+inline constexpr std::array<AxisFrame, 3> axis_frames{{{1, 2}, {2, 0}, {0, 1}}};  ///< Of x, y and z.
 
 /// Triangles ready for the visibility rasterizer.
 ///
@@ -63,7 +63,7 @@ public:
     /// The occluder must outlive the test.
     explicit InsideTest(const Occluder& occluder);
 
-    bool operator()(const Vec3f& point) const;
+    bool operator()(const Vec3f& point) const;  ///< Whether the point lies inside.
 
 private:
     const Occluder& occluder_;

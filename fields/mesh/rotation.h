@@ -9,10 +9,11 @@ namespace haarfield {
 struct Rotation {
     std::array<Vec3d, 3> row{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
 
+    /// A vector, turned.
     Vec3d operator()(const Vec3d& v) const { return {row[0].dot(v), row[1].dot(v), row[2].dot(v)}; }
-    Vec3f operator()(const Vec3f& v) const { return Vec3f((*this)(Vec3d(v))); }
+    Vec3f operator()(const Vec3f& v) const { return Vec3f((*this)(Vec3d(v))); }  ///< A vector, turned.
 
-    Rotation inverse() const;
+    Rotation inverse() const;  ///< Turns back.
 };
 
 /// Whether it turns nothing: to the last bit.

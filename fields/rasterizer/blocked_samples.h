@@ -15,7 +15,7 @@ namespace haarfield {
 /// Spans     by face; strip of 64 texel rows; sub-column: a word, whose bits are the rows of the strip.
 /// Contours  by face; texel row; texel column: a byte, whose bits are the sub-columns.
 struct BlockedSamples {
-    explicit BlockedSamples(int face_size);
+    explicit BlockedSamples(int face_size);  ///< None is blocked.
 
     /// Where the sub-columns of a strip begin.
     std::uint64_t* strip(int face, int strip_index) {
@@ -23,7 +23,9 @@ struct BlockedSamples {
     }
     /// Where the texels of a face begin.
     std::uint8_t* texels(int face) { return contours.data() + std::size_t(face) * face_texels(); }
+    /// Of one face.
     const std::uint8_t* texels(int face) const { return contours.data() + std::size_t(face) * face_texels(); }
+    /// Texels of a face.
     std::size_t face_texels() const { return std::size_t(face_size) * std::size_t(face_size); }
 
     /// What the contours leave of a face; the texels count only if they vary.

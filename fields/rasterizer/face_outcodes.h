@@ -11,6 +11,7 @@ struct FaceComponents {
     float sign[3];
 };
 
+/// Of a face.
 inline FaceComponents face_components(int face) {
     const auto axis = cubemap_direction<Vec3f>(face, 0, 0);
     const Vec3f frame[3] = {cubemap_direction<Vec3f>(face, 1, 0) - axis,
@@ -25,15 +26,18 @@ inline FaceComponents face_components(int face) {
     return found;
 }
 
+/// By face.
 inline const FaceComponents all_face_components[cubemap_faces] = {face_components(0), face_components(1),
                                                                   face_components(2), face_components(3),
                                                                   face_components(4), face_components(5)};
 
-// Outcodes. The pyramids of all faces have six planes, one for a sum and one for a difference of two
-// coordinates; a bit for each side of them: bits 4 p to 4 p + 3 of pair p (xy, xz, yz) tell  a > b,  a < b,
-// a > -b,  a < -b.  A triangle misses a face if all of its vertices are outside of one plane of its pyramid.
+/// Outcodes. The pyramids of all faces have six planes, one for a sum and one for a difference of two
+/// coordinates; a bit for each side of them: bits 4 p to 4 p + 3 of pair p (xy, xz, yz) tell  a > b,  a < b,
+/// a > -b,  a < -b.  A triangle misses a face if all of its vertices are outside of one plane of its pyramid.
+/// And a bit for points below a surface's horizon:
 inline constexpr int below_horizon = 1 << 12;
 
+/// The outcode of a direction.
 inline unsigned outcode(const Vec3f& p) {
     const auto pair = [](float a, float b) {
         return unsigned(a > b) | unsigned(a < b) << 1 | unsigned(a > -b) << 2 | unsigned(a < -b) << 3;
@@ -46,12 +50,15 @@ inline unsigned outside_bit(int face, float u, float v) {
     return outcode(cubemap_direction<Vec3f>(face, u, v)) &
            ~outcode(cubemap_direction<Vec3f>(face, u / 2, v / 2));
 }
+/// The bits of the face's planes on the left and on the right.
 inline unsigned outside_left_or_right(int face) {
     return outside_bit(face, -1.5f, 0) | outside_bit(face, 1.5f, 0);
 }
+/// The bit of its plane above.
 inline unsigned outside_above(int face) {
     return outside_bit(face, 0, -1.5f);
 }
+/// The bit of its plane below.
 inline unsigned outside_below(int face) {
     return outside_bit(face, 0, 1.5f);
 }

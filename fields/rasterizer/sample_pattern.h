@@ -34,6 +34,6 @@ struct RowOffsets {
             }
     }
 };
-inline constexpr RowOffsets row_offsets;
+inline constexpr RowOffsets row_offsets;  ///< Made at compile time.
 
 }  // namespace haarfield

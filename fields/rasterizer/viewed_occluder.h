@@ -7,6 +7,7 @@
 
 namespace haarfield {
 
+/// An occluder as it is seen from one place.
 struct ViewedOccluder {
     Vec3f view_point;
     Vec3f from_centre;     ///< The view point from Occluder::planes_centre. [m]
@@ -33,6 +34,7 @@ inline const float (&edge_ends(const OccluderEdges& edges, std::uint32_t number)
 /// A coordinate from the view point. Never 0, so that no vertex lies on a plane x = 0, y = 0 or z = 0, and
 /// each is on one side for all who ask.
 inline constexpr float almost_zero = -1e-30f;
+/// A coordinate in the frame whose origin is the view point.
 inline float from_view_point(float coordinate, float view_point) {
     const float difference = coordinate - view_point;
     return difference == 0 ? almost_zero : difference;

@@ -34,8 +34,8 @@ public:
     /// face_size  texels along an edge, is_face_size.
     explicit VisibilityRasterizer(int face_size);
     ~VisibilityRasterizer();
-    VisibilityRasterizer(VisibilityRasterizer&&) noexcept;
-    VisibilityRasterizer& operator=(VisibilityRasterizer&&) noexcept;
+    VisibilityRasterizer(VisibilityRasterizer&&) noexcept;             ///< Takes the buffers over.
+    VisibilityRasterizer& operator=(VisibilityRasterizer&&) noexcept;  ///< Takes the buffers over.
 
     /// What can be seen past an occluder: counts of open samples, 0 to samples_per_texel, face by face and
     /// row by row, 6 * face_size^2 of them; valid until the next call. Arguments as OccluderView has them.

@@ -11,6 +11,7 @@
 
 namespace haarfield {
 
+/// Which edges bound what is seen of an occluder.
 struct VisibleContour {
     std::vector<std::uint64_t> left;  ///< Bit per triangle: set if it is left to the span rasterizer.
 

@@ -17,7 +17,7 @@
 
 namespace haarfield {
 
-inline constexpr int cubemap_faces = 6;
+inline constexpr int cubemap_faces = 6;  ///< The faces of a cube.
 
 /// Whether a face may have this many texels along an edge: a power of two up to 256. Scenes use 16 to
 /// 256; smaller ones serve small examples.

@@ -22,12 +22,14 @@
 
 namespace haarfield {
 
+/// By wavelet and quadrant.
 inline constexpr std::array<std::array<float, 4>, 3> wavelet_sign{
     {{+1, -1, +1, -1}, {+1, +1, -1, -1}, {+1, -1, -1, +1}}};
 
 /// A function on one cubemap face. Value: float, or Rgb where three channels share one tree.
 template <class Value>
 struct BasicQuadtree {
+    /// The wavelets of one square.
     struct Node {
         /// Amplitudes along x, along y, diagonal. [f]
         std::array<Value, 3> wavelet{Value(0.0f), Value(0.0f), Value(0.0f)};
@@ -39,8 +41,8 @@ struct BasicQuadtree {
     std::vector<Node> nodes;      ///< Root first, level by level; empty if f is constant.
 };
 
-using Quadtree = BasicQuadtree<float>;
-using RgbQuadtree = BasicQuadtree<Rgb>;
+using Quadtree = BasicQuadtree<float>;   ///< Of a scalar.
+using RgbQuadtree = BasicQuadtree<Rgb>;  ///< Of a colour.
 
 /// No child: the function is constant on that quadrant.
 inline constexpr std::int32_t no_node = -1;
@@ -74,7 +76,7 @@ struct BasicCubemapTree {
     std::array<BasicQuadtree<Value>, cubemap_faces> faces;
 };
 
-using CubemapTree = BasicCubemapTree<float>;
-using RgbCubemapTree = BasicCubemapTree<Rgb>;
+using CubemapTree = BasicCubemapTree<float>;   ///< Of a scalar.
+using RgbCubemapTree = BasicCubemapTree<Rgb>;  ///< Of a colour.
 
 }  // namespace haarfield

@@ -14,12 +14,13 @@ namespace haarfield {
 /// has 127 of them.
 inline constexpr float wavelet_step = 0.5f / 127;
 
+/// A face's tree: where its nodes are, and its mean.
 struct PackedFace {
     std::uint32_t first_byte = 0;  ///< Of its nodes, in QuadtreePool::node_bytes.
     std::uint16_t node_count = 0;  ///< 0: constant.
     std::uint16_t scaling = 0;     ///< Mean, as an IEEE half float.
 
-    auto operator<=>(const PackedFace&) const = default;
+    auto operator<=>(const PackedFace&) const = default;  ///< By its numbers, in their order.
 };
 static_assert(sizeof(PackedFace) == 8);
 
@@ -55,7 +56,7 @@ void pack_trees(const CubemapTree& tree, PackedTrees& packed);
 /// Adds cubemaps in the order of the calls; the handles and the pool depend on that order alone.
 class QuadtreePoolBuilder {
 public:
-    explicit QuadtreePoolBuilder(int face_size);
+    explicit QuadtreePoolBuilder(int face_size);  ///< face_size: texels along an edge.
     ~QuadtreePoolBuilder();
 
     /// A cubemap's handle; an equal one that was added before is returned again. Not once the pool is full
@@ -65,7 +66,7 @@ public:
     /// Whether the nodes so far fill 4 GiB, which is as far as faces can point.
     bool is_full() const;
 
-    QuadtreePool finish() &&;
+    QuadtreePool finish() &&;  ///< The pool of all cubemaps so far.
 
 private:
     struct State;
@@ -77,7 +78,7 @@ std::uint64_t node_count(const QuadtreePool& pool);
 
 /// Tree of one face, in floats; `unpack_face` reuses the tree's memory.
 void unpack_face(const QuadtreePool& pool, std::uint32_t face, Quadtree& tree);
-Quadtree unpacked_face(const QuadtreePool& pool, std::uint32_t face);
+Quadtree unpacked_face(const QuadtreePool& pool, std::uint32_t face);  ///< The same, returned.
 
 /// Whether every index in the pool is in range, every mean finite, and every face a tree all of whose nodes
 /// are reached, none below the texels, so that walking it is safe and ends. Empty if so; otherwise what is

@@ -14,7 +14,7 @@ struct DenseLight {
     std::vector<Rgb> light;         ///< lighting.h: radiance * solid angle * size^2.
     std::vector<Vec3f> directions;  ///< Of the texels' centres.
 
-    DenseLight(const LatLongImage& environment, int face_size);
+    DenseLight(const LatLongImage& environment, int face_size);  ///< The environment on faces of a size.
 
     /// What a texel adds to the radiance of a point that sees it.
     Vec3d radiance_from(std::size_t texel, const Material& material, const VertexView& view) const;

@@ -21,6 +21,7 @@ struct BudgetVertex {
     Rgb exact{0.0f}, baked{0.0f};  ///< [W/(m^2 sr)]
 };
 
+/// What the approximations of a bake cost.
 struct ErrorBudget {
     std::vector<BudgetEntry> entries;    ///< Each approximation alone; last all of them together.
     std::vector<BudgetVertex> vertices;  ///< That were measured; the worst first.

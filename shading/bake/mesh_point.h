@@ -17,7 +17,7 @@ struct MeshPoint {
     std::uint32_t instance = 0, triangle = 0;
     float u = 0, v = 0;
 
-    std::array<float, 3> weights() const { return {1 - u - v, u, v}; }
+    std::array<float, 3> weights() const { return {1 - u - v, u, v}; }  ///< Of the triangle's corners.
 };
 
 /// The point with its normal, interpolated, and the place that it looks from, right above it. Nothing if the

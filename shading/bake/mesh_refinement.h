@@ -9,6 +9,7 @@ namespace haarfield {
 /// changes, and nothing of the size of shadows is missed.
 inline constexpr std::size_t refinement_share = 6;
 
+/// When a refinement ends.
 struct RefinementSettings {
     /// How far radiance, interpolated at the middle of an edge, may be from the radiance there: the
     /// difference, relative to the radiance plus the scene's mean radiance, each added over the channels. So
@@ -17,6 +18,7 @@ struct RefinementSettings {
     std::size_t vertex_budget = 60000;  ///< Of all instances together.
 };
 
+/// Refined meshes, and what it took.
 struct Refinement {
     std::vector<RadiantMesh> meshes;  ///< By instance.
     float largest_error = 0;          ///< Of the edges that were looked at and not split, as `tolerance`.

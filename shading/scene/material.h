@@ -29,7 +29,8 @@ struct Material {
     float shininess = 50;           ///< Exponent n, 1 to 1000.
     LobeConvention convention = LobeConvention::physical;
 
-    /// @name In the povray convention only. @{
+    /// @name In the povray convention only.
+    /// @{
     float phong = 1;          ///< Weight of the lobe about R. >= 0.
     float blinn = 0;          ///< Weight of the lobe about H, POV-Ray's `specular`. >= 0.
     float roughness = 0.05f;  ///< Of the latter, 0.0005 to 1.

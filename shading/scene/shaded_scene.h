@@ -24,6 +24,7 @@ struct ShadedInstance {
     float scale = 1;  ///< > 0.
 };
 
+/// All that shading needs to know of a scene.
 struct ShadedScene {
     std::vector<ShadedEntity> entities;
     std::vector<ShadedInstance> instances;
@@ -40,6 +41,7 @@ enum class Occlusion {
     automatic,  ///< Rasterized as far out as the field's own estimate of its error is above a tolerance.
 };
 
+/// How exactly a scene is shaded.
 struct RenderSettings {
     int face_size = 64;            ///< As in the fields (asserted).
     int depth = full_depth;        ///< Traversal depth, product_integral.

@@ -15,7 +15,7 @@ using SlotValues = std::array<float, wide_cells>;
 struct EnergyWeights {
     std::array<SlotValues, 4> normalisation{}, weight{};
 
-    explicit EnergyWeights(const CoefficientSpectrum& spectrum);
+    explicit EnergyWeights(const CoefficientSpectrum& spectrum);  ///< Of functions with such coefficients.
 };
 
 /// A spectrum's weights of what lies below the cells of blocks, and the deviations whose energy in one cell

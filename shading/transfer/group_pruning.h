@@ -14,8 +14,9 @@ namespace haarfield {
 template <int channels>
 class GroupPruning {
 public:
-    using Block = WaveletBlock<channels>;
+    using Block = WaveletBlock<channels>;  ///< Of the product that is pruned.
 
+    /// For functions on faces of a size, against others with such coefficients.
     GroupPruning(int face_size, const CoefficientSpectrum& spectrum);
 
     /// Forgets all rows.

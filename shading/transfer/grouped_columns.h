@@ -21,13 +21,15 @@ struct GroupEntry {
     std::uint8_t exponent;
     std::array<std::int8_t, group_rows> value;  ///< In [-127, 127].
 
-    bool operator==(const GroupEntry&) const = default;
+    bool operator==(const GroupEntry&) const = default;  ///< Equal to the last bit.
 };
 static_assert(sizeof(GroupEntry) == 2 + group_rows);
 
 /// Places of the steps' upper bits in a float: three of them of its mantissa, so that a step is at most an
 /// eighth larger than it need be.
-inline constexpr unsigned step_shift = 20, first_step = (0x3f800000u >> step_shift) - 255;
+inline constexpr unsigned step_shift = 20;
+/// The upper bits of the smallest step.
+inline constexpr unsigned first_step = (0x3f800000u >> step_shift) - 255;
 
 /// From 2^-32 to 1, in eight steps an octave.
 inline float entry_step(std::uint8_t exponent) {
@@ -51,7 +53,7 @@ struct GroupedColumns {
     GroupedColumns(int face_size, std::span<const std::uint32_t> indices, std::span<const GroupEntry> entries,
                    std::vector<float> scales);
 
-    std::size_t bytes() const;
+    std::size_t bytes() const;  ///< Memory. [bytes]
 };
 
 /// Those coefficients of an RGB function that are kept, by ascending index.

@@ -28,7 +28,7 @@ struct LightTransfer {
 
     /// Of each block but the last.
     std::size_t block_rows() const { return GroupedColumns::most_groups / terms * group_rows; }
-    std::size_t bytes() const;
+    std::size_t bytes() const;  ///< Memory. [bytes]
 };
 
 /// typical  a light like those that are to come: it tells which coefficients matter. One with more detail

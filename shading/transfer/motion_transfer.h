@@ -31,6 +31,7 @@ struct MotionTransfer {
     BuriedFill fill;                     ///< For what changes at them.
     LightPyramid light;
 
+    /// Memory. [bytes]
     std::size_t bytes() const {
         return vectors.bytes() + open.size() * sizeof(Rgb) + viewpoints.size() * sizeof(Viewpoint) +
                occlusions.bytes();

@@ -12,6 +12,7 @@ namespace haarfield {
 /// cost      O(blocks): less than the walk that made them.
 class ProductPruning {
 public:
+    /// For products on faces of a size, against functions with such coefficients.
     ProductPruning(int face_size, const CoefficientSpectrum& spectrum);
 
     /// Takes up a product (wavelet_blocks.h), which must outlive what is appended from it.

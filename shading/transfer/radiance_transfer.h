@@ -24,6 +24,7 @@
 
 namespace haarfield {
 
+/// How much is left of transfer vectors.
 struct TransferSettings {
     /// By how much pruning may change a vertex's radiance: relative, root mean square over functions whose
     /// coefficients are independent and as large as the average of their level. 0: nothing is pruned.
@@ -39,16 +40,16 @@ struct InstanceVertex {
 /// Numbers the vertices of a scene. Scene and geometry must outlive it.
 class TransferRows {
 public:
-    TransferRows(const ShadedScene& scene, const ShadingGeometry& geometry);
+    TransferRows(const ShadedScene& scene, const ShadingGeometry& geometry);  ///< Rows of a scene's vertices.
 
-    std::size_t count() const { return first_.back(); }
-    std::size_t first(std::size_t instance) const { return first_[instance]; }
+    std::size_t count() const { return first_.back(); }                         ///< Rows of all instances.
+    std::size_t first(std::size_t instance) const { return first_[instance]; }  ///< An instance's first row.
     /// Of an instance's rows, the vertices.
     std::span<const std::uint32_t> vertices(std::size_t instance) const {
         return geometry_.entities[scene_.instances[instance].entity].order;
     }
-    InstanceVertex operator[](std::size_t row) const;
-    bool is_buried(const InstanceVertex& vertex) const;
+    InstanceVertex operator[](std::size_t row) const;    ///< The vertex of a row.
+    bool is_buried(const InstanceVertex& vertex) const;  ///< LocalSamples::buried.
 
 private:
     const ShadedScene& scene_;
@@ -59,6 +60,7 @@ private:
 /// One thread's way from a vertex to its transfer vector.
 class VertexTransfer {
 public:
+    /// What the references are of must outlive it.
     VertexTransfer(const ShadedScene& scene, const ShadingGeometry& geometry, const RenderSettings& settings)
         : scene_(scene),
           geometry_(geometry),
@@ -88,7 +90,7 @@ public:
         transfer_terms(numbers, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
                        settings_.depth, memory_, product);
     }
-    Rgb radiance(const LightPyramid& light, int depth);
+    Rgb radiance(const LightPyramid& light, int depth);  ///< Outgoing radiance of the vertex. [W/(m^2 sr)]
 
 private:
     const ShadedScene& scene_;
@@ -129,6 +131,7 @@ public:
 
     /// Of the product at hand.
     Rgb integral() const { return pruning_.integral(); }
+    /// Appends what is left of the function.
     void append(SparseVectors& to) { pruning_.append((1 - blurred_share) * allowed_, to); }
 
 private:

@@ -44,9 +44,10 @@ struct SessionInstance {
     float scale = 1;
     Vec3f rotate{0, 0, 0};  ///< About x, then y, then z. [rad]
 
-    bool operator==(const SessionInstance&) const = default;
+    bool operator==(const SessionInstance&) const = default;  ///< Equal in all bits.
 };
 
+/// What a session is opened with.
 struct SessionScene {
     std::vector<SessionEntity> entities;
     std::vector<SessionPose> poses;  ///< At least those that the instances have.
@@ -55,12 +56,14 @@ struct SessionScene {
     Vec3f eye{0, 0, 0};
 };
 
+/// A scene held open; see the top of this file.
 class RelightSession {
 public:
+    /// settings: as for scene_radiance.
     RelightSession(SessionScene scene, const RenderSettings& settings, const TransferSettings& transfer = {});
 
-    const std::vector<SessionInstance>& instances() const { return instances_; }
-    const Vec3f& eye() const { return scene_.eye; }
+    const std::vector<SessionInstance>& instances() const { return instances_; }  ///< As they stand now.
+    const Vec3f& eye() const { return scene_.eye; }  ///< Where the highlights are seen from now.
 
     /// As the renderers take it: what commit() has baked, if nothing was changed since.
     const ShadedScene& scene() const { return scene_; }
@@ -76,10 +79,11 @@ public:
     /// Makes the transfer vectors with which frames follow one kind of change; about a second per 200,000
     /// vertices. They hold until anything else changes.
     /// @{
+
     /// The vectors are pruned for lights like that which is shown now: one with more detail is reproduced
     /// less exactly. Show a mixture of those that are to come, before.
     Result<Done> vary_light(const Progress& progress = {});
-    Result<Done> vary_eye(const Progress& progress = {});
+    Result<Done> vary_eye(const Progress& progress = {});  ///< The eye.
     /// The instance's translation and scale.
     Result<Done> vary_instance(std::size_t instance, const Progress& progress = {});
     /// @}
@@ -97,7 +101,8 @@ public:
     void show_light(DenseCoefficients light);
     /// Turns the environment as it was set.
     void turn_environment(const Rotation& rotation);
-    void set_eye(const Vec3f& eye);
+    void set_eye(const Vec3f& eye);  ///< Moves the eye.
+    /// Moves an instance, and scales it.
     void place(std::size_t instance, const Vec3f& translate, float scale);
 
     /// A copy in the same place; its index, the last.

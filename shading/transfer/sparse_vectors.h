@@ -28,7 +28,7 @@ constexpr std::size_t spectrum_place(int block_level, std::size_t slot) {
 /// From an amplitude to its coefficient: 2^-level; 0 in slots that are unused.
 float coefficient_of_amplitude(int block_level, std::size_t slot);
 
-int level_of_block(const BlockNumbers& numbers, std::size_t block);
+int level_of_block(const BlockNumbers& numbers, std::size_t block);  ///< The level of a numbered block.
 
 /// How many coefficients of a cubemap share a place in a CoefficientSpectrum.
 double coefficients_at(std::size_t place);
@@ -40,9 +40,9 @@ std::size_t spectrum_place(const BlockNumbers& numbers, std::uint32_t index);
 /// next.
 class CoefficientSum {
 public:
-    explicit CoefficientSum(int face_size);
+    explicit CoefficientSum(int face_size);  ///< The zero function.
 
-    void clear();
+    void clear();  ///< Back to the zero function; memory stays.
 
     /// Adds weight * f.
     void add(const CubemapTree& f, float weight);
@@ -51,9 +51,10 @@ public:
 
     /// Coefficients that were added to, in the order of their first addition.
     std::span<const std::uint32_t> indices() const { return indices_; }
+    /// A coefficient; zero where nothing was added.
     float operator[](std::uint32_t index) const { return values_[index]; }
 
-    int face_size() const { return face_size_; }
+    int face_size() const { return face_size_; }  ///< Texels along an edge.
 
 private:
     int face_size_;
@@ -77,17 +78,19 @@ struct SparseVectors {
     std::vector<float> scale;          ///< By row: its largest value.
 
     SparseVectors() = default;
+    /// No rows yet.
     SparseVectors(int size, int channel_count) : face_size(size), channels(channel_count) {}
 
+    /// Of 65536 indices.
     std::size_t pages() const { return (coefficient_count(face_size) + 0xffffu) >> 16; }
-    std::size_t rows() const { return scale.size(); }
-    std::size_t bytes() const;
+    std::size_t rows() const { return scale.size(); }  ///< How many functions there are.
+    std::size_t bytes() const;                         ///< Memory. [bytes]
 
     /// Appends a row: indices in any order, and `channels` values of each. Values are rounded to 2^-11 of
     /// themselves, or to 2^-25 of the row's largest.
     void append(std::span<const std::uint32_t> indices, std::span<const float> values);
-    void append(const CoefficientSum& f);
-    void append_empty() { append({}, {}); }
+    void append(const CoefficientSum& f);    ///< Appends a function with all of its coefficients.
+    void append_empty() { append({}, {}); }  ///< Appends the zero function.
 
     /// Forgets the rows, and keeps the memory.
     void clear();
@@ -112,10 +115,12 @@ struct SparseVectorBlocks {
     /// Of so many rows, whose blocks are still to be filled.
     SparseVectorBlocks(std::size_t row_count, int face_size, int channels);
 
+    /// The block that a row is in.
     const SparseVectors& block_of(std::size_t row) const { return blocks[row / block_rows]; }
+    /// Whether a row is zero.
     bool is_empty(std::size_t row) const { return block_of(row).scale[row % block_rows] == 0; }
-    std::size_t bytes() const;
-    std::size_t coefficients() const;
+    std::size_t bytes() const;         ///< Memory. [bytes]
+    std::size_t coefficients() const;  ///< How many are kept, of all rows.
 };
 
 /// An RGB function by all of its coefficients, each as red, green, blue, 0.
@@ -124,6 +129,7 @@ struct DenseCoefficients {
     std::vector<std::array<float, 4>> values;  ///< coefficient_count(face_size) of them. [f]
 };
 
+/// All coefficients of a colour function, by index.
 DenseCoefficients dense_coefficients(const RgbCubemapTree& f, int face_size);
 
 /// sum_i weights[i] * functions[i]; of one face size, at least one (asserted).
@@ -142,6 +148,7 @@ CoefficientSpectrum root_mean_squares(const SpectrumEnergies& sums, double funct
 
 /// Over the channels; of all rows of a set.
 CoefficientSpectrum rms_spectrum(const DenseCoefficients& f);
+/// Over all of the vectors' functions.
 CoefficientSpectrum rms_spectrum(const SparseVectorBlocks& functions);
 
 /// Value of an IEEE half float that is finite.

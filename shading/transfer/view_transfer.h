@@ -22,6 +22,7 @@ struct ViewTransfer {
     std::vector<VertexBrdf> materials;  ///< Of all entities; without normal and mirror direction.
     std::vector<Highlit> highlit;       ///< The rows of `specular` that are not empty.
 
+    /// Memory. [bytes]
     std::size_t bytes() const {
         return specular.bytes() + diffuse.size() * sizeof(Rgb) + lobes.lobes.bytes() +
                highlit.size() * sizeof(Highlit);

@@ -7,6 +7,7 @@
 
 namespace haarfield {
 
+/// A ball.
 struct Sphere {
     Vec3f centre;
     float radius = 0;

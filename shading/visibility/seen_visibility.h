@@ -13,7 +13,7 @@ namespace haarfield {
 /// cost      some 10 to 40 us an occluder of 5,000 triangles, and 3 us for the tree. [faces of 64 texels]
 class SeenVisibility {
 public:
-    explicit SeenVisibility(int face_size);
+    explicit SeenVisibility(int face_size);  ///< face_size: texels along an edge, is_face_size.
 
     /// The visibility past all of some occluders, as VisibilityRasterizer::open_samples has it; valid until
     /// the next call.
@@ -21,7 +21,7 @@ public:
 
     /// What was seen last, and all of its nodes.
     const WideCubemap<std::uint8_t>& faces() const { return faces_; }
-    std::span<const WideNode<std::uint8_t>> nodes() const { return nodes_; }
+    std::span<const WideNode<std::uint8_t>> nodes() const { return nodes_; }  ///< Of all of its trees.
 
 private:
     VisibilitySquares& squares(std::size_t level) {

@@ -13,6 +13,7 @@ namespace haarfield {
 
 /// How the entities of a scene block light.
 struct ShadingGeometry {
+    /// What an entity contributes.
     struct Entity {
         std::vector<std::uint32_t> order;  ///< Of the fine vertices: neighbours in space are near each other.
         WideVisibility visibility;
@@ -54,6 +55,7 @@ struct FieldLookup {
     bool planar;  ///< Whose samples they are: the planar sampler's, for vertices on the instance's ground.
     Interpolation samples;
 };
+/// The samples of an instance's field that a vertex looks up.
 FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& instance,
                          const VertexView& view);
 

@@ -31,12 +31,13 @@ public:
     }
 
     std::span<const WeightedTrees<std::uint8_t>> trees() const { return trees_; }  ///< Its own first.
-    BlockedCones cones() const { return cones_; }
+    BlockedCones cones() const { return cones_; }  ///< What near occluders of few triangles block.
 
     /// Of these trees, the one that was rasterized, with its nodes; null: none was.
     const WideCubemap<std::uint8_t>* rasterized() const {
         return rasterized_.empty() ? nullptr : &seen_.faces();
     }
+    /// Of the trees that were rasterized at the vertex.
     std::span<const WideNode<std::uint8_t>> rasterized_nodes() const { return seen_.nodes(); }
 
 private:

@@ -10,6 +10,7 @@ struct SquarePlace {
     std::size_t column = 0, row = 0;
 };
 
+/// The place of a path of cells.
 inline SquarePlace square_place(std::size_t path) {
     SquarePlace place;
     for (unsigned bit = 0; path >> (2 * bit) != 0; ++bit) {

@@ -16,14 +16,15 @@ struct DirectionBlock {
 /// All six faces share one pyramid. Level l has the 16^l blocks of one face.
 class DirectionPyramid {
 public:
-    explicit DirectionPyramid(int face_size);
+    explicit DirectionPyramid(int face_size);  ///< face_size: texels along an edge, is_face_size.
 
+    /// A block of a level.
     const DirectionBlock& block(int level, std::size_t block) const {
         return blocks_[first_[std::size_t(level)] + block];
     }
     /// Of the largest angle between a cell's mean direction and any direction in it, on a level.
     float sine(int level) const { return sine_[std::size_t(level)]; }
-    float cosine(int level) const { return cosine_[std::size_t(level)]; }
+    float cosine(int level) const { return cosine_[std::size_t(level)]; }  ///< Its cosine.
 
 private:
     std::array<std::size_t, 5> first_{};

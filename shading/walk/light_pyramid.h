@@ -13,6 +13,7 @@ struct LightBlock {
 /// The mean over each of the sixteen cells of one square of lighting times direction: by channel, a vector
 /// in the world. Its inner product with a normal is what a surface gets that the whole cell lies above.
 struct LightMoments {
+    /// One channel's vectors, by cell.
     struct Channel {
         alignas(64) std::array<float, wide_cells> x{}, y{}, z{};
     };
@@ -26,9 +27,10 @@ public:
     /// face_size  texels along an edge, is_face_size (asserted).
     explicit BlockNumbers(int face_size);
 
-    int face_size() const { return face_size_; }
-    int levels() const { return levels_; }  ///< wide_levels(face_size); 0 for a single texel.
-    std::size_t count() const { return first_[std::size_t(levels_)]; }
+    int face_size() const { return face_size_; }  ///< Texels along an edge.
+    int levels() const { return levels_; }        ///< wide_levels(face_size); 0 for a single texel.
+    std::size_t count() const { return first_[std::size_t(levels_)]; }  ///< Blocks of all levels and faces.
+    /// The number of a block.
     std::size_t operator()(int level, std::size_t face, std::size_t block) const {
         return first_[std::size_t(level)] + (face << (4 * level)) + block;
     }
@@ -46,7 +48,8 @@ public:
     /// out.
     LightPyramid(const RgbCubemapTree& light, int face_size);
 
-    const BlockNumbers& numbers() const { return numbers_; }
+    const BlockNumbers& numbers() const { return numbers_; }  ///< How the blocks are numbered.
+    /// The lighting over a block.
     const LightBlock& block(std::size_t index) const { return blocks_[index]; }
     std::uint16_t varying(std::size_t index) const { return varying_[index]; }  ///< As in WideNode.
     /// Root mean square deviation from the mean within each cell, added over the channels.
@@ -57,10 +60,10 @@ public:
     /// varies; below, where its deviation is three times the mean over the sphere or more. These are few, and
     /// always the same, so that what were lost on them would be lost at all points that face one way.
     std::uint16_t uneven(std::size_t index) const { return uneven_[index]; }
-    const Rgb& mean(std::size_t face) const { return means_[face]; }
+    const Rgb& mean(std::size_t face) const { return means_[face]; }  ///< Of a face.
     /// Mean over the faces of their means' magnitude, added over the channels.
     float mean_size() const { return mean_size_; }
-    bool is_constant(std::size_t face) const { return constant_[face]; }
+    bool is_constant(std::size_t face) const { return constant_[face]; }  ///< Whether a face is constant.
 
 private:
     /// Returns the mean over the block of the squares, by channel.

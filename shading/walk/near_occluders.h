@@ -32,7 +32,8 @@ struct BlockedConeList {
     std::vector<Vec3f> sides;
     std::vector<std::uint32_t> end;
 
-    operator BlockedCones() const { return {sides, end}; }
+    operator BlockedCones() const { return {sides, end}; }  ///< As the walk takes them.
+    /// Removes all cones; memory stays.
     void clear() {
         sides.clear();
         end.clear();

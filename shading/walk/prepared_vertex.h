@@ -25,6 +25,7 @@ struct Highlight {
     std::array<float, 4> near{}, curved{};
 
     Highlight() = default;
+    /// last_level: of blocks that are walked. varies: from this share of its peak on it does.
     Highlight(float of_weight, float to_power, bool of_half_vector, const DirectionPyramid& directions,
               int last_level, float varies)
         : weight(of_weight), exponent(to_power), about_half_vector(of_half_vector) {
@@ -74,6 +75,7 @@ struct PreparedVertex {
     /// changes less than a thousandth of what the highlights reflect of even light.
     std::array<float, 4> negligible{};
 
+    /// last: of the levels that are walked. lobes_vary: from this share of its peak on a lobe does.
     PreparedVertex(const DirectionPyramid& pyramid, const VertexBrdf& what, const BlockedCones& cones,
                    int last, float lobes_vary = lobe_varies)
         : directions(pyramid),
@@ -102,6 +104,7 @@ struct PreparedVertex {
         }
     }
 
+    /// Those that are not zero.
     std::span<const Highlight> highlights() const { return {highlights_.data(), highlight_count_}; }
 
 private:

@@ -37,6 +37,6 @@ struct DetailWeights {
 /// accuracy  exact. Nodes without any wavelet are left out.
 /// cost      O(blocks).
 CubemapTree cubemap_tree(std::span<const WaveletBlock<1>> product);
-RgbCubemapTree cubemap_tree(std::span<const WaveletBlock<3>> product);
+RgbCubemapTree cubemap_tree(std::span<const WaveletBlock<3>> product);  ///< The same of a colour.
 
 }  // namespace haarfield

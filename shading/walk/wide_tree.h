@@ -13,7 +13,7 @@
 
 namespace haarfield {
 
-inline constexpr std::size_t wide_cells = 16;
+inline constexpr std::size_t wide_cells = 16;  ///< Of a node.
 
 /// A depth of walks: all levels of the trees take part.
 inline constexpr int full_depth = 32;
@@ -46,6 +46,7 @@ struct WideFace {
     std::uint32_t nodes = 0;               ///< So many from the root on, side by side; 0: not known.
 };
 
+/// A function of direction, by face.
 template <class Cell>
 using WideCubemap = std::array<WideFace<Cell>, cubemap_faces>;
 
@@ -54,6 +55,7 @@ using WideCubemap = std::array<WideFace<Cell>, cubemap_faces>;
 /// in the way" as the constant.
 template <class Cell>
 struct WeightedTrees {
+    /// A tree and its weight.
     struct Part {
         const WideCubemap<Cell>* tree;
         float weight;
@@ -87,7 +89,7 @@ public:
     /// cost: O(nodes).
     explicit WideCubemapTree(const CubemapTree& tree);
 
-    const WideCubemap<float>& faces() const { return trees_->faces; }
+    const WideCubemap<float>& faces() const { return trees_->faces; }  ///< As parts of a sum take it.
 
     /// The function as a factor of a product, which the tree must outlive.
     WeightedTrees<float> factor() const& { return {0, {&trees_->whole, 1}}; }

@@ -53,8 +53,11 @@ public:
     static Result<WideVisibility> make(const VisibilityField& field, std::span<const std::uint32_t> order,
                                        std::stop_token stop = {});
 
+    /// Of a planar sample.
     const WideCubemap<std::uint8_t>& planar(std::uint32_t sample) const { return planar_[sample]; }
+    /// Of a spherical sample.
     const WideCubemap<std::uint8_t>& spherical(std::uint32_t sample) const { return spherical_[sample]; }
+    /// Of a vertex.
     const WideCubemap<std::uint8_t>& local(std::uint32_t vertex) const { return local_[vertex]; }
     std::size_t memory() const;  ///< [bytes]
 

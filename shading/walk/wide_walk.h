@@ -27,14 +27,14 @@ struct VaryingFactors {
     std::vector<WeightedNode<Cell>> nodes;
     std::size_t factor_count = 0, node_count = 0;
 
-    void clear() { factor_count = node_count = 0; }
+    void clear() { factor_count = node_count = 0; }  ///< No factors; memory stays.
 
     /// Room for so many, so that adding need not look.
     void reserve(std::size_t most_factors, std::size_t most_nodes) {
         if (factors.size() < most_factors + 1) factors.resize(most_factors + 1);
         if (nodes.size() < most_nodes + 1) nodes.resize(most_nodes + 1);
     }
-    void add_factor() { factors[factor_count++] = {0, 0}; }
+    void add_factor() { factors[factor_count++] = {0, 0}; }  ///< A factor without nodes yet.
     /// To the factor added last.
     void add_node(const WideNode<Cell>* node, float weight) {
         VaryingFactor& factor = factors[factor_count - 1];
@@ -60,6 +60,7 @@ template <class Cell>
 struct WalkMemory {
     std::array<VaryingFactors<Cell>, 4> varying;  ///< On the block at hand, by level.
     VaryingFactors<Cell> next;                    ///< On the next face.
+    /// A factor on a block, as the walk leaves it for the block's children.
     struct Evaluated {
         alignas(64) std::array<float, wide_cells> constant;  ///< Of the trees that do not vary on a cell.
         unsigned varying;                                    ///< Cells.
@@ -78,6 +79,7 @@ struct WalkMemory {
     }
 };
 
+/// What the factors of a product are on a whole face.
 struct FaceFactors {
     float constant = 1;  ///< Product of the factors that do not vary on the face.
     float mean = 1;      ///< Product of all factors' means.
