@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cassert>
-#include <random>
 
 #include "bridge/preview.h"
+#include "fields/base/random_choice.h"
 
 namespace haarfield {
 namespace {
@@ -49,9 +49,7 @@ std::vector<CheckedPixel> random_pixels(const ShadedScene& scene, const Camera& 
     std::vector<CheckedPixel> pixels;
     for (std::size_t i = 0; i < points.size(); ++i)
         if (points[i] && image.coverage[i] == 1) pixels.push_back({i, *points[i], {}, false});
-    std::mt19937 random(2006);
-    std::shuffle(pixels.begin(), pixels.end(), random);
-    pixels.resize(std::min(pixels.size(), wanted));
+    keep_random(pixels, wanted);
     return pixels;
 }
 

@@ -5,21 +5,23 @@
 #include <algorithm>
 #include <random>
 
+#include "tests/fixtures/random_numbers.h"
+
 namespace haarfield {
 namespace {
 
 TEST(InstanceGrid, FindsEverySphereRoundAPointInOrder) {
     std::mt19937 random(7);
-    std::uniform_real_distribution<float> place(-20, 20), size(0.1f, 4);
+    const auto place = [&] { return uniform(random, -20.0f, 20.0f); };
     for (const int count : {0, 1, 3, 1000}) {
         std::vector<Sphere> spheres;
         for (int i = 0; i < count; ++i)
-            spheres.push_back({{place(random), place(random) * 0.1f, place(random)}, size(random)});
+            spheres.push_back({Vec3f{place(), place() * 0.1f, place()}, uniform(random, 0.1f, 4.0f)});
         if (count == 3) spheres[1].radius = 200;  // a floor
         const InstanceGrid grid(spheres);
         std::size_t found = 0, wanted = 0;
         for (int i = 0; i < 2000; ++i) {
-            const Vec3f point(place(random) * 1.5f, place(random) * 0.2f, place(random) * 1.5f);
+            const Vec3f point{place() * 1.5f, place() * 0.2f, place() * 1.5f};
             const auto near = grid.near(point);
             EXPECT_TRUE(std::is_sorted(near.begin(), near.end()));
             EXPECT_EQ(std::adjacent_find(near.begin(), near.end()), near.end());

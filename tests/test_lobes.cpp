@@ -4,15 +4,15 @@
 
 #include <random>
 
+#include "tests/fixtures/random_numbers.h"
+
 namespace haarfield {
 namespace {
 
 std::vector<Vec3f> random_directions(int count) {
     std::mt19937 random(3);
-    std::normal_distribution<float> normal;
     std::vector<Vec3f> directions;
-    while (int(directions.size()) < count)
-        directions.push_back(Vec3f(normal(random), normal(random), normal(random)).normalized());
+    while (int(directions.size()) < count) directions.push_back(random_direction(random));
     return directions;
 }
 

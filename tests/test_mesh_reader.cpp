@@ -1,6 +1,7 @@
 #include "fields/mesh/mesh_reader.h"
 
 #include "fields/mesh/polygon_triangulation.h"
+#include "tests/fixtures/random_numbers.h"
 
 #include <gtest/gtest.h>
 #include <algorithm>
@@ -271,11 +272,10 @@ TEST(MeshFindings, SummaryTellsOnlyWhatIsNotNormal) {
 
 TEST(Triangulation, KeepsTheAreaOfConcavePolygons) {
     std::mt19937 random(2006);
-    std::uniform_real_distribution<double> radius(0.2, 1.0);
     for (int corners = 3; corners < 60; ++corners) {  // star-shaped, so that they do not cross
         std::vector<Vec3f> polygon;
         for (int i = 0; i < corners; ++i) {
-            const double a = 2 * pi * i / corners, r = radius(random);
+            const double a = 2 * pi * i / corners, r = uniform(random, 0.2, 1.0);
             polygon.emplace_back(static_cast<float>(r * std::cos(a)), static_cast<float>(r * std::sin(a)), 7);
         }
         double wanted = 0, sum = 0;

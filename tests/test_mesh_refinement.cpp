@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/fixtures/lit_box.h"
+#include "tests/fixtures/random_numbers.h"
 
 namespace haarfield {
 namespace {
@@ -65,10 +66,10 @@ Rgb radiance_at(const RadiantMesh& floor, float x, float z) {
 
 double rms_error_on_floor(const LitBox& lit, const RadiantMesh& floor) {
     std::mt19937 random(11);
-    std::uniform_real_distribution<float> across(-1.9f, 1.9f);
+    const auto across = [&] { return uniform(random, -1.9f, 1.9f); };
     std::vector<InstancePoint> points;
     for (int i = 0; i < 1500; ++i) {
-        const Vec3f p(across(random), 0, across(random));
+        const Vec3f p{across(), 0, across()};
         points.push_back({LitBox::floor, {p, Vec3f(0, 1, 0), p + Vec3f(0, 1e-4f, 0), 0}});
     }
     const auto exact = *point_radiance(lit.shading, points);

@@ -8,6 +8,7 @@
 
 #include "shading/scene/lighting.h"
 #include "tests/fixtures/example_scene.h"
+#include "tests/fixtures/random_numbers.h"
 
 namespace haarfield {
 namespace {
@@ -307,9 +308,7 @@ TEST(RelightSession, BeforeItMovesNothingOfTheInstanceIsLeftOut) {
 TEST_P(RelightSessionBy, ThirtyRandomEditsEqualAFreshBake) {
     RelightSession session = opened(GetParam()).session();
     std::mt19937 random(2006);
-    const auto uniform = [&](float low, float high) {
-        return std::uniform_real_distribution<float>(low, high)(random);
-    };
+    const auto between = [&](float low, float high) { return uniform(random, low, high); };
     int counts[5] = {};
     for (int edit = 0; edit < 30; ++edit) {
         const std::size_t count = session.instances().size();
@@ -326,13 +325,13 @@ TEST_P(RelightSessionBy, ThirtyRandomEditsEqualAFreshBake) {
             case 1: session.remove(instance); break;
             case 2:
                 session.place(instance,
-                              before.translate + Vec3f(uniform(-1, 1), uniform(0, 0.3f), uniform(-1, 1)),
+                              before.translate + Vec3f{between(-1, 1), between(0, 0.3f), between(-1, 1)},
                               before.scale);
                 break;
-            case 3: session.place(instance, before.translate, before.scale * uniform(0.8f, 1.25f)); break;
+            case 3: session.place(instance, before.translate, before.scale * between(0.8f, 1.25f)); break;
             default:
-                ASSERT_TRUE(session.rotate(instance, Vec3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)),
-                                           uniform(0.1f, 3)));
+                ASSERT_TRUE(session.rotate(instance, Vec3d{between(-1, 1), between(-1, 1), between(-1, 1)},
+                                           between(0.1f, 3)));
         }
         // Now and then vectors are made in between.
         if (edit % 7 == 3) {

@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "tests/fixtures/random_numbers.h"
+
 namespace haarfield {
 namespace {
 
@@ -40,10 +42,9 @@ void expect_exact_at_samples(const Sampler& sampler) {
 template <class Sampler>
 void expect_weights_add_up(const Sampler& sampler, float height) {
     std::mt19937 random(5);
-    std::uniform_real_distribution<float> uniform(-12, 12);
+    const auto place = [&] { return uniform(random, -12.0f, 12.0f); };
     for (int i = 0; i < 3000; ++i) {
-        const Interpolation weights =
-            sampler.interpolation({uniform(random), height * uniform(random), uniform(random)});
+        const Interpolation weights = sampler.interpolation(Vec3f{place(), height * place(), place()});
         double sum = weights.open;
         for (int k = 0; k < weights.count; ++k) {
             EXPECT_GT(weights.weight[std::size_t(k)], 0);

@@ -13,6 +13,7 @@
 #include "shading/transfer/coefficient_energies.h"
 #include "shading/walk/wide_visibility.h"
 #include "tests/fixtures/example_meshes.h"
+#include "tests/fixtures/random_numbers.h"
 #include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
@@ -136,11 +137,6 @@ struct Example {
         return outgoing_radiance(*light, directions, brdf, cones, visibilities, depth, memory);
     }
 };
-
-Vec3f random_direction(std::mt19937& random) {
-    std::normal_distribution<float> normal;
-    return Vec3f(normal(random), normal(random), normal(random)).normalized();
-}
 
 /// A near occluder.
 BlockedConeList cones_of_a_square() {

@@ -2,6 +2,7 @@
 #include "bridge/camera_frame.h"
 #include "bridge/preview.h"
 #include "bridge/reference_scene.h"
+#include "fields/base/random_choice.h"
 #include "shading/transfer/turned_light.h"
 #include "tools/command.h"
 #include "tools/scene_options.h"
@@ -9,7 +10,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <random>
 
 namespace haarfield {
 
@@ -43,9 +43,7 @@ std::vector<MeshPoint> random_points(const std::vector<std::optional<MeshPoint>>
     std::vector<MeshPoint> points;
     for (const std::optional<MeshPoint>& pixel : pixels)
         if (pixel) points.push_back(*pixel);
-    std::mt19937 random(2006);
-    std::shuffle(points.begin(), points.end(), random);
-    points.resize(std::min(points.size(), wanted));
+    keep_random(points, wanted);
     return points;
 }
 

@@ -11,6 +11,8 @@ namespace haarfield {
 ///
 /// energy_of     of an item: >= 0.
 /// matters_more  a strict order of all items, by falling energy.
+/// accuracy      energies are added up in double, in the order in which std::nth_element leaves them: which
+///               items are kept may differ between standard libraries where rounding decides.
 /// cost          linear, on the average: of the places of which it is not known whether they are kept the
 ///               half that matters less is looked at as a whole, and left out if all of it can be.
 template <class Item, class EnergyOf, class MattersMore>

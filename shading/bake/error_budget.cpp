@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
+#include "fields/base/random_choice.h"
 #include "shading/bake/vertex_oracles.h"
 
 namespace haarfield {
@@ -47,11 +47,7 @@ std::vector<BudgetVertex> random_vertices(const ShadedScene& scene, std::size_t 
         for (std::size_t v = 0; v < buried.size(); ++v)
             if (!buried[v]) all.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(v)});
     }
-    std::mt19937 random(2006);
-    wanted = std::min(wanted, all.size());
-    for (std::size_t k = 0; k < wanted; ++k)
-        std::swap(all[k], all[k + std::size_t((std::uint64_t(random()) * (all.size() - k)) >> 32)]);
-    all.resize(wanted);
+    keep_random(all, wanted);
     return all;
 }
 

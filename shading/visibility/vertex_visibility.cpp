@@ -66,6 +66,9 @@ void VertexVisibility::rasterize(const VertexView& view) {
                          [](const Candidate& a, const Candidate& b) {
                              return std::tie(a.distance, a.instance) < std::tie(b.distance, b.instance);
                          });
+        // The order in which factors are multiplied is not left to the library.
+        std::sort(end, candidates_.end(),
+                  [](const Candidate& a, const Candidate& b) { return a.instance < b.instance; });
         for (auto farther = end; farther != candidates_.end(); ++farther)
             look_up(scene_.instances[farther->instance], view);
         candidates_.erase(end, candidates_.end());
