@@ -44,7 +44,7 @@ std::string include_text(const BakedInstance& instance, const ColouredMesh& colo
                    "}}\n\n"
                    "#version {}_Version;\n"
                    "#end\n",
-                   instance.scale, povray_vector(instance.translate), object);
+                   instance.placement.scale, povray_vector(instance.placement.translate), object);
     return text;
 }
 
@@ -72,7 +72,7 @@ Result<Done> check_instance(const BakedInstance& instance) {
     for (std::size_t i = 0; i < instance.radiance.size(); ++i)
         if (!is_finite(instance.radiance[i]))
             return Error{where, fmt::format("the radiance of vertex {} is not finite", i)};
-    return check_placement(where, instance.translate, instance.scale);
+    return check_placement(where, instance.placement);
 }
 
 }  // namespace

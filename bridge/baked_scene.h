@@ -7,12 +7,11 @@
 
 namespace haarfield {
 
-/// One object. world = translate + scale * mesh. The mesh and the radiance must outlive the call.
+/// One object. The mesh and the radiance must outlive the call.
 struct BakedInstance {
-    std::string name;               ///< Unlike all others of the scene.
-    const Mesh* mesh = nullptr;     ///< The fine one.
-    Vec3f translate{0, 0, 0};       ///< [m]
-    float scale = 1;                ///< > 0.
+    std::string name;            ///< Unlike all others of the scene.
+    const Mesh* mesh = nullptr;  ///< The fine one.
+    Placement placement;
     std::span<const Rgb> radiance;  ///< Outgoing, one per vertex of the mesh. [W/(m^2 sr)]
 };
 

@@ -59,7 +59,7 @@ Palette palette(const std::vector<Colour>& of_vertices) {
 /// A mesh as POV-Ray interpolates well over it: turned, and magnified.
 struct PovrayFrame {
     double magnified;
-    std::array<Vec3d, 3> rotation;
+    Rotation rotation;
 
     explicit PovrayFrame(const Mesh& mesh)
         : magnified(small_triangle_scale(mesh)), rotation(interpolation_rotation(mesh)) {}
@@ -67,21 +67,18 @@ struct PovrayFrame {
     void append_vertices(std::string& text, const Mesh& mesh) const {
         std::vector<Vec3f> positions;
         positions.reserve(mesh.positions.size());
-        for (const Vec3f& p : mesh.positions)
-            positions.emplace_back(
-                Vec3d(rotation[0].dot(Vec3d(p)), rotation[1].dot(Vec3d(p)), rotation[2].dot(Vec3d(p))) +
-                Vec3d(0.0));
+        for (const Vec3f& p : mesh.positions) positions.emplace_back(rotation(Vec3d(p)) + Vec3d(0.0));
         append_povray_vectors(text, "vertex_vectors", positions, static_cast<float>(magnified));
     }
 
     /// Takes turning and magnification back.
     void append_inverse(std::string& text) const {
+        const auto& [x, y, z] = rotation.row;
         fmt::format_to(
             std::back_inserter(text),
             "matrix <{:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, 0,0,0>\n"
             "scale {:.17g}\n",
-            rotation[0].x, rotation[0].y, rotation[0].z, rotation[1].x, rotation[1].y, rotation[1].z,
-            rotation[2].x, rotation[2].y, rotation[2].z, 1 / magnified);
+            x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z, 1 / magnified);
     }
 };
 

@@ -43,7 +43,7 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
     text.reserve(text.size() + 39 * vertices + 13 * triangles);
     for (const BakedInstance& instance : instances)
         for (std::size_t i = 0; i < instance.mesh->positions.size(); ++i) {
-            const Vec3f position = instance.translate + instance.mesh->positions[i] * instance.scale;
+            const Vec3f position = instance.placement.point_to_world(instance.mesh->positions[i]);
             for (int axis = 0; axis < 3; ++axis) append_bytes(text, position[axis]);
             for (int axis = 0; axis < 3; ++axis) append_bytes(text, instance.mesh->normals[i][axis]);
             for (int c = 0; c < 3; ++c)

@@ -44,7 +44,7 @@ std::vector<CheckedPixel> random_pixels(const ShadedScene& scene, const Camera& 
                                         std::size_t wanted) {
     std::vector<PreviewInstance> instances;
     for (const ShadedInstance& instance : scene.instances)
-        instances.push_back({scene.entities[instance.entity].mesh, instance.translate, instance.scale, {}});
+        instances.push_back({scene.entities[instance.entity].mesh, instance.placement, {}});
     const std::vector<std::optional<MeshPoint>> points = Preview().points(camera, instances);
     std::vector<CheckedPixel> pixels;
     for (std::size_t i = 0; i < points.size(); ++i)
@@ -71,7 +71,7 @@ Result<OracleCheck> oracle_check(const ShadedScene& scene, const Camera& camera,
             // From the point itself: on large objects what vertex_view draws it by would be seen.
             const ShadedInstance& instance = scene.instances[at.instance];
             VertexView view = vertex_view(scene, instance, *point);
-            view.point = point->sample * instance.scale + instance.translate;
+            view.point = instance.placement.point_to_world(point->sample);
             pixels[k].oracle = shader.radiance(at.instance, *point, view);
             pixels[k].counts = true;
         });

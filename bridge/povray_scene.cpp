@@ -140,7 +140,7 @@ double small_triangle_scale(const Mesh& mesh) {
     return std::exp2(std::clamp(wanted, -20.0, 40.0));
 }
 
-std::array<Vec3d, 3> interpolation_rotation(const Mesh& mesh) {
+Rotation interpolation_rotation(const Mesh& mesh) {
     std::vector<Vec3d> normals;
     for (const auto& triangle : mesh.triangles) {
         const Vec3d a(mesh.positions[triangle[0]]), b(mesh.positions[triangle[1]]),
@@ -152,8 +152,7 @@ std::array<Vec3d, 3> interpolation_rotation(const Mesh& mesh) {
     const auto harm = [](const Vec3d& normal) {
         return std::abs(normal.z) > 1e-9 && std::abs(normal.z) < 0.01;
     };
-    if (std::none_of(normals.begin(), normals.end(), harm))
-        return {Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
+    if (std::none_of(normals.begin(), normals.end(), harm)) return {};
     // Candidates for the new z axis, spread evenly over half of the sphere.
     constexpr int candidates = 97;
     const double golden_angle = pi * (3 - std::sqrt(5.0));
@@ -173,7 +172,7 @@ std::array<Vec3d, 3> interpolation_rotation(const Mesh& mesh) {
         }
     }
     const Vec3d x = best.cross(std::abs(best.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).normalized();
-    return {x, best.cross(x), best};
+    return {{x, best.cross(x), best}};
 }
 
 bool is_sliver(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, double scale) {
@@ -197,7 +196,8 @@ Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where) {
     return Done{};
 }
 
-Result<Done> check_placement(const std::string& where, const Vec3f& translate, float scale) {
+Result<Done> check_placement(const std::string& where, const Placement& placement) {
+    const auto& [translate, scale] = placement;
     for (int axis = 0; axis < 3; ++axis)
         if (!(std::abs(translate[axis]) <= largest_coordinate))  // refuses NaN too
             return Error{where, fmt::format("translated by {}; wanted at most {} m", translate[axis],

@@ -10,7 +10,9 @@
 ///     Haarfield_Without_Background   objects before nothing, so that +UA gives coverage
 ///     Haarfield_Background_Alone     the background, without reading the objects
 
+#include "fields/base/placement.h"
 #include "fields/base/result.h"
+#include "fields/base/rotation.h"
 #include "fields/mesh/mesh.h"
 #include "scenes/scene.h"
 #include "shading/scene/environment.h"
@@ -73,14 +75,14 @@ Result<std::string> write_background(const std::filesystem::path& folder, const 
 /// more than 1e7 units. A power of two is lossless.
 double small_triangle_scale(const Mesh& mesh);
 
-/// A rotation for a mesh that POV-Ray interpolates colours over, as the rows of its matrix: write R v for
-/// each vertex v, and `matrix <R, 0,0,0>` behind the mesh, which takes it back.
+/// A rotation R for a mesh that POV-Ray interpolates colours over: write R v for each vertex v, and
+/// `matrix <R, 0,0,0>`, row by row, behind the mesh, which takes it back.
 ///
 /// POV-Ray 3.7 finds the barycentric weights in the projection of a triangle along z, however narrow that is,
 /// unless it vanishes: a triangle that is almost parallel to z gets wild colours, as they occur in every
 /// surface that is extruded along z. So a mesh that has any is turned such that the triangle most parallel to
 /// z is as far from it as can be had.
-std::array<Vec3d, 3> interpolation_rotation(const Mesh& mesh);
+Rotation interpolation_rotation(const Mesh& mesh);
 
 /// Whether a triangle is too narrow for POV-Ray to interpolate over, even magnified by `scale`: it needs one
 /// texture for all of it, or its colours come out wrong.
@@ -95,7 +97,7 @@ Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where);
 /// Whether an instance stands where POV-Ray can show it.
 ///
 /// errors    a translation that is not finite or beyond 1e6 m; a scale not in (0, 1e6].
-Result<Done> check_placement(const std::string& where, const Vec3f& translate, float scale);
+Result<Done> check_placement(const std::string& where, const Placement& placement);
 
 /// Makes the folder, with those above it, if it is not there.
 Result<Done> make_folder(const std::filesystem::path& folder);

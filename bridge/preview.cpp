@@ -86,9 +86,8 @@ OwnedScene Preview::Rays::scene_of(std::span<const PreviewInstance> instances) {
         const PreviewInstance& instance = instances[i];
         const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(geometry, scene_of(*instance.mesh).get());
-        const float s = instance.scale;
-        const std::array<float, 12> columns{
-            s, 0, 0, 0, s, 0, 0, 0, s, instance.translate.x, instance.translate.y, instance.translate.z};
+        const auto& [translate, s] = instance.placement;
+        const std::array<float, 12> columns{s, 0, 0, 0, s, 0, 0, 0, s, translate.x, translate.y, translate.z};
         rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.data());
         rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(scene.get(), geometry, static_cast<unsigned>(i));

@@ -14,11 +14,10 @@
 
 namespace haarfield {
 
-/// One object. world = translate + scale * mesh. Mesh and radiance must outlive the picture.
+/// One object. Mesh and radiance must outlive the picture.
 struct PreviewInstance {
-    const Mesh* mesh = nullptr;     ///< The fine one.
-    Vec3f translate{0, 0, 0};       ///< [m]
-    float scale = 1;                ///< > 0.
+    const Mesh* mesh = nullptr;  ///< The fine one.
+    Placement placement;
     std::span<const Rgb> radiance;  ///< One per vertex. [W/(m^2 sr)]
 };
 

@@ -117,8 +117,7 @@ Result<Done> check_instances(std::span<const ReferenceInstance> instances) {
             if (!is_finite(instance.mesh->normals[i]))
                 return Error{where, fmt::format("the normal of vertex {} is not finite", i)};
         if (Result<Done> good = check_materials(instance, where); !good) return good.error();
-        if (Result<Done> good = check_placement(where, instance.translate, instance.scale); !good)
-            return good.error();
+        if (Result<Done> good = check_placement(where, instance.placement); !good) return good.error();
         if (!names.insert(instance.name).second) return Error{where, "there are two of this name"};
     }
     return Done{};
@@ -158,9 +157,8 @@ double chosen_world_scale(std::span<const ReferenceInstance> instances, const Ca
     extent = Vec3d(camera.position).length();
     for (const ReferenceInstance& instance : instances) {
         const Bounds bounds = mesh_bounds(*instance.mesh);
-        const double radius = static_cast<double>(instance.scale) * bounds.radius();
-        const Vec3d centre =
-            Vec3d(instance.translate) + Vec3d(bounds.centre()) * static_cast<double>(instance.scale);
+        const double radius = double(instance.placement.scale) * bounds.radius();
+        const Vec3d centre = instance.placement.point_to_world(Vec3d(bounds.centre()));
         radii.push_back(radius);
         extent = std::max(extent, centre.length() + radius);
     }
@@ -236,9 +234,9 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
                 return written.error();
             text += fmt::format("#include \"{}\"\n", files.includes.back().filename().string());
         }
-        const Vec3d translate = Vec3d(instance.translate) * files.world_scale;
+        const Vec3d translate = Vec3d(instance.placement.translate) * files.world_scale;
         objects += fmt::format("object {{ {} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}> }}  // {}\n",
-                               object, instance.scale * files.world_scale, translate.x, translate.y,
+                               object, instance.placement.scale * files.world_scale, translate.x, translate.y,
                                translate.z, povray_identifier(instance.name));
     }
     text += "\n" + objects + "\n";

@@ -8,14 +8,13 @@
 
 namespace haarfield {
 
-/// One object. world = translate + scale * mesh. Mesh and materials must outlive the call; instances
+/// One object. Mesh and materials must outlive the call; instances
 /// that share both share them in the file too.
 struct ReferenceInstance {
     std::string name;                     ///< Unlike all others of the scene.
     const Mesh* mesh = nullptr;           ///< PreparedMesh::original, with its normals.
     std::span<const Material> materials;  ///< By the mesh's material index.
-    Vec3f translate{0, 0, 0};             ///< [m]
-    float scale = 1;                      ///< > 0.
+    Placement placement;
 };
 
 /// What a scene file may be told by a declaration: to be lit by one of its two sets of lights, twice as

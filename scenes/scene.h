@@ -1,6 +1,7 @@
 #pragma once
 /// A scene as its author writes it, in metres and radians; its file, in TOML, has degrees.
 
+#include "fields/base/placement.h"
 #include "fields/base/vector.h"
 #include "shading/scene/material.h"
 #include "shading/scene/sky.h"
@@ -41,13 +42,11 @@ struct Entity {
     std::uint32_t spherical_samples = 10000;
 };
 
-/// world = translate + scale * rotate(entity). `rotate`: about x, then y, then z.
 struct Instance {
     std::string name;        ///< The entity's, with a number if it has several: `chair_2`.
     std::size_t entity = 0;  ///< Index in Scene::entities.
-    Vec3f translate{0, 0, 0};
-    float scale = 1;
-    Vec3f rotate{0, 0, 0};  ///< [rad]
+    Placement placement;     ///< Of the entity as it is turned.
+    Vec3f rotate{0, 0, 0};   ///< About x, then y, then z: rotation_xyz. [rad]
 };
 
 /// A whole scene.

@@ -9,8 +9,8 @@
 
 #include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_subdivision.h"
-#include "fields/mesh/rotation.h"
 #include "fields/mesh/thin_sheets.h"
+#include "fields/mesh/turned_mesh.h"
 
 namespace haarfield {
 namespace {
@@ -173,8 +173,7 @@ ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, LatL
         shaded.entities.push_back(
             {&entity->mesh.fine, &*entity->occlusion, &entity->field, entity->materials});
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
-        shaded.instances.push_back(
-            {entities.entity_of_instance[i], scene.instances[i].translate, scene.instances[i].scale});
+        shaded.instances.push_back({entities.entity_of_instance[i], scene.instances[i].placement});
     shaded.environment = std::move(environment);
     shaded.eye = scene.camera.position;
     return shaded;

@@ -163,8 +163,8 @@ Instance taken_instance(TomlTable table, const std::vector<Entity>& entities) {
     else if (table.has("entity"))
         table.refuse("entity", fmt::format("{}.entity is \"{}\"; there is no such entity", table.name(),
                                            instance.name));
-    table.take("translate", instance.translate, coordinates);
-    table.take("scale", instance.scale, {1e-6, 1e6});
+    table.take("translate", instance.placement.translate, coordinates);
+    table.take("scale", instance.placement.scale, {1e-6, 1e6});
     Vec3f degrees(0, 0, 0);
     table.take("rotate", degrees, turns);
     instance.rotate = Vec3f(radians(degrees.x), radians(degrees.y), radians(degrees.z));

@@ -13,7 +13,7 @@ SessionScene session_scene(const Scene& scene, const SceneEntities& entities, La
             {entity->entity, entity->rotate, &entity->mesh.fine, &*entity->occlusion, &entity->field});
     }
     for (const Instance& instance : scene.instances)
-        session.instances.push_back({instance.entity, instance.translate, instance.scale, instance.rotate});
+        session.instances.push_back({instance.entity, instance.placement, instance.rotate});
     session.environment = std::move(environment);
     session.eye = scene.camera.position;
     return session;

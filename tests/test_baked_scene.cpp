@@ -57,7 +57,7 @@ TEST(BakedScene, VertexColoursComeBackFromPovray) {
         const std::vector<Rgb> radiance = random_radiance(mesh.positions.size(), 1);
         Camera camera = frontal_camera(3 * size, resolution);
         camera.vertical_fov = 2 * std::atan(1.0f / 3);
-        const BakedInstance instance{"floor", &mesh, Vec3f(0, 0, 0), 1, radiance};
+        const BakedInstance instance{"floor", &mesh, {}, radiance};
         const Result<BakedFiles> files =
             write_baked_scene(folder.path(), "small", camera, {&instance, 1}, {});
         ASSERT_TRUE(files) << files.error().message();
@@ -103,7 +103,7 @@ TEST(BakedScene, CameraAndBackgroundAgreeWithOurs) {
     // A small square whose centre should be seen at a known place, twice as large as its mesh.
     const Vec3d seen_along = pixel_ray(camera, 63.5, 22.5);
     const Vec3f place(Vec3d(camera.position) + seen_along * 3.0);
-    const BakedInstance instance{"mark", &mesh, place, 2, radiance};
+    const BakedInstance instance{"mark", &mesh, {place, 2}, radiance};
     const Result<BakedFiles> files =
         write_baked_scene(folder.path(), "view", camera, {&instance, 1}, {&environment});
     ASSERT_TRUE(files) << files.error().message();
@@ -140,10 +140,10 @@ TEST(BakedScene, AnIncludeServesASceneOfOnesOwn) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 1);
     const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.25f, 0.5f, 0.75f));
-    const std::vector<BakedInstance> instances{{"x", &mesh, Vec3f(0, 0, 0), 1, radiance},
-                                               {"mesh-1", &mesh, Vec3f(0, 0, 0), 1, radiance},
-                                               {"mesh 1", &mesh, Vec3f(0, 0, 0), 1, radiance},
-                                               {"1\n}", &mesh, Vec3f(0, 0, 0), 1, radiance}};
+    const std::vector<BakedInstance> instances{{"x", &mesh, {}, radiance},
+                                               {"mesh-1", &mesh, {}, radiance},
+                                               {"mesh 1", &mesh, {}, radiance},
+                                               {"1\n}", &mesh, {}, radiance}};
     const Result<BakedFiles> files =
         write_baked_scene(folder.path(), "2-union.b", frontal_camera(3, 8), instances, {});
     ASSERT_TRUE(files) << files.error().message();
@@ -172,7 +172,7 @@ TEST(BakedScene, LeavesTheLightsTexturesAndCameraOfASceneOfOnesOwnAlone) {
     const Mesh mesh = upright_square_mesh(1, 1);
     const Rgb baked(0.25f, 0.5f, 0.75f);
     const std::vector<Rgb> radiance(mesh.positions.size(), baked);
-    const std::vector<BakedInstance> instances{{"square", &mesh, Vec3f(0, 0, 0), 1, radiance}};
+    const std::vector<BakedInstance> instances{{"square", &mesh, {}, radiance}};
     const Camera camera = frontal_camera(3, 32);
     const Result<BakedFiles> files = write_baked_scene(folder.path(), "baked", camera, instances, {});
     ASSERT_TRUE(files) << files.error().message();
@@ -214,7 +214,7 @@ TEST(BakedScene, SharesEqualColoursAndClampsWhatAPictureCanNotHold) {
     std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.5f, 0.5f, 0.5f));
     radiance[4] = Rgb(1e6f, -1, 0.5f);
     radiance[8] = Rgb(-0.0f, 0, 0);
-    const BakedInstance instance{"a", &mesh, Vec3f(0, 0, 0), 1, radiance};
+    const BakedInstance instance{"a", &mesh, {}, radiance};
     const Result<BakedFiles> files =
         write_baked_scene(folder.path(), "s", frontal_camera(3, 8), {&instance, 1}, {});
     ASSERT_TRUE(files);
@@ -229,7 +229,7 @@ TEST(BakedScene, RefusesWhatPovrayWouldShowWronglyAndWritesNothing) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 1);
     const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(1, 1, 1));
-    const BakedInstance good{"good", &mesh, Vec3f(0, 0, 0), 1, radiance};
+    const BakedInstance good{"good", &mesh, {}, radiance};
     const auto refused = [&](const BakedInstance& instance, const char* reason) {
         const std::vector<BakedInstance> instances{good, instance};
         const Result<BakedFiles> files =
@@ -241,24 +241,22 @@ TEST(BakedScene, RefusesWhatPovrayWouldShowWronglyAndWritesNothing) {
     for (float bad : {NAN, INFINITY}) {
         std::vector<Rgb> broken = radiance;
         broken[2].y = bad;
-        refused({"bad", &mesh, Vec3f(0, 0, 0), 1, broken},
-                "instance bad: the radiance of vertex 2 is not finite");
+        refused({"bad", &mesh, {}, broken}, "instance bad: the radiance of vertex 2 is not finite");
         Mesh broken_mesh = mesh;
         broken_mesh.positions[3].x = bad;
-        refused({"bad", &broken_mesh, Vec3f(0, 0, 0), 1, radiance}, "vertex 3");
-        refused({"bad", &mesh, Vec3f(0, bad, 0), 1, radiance}, "translated");
-        refused({"bad", &mesh, Vec3f(0, 0, 0), bad, radiance}, "scale");
+        refused({"bad", &broken_mesh, {}, radiance}, "vertex 3");
+        refused({"bad", &mesh, {{0, bad, 0}, 1}, radiance}, "translated");
+        refused({"bad", &mesh, {{0, 0, 0}, bad}, radiance}, "scale");
     }
-    refused({"bad", &mesh, Vec3f(0, 0, 0), 0, radiance}, "scale");
-    refused({"bad", &mesh, Vec3f(0, 0, 0), 1, std::span(radiance).first(3)},
-            "3 radiance values for 4 vertices");
+    refused({"bad", &mesh, {{0, 0, 0}, 0}, radiance}, "scale");
+    refused({"bad", &mesh, {}, std::span(radiance).first(3)}, "3 radiance values for 4 vertices");
     refused(good, "two of this name");
     Mesh empty = mesh;
     empty.triangles.clear();
-    refused({"bad", &empty, Vec3f(0, 0, 0), 1, radiance}, "no triangle");
+    refused({"bad", &empty, {}, radiance}, "no triangle");
     Mesh outside = mesh;
     outside.triangles[0][1] = 4;
-    refused({"bad", &outside, Vec3f(0, 0, 0), 1, radiance}, "vertex 4 of 4");
+    refused({"bad", &outside, {}, radiance}, "vertex 4 of 4");
     for (const char* name : {"", "a b", "../a", "a\"b", ".a"})
         EXPECT_FALSE(write_baked_scene(folder.path(), name, frontal_camera(3, 8), {&good, 1}, {})) << name;
     Camera blind = frontal_camera(3, 8);
@@ -271,8 +269,8 @@ TEST(BakedPly, HoldsWorldPositionsAndBothKindsOfColour) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 1);
     const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.2158605f, 7, -1));
-    const std::vector<BakedInstance> instances{{"a", &mesh, Vec3f(1, 2, 3), 2, radiance},
-                                               {"b", &mesh, Vec3f(0, 0, 0), 1, radiance}};
+    const std::vector<BakedInstance> instances{{"a", &mesh, {{1, 2, 3}, 2}, radiance},
+                                               {"b", &mesh, {}, radiance}};
     ASSERT_TRUE(write_baked_ply(folder / "a.ply", instances));
     const std::string text = text_of(folder / "a.ply");
     const std::size_t data = text.find("end_header\n") + 11;
@@ -295,7 +293,7 @@ TEST(InterpolationRotation, TurnsNoTriangleEdgeOn) {
     Mesh mesh = upright_square_mesh(2, 40);
     for (Vec3f& p : mesh.positions) p.z = p.z + 1e-3f * p.y + 0.2f * std::sin(3 * p.x);
     for (Vec3f& p : mesh.positions) p = Vec3f(p.x, p.z, p.y);
-    const std::array<Vec3d, 3> r = interpolation_rotation(mesh);
+    const std::array<Vec3d, 3> r = interpolation_rotation(mesh).row;
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j) EXPECT_NEAR(r[i].dot(r[j]), i == j ? 1 : 0, 1e-12);
     EXPECT_GT(r[0].cross(r[1]).dot(r[2]), 0);

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "fields/mesh/rotation.h"
+#include "fields/base/rotation.h"
 #include "fields/wavelets/haar_transform.h"
 
 namespace haarfield {

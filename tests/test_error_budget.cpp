@@ -17,9 +17,10 @@ public:
         PreparedMesh floor_mesh = prepared_as_is(square_mesh(5, 0, 8));
         floor_mesh.coarse = square_mesh(5, 0);
         scene.instances = {
-            {add_entity(floor_mesh, matte(0.6f), 6, 18), {0, 0, 0}, 1},
-            {add_entity(sphere_mesh({0, 0.4f, 0}, 0.4f, 8), matte(0.5f), samples, samples), {-0.6f, 0, 0}, 1},
-            {add_entity(box_mesh({-0.4f, 0, -0.4f}, {0.4f, 0.8f, 0.4f}, 2), matte(0.4f)), {0.6f, 0, 0}, 1}};
+            {add_entity(floor_mesh, matte(0.6f), 6, 18), {}},
+            {add_entity(sphere_mesh({0, 0.4f, 0}, 0.4f, 8), matte(0.5f), samples, samples),
+             {{-0.6f, 0, 0}, 1}},
+            {add_entity(box_mesh({-0.4f, 0, -0.4f}, {0.4f, 0.8f, 0.4f}, 2), matte(0.4f)), {{0.6f, 0, 0}, 1}}};
         const Vec3d sun = Vec3d(0.5, 0.7, 0.3).normalized();
         scene.environment = environment(
             [&](const Vec3d& d) { return 0.5 + 0.3 * d.y + 6 * std::exp(40 * (d.dot(sun) - 1)); });
@@ -152,7 +153,7 @@ TEST(ErrorBudget, DoesNotDependOnTheNumberOfThreads) {
 
 TEST(InterpolationError, IsThatBetweenTheCorners) {
     ExampleScene plain;
-    plain.scene.instances = {{plain.add_entity(square_mesh(2, 0), matte(0.5f)), {0, 0, 0}, 1}};
+    plain.scene.instances = {{plain.add_entity(square_mesh(2, 0), matte(0.5f)), {}}};
     plain.scene.environment = environment([](const Vec3d&) { return 1.0; });
     RenderSettings settings;
     settings.face_size = ExampleScene::size;

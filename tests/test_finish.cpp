@@ -63,7 +63,7 @@ TEST(Finish, EachTermAndAllTogetherAreWhatPovrayComputes) {
     const Camera camera = frontal_camera(distance, 40);
     for (const auto& [name, material] : finishes()) {
         const TestFolder folder;
-        const ReferenceInstance instance{"square", &mesh, {&material, 1}, Vec3f(0, 0, 0), 1};
+        const ReferenceInstance instance{"square", &mesh, {&material, 1}, {}};
         const Result<ReferenceFiles> files =
             write_reference_scene(folder.path(), "finish", camera, {&instance, 1}, environment, 16);
         ASSERT_TRUE(files) << files.error().message();
@@ -91,8 +91,7 @@ TEST(Finish, BakedPicturesEqualPovraysOwn) {
     const Vec3d sun = Vec3d(0.8, 0.5, 0.6).normalized();
     const Camera camera = frontal_camera(4, 32);
     ExampleScene example;
-    example.scene.instances.push_back(
-        {example.add_entity(sphere_mesh({0, 0, 0}, 0.9f, 48), Material{}), {0, 0, 0}, 1});
+    example.scene.instances.push_back({example.add_entity(sphere_mesh({0, 0, 0}, 0.9f, 48), Material{}), {}});
     example.scene.environment =
         environment([&](const Vec3d& d) { return 0.3 + 0.2 * d.y + 8 * std::exp(30 * (d.dot(sun) - 1)); });
     example.scene.eye = camera.position;
@@ -100,14 +99,14 @@ TEST(Finish, BakedPicturesEqualPovraysOwn) {
     for (const auto& [name, material] : finishes()) {
         example.scene.entities[0].materials = {material};
         const TestFolder folder;
-        const ReferenceInstance instance{"ball", &mesh, {&material, 1}, Vec3f(0, 0, 0), 1};
+        const ReferenceInstance instance{"ball", &mesh, {&material, 1}, {}};
         const Result<ReferenceFiles> files = write_reference_scene(
             folder.path(), "reference", camera, {&instance, 1}, example.scene.environment, 1000);
         ASSERT_TRUE(files) << files.error().message();
         const Image reference = picture(files->scene, camera);
         for (const bool dense : {true, false}) {
             const auto radiance = dense ? example.dense() : example.radiance();
-            const BakedInstance baked_ball{"ball", &mesh, Vec3f(0, 0, 0), 1, radiance[0]};
+            const BakedInstance baked_ball{"ball", &mesh, {}, radiance[0]};
             const Result<BakedFiles> baked =
                 write_baked_scene(folder.path(), "baked", camera, {&baked_ball, 1}, {});
             ASSERT_TRUE(baked) << baked.error().message();

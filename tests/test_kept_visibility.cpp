@@ -18,7 +18,7 @@ struct Prepared {
 
     explicit Prepared(Occlusion occlusion) {
         // A ball inside of a block.
-        room.scene.instances.push_back({room.scene.instances[4].entity, {-0.6f, 0.2f, 0}, 0.3f});
+        room.scene.instances.push_back({room.scene.instances[4].entity, {{-0.6f, 0.2f, 0}, 0.3f}});
         settings.occlusion = occlusion;
         settings.occlusion_error = 0.05f;
         settings.exact_triangles = 2;  // the floor

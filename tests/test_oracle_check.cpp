@@ -11,8 +11,8 @@ namespace {
 TEST(OracleCheck, AgreesWithPovrayAndSeesIfItDoesNot) {
     ExampleScene example;
     example.scene.instances = {
-        {example.add_entity(square_mesh(6, 0), matte(0.6f)), {0, 0, 0}, 1},
-        {example.add_entity(sphere_mesh({0, 0.6f, 0}, 0.5f, 24), matte(0.5f)), {0.1f, 0, 0}, 1}};
+        {example.add_entity(square_mesh(6, 0), matte(0.6f)), {}},
+        {example.add_entity(sphere_mesh({0, 0.6f, 0}, 0.5f, 24), matte(0.5f)), {{0.1f, 0, 0}, 1}}};
     example.scene.environment = environment([](const Vec3d& d) {
         return 0.5 + 0.3 * d.y + 2 * std::exp(8 * (d.dot(Vec3d(0.6, 0.7, 0.39)) - 1));
     });
@@ -26,7 +26,7 @@ TEST(OracleCheck, AgreesWithPovrayAndSeesIfItDoesNot) {
     for (const char* name : {"floor", "ball"}) {
         const ShadedInstance& instance = example.scene.instances[instances.size()];
         const ShadedEntity& entity = example.scene.entities[instance.entity];
-        instances.push_back({name, entity.mesh, entity.materials, instance.translate, instance.scale});
+        instances.push_back({name, entity.mesh, entity.materials, instance.placement});
     }
     const Result<ReferenceFiles> files =
         write_reference_scene(folder.path(), "check", camera, instances, example.scene.environment, 512);

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "fields/mesh/rotation.h"
+#include "fields/base/rotation.h"
 #include "shading/transfer/light_transfer.h"
 #include "shading/transfer/motion_transfer.h"
 #include "shading/transfer/view_transfer.h"
@@ -59,7 +59,7 @@ public:
         Material material = glossy(6, LobeConvention::povray);
         material.diffuse = Rgb(0.6f);
         material.specular = Rgb(specular);
-        scene.instances.push_back({add_entity(sphere_mesh({0, 0, 0}, 1, 12), material), {0, 0, 0}, 1});
+        scene.instances.push_back({add_entity(sphere_mesh({0, 0, 0}, 1, 12), material), {}});
         scene.eye = {0, 0, 5};
     }
     DenseCoefficients light_with_sun_at(const Vec3d& sun) {
@@ -103,7 +103,7 @@ TEST(MotionTransfer, FollowsTheInstanceAlongUpAndDown) {
         *motion_transfer(scene.scene, scene.geometry(), settings(), {0}, scene.light(), 3);
     for (const Vec3f& place :
          {Vec3f(0.6f, 0, -0.9f), Vec3f(-0.4f, 0, 1.1f), Vec3f(0.2f, 0.9f, 0.3f), Vec3f(40, 0, 0)}) {
-        scene.scene.instances[3].translate = place;
+        scene.scene.instances[3].placement.translate = place;
         SceneRadiance found;
         ASSERT_TRUE(
             shade_frame(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
@@ -119,7 +119,7 @@ TEST(MotionTransfer, PruningIsWithinTheErrorItIsGiven) {
                                                   scene.light(), 3);
     EXPECT_LT(transfer.vectors.bytes() * 2, exact.vectors.bytes());
     for (const Vec3f& place : {Vec3f(0.6f, 0, -0.9f), Vec3f(-0.4f, 0, 1.1f), Vec3f(0.2f, 0.9f, 0.3f)}) {
-        scene.scene.instances[3].translate = place;
+        scene.scene.instances[3].placement.translate = place;
         SceneRadiance found;
         ASSERT_TRUE(
             shade_frame(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));

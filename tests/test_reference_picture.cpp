@@ -22,8 +22,8 @@ public:
     /// The scene file, lit by so many lights.
     std::filesystem::path scene(int lights) const {
         const std::vector<ReferenceInstance> instances{
-            {"wall", &mesh_, {&material_, 1}, Vec3f(0, 0, 0), 1},
-            {"blocker", &mesh_, {&material_, 1}, Vec3f(0.2f, 0.1f, 0.3f), 0.3f}};
+            {"wall", &mesh_, {&material_, 1}, {}},
+            {"blocker", &mesh_, {&material_, 1}, {{0.2f, 0.1f, 0.3f}, 0.3f}}};
         return write_reference_scene(folder_.path(), "shadow", frontal_camera(3, 48), instances, environment_,
                                      lights)
             ->scene;

@@ -26,7 +26,7 @@ TEST(ReferenceScene, AWhiteFurnaceReflectsTheAlbedo) {
     const Mesh mesh = upright_square_mesh(1, 1);
     Material material;
     material.diffuse = Rgb(0.25f, 0.5f, 1);
-    const ReferenceInstance instance{"square", &mesh, {&material, 1}, Vec3f(0, 0, 0), 1};
+    const ReferenceInstance instance{"square", &mesh, {&material, 1}, {}};
     const Result<Image> image =
         rendered(folder, frontal_camera(3, 8), {&instance, 1}, constant_environment(64, Rgb(1, 1, 1)), 800);
     ASSERT_TRUE(image) << image.error().message();
@@ -78,11 +78,11 @@ TEST(ReferenceScene, ShadesAsTheMaterialSays) {
         materials[3][s].specular = Rgb(0.2f, 0.2f, 0.2f);
         materials[3][s].shininess = 5;
     }
-    const std::vector<ReferenceInstance> instances{{"a", &mesh, materials[0], Vec3f(-0.5f, 0.5f, 0), 1},
-                                                   {"b", &mesh, materials[1], Vec3f(0.5f, 0.5f, 0), 1.1f},
-                                                   {"c", &mesh, materials[2], Vec3f(-0.5f, -0.5f, 0), 1},
-                                                   {"d", &mesh, materials[3], Vec3f(0.5f, -0.5f, 0), 0.9f},
-                                                   {"e", &mesh, materials[3], Vec3f(5, -0.5f, 0), 1}};
+    const std::vector<ReferenceInstance> instances{{"a", &mesh, materials[0], {{-0.5f, 0.5f, 0}, 1}},
+                                                   {"b", &mesh, materials[1], {{0.5f, 0.5f, 0}, 1.1f}},
+                                                   {"c", &mesh, materials[2], {{-0.5f, -0.5f, 0}, 1}},
+                                                   {"d", &mesh, materials[3], {{0.5f, -0.5f, 0}, 0.9f}},
+                                                   {"e", &mesh, materials[3], {{5, -0.5f, 0}, 1}}};
     const Camera camera = frontal_camera(3, 40);
     const TestFolder folder;
     const Result<ReferenceFiles> files =
@@ -129,7 +129,7 @@ TEST(ReferenceScene, CastsShadowsAtAnyScale) {
         Material material;
         const float above = 0.2f;
         const std::vector<ReferenceInstance> instances{
-            {"wall", &mesh, {&material, 1}, Vec3f(0, 0, 0), size},
+            {"wall", &mesh, {&material, 1}, {{0, 0, 0}, size}},
             {"blocker", &mesh, {&material, 1}, Vec3f(0, 0.3f, above) * size, 0.2f * size}};
         const TestFolder folder;
         Camera camera = frontal_camera(3, 40);
@@ -160,7 +160,7 @@ TEST(ReferenceScene, RefusesBadMaterialsAndNormals) {
     const Mesh mesh = upright_square_mesh(1, 1);
     const LatLongImage environment = constant_environment(4, Rgb(1, 1, 1));
     const auto accepted = [&](const Mesh& m, std::vector<Material> materials) {
-        const ReferenceInstance instance{"a", &m, materials, Vec3f(0, 0, 0), 1};
+        const ReferenceInstance instance{"a", &m, materials, {}};
         return static_cast<bool>(
             write_reference_scene(folder.path(), "s", frontal_camera(3, 8), {&instance, 1}, environment, 16));
     };

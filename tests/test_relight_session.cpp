@@ -51,9 +51,8 @@ public:
             scene.entities.push_back({"example", &example.mesh(e), entity.field->settings, entity.materials});
             scene.poses.push_back({e, {0, 0, 0}, entity.mesh, entity.occlusion, entity.field});
         }
-        scene.instances = {{0, {0, 0, 0}, 1, {0, 0, 0}},
-                           {1, {-0.8f, 0, 0}, 1, {0, 0, 0}},
-                           {2, {0.7f, 0, 0.5f}, 1, {0, 0, 0}}};
+        scene.instances = {
+            {0, {}, {0, 0, 0}}, {1, {{-0.8f, 0, 0}, 1}, {0, 0, 0}}, {2, {{0.7f, 0, 0.5f}, 1}, {0, 0, 0}}};
         scene.environment = sky(0.4);
         scene.eye = {2, 2, 3};
         return scene;
@@ -75,7 +74,7 @@ public:
             const auto added = fresh.add_entity(turned_mesh(example.mesh(instance.entity), instance.rotate),
                                                 entity.materials[0], entity.field->settings.planar_samples,
                                                 entity.field->settings.spherical_samples);
-            fresh.scene.instances.push_back({added, instance.translate, instance.scale});
+            fresh.scene.instances.push_back({added, instance.placement});
         }
         fresh.scene.environment = session.scene().environment;
         fresh.scene.eye = session.eye();
@@ -144,7 +143,7 @@ TEST_P(RelightSessionBy, FramesFollowWhatVariesAndEqualTheCommit) {
     expect_frame_as_commit("another eye");
 
     ASSERT_TRUE(session.vary_instance(1));
-    session.place(1, {0.2f, 0.3f, -1}, 1.2f);
+    session.place(1, {{0.2f, 0.3f, -1}, 1.2f});
     // Frames see what moves by its field, here a coarse one.
     expect_frame_as_commit("moved", GetParam() == Occlusion::fields ? 0.012 : 0.1);
 }
@@ -223,7 +222,7 @@ TEST_P(RelightSessionBy, PreparingChangesNothingButWhenTheWorkIsDone) {
     const auto radiance = [](RelightSession& session) {
         session.turn_environment(rotation_about({0, 1, 0}, 1.3));
         EXPECT_TRUE(session.vary_instance(1));
-        session.place(1, {0.2f, 0.3f, -1}, 1.2f);
+        session.place(1, {{0.2f, 0.3f, -1}, 1.2f});
         EXPECT_TRUE(session.frame());
         return session.radiance();
     };
@@ -266,7 +265,7 @@ TEST(RelightSession, ChangesMakeOtherTransferVectorsVoid) {
     const auto instance = [&] { return session.vary_instance(1); };
     const auto turn = [&] { session.turn_environment(rotation_about({0, 1, 0}, 1)); };
     const auto look = [&] { session.set_eye({1, 1, 1}); };
-    const auto move = [&](std::size_t i) { return [&session, i] { session.place(i, {1, 0, -1}, 1); }; };
+    const auto move = [&](std::size_t i) { return [&session, i] { session.place(i, {{1, 0, -1}, 1}); }; };
     EXPECT_FALSE(is_void_after(light, turn));
     EXPECT_TRUE(is_void_after(light, look));
     EXPECT_TRUE(is_void_after(light, move(1)));
@@ -285,7 +284,7 @@ TEST(RelightSession, ChangesMakeOtherTransferVectorsVoid) {
 TEST(RelightSession, WhileMovingTheInstanceItselfMayBeCoarser) {
     RelightSession session = opened().session();
     ASSERT_TRUE(session.vary_instance(1));
-    session.place(1, {0.1f, 0, -1}, 1);
+    session.place(1, {{0.1f, 0, -1}, 1});
     ASSERT_TRUE(session.frame());
     const SceneRadiance still = session.radiance();
     ASSERT_TRUE(session.frame(FrameQuality::moving));
@@ -319,16 +318,16 @@ TEST_P(RelightSessionBy, ThirtyRandomEditsEqualAFreshBake) {
         if (kind == 1 && count < 4) kind = 0;
         if (kind == 0 && count > 6) kind = 1;
         ++counts[kind];
-        const SessionInstance before = session.instances()[instance];
+        const Placement before = session.instances()[instance].placement;
         switch (kind) {
             case 0: EXPECT_EQ(session.clone(instance), count); break;
             case 1: session.remove(instance); break;
             case 2:
                 session.place(instance,
-                              before.translate + Vec3f{between(-1, 1), between(0, 0.3f), between(-1, 1)},
-                              before.scale);
+                              {before.translate + Vec3f(uniform(-1, 1), uniform(0, 0.3f), uniform(-1, 1)),
+                               before.scale});
                 break;
-            case 3: session.place(instance, before.translate, before.scale * between(0.8f, 1.25f)); break;
+            case 3: session.place(instance, {before.translate, before.scale * uniform(0.8f, 1.25f)}); break;
             default:
                 ASSERT_TRUE(session.rotate(instance, Vec3d{between(-1, 1), between(-1, 1), between(-1, 1)},
                                            between(0.1f, 3)));
@@ -354,7 +353,7 @@ TEST_P(RelightSessionBy, ACommitKnowsOfEachChangeSinceTheLast) {
          }},
         {"place",
          [](RelightSession& session) {
-             session.place(1, {0.2f, 0.3f, -1}, 1.2f);
+             session.place(1, {{0.2f, 0.3f, -1}, 1.2f});
          }},
         {"clone", [](RelightSession& session) { session.clone(1); }},
         {"remove", [](RelightSession& session) { session.remove(1); }},

@@ -13,7 +13,7 @@ namespace {
 TEST(Renderer, FurnaceGivesTheAlbedo) {
     ExampleScene example;
     example.scene.instances.push_back(
-        {example.add_entity(sphere_mesh({0, 0, 0}, 1, 12), matte(0.6f)), {3, 1, 2}, 2});
+        {example.add_entity(sphere_mesh({0, 0, 0}, 1, 12), matte(0.6f)), {{3, 1, 2}, 2}});
     example.scene.environment = environment([](const Vec3d&) { return 1.0; });
     for (const auto& radiance : {example.radiance(), example.dense()})
         for (const Rgb& r : radiance[0])
@@ -24,9 +24,7 @@ TEST(Renderer, WhitePhongReflectsAllOfAUniformEnvironmentAtNormalIncidence) {
     for (const float shininess : {10.0f, 60.0f, 300.0f}) {
         ExampleScene example;
         example.scene.instances.push_back(
-            {example.add_entity(square_mesh(0.01f, 0), glossy(shininess, LobeConvention::physical)),
-             {0, 0, 0},
-             1});
+            {example.add_entity(square_mesh(0.01f, 0), glossy(shininess, LobeConvention::physical)), {}});
         example.scene.environment = environment([](const Vec3d&) { return 1.0; });
         example.scene.eye = {0, 100, 0};
         EXPECT_NEAR(example.dense()[0][0].x, 1, 0.01) << shininess;
@@ -39,9 +37,7 @@ TEST(Renderer, PovrayHighlightHasTheClosedFormUnderAUniformEnvironment) {
     for (const float shininess : {10.0f, 60.0f}) {
         ExampleScene example;
         example.scene.instances.push_back(
-            {example.add_entity(square_mesh(0.01f, 0), glossy(shininess, LobeConvention::povray)),
-             {0, 0, 0},
-             1});
+            {example.add_entity(square_mesh(0.01f, 0), glossy(shininess, LobeConvention::povray)), {}});
         example.scene.environment = environment([](const Vec3d&) { return 1.0; });
         example.scene.eye = {0, 100, 0};
         for (const auto& radiance : {example.radiance(), example.dense()})
@@ -53,7 +49,7 @@ TEST(Renderer, HighlightIsCutAtTheHorizon) {
     // Seen at grazing angle, half of the lobe round the mirror direction lies below the surface.
     ExampleScene example;
     example.scene.instances.push_back(
-        {example.add_entity(square_mesh(0.01f, 0), glossy(20, LobeConvention::povray)), {0, 0, 0}, 1});
+        {example.add_entity(square_mesh(0.01f, 0), glossy(20, LobeConvention::povray)), {}});
     example.scene.environment = environment([](const Vec3d&) { return 1.0; });
     example.scene.eye = {1000, 0.001f, 0};
     for (const auto& radiance : {example.radiance(), example.dense()})
@@ -63,7 +59,7 @@ TEST(Renderer, HighlightIsCutAtTheHorizon) {
 TEST(Renderer, SunLightsByTheCosine) {
     const Vec3d sun = Vec3d(0.3, 0.8, -0.4).normalized();
     ExampleScene example;
-    example.scene.instances.push_back({example.add_entity(square_mesh(1, 0), matte(0.5f)), {0, 0, 0}, 1});
+    example.scene.instances.push_back({example.add_entity(square_mesh(1, 0), matte(0.5f)), {}});
     double x = 0, y = 0;
     lat_long_point(sun, x, y);
     LatLongImage image = environment([](const Vec3d&) { return 0.0; }, 512);
@@ -86,7 +82,7 @@ TEST(Renderer, LightComesFromWhereTheEnvironmentHasIt) {
     for (int axis = 0; axis < 3; ++axis)
         for (const double sign : {1.0, -1.0}) {
             ExampleScene example;
-            example.scene.instances.push_back({example.add_entity(box, matte(0.5f)), {0, 0, 0}, 1});
+            example.scene.instances.push_back({example.add_entity(box, matte(0.5f)), {}});
             example.scene.environment =
                 environment([&](const Vec3d& d) { return d[axis] * sign > 0 ? 1.0 : 0.0; });
             const auto radiance = example.radiance()[0];
@@ -109,12 +105,12 @@ TEST(Renderer, SphereOccluderOverheadTakesItsFormFactor) {
     const auto sphere = example.add_entity(sphere_mesh({0, 0, 0}, 1, 40), matte(0.5f), 6, 6000);
     example.scene.environment = environment([](const Vec3d&) { return 1.0; });
     for (const float height : {1.5f, 2.0f, 4.0f}) {
-        example.scene.instances = {{floor, {0, 0, 0}, 1}, {sphere, {0, height, 0}, 1}};
+        example.scene.instances = {{floor, {}}, {sphere, {{0, height, 0}, 1}}};
         const double wanted = 1 - 1 / (double(height) * height);
         EXPECT_NEAR(example.dense()[0][0].x, wanted, 0.01) << height;
         EXPECT_NEAR(example.radiance()[0][0].x, wanted, 0.03) << height;
         // Scale and translation of the whole scene change nothing.
-        example.scene.instances = {{floor, {5, 6, 7}, 3}, {sphere, Vec3f(5, 6 + 3 * height, 7), 3}};
+        example.scene.instances = {{floor, {{5, 6, 7}, 3}}, {sphere, {{5, 6 + 3 * height, 7}, 3}}};
         EXPECT_NEAR(example.radiance()[0][0].x, wanted, 0.03) << height;
     }
 }
@@ -123,7 +119,7 @@ TEST(Renderer, ALargeWallTakesHalf) {
     ExampleScene example;
     const auto floor = example.add_entity(square_mesh(0.001f, 0), matte(1));
     const auto wall = example.add_entity(box_mesh({0.1f, 0, -300}, {0.2f, 300, 300}), matte(0.5f));
-    example.scene.instances = {{floor, {0, 0, 0}, 1}, {wall, {0, 0, 0}, 1}};
+    example.scene.instances = {{floor, {}}, {wall, {}}};
     example.scene.environment = environment([](const Vec3d&) { return 1.0; });
     EXPECT_NEAR(example.radiance()[0][0].x, 0.5, 0.02);
     EXPECT_NEAR(example.dense()[0][0].x, 0.5, 0.02);
@@ -133,7 +129,7 @@ TEST(Renderer, NoLightFromBelowPassesTheFloor) {
     ExampleScene example;
     const auto floor = example.add_entity(square_mesh(400, 0, 2), matte(1));
     const auto box = example.add_entity(box_mesh({-0.5f, 0, -0.5f}, {0.5f, 1, 0.5f}, 4), matte(1));
-    example.scene.instances = {{floor, {0, 0, 0}, 1}, {box, {0, 0, 0}, 1}};
+    example.scene.instances = {{floor, {}}, {box, {}}};
     example.scene.environment = environment([](const Vec3d& d) { return d.y < -0.02 ? 1.0 : 0.0; });
     for (const auto& radiance : {example.radiance(), example.dense()}) {
         const Mesh& mesh = *example.scene.entities[box].mesh;
@@ -155,8 +151,7 @@ ExampleScene& furnished() {
     lacquer.specular = Rgb(0.3f);
     const auto floor = example.add_entity(floor_mesh, matte(0.7f), 6, 18);
     const auto box = example.add_entity(box_mesh({-0.5f, 0, -0.5f}, {0.5f, 1, 0.5f}, 4), lacquer, 2000, 2000);
-    example.scene.instances = {
-        {floor, {0, 0, 0}, 1}, {box, {0.3f, 0, 0.2f}, 1}, {box, {-1.4f, 0, 0.1f}, 0.7f}};
+    example.scene.instances = {{floor, {}}, {box, {{0.3f, 0, 0.2f}, 1}}, {box, {{-1.4f, 0, 0.1f}, 0.7f}}};
     example.scene.environment = environment(
         [](const Vec3d& d) { return 1 + 3 * std::exp(8 * (d.x * 0.5 + d.y * 0.7 + d.z * 0.5 - 1)); });
     example.scene.eye = {3, 2, 4};
@@ -226,11 +221,11 @@ TEST(Renderer, InACrowdOnlyTheNearestAreRasterized) {
     ExampleScene example;
     const auto floor = example.add_entity(square_mesh(0.2f, 0), matte(1)),
                ball = example.add_entity(sphere_mesh({0, 0.3f, 0}, 0.3f, 8), matte(0.5f));
-    example.scene.instances = {{floor, {0, 0, 0}, 1}};
+    example.scene.instances = {{floor, {}}};
     const auto add_ball = [&](int i, float distance) {
         const double azimuth = 0.7 * i;
         example.scene.instances.push_back(
-            {ball, Vec3d(distance * std::cos(azimuth), 0, distance * std::sin(azimuth)), 1});
+            {ball, {Vec3f(Vec3d(distance * std::cos(azimuth), 0, distance * std::sin(azimuth))), 1}});
     };
     example.scene.environment = environment([](const Vec3d& d) { return 1 + d.x; });
     RenderSettings settings;
@@ -253,7 +248,7 @@ TEST(Renderer, SeesNothingFromInsideOfWhatItSeesExactly) {
     ExampleScene example;
     const auto small = example.add_entity(box_mesh({-0.1f, -0.1f, -0.1f}, {0.1f, 0.1f, 0.1f}), matte(1)),
                large = example.add_entity(sphere_mesh({0, 0, 0}, 1, 20), matte(1));
-    example.scene.instances = {{small, {0.2f, 0.1f, 0}, 1}, {large, {0, 0, 0}, 1}};
+    example.scene.instances = {{small, {{0.2f, 0.1f, 0}, 1}}, {large, {}}};
     example.scene.environment = environment([](const Vec3d&) { return 1.0; });
     const auto radiance = example.radiance();
     for (const Rgb& r : radiance[0]) EXPECT_EQ(r, Rgb(0.0f));

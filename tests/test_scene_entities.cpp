@@ -29,8 +29,8 @@ protected:
         scene.entities.push_back(entity);
         scene.materials["paint"].diffuse = Rgb(0.2f);
         scene.materials["steel"].diffuse = Rgb(0.9f);
-        scene.instances.push_back({"box_1", 0, {0, 0, 0}, 1, {0, 0, 0}});
-        scene.instances.push_back({"box_2", 0, {3, 0, 0}, 1, {0, 0, 0}});
+        scene.instances.push_back({"box_1", 0, {}, {0, 0, 0}});
+        scene.instances.push_back({"box_2", 0, {{3, 0, 0}, 1}, {0, 0, 0}});
         options.fields_folder = folder / "fields";
         options.face_size = 16;
     }

@@ -136,8 +136,8 @@ TEST_F(SceneReader, ReadsEveryKeyInItsUnit) {
     EXPECT_EQ(scene.instances[2].name, "chair_2");
     EXPECT_EQ(scene.instances[0].entity, 0u);
     EXPECT_EQ(scene.instances[2].entity, 1u);
-    EXPECT_EQ(scene.instances[0].translate, Vec3f(0.0f, -1.0f, 0.5f));
-    EXPECT_EQ(scene.instances[0].scale, 2.0f);
+    EXPECT_EQ(scene.instances[0].placement.translate, Vec3f(0.0f, -1.0f, 0.5f));
+    EXPECT_EQ(scene.instances[0].placement.scale, 2.0f);
     EXPECT_NEAR(scene.instances[0].rotate.y, pi / 2, 1e-6);
 }
 

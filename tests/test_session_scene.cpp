@@ -35,9 +35,9 @@ protected:
             scene.entities.push_back(entity);
         }
         scene.materials["paint"].specular = Rgb(0.2f);
-        scene.instances = {{"floor", 0, {0, 0, 0}, 1, {0, 0, 0}},
-                           {"stool_1", 1, {0, 0, 0}, 1, {0, 0, 0}},
-                           {"stool_2", 1, {1, 0, 0.4f}, 1, {0, 0.6f, 0}}};
+        scene.instances = {{"floor", 0, {}, {0, 0, 0}},
+                           {"stool_1", 1, {}, {0, 0, 0}},
+                           {"stool_2", 1, {{1, 0, 0.4f}, 1}, {0, 0.6f, 0}}};
         scene.camera.position = {2, 2, 3};
         options.fields_folder = folder / "fields";
         options.face_size = 16;
@@ -78,16 +78,15 @@ TEST_P(SessionSceneTest, ATurnedAndMovedSceneEqualsABakeOfItsFile) {
     ASSERT_TRUE(session.rotate(1, {0, 1, 0}, 0.5));
     ASSERT_TRUE(session.rotate(1, {1, 0, 0.3}, -0.4));
     ASSERT_TRUE(session.rotate(2, {0, 0, 1}, 0.2));
-    session.place(1, {-0.8f, 0.1f, 0.2f}, 1.3f);
+    session.place(1, {{-0.8f, 0.1f, 0.2f}, 1.3f});
     const std::size_t third = session.clone(2);
-    session.place(third, {0.2f, 0, -1.2f}, 0.8f);
+    session.place(third, {{0.2f, 0, -1.2f}, 0.8f});
     ASSERT_TRUE(session.commit());
 
     Scene written = scene;
     written.instances.clear();
     for (const SessionInstance& instance : session.instances())
-        written.instances.push_back(
-            {"", instance.entity, instance.translate, instance.scale, instance.rotate});
+        written.instances.push_back({"", instance.entity, instance.placement, instance.rotate});
     const auto fresh = prepare_scene_entities(written, options);
     ASSERT_TRUE(fresh) << fresh.error().message();
     const auto baked = scene_radiance(shaded_scene(written, *fresh, sky), settings);

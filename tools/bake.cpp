@@ -39,7 +39,7 @@ void add_instances(const Scene& scene, const SceneEntities& entities, BakedScene
         const bool is_refined = !baked.meshes.empty();
         const Mesh& mesh =
             is_refined ? baked.meshes[i].mesh : entities.entities[entities.entity_of_instance[i]]->mesh.fine;
-        baked.instances.push_back({instance.name, &mesh, instance.translate, instance.scale,
+        baked.instances.push_back({instance.name, &mesh, instance.placement,
                                    is_refined ? baked.meshes[i].radiance : baked.radiance[i]});
     }
 }

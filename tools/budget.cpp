@@ -32,8 +32,7 @@ std::vector<PreviewInstance> preview_instances(const ShadedScene& scene, const S
     std::vector<PreviewInstance> instances;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const ShadedInstance& instance = scene.instances[i];
-        instances.push_back(
-            {scene.entities[instance.entity].mesh, instance.translate, instance.scale, radiance[i]});
+        instances.push_back({scene.entities[instance.entity].mesh, instance.placement, radiance[i]});
     }
     return instances;
 }
@@ -63,7 +62,7 @@ std::vector<BudgetReport::Mark> worst_marks(const ShadedScene& scene, const Came
         const ShadedInstance& instance = scene.instances[vertex.instance];
         const Mesh& mesh = *scene.entities[instance.entity].mesh;
         const auto placed = [&](std::uint32_t v) {
-            return Vec3d(mesh.positions[v] * instance.scale + instance.translate);
+            return Vec3d(instance.placement.point_to_world(mesh.positions[v]));
         };
         const Vec3d place = placed(vertex.vertex), from_eye = place - Vec3d(camera.position);
         const double depth = from_eye.dot(frame.forward);

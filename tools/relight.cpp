@@ -87,7 +87,7 @@ private:
         std::vector<PreviewInstance> instances;
         for (std::size_t i = 0; i < stage_.scene.instances.size(); ++i) {
             const Instance& instance = stage_.scene.instances[i];
-            instances.push_back({&mesh(i), instance.translate, instance.scale, {}});
+            instances.push_back({&mesh(i), instance.placement, {}});
             const SceneRadiance& radiance = stage_.session->radiance();
             if (!radiance.empty()) instances.back().radiance = radiance[i];
         }
@@ -102,8 +102,7 @@ private:
         std::vector<BakedInstance> instances;
         for (std::size_t i = 0; i < stage_.scene.instances.size(); ++i) {
             const Instance& instance = stage_.scene.instances[i];
-            instances.push_back(
-                {instance.name, &mesh(i), instance.translate, instance.scale, stage_.session->radiance()[i]});
+            instances.push_back({instance.name, &mesh(i), instance.placement, stage_.session->radiance()[i]});
         }
         LatLongImage background = stage_.environments[0];
         for (std::size_t p = 0; p < background.pixels.size(); ++p) {

@@ -79,9 +79,9 @@ RelightMode moving_instance(RelightStage& stage, std::size_t instance, std::vect
                     left -= (path[i] - path[i - 1]).length(), ++i;
                 const Vec3f step = path[i] - path[i - 1];
                 const float along = step.length() > 0 ? std::min(1.0f, left / step.length()) : 0;
-                Instance& moving = stage.scene.instances[instance];
+                Placement& moving = stage.scene.instances[instance].placement;
                 moving.translate = path[i - 1] + step * along;
-                stage.session->place(instance, moving.translate, moving.scale);
+                stage.session->place(instance, moving);
             },
             false,
             false,
@@ -112,7 +112,7 @@ Result<RelightMode> moving_instance(RelightStage& stage) {
         for (const Instance& other : instances) names += (names.empty() ? "" : ", ") + other.name;
         return Error{"--move", fmt::format("there is no instance {}; wanted one of {}", name, names)};
     }
-    std::vector<Vec3f> path{instance->translate};
+    std::vector<Vec3f> path{instance->placement.translate};
     for (std::size_t first = 0; first <= text.size();) {
         const std::size_t end = std::min(text.find(':', first), text.size());
         const Result<Vec3f> point = path_point(std::string_view(text).substr(first, end - first));

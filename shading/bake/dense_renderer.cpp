@@ -37,7 +37,7 @@ Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const
     for (std::size_t other = 0; other < scene_.instances.size(); ++other) {
         if (other == instance) continue;
         const EntityOcclusion& occlusion = *scene_.entities[scene_.instances[other].entity].occlusion;
-        const Vec3f from = (view.point - scene_.instances[other].translate) / scene_.instances[other].scale;
+        const Vec3f from = scene_.instances[other].placement.point_to_object(view.point);
         if (occlusion.in_coarse()(from)) return Rgb(0.0f);
         multiply_by_open(visibility_, rasterizer_.open_samples(occlusion.coarse(), from));
     }

@@ -102,7 +102,7 @@ private:
             instances_.push_back({EdgeBisection(std::move(start[i].mesh)),
                                   std::move(start[i].radiance),
                                   {},
-                                  instance.scale,
+                                  instance.placement.scale,
                                   5e-4 * double(radius)});
             instances_.back().middles.resize(instances_.back().bisection.edges().size());
         }

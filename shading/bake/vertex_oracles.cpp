@@ -174,7 +174,7 @@ private:
             if (i == instance) continue;
             const ShadedInstance& other = scene.instances[i];
             const ShadedEntity& entity = scene.entities[other.entity];
-            const Vec3f from = (view_.point - other.translate) / other.scale;
+            const Vec3f from = other.placement.point_to_object(view_.point);
             if (entity.occlusion->in_coarse()(from)) return false;
             const std::span<const std::uint8_t> open =
                 rasterizer_.open_samples(entity.occlusion->coarse(), from);

@@ -1,6 +1,7 @@
 #pragma once
 /// A scene as shading sees it: meshes with their fields, where they stand, light and eye.
 
+#include "fields/base/placement.h"
 #include "fields/field/entity_occlusion.h"
 #include "fields/field/visibility_field.h"
 #include "shading/scene/environment.h"
@@ -17,11 +18,9 @@ struct ShadedEntity {
     std::vector<Material> materials;             ///< By the mesh's material index.
 };
 
-/// world = translate + scale * entity.
 struct ShadedInstance {
     std::size_t entity = 0;
-    Vec3f translate{0, 0, 0};
-    float scale = 1;  ///< > 0.
+    Placement placement;
 };
 
 /// All that shading needs to know of a scene.

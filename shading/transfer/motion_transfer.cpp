@@ -166,7 +166,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                           double(transfer.pruning_error) * occlusion_share, progress);
     if (!occlusions) return occlusions.error();
     ShadedScene without = scene;
-    without.instances[instance].translate = Vec3f(far_away);
+    without.instances[instance].placement.translate = Vec3f(far_away);
     const TransferRows rows(without, geometry);
     const Mesh& mesh = *scene.entities[entity].mesh;
     const std::vector<std::uint8_t> left_out =

@@ -25,7 +25,7 @@ RelightSession::RelightSession(SessionScene scene, const RenderSettings& setting
     for (const SessionInstance& instance : instances_) {
         const std::optional<std::size_t> pose = pose_of(instance);
         assert(pose);
-        scene_.instances.push_back({*pose, instance.translate, instance.scale});
+        scene_.instances.push_back({*pose, instance.placement});
     }
     scene_.environment = environment_;
     scene_.eye = scene.eye;
@@ -148,13 +148,12 @@ void RelightSession::set_eye(const Vec3f& eye) {
     if (!std::holds_alternative<ViewTransfer>(transfer_)) transfer_ = {};
 }
 
-void RelightSession::place(std::size_t instance, const Vec3f& translate, float scale) {
-    assert(instance < instances_.size() && scale > 0);
+void RelightSession::place(std::size_t instance, const Placement& placement) {
+    assert(instance < instances_.size() && placement.scale > 0);
     const auto* motion = std::get_if<MotionTransfer>(&transfer_);
     if (!motion || motion->instance != instance) transfer_ = {};
     kept_.reset();
-    instances_[instance].translate = scene_.instances[instance].translate = translate;
-    instances_[instance].scale = scene_.instances[instance].scale = scale;
+    instances_[instance].placement = scene_.instances[instance].placement = placement;
 }
 
 std::size_t RelightSession::clone(std::size_t instance) {

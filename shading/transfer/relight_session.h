@@ -11,7 +11,7 @@
 #include <optional>
 #include <variant>
 
-#include "fields/mesh/rotation.h"
+#include "fields/mesh/turned_mesh.h"
 #include "shading/transfer/light_transfer.h"
 #include "shading/transfer/motion_transfer.h"
 #include "shading/transfer/turned_light.h"
@@ -37,12 +37,10 @@ struct SessionPose {
     const VisibilityField* field = nullptr;
 };
 
-/// world = translate + scale * rotate(entity).
 struct SessionInstance {
     std::size_t entity = 0;
-    Vec3f translate{0, 0, 0};
-    float scale = 1;
-    Vec3f rotate{0, 0, 0};  ///< About x, then y, then z. [rad]
+    Placement placement;    ///< Of the entity as it is turned.
+    Vec3f rotate{0, 0, 0};  ///< See turned_mesh. [rad]
 
     bool operator==(const SessionInstance&) const = default;  ///< Equal in all bits.
 };
@@ -84,7 +82,7 @@ public:
     /// less exactly. Show a mixture of those that are to come, before.
     Result<Done> vary_light(const Progress& progress = {});
     Result<Done> vary_eye(const Progress& progress = {});  ///< The eye.
-    /// The instance's translation and scale.
+    /// The instance's placement.
     Result<Done> vary_instance(std::size_t instance, const Progress& progress = {});
     /// @}
 
@@ -103,7 +101,7 @@ public:
     void turn_environment(const Rotation& rotation);
     void set_eye(const Vec3f& eye);  ///< Moves the eye.
     /// Moves an instance, and scales it.
-    void place(std::size_t instance, const Vec3f& translate, float scale);
+    void place(std::size_t instance, const Placement& placement);
 
     /// A copy in the same place; its index, the last.
     std::size_t clone(std::size_t instance);

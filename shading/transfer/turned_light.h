@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <stop_token>
 
-#include "fields/mesh/rotation.h"
+#include "fields/base/rotation.h"
 #include "shading/scene/environment.h"
 
 namespace haarfield {

@@ -120,7 +120,7 @@ void list_highlights(const ShadedScene& scene, const TransferRows& rows, ViewTra
         transfer.highlit.push_back(
             {static_cast<std::uint32_t>(row),
              static_cast<std::uint32_t>(first[instance.entity] + mesh.vertex_materials[vertex]),
-             mesh.positions[vertex] * instance.scale + instance.translate, mesh.normals[vertex]});
+             instance.placement.point_to_world(mesh.positions[vertex]), mesh.normals[vertex]});
     }
 }
 

@@ -38,7 +38,7 @@ bool lies_below(const Bounds& bounds, const Vec3f& point, const Vec3f& normal) {
 }
 
 bool is_on_ground(const VisibilityField& field, const ShadedInstance& instance, const VertexView& view) {
-    const float height = (view.position.y - instance.translate.y) / instance.scale - field.planar.centre.y;
+    const float height = instance.placement.point_to_object(view.position).y - field.planar.centre.y;
     return std::abs(height) <= on_ground * field.bounds.radius();
 }
 
@@ -51,7 +51,7 @@ std::vector<Sphere> spheres_of_influence(const ShadedScene& scene) {
         const Vec3f& centre = field.spherical.centre;
         const float radius = reach * std::max(field.spherical.outer_radius, field.planar.outer_radius) +
                              (field.planar.centre - centre).length();
-        spheres.push_back({instance.translate + centre * instance.scale, radius * instance.scale});
+        spheres.push_back({instance.placement.point_to_world(centre), radius * instance.placement.scale});
     }
     return spheres;
 }
@@ -100,19 +100,19 @@ std::vector<std::span<const std::uint32_t>> ShadingGeometry::orders() const {
 
 FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& instance,
                          const VertexView& view) {
-    const Vec3f point = (view.point - instance.translate) / instance.scale;
+    const Vec3f point = instance.placement.point_to_object(view.point);
     if (is_on_ground(field, instance, view)) return {true, field.planar.interpolation(point)};
     return {false, field.spherical.interpolation(point)};
 }
 
 bool is_below_horizon(const ShadedEntity& entity, const ShadedInstance& instance, const VertexView& view) {
-    return lies_below(entity.occlusion->coarse().bounds, (view.point - instance.translate) / instance.scale,
+    return lies_below(entity.occlusion->coarse().bounds, instance.placement.point_to_object(view.point),
                       view.normal);
 }
 
 float squared_exact_distance(const ShadingGeometry::Entity& prepared, const VisibilityField& field,
                              const ShadedInstance& instance, const VertexView& view) {
-    const Vec3f point = (view.point - instance.translate) / instance.scale;
+    const Vec3f point = instance.placement.point_to_object(view.point);
     const bool planar = is_on_ground(field, instance, view);
     const Vec3f from_centre = point - (planar ? field.planar.centre : field.spherical.centre);
     const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around;

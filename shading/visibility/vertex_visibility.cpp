@@ -40,7 +40,7 @@ bool VertexVisibility::look_past(std::uint32_t instance, const VertexView& view)
         look_up(other, view);
         return true;
     }
-    const Vec3f point = (view.point - other.translate) / other.scale;
+    const Vec3f point = other.placement.point_to_object(view.point);
     if (entity.occlusion->coarse().one_sided > 0 && entity.occlusion->in_coarse()(point)) return false;
     if (prepared.polygons.empty())
         candidates_.push_back({distance, instance});
@@ -76,7 +76,7 @@ void VertexVisibility::rasterize(const VertexView& view) {
     for (const Candidate& candidate : candidates_) {
         const ShadedInstance& other = scene_.instances[candidate.instance];
         const Occluder& occluder = scene_.entities[other.entity].occlusion->coarse();
-        const Vec3f point = (view.point - other.translate) / other.scale;
+        const Vec3f point = other.placement.point_to_object(view.point);
         // Finding what lies below the horizon has a cost, too.
         const bool mostly_below = (occluder.bounds.centre() - point).dot(view.normal) < 0;
         rasterized_.push_back({&occluder, point, mostly_below ? &view.normal : nullptr});

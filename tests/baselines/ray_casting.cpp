@@ -28,7 +28,7 @@ void attach_triangles(RTCDevice device, RTCScene scene, const Occluder& occluder
     auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), occluder.positions.size()));
     for (std::size_t i = 0; i < occluder.positions.size(); ++i)
-        vertices[i] = occluder.positions[i] * instance.scale + instance.translate;
+        vertices[i] = instance.placement.point_to_world(occluder.positions[i]);
     auto* triangles = static_cast<std::array<std::uint32_t, 3>*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), last - first));
     std::copy(occluder.triangles.begin() + std::ptrdiff_t(first),

@@ -34,7 +34,7 @@ public:
         const EntityOcclusion& own = *scene_.entities[instance.entity].occlusion;
         const VertexView view = vertex_view(scene_, instance, index.vertex);
         const Vec3f local = own.samples().points[index.vertex];
-        vertex = {index.instance, local * instance.scale + instance.translate, view.normal, view.mirror, {}};
+        vertex = {index.instance, instance.placement.point_to_world(local), view.normal, view.mirror, {}};
         if (own.samples().buried[index.vertex]) return {};
 
         std::vector<std::vector<float>> factors{visibility(own.own(), local, &view.normal),
@@ -46,7 +46,7 @@ public:
             if (i == index.instance) continue;
             const ShadedInstance& other = scene_.instances[i];
             const EntityOcclusion& occlusion = *scene_.entities[other.entity].occlusion;
-            const Vec3f point = (vertex.point - other.translate) / other.scale;
+            const Vec3f point = other.placement.point_to_object(vertex.point);
             if (occlusion.in_coarse()(point)) return {};
             std::vector<float> texels = visibility(occlusion.coarse(), point, nullptr);
             const double open = std::accumulate(texels.begin(), texels.end(), 0.0);

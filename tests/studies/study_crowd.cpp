@@ -21,7 +21,7 @@ Scene crowd(const Scene& shipped) {
     const auto number = [&] { return static_cast<float>(double(random()) * 0x1p-32 - 0.5); };
     Scene scene = shipped;
     std::erase_if(scene.instances, [](const Instance& instance) { return instance.name != "floor"; });
-    scene.instances[0].scale = floor_width / shipped_floor_width;
+    scene.instances[0].placement.scale = floor_width / shipped_floor_width;
     const auto chair = std::ranges::find(scene.entities, "chair", &Entity::name) - scene.entities.begin();
     for (int row = 0; row < rows; ++row)
         for (int column = 0; column < columns; ++column) {
@@ -29,8 +29,7 @@ Scene crowd(const Scene& shipped) {
                         z = (static_cast<float>(row) + 0.5f) / rows - 0.5f + 0.3f * number() / rows;
             scene.instances.push_back({fmt::format("chair_{}", scene.instances.size()),
                                        std::size_t(chair),
-                                       {x * floor_width, 0, z * floor_width},
-                                       1,
+                                       {{x * floor_width, 0, z * floor_width}, 1},
                                        {0, 0, 0}});
         }
     return scene;

@@ -72,8 +72,7 @@ struct LitScene {
     Image picture(const std::vector<RadiantMesh>& meshes) const {
         std::vector<PreviewInstance> instances;
         for (std::size_t i = 0; i < meshes.size(); ++i)
-            instances.push_back({&meshes[i].mesh, description.instances[i].translate,
-                                 description.instances[i].scale, meshes[i].radiance});
+            instances.push_back({&meshes[i].mesh, description.instances[i].placement, meshes[i].radiance});
         return Preview().draw(description.camera, instances, [](const Vec3f&) { return Rgb(0.0f); });
     }
 };

@@ -1,4 +1,4 @@
-#include "fields/mesh/rotation.h"
+#include "fields/base/rotation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -49,16 +49,6 @@ Vec3f angles_xyz(const Rotation& rotation) {
     if (std::abs(sine) > 1 - 1e-12)
         angles = {std::atan2(sine > 0 ? m[0].y : -m[0].y, m[1].y), std::asin(sine), 0};
     return Vec3f(angles);
-}
-
-PreparedMesh turned_mesh(PreparedMesh mesh, const Vec3f& angles) {
-    if (angles == Vec3f(0.0f)) return mesh;
-    const Rotation rotation = rotation_xyz(angles);
-    for (Mesh* part : {&mesh.original, &mesh.backs, &mesh.fine, &mesh.coarse}) {
-        for (Vec3f& position : part->positions) position = rotation(position);
-        for (Vec3f& normal : part->normals) normal = rotation(normal).normalized();
-    }
-    return mesh;
 }
 
 }  // namespace haarfield

@@ -1,7 +1,9 @@
 #pragma once
-/// Turning things: rotations, the angles that scene files have for them, turned meshes.
+/// Rotations, and the angles that scene files have for them.
 
-#include "fields/mesh/mesh_preparation.h"
+#include <array>
+
+#include "fields/base/vector.h"
 
 namespace haarfield {
 
@@ -32,8 +34,5 @@ Rotation rotation_xyz(const Vec3f& angles);
 
 /// The inverse: angles[1] in [-pi/2, pi/2]; where it is at an end, angles[2] = 0.
 Vec3f angles_xyz(const Rotation& rotation);
-
-/// All of its meshes, turned. Equal angles, equal bits; no angles, no change.
-PreparedMesh turned_mesh(PreparedMesh mesh, const Vec3f& angles);
 
 }  // namespace haarfield
