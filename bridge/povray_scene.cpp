@@ -2,6 +2,7 @@
 
 #include "bridge/camera_frame.h"
 #include "bridge/image.h"
+#include "fields/base/range.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +12,6 @@
 namespace haarfield {
 namespace {
 
-constexpr float largest_coordinate = 1e6f;         // [m]
 constexpr double shortest_edge = 0.1;              // POV-Ray units that it interpolates over well
 constexpr double smallest_parallelogram = 1e-2;    // the same: |(b - a) x (c - a)| of a triangle
 constexpr double sliver_parallelogram = 1e-4;      // below it the colours come out wrong
@@ -184,9 +184,9 @@ bool is_sliver(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, d
 Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where) {
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
         for (int axis = 0; axis < 3; ++axis)
-            if (!(std::abs(mesh.positions[i][axis]) <= largest_coordinate))  // refuses NaN too
+            if (!coordinates.contains(double(mesh.positions[i][axis])))
                 return Error{where, fmt::format("vertex {} has the coordinate {}; wanted at most {} m", i,
-                                                mesh.positions[i][axis], largest_coordinate)};
+                                                mesh.positions[i][axis], coordinates.highest)};
     if (mesh.triangles.empty()) return Error{where, "the mesh has no triangle"};
     for (const auto& triangle : mesh.triangles)
         for (std::uint32_t index : triangle)
@@ -199,9 +199,9 @@ Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where) {
 Result<Done> check_placement(const std::string& where, const Placement& placement) {
     const auto& [translate, scale] = placement;
     for (int axis = 0; axis < 3; ++axis)
-        if (!(std::abs(translate[axis]) <= largest_coordinate))  // refuses NaN too
+        if (!coordinates.contains(double(translate[axis])))
             return Error{where, fmt::format("translated by {}; wanted at most {} m", translate[axis],
-                                            largest_coordinate)};
+                                            coordinates.highest)};
     if (!(scale > 0 && scale <= 1e6f))
         return Error{where, fmt::format("scale is {}; wanted (0, 1e6]", scale)};
     return Done{};

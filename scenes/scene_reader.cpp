@@ -10,8 +10,7 @@ namespace haarfield {
 
 namespace {
 
-constexpr Range coordinates{-1e6, 1e6};  // [m]; as read_mesh
-constexpr Range turns{-3600, 3600};      // [degrees]
+constexpr Range turns{-3600, 3600};  // [degrees]
 constexpr Range albedos{0, 1};
 
 constexpr float radians(float degrees) {

@@ -70,11 +70,6 @@ std::optional<Error> unparsable(std::string_view text, const std::string& file) 
 
 }  // namespace
 
-std::string Range::text() const {
-    return fmt::format("{}{}, {}{}", without_lowest ? '(' : '[', lowest, highest,
-                       without_highest ? ')' : ']');
-}
-
 void TomlFile::refuse(const toml::source_region& where, std::string what) {
     if (!error) error = Error{place(name, where.begin), std::move(what)};
 }

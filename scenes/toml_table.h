@@ -1,6 +1,7 @@
 #pragma once
 /// TOML tables whose values are checked as they are taken. The one place that knows toml++.
 
+#include "fields/base/range.h"
 #include "fields/base/result.h"
 #include "fields/base/vector.h"
 
@@ -25,19 +26,6 @@
 #pragma pop_macro("NDEBUG")
 
 namespace haarfield {
-
-/// The numbers that a key may have. NaN is in none.
-struct Range {
-    double lowest = 0, highest = 0;
-    bool without_lowest = false, without_highest = false;
-
-    /// Whether the value is one of them.
-    bool contains(double value) const {
-        return (without_lowest ? value > lowest : value >= lowest) &&
-               (without_highest ? value < highest : value <= highest);
-    }
-    std::string text() const;  ///< Such as `(0, 1]`.
-};
 
 /// A file that is being read, and the first thing that was wrong with it.
 struct TomlFile {

@@ -14,6 +14,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <thread>
@@ -168,6 +169,81 @@ TEST_F(Commands, BadUsageExitsWithTwo) {
         EXPECT_NE(outcome.err, "") << fmt::format("{}", fmt::join(arguments, " "));
     }
     EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+/// An option that takes a number, as --help shows it.
+struct NumberOption {
+    std::string name, type;
+    std::string wanted;  // `in [lowest, highest]`, or `{one,of,these}`
+    bool is_list() const { return type.find(',') != std::string::npos; }
+};
+
+/// Those of a command: all that take a value, but for texts, whose types are known.
+std::vector<NumberOption> number_options(const std::string& help) {
+    const std::set<std::string> texts{"DIR", "FILE", "FILE.json", "FILE.mp4", "TEXT", "A,B,...", "INSTANCE"};
+    const std::regex line(R"(\n +(?:-\w,)?(--[a-z-]+) ([^\s:=]+)(?::(in [\[(].*?[\])]|\{.*?\}))?)");
+    std::vector<NumberOption> options;
+    for (std::sregex_iterator match(help.begin(), help.end(), line), end; match != end; ++match)
+        if (!texts.contains((*match)[2])) options.push_back({(*match)[1], (*match)[2], (*match)[3]});
+    return options;
+}
+
+TEST_F(Commands, EveryNumberIsRefusedUnlessItIsInItsRange) {
+    std::set<std::pair<std::string, std::string>> tried;  // options with their ranges
+    for (const std::string command : all_commands) {
+        const std::string help = run({command, "--help"}).out;
+        std::vector<std::string> arguments{command, "missing"};
+        if (command == "compare") arguments.push_back("missing");
+        if (command == "relight") arguments.push_back("--spin-light");
+        if (help.find("--output") != std::string::npos) arguments.insert(arguments.end(), {"-o", "out"});
+        const std::vector<NumberOption> options = number_options(help);
+        EXPECT_FALSE(options.empty()) << help;  // --threads at least
+        for (const NumberOption& option : options) {
+            ASSERT_NE(option.wanted, "")
+                << command << ' ' << option.name << " is not checked, or a text of a type " << option.type
+                << " that this test should know";
+            const auto run_with = [&](const std::string& value) {
+                std::vector<std::string> all = arguments;
+                all.push_back(option.name + "=" + (option.is_list() ? "0.5,0.5," : "") + value);
+                return run(all);
+            };
+            const auto expect_refused = [&](const std::string& value) {
+                const Outcome outcome = run_with(value);
+                EXPECT_EQ(outcome.code, 2) << command << ' ' << option.name << ' ' << value;
+                for (const std::string& part : {option.name, value, option.wanted})
+                    EXPECT_NE(outcome.err.find(part), std::string::npos) << value << ": " << outcome.err;
+            };
+            expect_refused("nan");
+            if (!tried.emplace(option.name, option.wanted).second) continue;
+            for (const char* value : {"inf", "-inf", "1e999", "1x", "-", "0x10"}) expect_refused(value);
+            const std::regex interval(R"(in ([\[(])(\S+), (\S+)([\])]))");
+            std::smatch ends;
+            if (!std::regex_match(option.wanted, ends, interval)) continue;
+            expect_refused(fmt::format("{}", std::stoll(ends[2]) - 1));
+            expect_refused(fmt::format("{}", std::stoll(ends[3]) + 1));
+            // A missing file is bad input, when the command line is good.
+            for (const auto& [end, is_in] : {std::pair(ends[2], ends[1] == "["), {ends[3], ends[4] == "]"}})
+                EXPECT_EQ(run_with(end).code, is_in ? 1 : 2) << command << ' ' << option.name << ' ' << end;
+        }
+    }
+    EXPECT_GE(tried.size(), 20u);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+}
+
+TEST_F(Commands, WholeNumbersHaveNoFractions) {
+    for (const char* value : {"1.5", "2.0", "1e1"}) {
+        const Outcome outcome = run({"info", "missing", std::string("--threads=") + value});
+        EXPECT_EQ(outcome.code, 2) << value;
+        EXPECT_NE(
+            outcome.err.find(fmt::format("--threads: is {}; wanted a whole number in [1, 1024]", value)),
+            std::string::npos)
+            << outcome.err;
+    }
+}
+
+TEST_F(Commands, WhatRoundsToAnExcludedEndIsRefused) {
+    EXPECT_EQ(run({"bake", "missing", "-o", "out", "--visibility-error", "0.9999"}).code, 1);
+    EXPECT_EQ(run({"bake", "missing", "-o", "out", "--visibility-error", "0.9999999999"}).code, 2);
 }
 
 TEST_F(Commands, BadInputExitsWithOneAndSaysWhere) {

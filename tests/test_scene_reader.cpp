@@ -298,6 +298,58 @@ TEST_F(SceneReader, RefusesWhatIsWrong) {
     EXPECT_FALSE(read("instances = [1]\n" + without_instances));
 }
 
+TEST_F(SceneReader, RefusesNumbersThatAreNotFiniteForEveryKey) {
+    struct Table {
+        std::string header;
+        std::map<std::string, std::string> keys;
+    };
+    const std::vector<Table> tables{
+        {"[camera]", {{"position", "[0, 1, 4]"}, {"target", "[0, 0, 0]"}}},
+        {"[environment]", {}},
+        {"[environment.sky]", {}},
+        {"[materials.lacquer]", {}},
+        {"[materials.cloth]", {{"pigment", "[1, 1, 1]"}}},
+        {"[materials.cloth.finish]", {}},
+        {"[entities.table]", {{"mesh", "\"box.obj\""}, {"material", "\"cloth\""}}},
+        {"[[instances]]", {{"entity", "\"table\""}}}};
+    const auto message_with_key = [&](std::size_t changed, const std::string& key, const std::string& value) {
+        std::vector<Table> all = tables;
+        all[changed].keys[key] = value;
+        std::string text;
+        for (const auto& [header, keys] : all) {
+            text += header + '\n';
+            for (const auto& [name, content] : keys) text += name + " = " + content + '\n';
+        }
+        const Result<Scene> scene = read(text);
+        return scene ? std::string() : scene.error().message();
+    };
+    EXPECT_EQ(message_with_key(0, "vertical_fov", "30"), "");
+    int numbers = 0;
+    for (std::size_t t = 0; t < tables.size(); ++t) {
+        // The reader itself tells which keys there are.
+        const std::string unknown = message_with_key(t, "unknown", "1"), wanted = "wanted one of: ";
+        ASSERT_NE(unknown.find(wanted), std::string::npos) << unknown;
+        std::istringstream keys(unknown.substr(unknown.find(wanted) + wanted.size()));
+        for (std::string key; std::getline(keys >> std::ws, key, ',');) {
+            if (key == "sky" || key == "finish") continue;  // tables of their own
+            for (const std::string value : {"nan", "inf", "-inf"}) {
+                // As many as the key may want.
+                std::string list = value, message;
+                for (int n = 1; n <= 3; ++n, list += ", " + value) {
+                    message = message_with_key(t, key, n == 1 ? value : "[" + list + "]");
+                    EXPECT_NE(message.find("." + key), std::string::npos)
+                        << key << " = " << value << ": " << message;
+                    EXPECT_NE(message.find("; wanted "), std::string::npos)
+                        << key << " = " << value << ": " << message;
+                    numbers += value == "nan" && message.find(" is nan; wanted [") != std::string::npos;
+                    numbers += value == "nan" && message.find(" is nan; wanted (") != std::string::npos;
+                }
+            }
+        }
+    }
+    EXPECT_GE(numbers, 25);
+}
+
 TEST_F(SceneReader, RefusesFilesThatAreNone) {
     EXPECT_FALSE(read_scene(folder_ / "missing.toml"));
     EXPECT_FALSE(read_scene(folder_));

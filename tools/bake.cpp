@@ -5,6 +5,7 @@
 #include "shading/bake/mesh_refinement.h"
 #include "shading/scene/lighting.h"
 #include "tools/command.h"
+#include "tools/number_option.h"
 #include "tools/scene_options.h"
 
 #include <fmt/format.h>
@@ -162,13 +163,13 @@ Command bake_command(CLI::App& program) {
                     "tree: wavelet product integrals; dense: plain sums, slow")
         ->check(CLI::IsMember({"tree", "dense"}))
         ->capture_default_str();
-    app->add_option("--refine", options->refine,
-                    "Split triangles where interpolated radiance is off by more than this, relative to it "
-                    "plus the mean radiance")
-        ->check(CLI::Range(1e-4, 1.0))
+    add_number(*app, "--refine", options->refine,
+               "Split triangles where interpolated radiance is off by more than this, relative to it "
+               "plus the mean radiance",
+               {1e-4, 1})
         ->type_name("E");
-    app->add_option("--vertex-budget", options->vertex_budget, "At most so many vertices with --refine")
-        ->check(CLI::Range(1, 50000000))
+    add_number(*app, "--vertex-budget", options->vertex_budget, "At most so many vertices with --refine",
+               {1, 50e6})
         ->capture_default_str()
         ->type_name("N");
     app->add_option("--colours", options->colours,

@@ -5,6 +5,7 @@
 #include "fields/base/random_choice.h"
 #include "shading/transfer/turned_light.h"
 #include "tools/command.h"
+#include "tools/number_option.h"
 #include "tools/scene_options.h"
 
 #include <fmt/format.h>
@@ -22,7 +23,7 @@ struct BudgetOptions {
     RenderSettings settings;
     std::string output;
     std::size_t points = 400;
-    int lights = 0;  // of POV-Ray's dome; 0: the oracle is not checked
+    std::optional<int> lights;  // of POV-Ray's dome, if the oracle is to be checked
 };
 
 constexpr int checked_width = 160;  // of POV-Ray's picture [pixels]
@@ -91,7 +92,7 @@ Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& sc
     camera.height = std::max(1, scene.camera.height * camera.width / scene.camera.width);
     const Result<ReferenceFiles> files =
         write_reference_scene(options.output, file_stem(scene) + "_check", camera,
-                              reference_instances(scene, *originals), environment, options.lights);
+                              reference_instances(scene, *originals), environment, *options.lights);
     if (!files) return files.error();
     for (const std::string& warning : files->warnings) context.warn(warning);
     PovrayOptions povray = povray_options(scene, options.scene, context);
@@ -173,7 +174,7 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     page.preview = &picture;
     page.worst = worst_marks(shaded, scene->camera, pixels, budget->vertices);
     page.commands = {context.command_line};
-    if (options.lights > 0) {
+    if (options.lights) {
         const Result<OracleCheck> check = checked_oracle(options, *scene, *environment, context);
         if (!check) return check.error();
         report_check(*check, context);
@@ -198,15 +199,13 @@ Command budget_command(CLI::App& program) {
     add_occlusion_options(*app, options->occlusion);
     add_shading_options(*app, options->settings);
     add_view_options(*app, options->scene);
-    app->add_option("--points", options->points, "Random vertices, and pixels, at which errors are measured")
-        ->check(CLI::Range(1, 1000000))
+    add_number(*app, "--points", options->points, "Random vertices, and pixels, at which errors are measured",
+               {1, 1e6})
         ->capture_default_str()
         ->type_name("N");
-    app->add_option(
-           "--lights", options->lights,
-           "Check the oracle against POV-Ray's ray tracer, too, with a dome of so many lights; 0: do not")
-        ->check(CLI::Range(16, 100000) | CLI::IsMember({0}))
-        ->capture_default_str()
+    add_number(*app, "--lights", options->lights,
+               "Check the oracle against POV-Ray's ray tracer, too, with a dome of so many lights",
+               {16, 100000})
         ->type_name("N");
     app->footer(
         "Each approximation is measured alone, against dense sums over exact visibility.\n"

@@ -2,6 +2,7 @@
 
 #include "bridge/image.h"
 #include "tools/interrupt.h"
+#include "tools/number_option.h"
 #include "tools/progress_bar.h"
 
 #include <fmt/format.h>
@@ -33,8 +34,7 @@ void CommandContext::warn(const std::string& text) {
 }
 
 void add_common_options(CLI::App& command, CommonOptions& options) {
-    command.add_option("--threads", options.threads, "Threads to use (default: one per core)")
-        ->check(CLI::Range(1, 1024))
+    add_number(command, "--threads", options.threads, "Threads to use (default: one per core)", {1, 1024})
         ->type_name("N");
     command.add_flag("--quiet", options.quiet, "No progress and no messages but errors");
     command.add_option("--report", options.report, "Write what was done as JSON, with counts and times")

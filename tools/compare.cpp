@@ -1,5 +1,6 @@
 #include "bridge/comparison_report.h"
 #include "tools/command.h"
+#include "tools/number_option.h"
 
 #include <fmt/format.h>
 
@@ -118,8 +119,7 @@ Command compare_command(CLI::App& program) {
         ->type_name("DIR");
     app->add_option("--mask", options->mask, "Count only pixels where this picture is bright")
         ->type_name("FILE");
-    app->add_option("--min-psnr", options->min_psnr, "Exit code 3 if the PSNR is less [dB]")
-        ->check(CLI::Range(0.0, 99.0))
+    add_number(*app, "--min-psnr", options->min_psnr, "Exit code 3 if the PSNR is less [dB]", {0, 99})
         ->type_name("X");
     app->footer(
         "Pixels count where both pictures are covered. What made a picture is quoted in the page, if its\n"

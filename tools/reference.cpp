@@ -1,5 +1,6 @@
 #include "bridge/reference_picture.h"
 #include "tools/command.h"
+#include "tools/number_option.h"
 #include "tools/scene_options.h"
 
 #include <fmt/format.h>
@@ -116,15 +117,13 @@ Command reference_command(CLI::App& program) {
     app->add_option("-o,--output", options->output, "Folder for NAME_reference.pov and the picture")
         ->required()
         ->type_name("DIR");
-    CLI::Option* lights =
-        app->add_option("--lights", options->lights, "Distant lights that stand for the environment, at most")
-            ->check(CLI::Range(16, 100000))
-            ->capture_default_str()
-            ->type_name("N");
+    CLI::Option* lights = add_number(*app, "--lights", options->lights,
+                                     "Distant lights that stand for the environment, at most", {16, 100000})
+                              ->capture_default_str()
+                              ->type_name("N");
     CLI::Option* relative_error =
-        app->add_option("--relative-error", options->relative_error,
-                        "Take as many lights as bring the reference's own relative error down to E")
-            ->check(CLI::Range(1e-4, 1.0))
+        add_number(*app, "--relative-error", options->relative_error,
+                   "Take as many lights as bring the reference's own relative error down to E", {1e-4, 1})
             ->excludes(lights)
             ->type_name("E");
     app->add_flag("--radiosity", options->radiosity,

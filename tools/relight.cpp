@@ -3,12 +3,12 @@
 #include "bridge/preview.h"
 #include "scenes/session_scene.h"
 #include "tools/command.h"
+#include "tools/number_option.h"
 #include "tools/relight_modes.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 
 namespace haarfield {
 
@@ -212,18 +212,8 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     return ExitCode::done;
 }
 
-std::string pruning_trouble(const std::string& text) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc() && end == text.data() + text.size() && value >= 0 && value < 1) return {};
-    return fmt::format("{} is no pruning error; wanted a share in [0, 1)", text);
-}
-
-std::string axis_trouble(const std::string& text) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc() && end == text.data() + text.size() && value >= -1e6 && value <= 1e6) return {};
-    return fmt::format("{} is no coordinate of an axis; wanted X,Y,Z", text);
+std::string path_trouble(const std::string& text) {
+    return path_points(text) ? "" : fmt::format("is {}; wanted places X,Y,Z, with : between them", text);
 }
 
 }  // namespace
@@ -248,16 +238,15 @@ Command relight_command(CLI::App& program) {
     modes->add_flag("--orbit", options->orbit, "Move the camera once round its target");
     modes->add_option("--move", options->move, "Move an instance from its place to others: X,Y,Z:X,Y,Z:...")
         ->expected(2)
+        ->check(CLI::Validator(path_trouble, "").application_index(1))
         ->type_name("INSTANCE PATH");
     modes->require_option(1);
-    app->add_option("--axis", options->axis, "What --spin-light turns about (default: 0,1,0)")
+    add_number(*app, "--axis", options->axis, "What --spin-light turns about (default: 0,1,0)", coordinates)
         ->needs(spin)
         ->delimiter(',')
         ->expected(3)
-        ->check(axis_trouble)
         ->type_name("X,Y,Z");
-    app->add_option("--frames", options->frames, "How many")
-        ->check(CLI::Range(1, 9999))
+    add_number(*app, "--frames", options->frames, "How many", {1, 9999})
         ->capture_default_str()
         ->type_name("N");
     app->add_option("--format", options->format,
@@ -266,13 +255,12 @@ Command relight_command(CLI::App& program) {
         ->capture_default_str();
     app->add_option("--movie", options->movie, "Make a movie of the frames, with ffmpeg")
         ->type_name("FILE.mp4");
-    app->add_option("--fps", options->frames_per_second, "Frames a second of the movie")
-        ->check(CLI::Range(1, 240))
+    add_number(*app, "--fps", options->frames_per_second, "Frames a second of the movie", {1, 240})
         ->capture_default_str()
         ->type_name("N");
-    app->add_option("--pruning-error", options->pruning_error,
-                    "By how much pruning the transfer vectors may change radiance; 0: not at all")
-        ->check(pruning_trouble)
+    add_number(*app, "--pruning-error", options->pruning_error,
+               "By how much pruning the transfer vectors may change radiance; 0: not at all",
+               {0, 1, false, true})
         ->capture_default_str()
         ->type_name("E");
     app->footer(

@@ -1,11 +1,12 @@
 #include "tools/relight_modes.h"
 
 #include "shading/scene/lighting.h"
+#include "tools/number_option.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
+#include <cassert>
 
 namespace haarfield {
 
@@ -88,23 +89,8 @@ RelightMode moving_instance(RelightStage& stage, std::size_t instance, std::vect
             true};
 }
 
-/// X,Y,Z of a path. [m]
-Result<Vec3f> path_point(std::string_view text) {
-    Vec3f point;
-    std::string_view rest = text;
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto [end, failure] = std::from_chars(rest.data(), rest.data() + rest.size(), point[axis]);
-        const bool is_last = axis == 2, ends = end == rest.data() + rest.size();
-        if (failure != std::errc() || !(std::abs(point[axis]) <= 1e6f) || ends != is_last ||
-            (!ends && *end != ','))
-            return Error{"--move", fmt::format("{} is no point of a path; wanted X,Y,Z in metres", text)};
-        rest.remove_prefix(std::min(rest.size(), static_cast<std::size_t>(end - rest.data()) + 1));
-    }
-    return point;
-}
-
 Result<RelightMode> moving_instance(RelightStage& stage) {
-    const std::string &name = stage.options.move[0], &text = stage.options.move[1];
+    const std::string& name = stage.options.move[0];
     const auto& instances = stage.scene.instances;
     const auto instance = std::ranges::find(instances, name, &Instance::name);
     if (instance == instances.end()) {
@@ -113,17 +99,25 @@ Result<RelightMode> moving_instance(RelightStage& stage) {
         return Error{"--move", fmt::format("there is no instance {}; wanted one of {}", name, names)};
     }
     std::vector<Vec3f> path{instance->placement.translate};
-    for (std::size_t first = 0; first <= text.size();) {
-        const std::size_t end = std::min(text.find(':', first), text.size());
-        const Result<Vec3f> point = path_point(std::string_view(text).substr(first, end - first));
-        if (!point) return point.error();
-        path.push_back(*point);
-        first = end + 1;
-    }
+    const std::optional<std::vector<Vec3f>> points = path_points(stage.options.move[1]);
+    assert(points);
+    path.insert(path.end(), points->begin(), points->end());
     return moving_instance(stage, static_cast<std::size_t>(instance - instances.begin()), std::move(path));
 }
 
 }  // namespace
+
+std::optional<std::vector<Vec3f>> path_points(std::string_view text) {
+    std::vector<Vec3f> points;
+    for (std::size_t first = 0; first <= text.size();) {
+        const std::size_t end = std::min(text.find(':', first), text.size());
+        const std::optional<Vec3f> point = place_in(text.substr(first, end - first));
+        if (!point) return std::nullopt;
+        points.push_back(*point);
+        first = end + 1;
+    }
+    return points;
+}
 
 Rgb RelightStage::background(const Vec3f& direction) const {
     const Vec3d before = rotation.inverse()(Vec3d(direction));

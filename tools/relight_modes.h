@@ -15,13 +15,16 @@ struct RelightOptions {
     bool spin_light = false, orbit = false;
     std::vector<float> axis{0, 1, 0};  ///< Of the spin.
     std::vector<std::string> lights;   ///< Files.
-    std::vector<std::string> move;     ///< Instance and path.
+    std::vector<std::string> move;     ///< Instance and path, which has path_points.
     int frames = 48;
     std::string format = "png";
     std::string movie;
     int frames_per_second = 24;  ///< Of the movie.
     float pruning_error = TransferSettings().pruning_error;
 };
+
+/// The places of a path, `X,Y,Z:X,Y,Z:...`; none if one is no place_in.
+std::optional<std::vector<Vec3f>> path_points(std::string_view text);
 
 /// What the frames are made of.
 struct RelightStage {
@@ -48,7 +51,7 @@ struct RelightMode {
 
 /// The mode that the options ask for. The stage must outlive it, and its session be there.
 ///
-/// errors  --move names no instance, or no path.
+/// errors  --move names no instance.
 Result<RelightMode> chosen_mode(RelightStage& stage);
 
 }  // namespace haarfield

@@ -1,10 +1,9 @@
 #include "tools/scene_options.h"
 
 #include "scenes/scene_reader.h"
+#include "tools/number_option.h"
 
 #include <fmt/format.h>
-
-#include <charconv>
 
 namespace haarfield {
 
@@ -15,33 +14,7 @@ constexpr double antialiasing_threshold = 0.05;
 
 constexpr int sky_width = 1024;  // pixels; the sun's disc is spread over those that it covers
 
-// Here and below: CLI::Range lets NaN through.
-std::string coordinate_trouble(const std::string& text) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc() && end == text.data() + text.size() && value >= -1e6 && value <= 1e6) return {};
-    return fmt::format("{} is no coordinate; wanted X,Y,Z in metres", text);
-}
-
-std::string exposure_trouble(const std::string& text) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc() && end == text.data() + text.size() && value >= -60 && value <= 60) return {};
-    return fmt::format("{} is no exposure; wanted stops in [-60, 60]", text);
-}
-
-std::string fraction_trouble(const std::string& text) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc() && end == text.data() + text.size() && value >= 0 && value < 1) return {};
-    return fmt::format("{} is no fraction; wanted one in [0, 1)", text);
-}
-
-std::string face_size_trouble(const std::string& text) {
-    for (const char* size : {"16", "32", "64", "128", "256"})
-        if (text == size) return {};
-    return fmt::format("{} is no face size; wanted 16, 32, 64, 128 or 256", text);
-}
+constexpr Range shares{0, 1, false, true};
 
 }  // namespace
 
@@ -54,24 +27,20 @@ void add_view_options(CLI::App& command, SceneOptions& options) {
         .add_option("--environment", options.environment,
                     "Light from this lat-long image instead of the scene's")
         ->type_name("FILE");
-    command
-        .add_option("--exposure", options.exposure,
-                    "Instead of the scene's: the light is multiplied by 2^STOPS")
-        ->check(exposure_trouble)
+    add_number(command, "--exposure", options.exposure,
+               "Instead of the scene's: the light is multiplied by 2^STOPS", {-60, 60})
         ->type_name("STOPS");
-    command.add_option("--view", options.view, "Move the camera here; it keeps looking at its target")
+    add_number(command, "--view", options.view, "Move the camera here; it keeps looking at its target",
+               coordinates)
         ->delimiter(',')
         ->expected(3)
-        ->check(coordinate_trouble)
         ->type_name("X,Y,Z");
 }
 
 void add_picture_options(CLI::App& command, SceneOptions& options) {
     add_view_options(command, options);
-    command
-        .add_option("--antialiasing", options.antialiasing,
-                    "POV-Ray traces N x N rays a pixel at edges; 0: one")
-        ->check(CLI::Range(0, 9))
+    add_number(command, "--antialiasing", options.antialiasing,
+               "POV-Ray traces N x N rays a pixel at edges; 0: one", {0, 9})
         ->capture_default_str()
         ->type_name("N");
 }
@@ -149,11 +118,10 @@ void add_occlusion_options(CLI::App& command, OcclusionOptions& options) {
                     "error is too large")
         ->check(CLI::IsMember({"fields", "exact", "auto"}))
         ->capture_default_str();
-    command
-        .add_option("--occlusion-error", options.error,
-                    "What is too large for --occlusion auto: RMS error of visibility, of which `info` shows "
-                    "the estimates")
-        ->check(fraction_trouble)
+    add_number(command, "--occlusion-error", options.error,
+               "What is too large for --occlusion auto: RMS error of visibility, of which `info` shows "
+               "the estimates",
+               shares)
         ->capture_default_str()
         ->type_name("E");
 }
@@ -175,23 +143,18 @@ void add_field_options(CLI::App& command, FieldOptions& options) {
         .add_option("--fields", options.folder,
                     "Folder of the visibility fields (default: fields/ in the output)")
         ->type_name("DIR");
-    command
-        .add_option("--face-size", options.face_size,
-                    "Texels along an edge of the cubemaps: 16, 32, 64, 128 or 256")
-        ->check(face_size_trouble)
+    command.add_option("--face-size", options.face_size, "Texels along an edge of the cubemaps")
+        ->check(CLI::IsMember(std::vector<std::string>{"16", "32", "64", "128", "256"}))
         ->capture_default_str()
         ->type_name("N");
-    command
-        .add_option("--coefficients", options.coefficients,
-                    "At most so many wavelets of visibility a cubemap face; 0: no limit")
-        ->check(CLI::Range(0, 65536))
+    add_number(command, "--coefficients", options.coefficients,
+               "At most so many wavelets of visibility a cubemap face; 0: no limit", {0, 65536})
         ->capture_default_str()
         ->type_name("M");
-    command
-        .add_option(
-            "--visibility-error", options.relative_l2_error,
-            "Drop wavelets of visibility up to this part of the blocked light (L2, of each cubemap); 0: none")
-        ->check(fraction_trouble)
+    add_number(
+        command, "--visibility-error", options.relative_l2_error,
+        "Drop wavelets of visibility up to this part of the blocked light (L2, of each cubemap); 0: none",
+        shares)
         ->capture_default_str()
         ->type_name("E");
     add_unsealed_option(command, options.allow_unsealed);
@@ -234,24 +197,19 @@ Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& op
 }
 
 void add_shading_options(CLI::App& command, RenderSettings& settings) {
-    command
-        .add_option("--depth", settings.depth,
-                    "Levels of the trees that take part: less is faster and coarser")
-        ->check(CLI::Range(0, full_depth))
+    add_number(command, "--depth", settings.depth,
+               "Levels of the trees that take part: less is faster and coarser", {0, full_depth})
         ->capture_default_str()
         ->type_name("D");
-    command
-        .add_option("--tolerance", settings.tolerance,
-                    "Largest error a vertex may have by ending early, relative to its radiance; 0: none. A "
-                    "promise that saves little: the error that is proved is some hundred times the real one. "
-                    "For speed use --depth")
-        ->check(CLI::Range(0.0, 1.0))
+    add_number(command, "--tolerance", settings.tolerance,
+               "Largest error a vertex may have by ending early, relative to its radiance; 0: none. A "
+               "promise that saves little: the error that is proved is some hundred times the real one. "
+               "For speed use --depth",
+               {0, 1})
         ->capture_default_str()
         ->type_name("E");
-    command
-        .add_option("--light-coefficients", settings.light_coefficients,
-                    "Wavelets kept a cubemap face, of lighting; 0: all")
-        ->check(CLI::Range(0, 65536))
+    add_number(command, "--light-coefficients", settings.light_coefficients,
+               "Wavelets kept a cubemap face, of lighting; 0: all", {0, 65536})
         ->capture_default_str()
         ->type_name("M");
 }

@@ -1,5 +1,6 @@
 #include "fields/mesh/mesh_reader.h"
 
+#include "fields/base/range.h"
 #include "fields/file/mapped_file.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/obj_leading_zeros.h"
@@ -67,8 +68,6 @@ std::unique_ptr<Assimp::IOSystem> file_system_for(const std::filesystem::path& f
     return std::make_unique<ObjIoSystem>(file, std::move(mended));
 }
 
-constexpr float farthest_coordinate = 1e6f;  // [m]; beyond, float steps are 6 cm and more
-
 Vec3f vector_from(const aiVector3D& v) {
     return {v.x, v.y, v.z};
 }
@@ -100,7 +99,7 @@ struct Gatherer {
                                std::bit_cast<std::uint32_t>(position.y),
                                std::bit_cast<std::uint32_t>(position.z)});
         else if (std::max({std::abs(position.x), std::abs(position.y), std::abs(position.z)}) >
-                 farthest_coordinate)
+                 static_cast<float>(coordinates.highest))
             too_large = true;
         mesh.positions.push_back(position);
         const double length = normal.length();

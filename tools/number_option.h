@@ -1,0 +1,51 @@
+#pragma once
+/// Options that take numbers: a command takes them in no other way.
+
+#include "fields/base/range.h"
+#include "fields/base/vector.h"
+
+#include <CLI/CLI.hpp>
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace haarfield {
+
+/// A decimal number of a range; none if the text is anything else, or goes on after it.
+///
+/// whole  refuses fractions and exponents, too.
+std::optional<double> number_in(const Range& range, std::string_view text, bool whole = false);
+
+/// A place, from its three coordinates: `X,Y,Z`. [m]
+std::optional<Vec3f> place_in(std::string_view text);
+
+/// Refuses texts without a number_in. The message says what was found and which range was wanted; --help shows
+/// the range.
+CLI::Validator number_check(const Range& range, bool whole);
+
+/// What the numbers of an option are: those of a list, if it has one, or the one that may be there.
+template <class T>
+struct OptionNumber {
+    using Type = T;
+};
+template <class T>
+struct OptionNumber<std::optional<T>> {
+    using Type = T;
+};
+template <class T>
+struct OptionNumber<std::vector<T>> {
+    using Type = T;
+};
+
+/// Adds an option whose value is a number, may be one, or is a list of them, all in the range.
+template <class T>
+CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, const std::string& description,
+                        const Range& range) {
+    return command.add_option(name, value, description)
+        ->check(number_check(range, std::is_integral_v<typename OptionNumber<T>::Type>));
+}
+
+}  // namespace haarfield
