@@ -1,6 +1,7 @@
 #include "bridge/baked_scene.h"
 
 #include "bridge/coloured_mesh.h"
+#include "fields/file/write_file.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "bridge/html_page.h"
+#include "fields/file/write_file.h"
 
 namespace haarfield {
 namespace {

@@ -1,5 +1,6 @@
 #include "bridge/comparison_report.h"
 #include "bridge/html_page.h"
+#include "fields/file/write_file.h"
 
 #include <fmt/format.h>
 

@@ -1,14 +1,13 @@
 #include "bridge/image.h"
 
+#include "fields/file/write_file.h"
+
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <fstream>
 #include <memory>
 
 namespace haarfield {
@@ -201,26 +200,6 @@ Result<LatLongImage> read_environment_image(const std::filesystem::path& file) {
         return Error{file.string(), fmt::format("{} x {} pixels; a lat-long image is twice as wide as high",
                                                 image->width, image->height)};
     return LatLongImage{image->width, image->height, std::move(image->pixels)};
-}
-
-Result<Done> write_file(const std::filesystem::path& file, const std::string& bytes) {
-    static std::atomic<unsigned> counter{0};  // two threads may write the same file
-    const std::filesystem::path temporary =
-        file.parent_path() / fmt::format(".{}.{}-{}.part", file.filename().string(), ::getpid(), ++counter);
-    const auto failed = [&](const std::string& what) {
-        std::error_code ignored;
-        std::filesystem::remove(temporary, ignored);
-        return Error{file.string(), what};
-    };
-    errno = 0;
-    std::ofstream stream(temporary, std::ios::binary);
-    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    stream.close();
-    if (!stream) return failed("can not be written: " + std::generic_category().message(errno));
-    std::error_code code;
-    std::filesystem::rename(temporary, file, code);
-    if (code) return failed("can not be written: " + code.message());
-    return Done{};
 }
 
 }  // namespace haarfield

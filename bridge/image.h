@@ -37,7 +37,7 @@ Result<Image> read_image(const std::filesystem::path& file);
 /// .exr      linear, half floats, with alpha if there is coverage. Radiance beyond 65000 is clamped.
 ///           relative_error becomes an attribute of the file, and read_image finds it again.
 /// .png      8 bit, sRGB-encoded, clamped to [0, 1]; alpha is left out: see over().
-/// atomic    written beside the file under another name, then renamed: never half a file.
+/// atomic    as write_file: never half a file.
 /// errors    non-finite radiance or coverage; what the disk says.
 Result<Done> write_image(const Image& image, const std::filesystem::path& file);
 
@@ -59,8 +59,5 @@ float srgb_decoded(float encoded);
 ///
 /// errors    as read_image; a width that is not twice the height.
 Result<LatLongImage> read_environment_image(const std::filesystem::path& file);
-
-/// Writes the whole text to a file, atomically (see write_image). Scenes and reports go through this.
-Result<Done> write_file(const std::filesystem::path& file, const std::string& bytes);
 
 }  // namespace haarfield

@@ -1,6 +1,7 @@
 #include "bridge/mesh_file.h"
 
 #include "bridge/image.h"
+#include "fields/file/write_file.h"
 
 #include <fmt/format.h>
 

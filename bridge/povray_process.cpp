@@ -2,6 +2,7 @@
 
 #include "bridge/child_process.h"
 #include "bridge/povray_scene.h"
+#include "fields/file/write_file.h"
 
 #include <fmt/format.h>
 #include <sys/wait.h>

@@ -207,12 +207,4 @@ Result<Done> check_placement(const std::string& where, const Placement& placemen
     return Done{};
 }
 
-Result<Done> make_folder(const std::filesystem::path& folder) {
-    std::error_code code;
-    std::filesystem::create_directories(folder, code);
-    if (!std::filesystem::is_directory(folder))
-        return Error{folder.string(), "is no folder, and can not be made: " + code.message()};
-    return Done{};
-}
-
 }  // namespace haarfield

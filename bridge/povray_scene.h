@@ -99,7 +99,4 @@ Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where);
 /// errors    a translation that is not finite or beyond 1e6 m; a scale not in (0, 1e6].
 Result<Done> check_placement(const std::string& where, const Placement& placement);
 
-/// Makes the folder, with those above it, if it is not there.
-Result<Done> make_folder(const std::filesystem::path& folder);
-
 }  // namespace haarfield

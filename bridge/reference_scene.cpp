@@ -1,6 +1,6 @@
 #include "bridge/reference_scene.h"
 
-#include "bridge/image.h"
+#include "fields/file/write_file.h"
 
 #include <fmt/format.h>
 

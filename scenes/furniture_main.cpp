@@ -1,5 +1,6 @@
 /// Writes the meshes of the shipped scenes: haarfield_furniture OUTPUT_FOLDER
 
+#include "fields/file/write_file.h"
 #include "scenes/furniture.h"
 #include "scenes/modelling.h"
 
@@ -15,17 +16,13 @@ int main(int argc, char** argv) {
         return 2;
     }
     const std::filesystem::path folder(argv[1]);
-    std::error_code ignored;
-    std::filesystem::create_directories(folder, ignored);
+    Result<Done> written = make_folder(folder);
     for (const auto& [name, mesh] : {std::pair<const char*, Mesh>{"table.obj", table_mesh()},
                                      {"chair.obj", chair_mesh()},
                                      {"floor.obj", floor_mesh()}}) {
-        std::ofstream out(folder / name, std::ios::binary);
-        out << obj_text(mesh) << std::flush;
-        if (!out) {
-            fmt::print(stderr, "{}: could not be written\n", (folder / name).string());
-            return 1;
-        }
+        if (written) written = write_file(folder / name, obj_text(mesh));
     }
-    return 0;
+    if (written) return 0;
+    fmt::print(stderr, "{}\n", written.error().message());
+    return 1;
 }

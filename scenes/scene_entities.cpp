@@ -7,6 +7,7 @@
 #include <map>
 #include <tuple>
 
+#include "fields/file/write_file.h"
 #include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/thin_sheets.h"
@@ -89,10 +90,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
                                              const Progress& progress) {
     SceneEntities result;
     if (options.fields) {
-        std::error_code failure;
-        std::filesystem::create_directories(options.fields_folder, failure);
-        if (failure)
-            return Error{options.fields_folder.string(), "can not make the folder: " + failure.message()};
+        if (const Result<Done> made = make_folder(options.fields_folder); !made) return made.error();
         remove_abandoned_files(options.fields_folder);
     }
     using Pose = std::tuple<std::size_t, float, float, float>;

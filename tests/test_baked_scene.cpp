@@ -4,6 +4,7 @@
 #include "bridge/mesh_file.h"
 #include "bridge/povray_process.h"
 #include "fields/mesh/mesh_reader.h"
+#include "fields/file/write_file.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
 #include <cstring>

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "bridge/povray_process.h"
+#include "fields/file/write_file.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
 namespace haarfield {

@@ -1,5 +1,6 @@
 #include "bridge/image.h"
 
+#include "fields/file/write_file.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
 #include <random>

@@ -1,5 +1,6 @@
 #include "bridge/povray_process.h"
 
+#include "fields/file/write_file.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
 #include <chrono>

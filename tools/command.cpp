@@ -1,6 +1,6 @@
 #include "tools/command.h"
 
-#include "bridge/image.h"
+#include "fields/file/write_file.h"
 #include "tools/interrupt.h"
 #include "tools/number_option.h"
 #include "tools/progress_bar.h"

@@ -1,4 +1,5 @@
 #include "bridge/comparison_report.h"
+#include "fields/file/write_file.h"
 #include "tools/command.h"
 #include "tools/number_option.h"
 
@@ -64,9 +65,7 @@ Result<ExitCode> run(const CompareOptions& options, CommandContext& context) {
 
     if (context.progress.stop.stop_requested()) return Error{"", interrupted};
     const std::filesystem::path output = options.output;
-    std::error_code failure;
-    std::filesystem::create_directories(output, failure);
-    if (failure) return Error{output.string(), "can not make the folder: " + failure.message()};
+    if (const Result<Done> made = make_folder(output); !made) return made.error();
     // The brightest colour is for what a hundredth of the pixels exceed; but noise shall not look like
     // errors.
     const float brightest = std::max(0.05f, static_cast<float>(difference->flip_99));

@@ -1,6 +1,7 @@
 #include "bridge/baked_scene.h"
 #include "bridge/movie.h"
 #include "bridge/preview.h"
+#include "fields/file/write_file.h"
 #include "scenes/session_scene.h"
 #include "tools/command.h"
 #include "tools/number_option.h"
@@ -144,9 +145,7 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
 
-    std::error_code trouble;
-    std::filesystem::create_directories(output, trouble);
-    if (trouble) return Error{output.string(), "can not make the folder: " + trouble.message()};
+    if (const Result<Done> made = make_folder(output); !made) return made.error();
     RelightStage stage{options, std::move(*scene), {}, std::move(*environments), {}, {}, nullptr};
     stage.settings.face_size = options.fields.face_size;
     apply_occlusion(options.occlusion, stage.settings);

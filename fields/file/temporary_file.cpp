@@ -90,17 +90,21 @@ Result<Done> TemporaryFile::write(std::string_view bytes) {
     return Done{};
 }
 
+Result<Done> TemporaryFile::take_place() {
+    if (std::rename(temporary_path(target_).c_str(), target_.c_str()) != 0)
+        return system_error(target_, "put it in its place", errno);
+    in_place_ = true;
+    return Done{};
+}
+
 Result<Done> TemporaryFile::replace_target(std::string_view bytes) {
     if (fsync(descriptor_) != 0) return system_error(target_, "bring it to the disk", errno);
-    const path temporary = temporary_path(target_);
     {
-        const Result<MappedFile> written = mapped_file(temporary);
+        const Result<MappedFile> written = mapped_file(temporary_path(target_));
         if (!written) return written.error();
         if (written->bytes != bytes) return Error{target_.string(), "reads back otherwise than written"};
     }
-    if (std::rename(temporary.c_str(), target_.c_str()) != 0)
-        return system_error(target_, "put it in its place", errno);
-    in_place_ = true;
+    if (Result<Done> placed = take_place(); !placed) return placed;
     // The file is whole and in place. Whether the folder's entry has reached the disk is all that is left to
     // ask for, and some file systems can not tell.
     const path folder = target_.has_parent_path() ? target_.parent_path() : ".";

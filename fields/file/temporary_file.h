@@ -31,9 +31,14 @@ public:
     /// errors  what the system says (full disk ...).
     Result<Done> write(std::string_view bytes);
 
-    /// Waits until the content is on disk, compares it with `bytes`, then replaces the target in one step.
+    /// Takes the target's place, in one step.
     ///
-    /// errors  as above; content that is not `bytes`. The target is then as it was.
+    /// errors  what the system says; the target is then as it was.
+    Result<Done> take_place();
+
+    /// The same once the content is on disk, and equal to `bytes`.
+    ///
+    /// errors  as above; content that is not `bytes`.
     Result<Done> replace_target(std::string_view bytes);
 
 private:

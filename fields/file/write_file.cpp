@@ -1,0 +1,22 @@
+#include "fields/file/write_file.h"
+
+#include "fields/file/temporary_file.h"
+
+namespace haarfield {
+
+Result<Done> write_file(const std::filesystem::path& file, std::string_view bytes) {
+    Result<TemporaryFile> temporary = TemporaryFile::beside(file);
+    if (!temporary) return temporary.error();
+    if (Result<Done> written = temporary->write(bytes); !written) return written;
+    return temporary->take_place();
+}
+
+Result<Done> make_folder(const std::filesystem::path& folder) {
+    std::error_code code;
+    std::filesystem::create_directories(folder, code);
+    if (!std::filesystem::is_directory(folder))
+        return Error{folder.string(), "is no folder, and can not be made: " + code.message()};
+    return Done{};
+}
+
+}  // namespace haarfield
