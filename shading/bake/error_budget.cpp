@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <random>
 
-#include "fields/base/random_choice.h"
+#include "fields/base/parallel_loop.h"
 #include "shading/bake/vertex_oracles.h"
 
 namespace haarfield {
@@ -107,11 +109,14 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
     ErrorBudget budget;
     budget.vertices = random_vertices(scene, vertices);
     std::vector<OracleRadiances> radiances(budget.vertices.size());
-    const Result<Done> measured = for_each_point<VertexOracles>(
-        radiances.size(), "error budget", progress, [&] { return std::make_unique<VertexOracles>(context); },
-        [&](VertexOracles& shade, std::size_t k) {
-            radiances[k] = shade(budget.vertices[k].instance, budget.vertices[k].vertex);
-        });
+    const Result<Done> measured = parallel_loop(
+        {radiances.size()},
+        [&]() -> LoopBody {
+            return [&, shade = std::make_shared<VertexOracles>(context)](std::size_t k) {
+                radiances[k] = (*shade)(budget.vertices[k].instance, budget.vertices[k].vertex);
+            };
+        },
+        "error budget", progress);
     if (!measured) return measured.error();
     budget.entries = budget_entries(radiances, context);
     for (std::size_t k = 0; k < radiances.size(); ++k) {
@@ -133,21 +138,24 @@ Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<cons
         bool counts = false;
     };
     std::vector<Radiances> radiances(points.size());
-    const Result<Done> measured = for_each_point<DenseShader>(
-        points.size(), "interpolation error", progress,
-        [&] { return std::make_unique<DenseShader>(scene, light); },
-        [&](DenseShader& shader, std::size_t k) {
-            const ShadedEntity& entity = scene.entities[scene.instances[points[k].instance].entity];
-            const std::optional<SurfacePoint> point = surface_point(entity, points[k]);
-            if (!point) return;
-            radiances[k].exact = shader.radiance(points[k].instance, *point);
-            for (std::size_t c = 0; c < 3; ++c)
-                radiances[k].interpolated +=
-                    shader.radiance(points[k].instance,
-                                    surface_point(entity, entity.mesh->triangles[points[k].triangle][c])) *
-                    points[k].weights()[c];
-            radiances[k].counts = true;
-        });
+    const Result<Done> measured = parallel_loop(
+        {points.size()},
+        [&]() -> LoopBody {
+            return [&, shader = std::make_shared<DenseShader>(scene, light)](std::size_t k) {
+                const ShadedEntity& entity = scene.entities[scene.instances[points[k].instance].entity];
+                const std::optional<SurfacePoint> point = surface_point(entity, points[k]);
+                if (!point) return;
+                radiances[k].exact = shader->radiance(points[k].instance, *point);
+                for (std::size_t c = 0; c < 3; ++c)
+                    radiances[k].interpolated +=
+                        shader->radiance(
+                            points[k].instance,
+                            surface_point(entity, entity.mesh->triangles[points[k].triangle][c])) *
+                        points[k].weights()[c];
+                radiances[k].counts = true;
+            };
+        },
+        "interpolation error", progress);
     if (!measured) return measured.error();
     ErrorSum errors;
     std::size_t counted = 0;

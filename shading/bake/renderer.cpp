@@ -1,12 +1,8 @@
 #include "shading/bake/renderer.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
 #include <memory>
-#include <mutex>
 
+#include "fields/base/parallel_loop.h"
 #include "shading/scene/lighting.h"
 #include "shading/scene/vertex_loop.h"
 #include "shading/walk/vertex_shading.h"
@@ -108,30 +104,20 @@ Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSetti
 
 Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<const InstancePoint> points,
                                         const Progress& progress) {
-    struct Worker {
-        PointShader shader;
-        SeenVisibility own;
-    };
-    tbb::enumerable_thread_specific<Worker> workers([&] {
-        return Worker{PointShader(shading), SeenVisibility(shading.settings.face_size)};
-    });
     std::vector<Rgb> radiance(points.size());
-    std::mutex progress_mutex;
-    std::uint64_t done = 0;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 64), [&](const auto& range) {
-        Worker& worker = workers.local();
-        for (std::size_t i = range.begin(); i != range.end() && !progress.stop.stop_requested(); ++i) {
-            const auto& [instance, point] = points[i];
-            const ShadedEntity& entity = shading.scene.entities[shading.scene.instances[instance].entity];
-            const OccluderView own{&entity.occlusion->own(), point.sample, &point.normal};
-            radiance[i] = worker.shader(instance, point, worker.own({&own, 1}));
-        }
-        if (!progress.report) return;
-        const std::lock_guard lock(progress_mutex);
-        done += range.size();
-        progress.report("shading", done, points.size());
-    });
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    const Result<Done> shaded = parallel_loop(
+        {points.size(), 64},
+        [&]() -> LoopBody {
+            return [&, shader = std::make_shared<PointShader>(shading),
+                    seen = std::make_shared<SeenVisibility>(shading.settings.face_size)](std::size_t i) {
+                const auto& [instance, point] = points[i];
+                const ShadedEntity& entity = shading.scene.entities[shading.scene.instances[instance].entity];
+                const OccluderView own{&entity.occlusion->own(), point.sample, &point.normal};
+                radiance[i] = (*shader)(instance, point, (*seen)({&own, 1}));
+            };
+        },
+        "shading", progress);
+    if (!shaded) return shaded.error();
     return radiance;
 }
 

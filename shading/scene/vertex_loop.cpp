@@ -1,11 +1,8 @@
 #include "shading/scene/vertex_loop.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
-#include <mutex>
+
+#include "fields/base/parallel_loop.h"
 
 namespace haarfield {
 
@@ -68,27 +65,21 @@ std::vector<std::uint32_t> spatial_order(std::span<const Vec3f> points) {
 Result<Done> visit_vertices(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders,
                             const std::function<VertexVisitor()>& make_visitor, std::string_view stage,
                             const Progress& progress) {
-    std::uint64_t total = 0, done = 0;
-    for (const ShadedInstance& instance : scene.instances) total += orders[instance.entity].size();
-    std::mutex progress_mutex;
-    tbb::enumerable_thread_specific<VertexVisitor> visitors(make_visitor);
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const std::size_t e = scene.instances[i].entity;
-        const std::span<const std::uint8_t> buried = scene.entities[e].occlusion->samples().buried;
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, orders[e].size(), 64), [&](const auto& range) {
-            const VertexVisitor& visit = visitors.local();
-            for (const std::uint32_t v : orders[e].subspan(range.begin(), range.size())) {
-                if (progress.stop.stop_requested()) return;
-                if (!buried[v]) visit(i, v);
-            }
-            if (!progress.report) return;
-            const std::lock_guard lock(progress_mutex);
-            done += range.size();
-            progress.report(stage, done, total);
-        });
-        if (progress.stop.stop_requested()) return Error{"", interrupted};
-    }
-    return Done{};
+    std::vector<std::size_t> first(1, 0);  // item of each instance
+    for (const ShadedInstance& instance : scene.instances)
+        first.push_back(first.back() + orders[instance.entity].size());
+    return parallel_loop(
+        {first.back(), 64},
+        [&]() -> LoopBody {
+            return [&, visit = make_visitor()](std::size_t item) {
+                const auto after = std::upper_bound(first.begin(), first.end(), item);
+                const auto instance = static_cast<std::size_t>(after - first.begin()) - 1;
+                const std::size_t entity = scene.instances[instance].entity;
+                const std::uint32_t vertex = orders[entity][item - first[instance]];
+                if (!scene.entities[entity].occlusion->samples().buried[vertex]) visit(instance, vertex);
+            };
+        },
+        stage, progress);
 }
 
 SceneRadiance black_vertices(const ShadedScene& scene) {

@@ -1,12 +1,11 @@
 #include "shading/transfer/motion_transfer.h"
 
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <memory>
 
+#include "fields/base/parallel_loop.h"
 #include "shading/transfer/occlusion_vectors.h"
 #include "shading/transfer/sparse_products.h"
 
@@ -83,17 +82,17 @@ Result<std::vector<Rgb>> own_radiance(const MotionTransfer& transfer, const Shad
     const std::size_t instance = transfer.instance;
     const std::vector<std::uint32_t>& order = geometry.entities[scene.instances[instance].entity].order;
     std::vector<Rgb> radiance(order.size(), Rgb(0.0f));
-    tbb::enumerable_thread_specific<VertexTransfer> vertices(
-        [&] { return VertexTransfer(scene, geometry, settings); });
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.size(), 64), [&](const auto& range) {
-        VertexTransfer& vertex = vertices.local();
-        for (std::size_t i = range.begin(); i != range.end() && !progress.stop.stop_requested(); ++i) {
-            const std::uint32_t v = order[i];
-            if (left_out[v] || !vertex.look_from({instance, v})) continue;
-            radiance[v] = without_negative(vertex.radiance(transfer.light, settings.depth));
-        }
-    });
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    const Result<Done> shaded = parallel_loop(
+        {order.size(), 64},
+        [&]() -> LoopBody {
+            return [&, vertex = std::make_shared<VertexTransfer>(scene, geometry, settings)](std::size_t i) {
+                const std::uint32_t v = order[i];
+                if (left_out[v] || !vertex->look_from({instance, v})) return;
+                radiance[v] = without_negative(vertex->radiance(transfer.light, settings.depth));
+            };
+        },
+        "moving instance", {{}, progress.stop});
+    if (!shaded) return shaded.error();
     return radiance;
 }
 

@@ -1,12 +1,11 @@
 #include "shading/transfer/radiance_transfer.h"
 
 #include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <mutex>
 
+#include "fields/base/parallel_loop.h"
 #include "shading/scene/vertex_loop.h"
 
 namespace haarfield {
@@ -58,28 +57,19 @@ Rgb VertexTransfer::radiance(const LightPyramid& light, int depth) {
 
 Result<Done> make_rows(const TransferRows& rows, std::size_t block_rows,
                        const std::function<BlockMaker()>& make_maker, const Progress& progress) {
-    std::mutex progress_mutex;
-    std::uint64_t done = 0;
-    tbb::enumerable_thread_specific<BlockMaker> makers(make_maker);
-    tbb::parallel_for(std::size_t(0), (rows.count() + block_rows - 1) / block_rows, [&](std::size_t block) {
-        const BlockMaker& make = makers.local();
-        const std::size_t first = block * block_rows, end = std::min(rows.count(), first + block_rows);
-        for (std::size_t row = first; row < end; ++row) {
-            if (progress.stop.stop_requested()) return;
-            const InstanceVertex vertex = rows[row];
-            if (rows.is_buried(vertex))
-                make.add_buried();
-            else
-                make.add_row(row, vertex);
-        }
-        make.complete(block);
-        if (!progress.report) return;
-        const std::lock_guard lock(progress_mutex);
-        done += end - first;
-        progress.report("radiance transfer", done, rows.count());
-    });
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
-    return Done{};
+    return parallel_loop(
+        {rows.count(), block_rows},
+        [&]() -> LoopBody {
+            return [&, make = make_maker()](std::size_t row) {
+                const InstanceVertex vertex = rows[row];
+                if (rows.is_buried(vertex))
+                    make.add_buried();
+                else
+                    make.add_row(row, vertex);
+                if ((row + 1) % block_rows == 0 || row + 1 == rows.count()) make.complete(row / block_rows);
+            };
+        },
+        "radiance transfer", progress);
 }
 
 void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,

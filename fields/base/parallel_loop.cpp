@@ -1,0 +1,33 @@
+#include "fields/base/parallel_loop.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <mutex>
+
+namespace haarfield {
+
+Result<Done> parallel_loop(const LoopItems& items, const std::function<LoopBody()>& make_body,
+                           std::string_view stage, const Progress& progress) {
+    tbb::enumerable_thread_specific<LoopBody> bodies(make_body);
+    std::mutex progress_mutex;
+    std::uint64_t done = 0;
+    const std::size_t parts = (items.count + items.together - 1) / items.together;
+    tbb::parallel_for(std::size_t(0), parts, [&](std::size_t part) {
+        const LoopBody& body = bodies.local();
+        const std::size_t first = part * items.together, end = std::min(items.count, first + items.together);
+        for (std::size_t item = first; item < end; ++item) {
+            if (progress.stop.stop_requested()) return;
+            body(item);
+        }
+        if (!progress.report) return;
+        const std::lock_guard lock(progress_mutex);
+        done += end - first;
+        progress.report(stage, done, items.count);
+    });
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
+    return Done{};
+}
+
+}  // namespace haarfield
