@@ -3,8 +3,8 @@
 #include "bridge/image.h"
 #include "bridge/mesh_file.h"
 #include "bridge/povray_process.h"
-#include "fields/mesh/mesh_reader.h"
 #include "fields/file/write_file.h"
+#include "fields/mesh/mesh_reader.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
 #include <cstring>

@@ -13,11 +13,13 @@ namespace haarfield {
 namespace {
 
 TEST(ParallelLoop, DoesEveryItemOnce) {
-    for (const std::size_t count : {std::size_t(0), std::size_t(1), std::size_t(63), std::size_t(64),
-                                    std::size_t(1000)})
-        for (const std::size_t together : {std::size_t(1), std::size_t(7), std::size_t(64), std::size_t(5000)}) {
+    for (const std::size_t count :
+         {std::size_t(0), std::size_t(1), std::size_t(63), std::size_t(64), std::size_t(1000)})
+        for (const std::size_t together :
+             {std::size_t(1), std::size_t(7), std::size_t(64), std::size_t(5000)}) {
             std::vector<int> times(count);
-            EXPECT_TRUE(parallel_loop({count, together}, [&]() -> LoopBody { return [&](std::size_t i) { ++times[i]; }; },
+            EXPECT_TRUE(parallel_loop({count, together},
+                                      [&]() -> LoopBody { return [&](std::size_t i) { ++times[i]; }; },
                                       "counting", {}));
             EXPECT_EQ(times, std::vector<int>(count, 1)) << count << ' ' << together;
         }
@@ -47,10 +49,11 @@ TEST(ParallelLoop, NoTwoThreadsShareABody) {
     std::atomic<bool> shared = false;
     EXPECT_TRUE(parallel_loop({2000, 4},
                               [&]() -> LoopBody {
-                                  return [&, own = std::make_shared<std::set<std::thread::id>>()](std::size_t) {
-                                      own->insert(std::this_thread::get_id());
-                                      if (own->size() != 1) shared = true;
-                                  };
+                                  return
+                                      [&, own = std::make_shared<std::set<std::thread::id>>()](std::size_t) {
+                                          own->insert(std::this_thread::get_id());
+                                          if (own->size() != 1) shared = true;
+                                      };
                               },
                               "counting", {}));
     EXPECT_FALSE(shared);
@@ -64,7 +67,8 @@ TEST(ParallelLoop, TellsHowFarItIs) {
         EXPECT_EQ(total, 100u);
         told.push_back(done);
     };
-    EXPECT_TRUE(parallel_loop({100, 30}, []() -> LoopBody { return [](std::size_t) {}; }, "counting", progress));
+    EXPECT_TRUE(parallel_loop(
+        {100, 30}, []() -> LoopBody { return [](std::size_t) {}; }, "counting", progress));
     ASSERT_EQ(told.size(), 4u);
     EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
     EXPECT_EQ(told.back(), 100u);
@@ -85,8 +89,8 @@ TEST(ParallelLoop, EndsSoonWhenItIsToStop) {
     EXPECT_LT(done, 1000u);
 
     done = 0;
-    EXPECT_FALSE(parallel_loop({10, 1}, [&]() -> LoopBody { return [&](std::size_t) { ++done; }; }, "counting",
-                               {{}, stop.get_token()}));
+    EXPECT_FALSE(parallel_loop({10, 1}, [&]() -> LoopBody { return [&](std::size_t) { ++done; }; },
+                               "counting", {{}, stop.get_token()}));
     EXPECT_EQ(done, 0u);
 }
 

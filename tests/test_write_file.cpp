@@ -26,7 +26,8 @@ TEST(WriteFile, SaysWhatItCanNotWriteAndLeavesWhatWasThere) {
     const Result<Done> nowhere = write_file(folder / "missing" / "a.txt", "text");
     ASSERT_FALSE(nowhere);
     EXPECT_EQ(nowhere.error().where, (folder / "missing" / "a.txt").string());
-    EXPECT_NE(nowhere.error().what.find("No such file or directory"), std::string::npos) << nowhere.error().what;
+    EXPECT_NE(nowhere.error().what.find("No such file or directory"), std::string::npos)
+        << nowhere.error().what;
 
     std::filesystem::create_directory(folder / "a");
     EXPECT_FALSE(write_file(folder / "a", "text"));

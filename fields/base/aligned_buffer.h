@@ -8,6 +8,11 @@
 
 namespace haarfield {
 
+/// Elements of the widest vector of any target. So many more than there are have room where whole vectors are
+/// read or written past the last one.
+template <class T>
+inline constexpr std::size_t widest_vector = 64 / sizeof(T);
+
 /// Plain numbers in memory that starts a cache line, so that no vector straddles two.
 template <class T>
 class AlignedBuffer {

@@ -101,9 +101,8 @@ SamplerError sampler_error(const VisibilityField& field, const Sampler& sampler,
 
 FieldError field_error(const VisibilityField& field, const EntityOcclusion& occlusion,
                        const std::stop_token& stop) {
-    const Vec3f lift(0, field.bounds.radius() * surface_offset, 0);
-    return {sampler_error(field, field.planar, field.planar_handles, random_points(field.planar, true), lift,
-                          occlusion, stop),
+    return {sampler_error(field, field.planar, field.planar_handles, random_points(field.planar, true),
+                          planar_lift(field), occlusion, stop),
             sampler_error(field, field.spherical, field.spherical_handles,
                           random_points(field.spherical, false), Vec3f(0.0f), occlusion, stop)};
 }

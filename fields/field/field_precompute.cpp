@@ -64,9 +64,7 @@ private:
 
     void sample_around(std::uint32_t index, PackedTrees& trees) {
         const std::uint32_t planar = field_.planar.sample_count();
-        // Just above the ground, lest what stands on it be seen edge-on.
-        const Vec3f point = index < planar ? field_.planar.sample_position(index) +
-                                                 Vec3f(0, field_.bounds.radius() * surface_offset, 0)
+        const Vec3f point = index < planar ? field_.planar.sample_position(index) + planar_lift(field_)
                                            : field_.spherical.sample_position(index - planar);
         if (occlusion_.in_original()(point))
             trees = closed_;

@@ -6,11 +6,9 @@
 namespace haarfield {
 namespace {
 
-constexpr double fade_end = 1.5;  ///< In outer radii.
-
 /// 1 up to the outermost sample, then smoothly down to 0.
 double fade(double radius, double outer_radius) {
-    const double t = std::clamp((radius / outer_radius - 1) / (fade_end - 1), 0.0, 1.0);
+    const double t = std::clamp((radius / outer_radius - 1) / (double(fade_end) - 1), 0.0, 1.0);
     return 1 - t * t * (3 - 2 * t);
 }
 

@@ -26,6 +26,10 @@ struct Interpolation {
     float open = 0.0f;  ///< Weight of "nothing in the way". All weights, with this, add up to 1.
 };
 
+/// How far from a sampler's centre its entity hides anything: from the outer radius up to here the samples fade
+/// to open. [outer radii]
+inline constexpr float fade_end = 1.5f;
+
 /// Concentric circles on the plane y = centre.y. Sample index = ring * angles + angle;
 /// angle j is at the azimuth 2 pi j / angles, measured from +x towards +z.
 struct PlanarSampler {
@@ -38,7 +42,7 @@ struct PlanarSampler {
     std::uint32_t sample_count() const { return static_cast<std::uint32_t>(rings * angles); }
     Vec3f sample_position(std::uint32_t sample) const;  ///< Where a sample stands. [m]
 
-    /// Bilinear, with wrap-around in angle. Between outer_radius and 1.5 outer_radius the samples of
+    /// Bilinear, with wrap-around in angle. Between outer_radius and fade_end outer_radius the samples of
     /// the last ring fade to open, continuously and with a continuous slope at both ends.
     Interpolation interpolation(const Vec3f& position) const;
 };

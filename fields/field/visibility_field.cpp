@@ -4,12 +4,17 @@
 
 #include <algorithm>
 
+#include "fields/mesh/local_samples.h"
 #include "fields/wavelets/haar_transform.h"
 
 namespace haarfield {
 
 std::string ContentHash::hex() const {
     return fmt::format("{:016x}{:016x}", high, low);
+}
+
+Vec3f planar_lift(const VisibilityField& field) {
+    return {0, field.bounds.radius() * surface_offset, 0};
 }
 
 CubemapTree interpolated_visibility(const VisibilityField& field, const std::vector<std::int32_t>& handles,

@@ -67,6 +67,10 @@ struct VisibilityField {
     FieldError error;
 };
 
+/// What the planar sampler's positions are raised by where visibility is sampled: just above the ground, lest
+/// what stands on it be seen edge-on. [m]
+Vec3f planar_lift(const VisibilityField& field);
+
 /// A cubemap interpolated from a field, face by face: open where nothing blocks.
 CubemapTree interpolated_visibility(const VisibilityField& field, const std::vector<std::int32_t>& handles,
                                     const Interpolation& interpolation);

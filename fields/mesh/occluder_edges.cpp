@@ -6,6 +6,7 @@
 #include <numeric>
 #include <span>
 
+#include "fields/base/aligned_buffer.h"
 #include "fields/mesh/edge_uses.h"
 #include "fields/mesh/occluder.h"
 
@@ -13,7 +14,6 @@ namespace haarfield {
 namespace {
 
 constexpr float nan_offset = std::numeric_limits<float>::quiet_NaN();
-constexpr std::size_t widest_vector = 16;
 
 struct Edge {
     std::array<std::uint32_t, 2> ends;
@@ -228,7 +228,7 @@ OccluderEdges occluder_edges(const Occluder& occluder) {
                one_sided_end = std::stable_partition(all.begin(), regular_end, is_one_sided);
     const std::span one_sided(all.begin(), one_sided_end), two_sided(one_sided_end, regular_end),
         others(regular_end, all.end());
-    const std::size_t boxes = all.size() / OccluderEdges::cluster_size + 3 + widest_vector;
+    const std::size_t boxes = all.size() / OccluderEdges::cluster_size + 3 + widest_vector<float>;
     const auto reserve = [&](auto& of) {
         for (auto& values : of.middle) values.assign(boxes, 0.0f);
         for (auto& values : of.half_extent) values.assign(boxes, 0.0f);

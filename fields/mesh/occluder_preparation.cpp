@@ -3,14 +3,14 @@
 #include <limits>
 #include <numeric>
 
+#include "fields/base/aligned_buffer.h"
 #include "fields/mesh/occluder.h"
 
 namespace haarfield {
 namespace {
 
 void fill_positions(Occluder& occluder) {
-    constexpr std::size_t widest_vector = 16;
-    occluder.padded_positions.assign(4 * (occluder.positions.size() + widest_vector), 0.0f);
+    occluder.padded_positions.assign(4 * (occluder.positions.size() + widest_vector<float>), 0.0f);
     for (std::size_t v = 0; v < occluder.positions.size(); ++v)
         for (int k = 0; k < 3; ++k)
             occluder.padded_positions[4 * v + std::size_t(k)] = occluder.positions[v][k];

@@ -126,9 +126,8 @@ BlockedSamples::BlockedSamples(int size)
     : face_size(size),
       strips((std::size_t(size) + 63) / 64),
       stride(std::max<std::size_t>(samples_per_texel * std::size_t(size), 64)) {
-    constexpr std::size_t widest_vector = 64;
     spans.reserve(cubemap_faces * strips * stride);
-    contours.reserve(std::size_t(cubemap_faces * size) * std::size_t(size) + widest_vector);
+    contours.reserve(std::size_t(cubemap_faces * size) * std::size_t(size) + widest_vector<std::uint8_t>);
 }
 
 void add_contours(const BlockedSamples& others, BlockedSamples& to) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "fields/base/aligned_buffer.h"
 #include "fields/rasterizer/contour_rasterizer.h"
 #include "fields/rasterizer/span_rasterizer.h"
 
@@ -21,8 +22,8 @@ struct VisibilityRasterizer::Buffers {
 VisibilityRasterizer::VisibilityRasterizer(int face_size) {
     assert(is_face_size(face_size));
     buffers_ = std::make_unique<Buffers>(face_size);
-    constexpr std::size_t widest_vector = 64;
-    buffers_->open.resize(std::size_t(cubemap_faces * face_size) * std::size_t(face_size) + widest_vector);
+    buffers_->open.resize(std::size_t(cubemap_faces * face_size) * std::size_t(face_size) +
+                          widest_vector<std::uint8_t>);
 }
 
 VisibilityRasterizer::~VisibilityRasterizer() = default;

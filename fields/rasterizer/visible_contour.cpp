@@ -262,13 +262,13 @@ namespace haarfield {
 HWY_EXPORT(find_contour);
 
 void find_contour(const Occluder& occluder, const ViewedOccluder& viewed, VisibleContour& contour) {
-    constexpr std::size_t widest_vector = 16;
-    const std::size_t edges = OccluderEdges::cluster_size * occluder.edges.clusters.size() + widest_vector;
+    constexpr std::size_t lanes = widest_vector<std::uint32_t>;
+    const std::size_t edges = OccluderEdges::cluster_size * occluder.edges.clusters.size() + lanes;
     contour.numbers.reserve(edges);
     contour.weights.reserve(edges);
-    contour.open.reserve(occluder.edges.clusters.size() + widest_vector);
-    contour.cut.reserve(occluder.edges.clusters.size() + widest_vector);
-    contour.below.reserve(occluder.positions.size() + widest_vector);
+    contour.open.reserve(occluder.edges.clusters.size() + lanes);
+    contour.cut.reserve(occluder.edges.clusters.size() + lanes);
+    contour.below.reserve(occluder.positions.size() + lanes);
     HWY_DYNAMIC_DISPATCH(find_contour)(occluder, viewed, contour);
 }
 

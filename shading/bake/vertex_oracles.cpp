@@ -236,11 +236,9 @@ private:
         const Interpolation& samples = seen.lookup.samples;
         std::vector<float> sum(visibility.size(), samples.count == 0 ? 1.0f : samples.open);
         for (std::size_t k = 0; k < std::size_t(samples.count); ++k) {
-            // As precompute_field lifts them.
-            const Vec3f at = seen.lookup.planar
-                                 ? seen.field->planar.sample_position(samples.sample[k]) +
-                                       Vec3f(0, seen.field->bounds.radius() * surface_offset, 0)
-                                 : seen.field->spherical.sample_position(samples.sample[k]);
+            const Vec3f at = seen.lookup.planar ? seen.field->planar.sample_position(samples.sample[k]) +
+                                                      planar_lift(*seen.field)
+                                                : seen.field->spherical.sample_position(samples.sample[k]);
             const std::span<const std::uint8_t> open = rasterizer_.open_samples(*seen.occluder, at);
             for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += samples.weight[k] * open_fraction(open[i]);
         }

@@ -12,9 +12,6 @@ constexpr float on_ground = 2e-3f;
 /// So many instances are rasterized at a vertex, if that is chosen automatically.
 constexpr std::size_t most_rasterized = 8;
 
-/// How far from its sampler's centre an instance hides anything. [outer radii]
-constexpr float reach = 1.5f;
-
 /// How far from a sampler's centre its entity is seen exactly: automatically, to the outer end of the last
 /// band whose error is above the tolerance. [m]
 template <class Sampler>
@@ -49,7 +46,7 @@ std::vector<Sphere> spheres_of_influence(const ShadedScene& scene) {
     for (const ShadedInstance& instance : scene.instances) {
         const VisibilityField& field = *scene.entities[instance.entity].field;
         const Vec3f& centre = field.spherical.centre;
-        const float radius = reach * std::max(field.spherical.outer_radius, field.planar.outer_radius) +
+        const float radius = fade_end * std::max(field.spherical.outer_radius, field.planar.outer_radius) +
                              (field.planar.centre - centre).length();
         spheres.push_back({instance.placement.point_to_world(centre), radius * instance.placement.scale});
     }
