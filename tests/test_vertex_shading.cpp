@@ -132,9 +132,13 @@ struct Example {
         return false;
     }
 
+    ShadedVertex shaded(const VertexBrdf& brdf, const BlockedCones& cones, int depth = full_depth) const {
+        return {directions, brdf, {visibilities, cones}, depth};
+    }
+
     Rgb found(const VertexBrdf& brdf, const BlockedCones& cones, int depth = full_depth) const {
         static WalkMemory<std::uint8_t> memory;
-        return outgoing_radiance(*light, directions, brdf, cones, visibilities, depth, memory);
+        return outgoing_radiance(*light, shaded(brdf, cones, depth), memory);
     }
 };
 
@@ -185,7 +189,7 @@ TEST(VertexShading, ConcentratedLightMeetsTheCosineThatItHas) {
         for (int face = 0; face < int(cubemap_faces); ++face)
             expected += 1000 * std::max(0.0f, texel_direction(face, 40, 24, size).dot(brdf.normal));
         expected /= size * size;
-        EXPECT_NEAR(outgoing_radiance(pyramid, directions, brdf, {}, {}, full_depth, memory).x, expected,
+        EXPECT_NEAR(outgoing_radiance(pyramid, {directions, brdf, {}, full_depth}, memory).x, expected,
                     5e-3 * expected)
             << brdf.normal;
     }
@@ -328,7 +332,7 @@ TEST(VertexShading, DoesNotEndEarlyWhereLightingAndVisibilityVaryTogether) {
     brdf.diffuse = Rgb(0.3f);
     WalkMemory<std::uint8_t> memory;
     const auto radiance = [&](float tolerance) {
-        return outgoing_radiance(light, directions, brdf, {}, std::span(&factor, 1), full_depth, memory,
+        return outgoing_radiance(light, {directions, brdf, {std::span(&factor, 1), {}}, full_depth}, memory,
                                  tolerance)
             .x;
     };
@@ -355,8 +359,8 @@ TEST(VertexShading, NeverErrsByMoreThanTheTolerance) {
             for (const int depth : {4, full_depth}) {
                 const Rgb wanted = example.found(brdf, cones, depth);
                 for (const float tolerance : {0.001f, 0.01f, 0.1f, 0.5f}) {
-                    const Rgb found = outgoing_radiance(*example.light, example.directions, brdf, cones,
-                                                        example.visibilities, depth, memory, tolerance);
+                    const Rgb found = outgoing_radiance(*example.light, example.shaded(brdf, cones, depth),
+                                                        memory, tolerance);
                     EXPECT_LE(size_of(found - wanted), tolerance * size_of(wanted) + 1e-6f * size_of(wanted))
                         << "seed " << seed << ", vertex " << i << ", depth " << depth << ", tolerance "
                         << tolerance;
@@ -383,7 +387,7 @@ std::map<std::uint32_t, Vec3d> coefficients_of(const std::vector<WaveletBlock<3>
     return result;
 }
 
-TEST(VertexTransfer, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
+TEST(RadianceIntegrand, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
     constexpr CoefficientSpectrum spectrum{1, 0.8f, 0.6f, 0.3f, 0.2f, 0.1f, 0.05f};
     std::mt19937 random(9);
     WalkMemory<std::uint8_t> memory;
@@ -402,8 +406,7 @@ TEST(VertexTransfer, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
             brdf.cosine_weighted = i % 8 < 4;
             const auto made = [&](const DetailWeights* detail) {
                 const double bound =
-                    radiance_integrand(*example.light, example.directions, brdf, cones, example.visibilities,
-                                       full_depth, memory, product, detail);
+                    radiance_integrand(*example.light, example.shaded(brdf, cones), memory, product, detail);
                 return std::pair(coefficients_of(product), bound);
             };
             const auto [whole, nothing] = made(nullptr);
@@ -434,7 +437,7 @@ TEST(VertexTransfer, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
 }
 
 /// Where nothing but the light varies, and that in one channel, there is nothing to estimate.
-TEST(VertexTransfer, TheBoundOfWhatIsBlurredIsTightForLightAlone) {
+TEST(RadianceIntegrand, TheBoundOfWhatIsBlurredIsTightForLightAlone) {
     RgbCubemapTree tree;
     for (std::uint32_t face = 0; face < cubemap_faces; ++face) {
         std::vector<Rgb> texels;
@@ -452,12 +455,12 @@ TEST(VertexTransfer, TheBoundOfWhatIsBlurredIsTightForLightAlone) {
     brdf.shininess = 0;
     CoefficientSpectrum spectrum;
     spectrum.fill(1);
-    radiance_integrand(light, directions, brdf, {}, {}, full_depth, memory, product);
+    radiance_integrand(light, {directions, brdf, {}, full_depth}, memory, product);
     const auto whole = coefficients_of(product);
     // The cells of one level: in larger ones the horizon is uncertain.
     const DetailWeights detail = detail_weights(spectrum, 3e-4);
     const double bound =
-        radiance_integrand(light, directions, brdf, {}, {}, full_depth, memory, product, &detail);
+        radiance_integrand(light, {directions, brdf, {}, full_depth}, memory, product, &detail);
     const auto blurred = coefficients_of(product);
     double missing = 0;
     for (const auto& [index, wanted] : whole)
@@ -467,7 +470,7 @@ TEST(VertexTransfer, TheBoundOfWhatIsBlurredIsTightForLightAlone) {
     EXPECT_LE(bound, missing * 1.3);
 }
 
-TEST(VertexTransfer, HighlightsComeWithTheRadianceOfTheRest) {
+TEST(HighlightIntegrand, ComesWithTheRadianceOfTheRest) {
     constexpr CoefficientSpectrum spectrum{1, 0.8f, 0.6f, 0.3f, 0.2f, 0.1f, 0.05f};
     const DetailWeights coarse = detail_weights(spectrum, 1e-6);
     std::mt19937 random(11);
@@ -487,18 +490,15 @@ TEST(VertexTransfer, HighlightsComeWithTheRadianceOfTheRest) {
             highlights.diffuse = rest.specular = Rgb(0.0f);
             const Vec3d wanted = example.expected(rest, cones);
             for (const DetailWeights* detail : {static_cast<const DetailWeights*>(nullptr), &coarse}) {
-                const double bound =
-                    radiance_integrand(*example.light, example.directions, highlights, cones,
-                                       example.visibilities, full_depth, memory, product, detail);
+                const double bound = radiance_integrand(*example.light, example.shaded(highlights, cones),
+                                                        memory, product, detail);
                 const auto coefficients = coefficients_of(product);
-                Rgb found(0.0f);
-                EXPECT_EQ(
-                    highlight_integrand(*example.light, example.directions, brdf, cones, example.visibilities,
-                                        full_depth, memory, product, found, detail),
-                    bound);
+                const HighlightIntegrand found =
+                    highlight_integrand(*example.light, example.shaded(brdf, cones), memory, product, detail);
+                EXPECT_EQ(found.blurred_energy, bound);
                 EXPECT_EQ(coefficients_of(product), coefficients);
                 SCOPED_TRACE(testing::Message() << "seed " << seed << ", vertex " << i);
-                expect_near(found, wanted, 0.3, 1e-3);
+                expect_near(found.diffuse, wanted, 0.3, 1e-3);
             }
         }
     }

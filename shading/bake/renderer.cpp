@@ -21,7 +21,7 @@ public:
                    const WideCubemap<std::uint8_t>& own) {
         const VertexView view = vertex_view(shading_.scene, shading_.scene.instances[instance_index], point);
         if (!visibility_.look(instance_index, own, view)) return Rgb(0.0f);
-        return radiance(instance_index, point.material, view, {visibility_.trees(), visibility_.cones()});
+        return radiance(instance_index, point.material, view, visibility_.sight());
     }
 
     /// Of a vertex.
@@ -42,9 +42,9 @@ private:
                  const VertexSight& sight) {
         const auto& [scene, geometry, light, settings, kept] = shading_;
         const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
-        return without_negative(outgoing_radiance(light, geometry.directions,
-                                                  vertex_brdf(entity.materials[material], view), sight.cones,
-                                                  sight.trees, settings.depth, memory_, settings.tolerance));
+        const VertexBrdf brdf = vertex_brdf(entity.materials[material], view);
+        return without_negative(outgoing_radiance(light, {geometry.directions, brdf, sight, settings.depth},
+                                                  memory_, settings.tolerance));
     }
 
     const PointShading shading_;

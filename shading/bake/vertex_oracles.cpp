@@ -251,17 +251,20 @@ private:
             tree_(haar_cubemap<float>(visibility, context_.light.face_size));
         const WeightedTrees<std::uint8_t>::Part part{&tree, 1};
         const WeightedTrees<std::uint8_t> factor{0, {&part, 1}};
-        return outgoing_radiance(context_.exact_pyramid, context_.geometry.directions,
-                                 vertex_brdf(entity_->materials[point_.material], view_), {}, {&factor, 1},
-                                 depth, memory_, tolerance);
+        return radiance(context_.exact_pyramid, {{&factor, 1}, {}}, depth, tolerance);
     }
 
     Rgb baked(std::size_t instance, std::uint32_t vertex) {
         if (!bake_visibility_.look(instance, vertex, view_)) return Rgb(0.0f);
-        return without_negative(outgoing_radiance(
-            context_.baked_pyramid, context_.geometry.directions,
-            vertex_brdf(entity_->materials[point_.material], view_), bake_visibility_.cones(),
-            bake_visibility_.trees(), context_.settings.depth, memory_, context_.settings.tolerance));
+        const RenderSettings& settings = context_.settings;
+        return without_negative(
+            radiance(context_.baked_pyramid, bake_visibility_.sight(), settings.depth, settings.tolerance));
+    }
+
+    Rgb radiance(const LightPyramid& light, const VertexSight& sight, int depth, float tolerance) {
+        const VertexBrdf brdf = vertex_brdf(entity_->materials[point_.material], view_);
+        return outgoing_radiance(light, {context_.geometry.directions, brdf, sight, depth}, memory_,
+                                 tolerance);
     }
 
     const OracleContext& context_;

@@ -37,22 +37,21 @@ bool VertexTransfer::look_from(const InstanceVertex& at) {
 
 std::span<const WaveletBlock<3>> VertexTransfer::product(const LightPyramid& light,
                                                          const DetailWeights* detail) {
-    blurred_energy_ = radiance_integrand(light, geometry_.directions, brdf, visibility_.cones(),
-                                         visibility_.trees(), settings_.depth, memory_, product_, detail);
+    blurred_energy_ = radiance_integrand(light, shaded(settings_.depth), memory_, product_, detail);
     return product_;
 }
 
 std::span<const WaveletBlock<3>> VertexTransfer::highlights(const LightPyramid& light, Rgb& diffuse,
                                                             const DetailWeights* detail) {
-    blurred_energy_ =
-        highlight_integrand(light, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
-                            settings_.depth, memory_, product_, diffuse, detail);
+    const HighlightIntegrand found =
+        highlight_integrand(light, shaded(settings_.depth), memory_, product_, detail);
+    blurred_energy_ = found.blurred_energy;
+    diffuse = found.diffuse;
     return product_;
 }
 
 Rgb VertexTransfer::radiance(const LightPyramid& light, int depth) {
-    return outgoing_radiance(light, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
-                             depth, memory_);
+    return outgoing_radiance(light, shaded(depth), memory_);
 }
 
 Result<Done> make_rows(const TransferRows& rows, std::size_t block_rows,

@@ -77,7 +77,8 @@ public:
     std::span<const WaveletBlock<3>> product(const LightPyramid& light,
                                              const DetailWeights* detail = nullptr);
 
-    /// highlight_integrand of vertex_shading.h; valid until the next call.
+    /// highlight_integrand of vertex_shading.h, whose radiance of the rest is `diffuse`; valid until the next
+    /// call.
     std::span<const WaveletBlock<3>> highlights(const LightPyramid& light, Rgb& diffuse,
                                                 const DetailWeights* detail = nullptr);
 
@@ -87,12 +88,13 @@ public:
     /// transfer_terms of vertex_shading.h.
     template <int count>
     void terms(const BlockNumbers& numbers, std::vector<WaveletBlock<count>>& product) {
-        transfer_terms(numbers, geometry_.directions, brdf, visibility_.cones(), visibility_.trees(),
-                       settings_.depth, memory_, product);
+        transfer_terms(numbers, shaded(settings_.depth), memory_, product);
     }
     Rgb radiance(const LightPyramid& light, int depth);  ///< Outgoing radiance of the vertex. [W/(m^2 sr)]
 
 private:
+    ShadedVertex shaded(int depth) const { return {geometry_.directions, brdf, visibility_.sight(), depth}; }
+
     const ShadedScene& scene_;
     const ShadingGeometry& geometry_;
     const RenderSettings& settings_;

@@ -74,7 +74,7 @@ std::span<T> copied(std::span<const T> values, std::byte*& place) {
 
 /// A copy of what a vertex sees; null: there is no room.
 const VertexSight* kept(const VertexVisibility& seen, PagedMemory& memory) {
-    const VertexSight looked{seen.trees(), seen.cones()};
+    const VertexSight looked = seen.sight();
     const std::span<const VertexSight> sight(&looked, 1);
     const std::span<const WideCubemap<std::uint8_t>> rasterized(seen.rasterized(), seen.rasterized() ? 1 : 0);
     const std::span<const WideNode<std::uint8_t>> nodes =

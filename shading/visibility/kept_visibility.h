@@ -8,12 +8,6 @@
 
 namespace haarfield {
 
-/// What one vertex sees past all objects, as VertexVisibility has it.
-struct VertexSight {
-    std::span<const WeightedTrees<std::uint8_t>> trees;  ///< None: it sees nothing.
-    BlockedCones cones;
-};
-
 /// Holds for the instances as they were; the geometry must outlive it.
 class KeptVisibility {
 public:
@@ -29,7 +23,7 @@ public:
     static Result<KeptVisibility> make(const ShadedScene& scene, const ShadingGeometry& geometry,
                                        std::size_t most_bytes, const Progress& progress = {});
 
-    /// Null: not kept. Of the scene's instances and vertices as they were (asserted).
+    /// Null: not kept; without trees: the vertex sees nothing. Of the scene's instances and vertices as they were (asserted).
     const VertexSight* find(std::size_t instance, std::uint32_t vertex) const {
         assert(instance < sights_.size() && vertex < sights_[instance].size());
         return sights_[instance][vertex];

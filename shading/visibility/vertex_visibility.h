@@ -3,6 +3,7 @@
 
 #include "shading/visibility/seen_visibility.h"
 #include "shading/visibility/shading_geometry.h"
+#include "shading/walk/vertex_shading.h"
 
 namespace haarfield {
 
@@ -30,8 +31,8 @@ public:
                     view);
     }
 
-    std::span<const WeightedTrees<std::uint8_t>> trees() const { return trees_; }  ///< Its own first.
-    BlockedCones cones() const { return cones_; }  ///< What near occluders of few triangles block.
+    /// From the point looked from last, with its own entity's tree first; valid until the next look.
+    VertexSight sight() const { return {trees_, cones_}; }
 
     /// Of these trees, the one that was rasterized, with its nodes; null: none was.
     const WideCubemap<std::uint8_t>* rasterized() const {

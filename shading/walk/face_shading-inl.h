@@ -80,35 +80,35 @@ struct LitColours {
     const LightPyramid& light;
 
     template <bool last>
-    HWY_INLINE LitCells write(const PreparedVertex& terms, const ReflectedCells& cells, int level,
+    HWY_INLINE LitCells write(const PreparedVertex& vertex, const ReflectedCells& cells, int level,
                               std::size_t face, std::size_t block, Values& head) const {
         const std::size_t index = light.numbers()(level, face, block);
-        reflect(terms, cells, light.block(index), head);
+        reflect(vertex, cells, light.block(index), head);
         if constexpr (last) return {};
         const unsigned varying = light.varying(index), uneven = light.uneven(index);
         if ((uneven & cells.open_above) != 0)
-            add_unevenness(terms, cells, index, uneven & cells.open_above, head);
+            add_unevenness(vertex, cells, index, uneven & cells.open_above, head);
         if (level == 0 || varying == 0) return {varying, uneven, varying};
         LitCells result{varying, uneven, 0};
         if (cells.has_highlights)
             result.beside_highlights =
                 varying & cells_above(cells.highlights * load_cells(light.deviation(index).data()),
-                                      terms.negligible[std::size_t(level)] * light.mean_size());
+                                      vertex.negligible[std::size_t(level)] * light.mean_size());
         return result;
     }
 
 private:
     /// The light's mean, with what reflects it.
-    static HWY_INLINE void reflect(const PreparedVertex& terms, const ReflectedCells& cells,
+    static HWY_INLINE void reflect(const PreparedVertex& vertex, const ReflectedCells& cells,
                                    const LightBlock& lit, Values& head) {
-        const Rgb &diffuse = terms.brdf.diffuse, &specular = terms.brdf.specular;
+        const Rgb &diffuse = vertex.brdf.diffuse, &specular = vertex.brdf.specular;
         Cells reflected[3];
         for (int c = 0; c < 3; ++c) reflected[c] = all_cells(diffuse[c]) * cells.diffuse;
         if (cells.has_highlights)
             for (int c = 0; c < 3; ++c) {
                 Cells colour = all_cells(specular[c]);
-                if (terms.is_metallic)
-                    colour = colour - colour * all_cells(terms.brdf.metallic[c]) * cells.loss;
+                if (vertex.is_metallic)
+                    colour = colour - colour * all_cells(vertex.brdf.metallic[c]) * cells.loss;
                 reflected[c] = multiply_add(colour, cells.highlights, reflected[c]);
             }
         head.value[0] = load_cells(lit.red.data()) * reflected[0];
@@ -117,12 +117,12 @@ private:
     }
 
     /// From the product of the means of light and cosine to the mean of their product.
-    HWY_INLINE void add_unevenness(const PreparedVertex& terms, const ReflectedCells& cells,
+    HWY_INLINE void add_unevenness(const PreparedVertex& vertex, const ReflectedCells& cells,
                                    std::size_t index, unsigned uneven, Values& head) const {
         const LightBlock& lit = light.block(index);
         const LightMoments& moments = light.moments(index);
         const float* const means[] = {lit.red.data(), lit.green.data(), lit.blue.data()};
-        const Vec3f& normal = terms.brdf.normal;
+        const Vec3f& normal = vertex.brdf.normal;
         for (std::size_t c = 0; c < 3; ++c) {
             const LightMoments::Channel& moment = moments.channel[c];
             const Cells mean = all_cells(normal.x) * load_cells(moment.x.data()) +
@@ -130,7 +130,7 @@ private:
                                all_cells(normal.z) * load_cells(moment.z.data());
             const Cells lacking = mean - load_cells(means[c]) * cells.diffuse;
             head.value[c] =
-                multiply_add(all_cells(terms.brdf.diffuse[int(c)]), only(uneven, lacking), head.value[c]);
+                multiply_add(all_cells(vertex.brdf.diffuse[int(c)]), only(uneven, lacking), head.value[c]);
         }
     }
 };
@@ -144,13 +144,13 @@ struct LitHighlights : LitColours {
     Rgb diffuse;
 
     template <bool last>
-    HWY_INLINE LitCells write(const PreparedVertex& terms, const ReflectedCells& cells, int level,
+    HWY_INLINE LitCells write(const PreparedVertex& vertex, const ReflectedCells& cells, int level,
                               std::size_t face, std::size_t block, Values& head) const {
         const LightBlock& lit = light.block(light.numbers()(level, face, block));
         head.diffuse[0] = load_cells(lit.red.data()) * (all_cells(diffuse.x) * cells.diffuse);
         head.diffuse[1] = load_cells(lit.green.data()) * (all_cells(diffuse.y) * cells.diffuse);
         head.diffuse[2] = load_cells(lit.blue.data()) * (all_cells(diffuse.z) * cells.diffuse);
-        return LitColours::write<last>(terms, cells, level, face, block, head);
+        return LitColours::write<last>(vertex, cells, level, face, block, head);
     }
 };
 
@@ -161,7 +161,7 @@ struct PlainTerms {
     static constexpr bool holds_cosine = true;
 
     template <bool last>
-    HWY_INLINE LitCells write(const PreparedVertex& terms, const ReflectedCells& cells, int, std::size_t,
+    HWY_INLINE LitCells write(const PreparedVertex& vertex, const ReflectedCells& cells, int, std::size_t,
                               std::size_t, Values& head) const {
         head.value[0] = cells.diffuse;
         head.used = 1;
@@ -170,7 +170,7 @@ struct PlainTerms {
         head.value[1] = cells.highlights;
         head.used = 2;
         if constexpr (term_count == 3)
-            if (terms.is_metallic) {
+            if (vertex.is_metallic) {
                 head.value[2] = cells.highlights - cells.highlights * cells.loss;
                 head.used = 3;
             }
@@ -180,7 +180,7 @@ struct PlainTerms {
 
 /// What reflects light, times what is seen past the near occluders, on one face.
 ///
-/// Reflected  LitCells write<last>(terms, cells, level, face, block, values): writes its channels; of the
+/// Reflected  LitCells write<last>(vertex, cells, level, face, block, values): writes its channels; of the
 ///            last level nothing is asked.
 ///            holds_cosine: whether the cosine of diffuse light is constant over the cells of level 1.
 ///            Values: HeadCells, and what else its sink wants.
@@ -203,17 +203,17 @@ public:
         }
     };
 
-    FaceShading(const Reflected& reflected, const PreparedVertex& terms, std::size_t face,
+    FaceShading(const Reflected& reflected, const PreparedVertex& vertex, std::size_t face,
                 std::vector<Vec3f>& sides)
         : reflected_(reflected),
-          terms_(terms),
-          normal_(in_face_frame(terms.brdf.normal, int(face))),
-          mirror_(in_face_frame(terms.brdf.mirror, int(face))),
-          to_eye_(in_face_frame(terms.to_eye, int(face))),
-          across_(in_face_frame(terms.across, int(face))),
+          vertex_(vertex),
+          normal_(in_face_frame(vertex.brdf.normal, int(face))),
+          mirror_(in_face_frame(vertex.brdf.mirror, int(face))),
+          to_eye_(in_face_frame(vertex.to_eye, int(face))),
+          across_(in_face_frame(vertex.across, int(face))),
           sides_(sides) {
         sides.clear();
-        for (const Vec3f& side : terms.near.sides) sides.push_back(in_face_frame(side, int(face)));
+        for (const Vec3f& side : vertex.sight.cones.sides) sides.push_back(in_face_frame(side, int(face)));
     }
 
     /// Whether a face lies below a horizon.
@@ -223,7 +223,7 @@ public:
     }
 
     BlockAhead root() const {
-        return {true, !terms_.near.end.empty(), (1u << terms_.highlights().size()) - 1u, 0};
+        return {true, !vertex_.sight.cones.end.empty(), (1u << vertex_.highlights().size()) - 1u, 0};
     }
 
     HWY_INLINE Head operator()(int level, std::size_t face, std::size_t block, const Ahead& ahead) const {
@@ -247,12 +247,12 @@ public:
     /// says.
     HWY_INLINE HeadErrors errors(int level, std::size_t face, std::size_t block, const Ahead& ahead) const {
         const auto at = std::size_t(level);
-        const BlockDirections d(terms_.directions.block(level, block));
+        const BlockDirections d(vertex_.directions.block(level, block));
         const Cells cosine = d.dot(normal_), aligned = d.dot(mirror_);
-        const unsigned horizon = ahead.at_horizon ? cells_above(cosine, -terms_.margin[at]) &
-                                                        ~cells_above(cosine, terms_.margin[at])
+        const unsigned horizon = ahead.at_horizon ? cells_above(cosine, -vertex_.margin[at]) &
+                                                        ~cells_above(cosine, vertex_.margin[at])
                                                   : 0;
-        const Rgb &diffuse = terms_.brdf.diffuse, &specular = terms_.brdf.specular;
+        const Rgb &diffuse = vertex_.brdf.diffuse, &specular = vertex_.brdf.specular;
         const Cells diffuse_peak = all_cells(std::max({diffuse.x, diffuse.y, diffuse.z}));
         const Cells spread = d.spread(), at_horizon = only(horizon, d.extent());
         const Cells cosine_deviation = square_root(spread * (all_cells(2) - spread)) + at_horizon;
@@ -260,13 +260,13 @@ public:
         Cells lobe = all_cells(0);
         const float specular_peak = std::max({specular.x, specular.y, specular.z});
         float constant = 0;  // the sum of lobes to the power of zero
-        for (std::size_t i = 0; i < terms_.highlights().size(); ++i) {
-            const Highlight& highlight = terms_.highlights()[i];
+        for (std::size_t i = 0; i < vertex_.highlights().size(); ++i) {
+            const Highlight& highlight = vertex_.highlights()[i];
             if (highlight.exponent == 0) {
                 constant += specular_peak * highlight.weight;
                 continue;
             }
-            Cells most = all_cells(terms_.varies);
+            Cells most = all_cells(vertex_.varies);
             if (ahead.highlights >> i & 1u) {
                 most = larger(lobe_cells(highlight, d, cosine, aligned), most);
                 result.unbounded |= cells_above(aligned, highlight.curved[at]);
@@ -286,11 +286,11 @@ public:
                                  magnitude(load_cells(light.green.data())) +
                                  magnitude(load_cells(light.blue.data()));
         const Cells largest =
-            diffuse_peak * (larger(cosine, all_cells(0)) + all_cells(2 * terms_.margin[at])) + lobe +
+            diffuse_peak * (larger(cosine, all_cells(0)) + all_cells(2 * vertex_.margin[at])) + lobe +
             all_cells(constant);
         // An indicator deviates by a half at most, and so does what it is weighted with less.
-        const Cells constant_deviation = terms_.brdf.cosine_weighted ? all_cells(constant) * cosine_deviation
-                                                                     : only(horizon, all_cells(constant));
+        const Cells constant_deviation = vertex_.brdf.cosine_weighted ? all_cells(constant) * cosine_deviation
+                                                                      : only(horizon, all_cells(constant));
         const Cells deviation = diffuse_peak * cosine_deviation + lobe + constant_deviation;
         result.deviation = light_deviation * largest + light_size * deviation;
         result.mean_error = light_deviation * deviation +
@@ -314,16 +314,16 @@ private:
                 }
                 ReflectedCells cells;
                 cells.diffuse = all_cells(ahead.held_cosine);
-                reflected_.template write<is_last<Result>>(terms_, cells, level, face, block, result);
+                reflected_.template write<is_last<Result>>(vertex_, cells, level, face, block, result);
                 return;
             }
-        const BlockDirections d(terms_.directions.block(level, block));
+        const BlockDirections d(vertex_.directions.block(level, block));
         if constexpr (is_last<Result>)
             if (ahead.is_plain()) {
                 ReflectedCells cells;
                 const Cells cosine = d.dot(normal_);
                 cells.diffuse = cosine - cosine * d.spread();
-                reflected_.template write<true>(terms_, cells, level, face, block, result);
+                reflected_.template write<true>(vertex_, cells, level, face, block, result);
                 return;
             }
         evaluate_fully(level, face, block, d, ahead, result);
@@ -342,8 +342,8 @@ private:
         const Cells cosine = d.dot(normal_);
         unsigned not_below = all_sixteen, horizon = 0;
         if (ahead.at_horizon) {
-            not_below = cells_above(cosine, -terms_.margin[at]);
-            horizon = not_below & ~cells_above(cosine, terms_.margin[at]);
+            not_below = cells_above(cosine, -vertex_.margin[at]);
+            horizon = not_below & ~cells_above(cosine, vertex_.margin[at]);
             result.zero |= ~not_below & all_sixteen;
         }
         ReflectedCells cells;
@@ -360,9 +360,10 @@ private:
             if constexpr (!is_last<Result>) result.below = below;
         }
         if (cells.has_highlights) {
-            cells.highlights = cells.highlights *
-                               (terms_.brdf.cosine_weighted ? cells.cosine : share_above(d, cosine, horizon));
-            if (terms_.is_metallic) cells.loss = metallic_loss(cosine);
+            cells.highlights =
+                cells.highlights *
+                (vertex_.brdf.cosine_weighted ? cells.cosine : share_above(d, cosine, horizon));
+            if (vertex_.is_metallic) cells.loss = metallic_loss(cosine);
         }
         if (has_cones) {
             cells.diffuse = cells.diffuse * open;
@@ -371,7 +372,7 @@ private:
         if constexpr (!is_last<Result>)
             cells.open_above = not_below & ~(horizon | half_blocked | result.zero);
         const LitCells lit =
-            reflected_.template write<is_last<Result>>(terms_, cells, level, face, block, result);
+            reflected_.template write<is_last<Result>>(vertex_, cells, level, face, block, result);
         if constexpr (!is_last<Result>) {
             // Below the root the cosine hardly varies, or is next to nothing; which matters where all the
             // light is. There the light's moments have it, but at the horizon.
@@ -388,7 +389,7 @@ private:
 
     /// The middle of a block below the root.
     HWY_INLINE Vec3f middle(int level, std::size_t block) const {
-        const DirectionBlock& above = terms_.directions.block(level - 1, block / wide_cells);
+        const DirectionBlock& above = vertex_.directions.block(level - 1, block / wide_cells);
         const std::size_t cell = block % wide_cells;
         return {above.x[cell], above.y[cell], above.z[cell]};
     }
@@ -401,9 +402,9 @@ private:
         const auto at = std::size_t(level);
         const Cells aligned = d.dot(mirror_);
         bool found = false;
-        for (std::size_t i = 0; i < terms_.highlights().size(); ++i) {
+        for (std::size_t i = 0; i < vertex_.highlights().size(); ++i) {
             if ((may_be_in >> i & 1u) == 0) continue;
-            const Highlight& highlight = terms_.highlights()[i];
+            const Highlight& highlight = vertex_.highlights()[i];
             const unsigned near = cells_above(aligned, highlight.near[at]);
             if (near == 0) continue;
             below.highlights[i] = near;
@@ -475,16 +476,16 @@ private:
     /// they cover wholly. False if they are nowhere near the block.
     HWY_INLINE bool block_near(const BlockDirections& d, int level, std::size_t block, Cells& open,
                                unsigned& partly, unsigned& wholly) const {
-        const float margin = terms_.margin[std::size_t(level)];
+        const float margin = vertex_.margin[std::size_t(level)];
         bool found = false;
         Cells blocked = all_cells(0);
         std::uint32_t first = 0;
-        for (const std::uint32_t end : terms_.near.end) {
+        for (const std::uint32_t end : vertex_.sight.cones.end) {
             const std::span<const Vec3f> sides(sides_.data() + first, end - first);
             first = end;
             if (level > 0) {
                 const CellsCovered whole =
-                    covered(middle(level, block), terms_.margin[std::size_t(level) - 1], sides);
+                    covered(middle(level, block), vertex_.margin[std::size_t(level) - 1], sides);
                 if (whole == CellsCovered::none) continue;
                 if (whole == CellsCovered::all) {
                     wholly = all_sixteen;
@@ -524,7 +525,7 @@ private:
     }
 
     const Reflected& reflected_;
-    const PreparedVertex& terms_;
+    const PreparedVertex& vertex_;
     const Vec3f normal_, mirror_, to_eye_;
     const Vec3f across_;         ///< The plane of incidence.
     std::vector<Vec3f>& sides_;  ///< Of the cones, in the face's frame.

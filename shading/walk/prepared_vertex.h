@@ -24,11 +24,11 @@ struct Highlight {
     /// in it, and above which it varies.
     std::array<float, 4> near{}, curved{};
 
-    Highlight() = default;
-    /// last_level: of blocks that are walked. varies: from this share of its peak on it does.
-    Highlight(float of_weight, float to_power, bool of_half_vector, const DirectionPyramid& directions,
-              int last_level, float varies)
-        : weight(of_weight), exponent(to_power), about_half_vector(of_half_vector) {
+    /// Fills in the cosines.
+    ///
+    /// last_level  of the blocks that are walked.
+    /// varies      from this share of its peak on it does.
+    void look_for(const DirectionPyramid& directions, int last_level, float varies) {
         near.fill(exponent == 0 ? -2.0f : 0.0f);
         curved.fill(2);
         if (exponent == 0) return;
@@ -60,11 +60,11 @@ private:
     };
 };
 
-/// What all faces and blocks of a vertex share.
+/// What all faces and blocks of a vertex share. The ShadedVertex must outlive it.
 struct PreparedVertex {
     const DirectionPyramid& directions;
     const VertexBrdf& brdf;
-    BlockedCones near;
+    VertexSight sight;
     float varies;  ///< Of lobes: lobe_varies or lobe_of_terms_varies.
     bool is_metallic;
     Vec3f to_eye;
@@ -75,29 +75,31 @@ struct PreparedVertex {
     /// changes less than a thousandth of what the highlights reflect of even light.
     std::array<float, 4> negligible{};
 
-    /// last: of the levels that are walked. lobes_vary: from this share of its peak on a lobe does.
-    PreparedVertex(const DirectionPyramid& pyramid, const VertexBrdf& what, const BlockedCones& cones,
-                   int last, float lobes_vary = lobe_varies)
-        : directions(pyramid),
-          brdf(what),
-          near(cones),
+    /// last_level  of the blocks that are walked.
+    /// lobes_vary  from this share of its peak on a lobe does.
+    PreparedVertex(const ShadedVertex& vertex, int last_level, float lobes_vary = lobe_varies)
+        : directions(vertex.directions),
+          brdf(vertex.brdf),
+          sight(vertex.sight),
           varies(lobes_vary),
-          is_metallic(what.metallic != Rgb(0.0f)),
-          to_eye(what.normal * (2 * what.normal.dot(what.mirror)) - what.mirror),
-          across(what.normal.cross(to_eye).normalized()) {
-        assert(last >= 0);
-        if (what.specular != Rgb(0.0f)) {
-            if (what.phong > 0)
-                highlights_[highlight_count_++] = {what.phong, what.shininess, false, pyramid, last, varies};
-            if (what.blinn > 0)
-                highlights_[highlight_count_++] = {what.blinn, what.blinn_exponent, true, pyramid, last,
-                                                   varies};
+          is_metallic(brdf.metallic != Rgb(0.0f)),
+          to_eye(brdf.normal * (2 * brdf.normal.dot(brdf.mirror)) - brdf.mirror),
+          across(brdf.normal.cross(to_eye).normalized()) {
+        assert(last_level >= 0);
+        if (brdf.specular != Rgb(0.0f)) {
+            if (brdf.phong > 0)
+                highlights_[highlight_count_++] = {.weight = brdf.phong, .exponent = brdf.shininess};
+            if (brdf.blinn > 0)
+                highlights_[highlight_count_++] = {
+                    .weight = brdf.blinn, .exponent = brdf.blinn_exponent, .about_half_vector = true};
         }
+        for (std::size_t i = 0; i < highlight_count_; ++i)
+            highlights_[i].look_for(directions, last_level, varies);
         float energy = 0;  // mean over the sphere; the half vector turns half as far
         for (const Highlight& highlight : highlights())
             energy += highlight.weight * (highlight.about_half_vector ? 4.0f : 1.0f) /
                       (2 * (highlight.exponent + 1));
-        for (int level = 0; level <= last; ++level) {
+        for (int level = 0; level <= last_level; ++level) {
             margin[std::size_t(level)] = directions.sine(level);
             const auto cells = static_cast<float>(cubemap_faces << (4 * (level + 1)));
             negligible[std::size_t(level)] = 1e-3f * energy * cells;

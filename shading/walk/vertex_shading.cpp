@@ -40,16 +40,15 @@ void prefetch_nodes(const VaryingFactors<std::uint8_t>& varying) {
 /// Walks the faces that are lit, into a sink. The factors of the next one are listed before, and their
 /// nodes prefetched.
 template <class Reflected, class Sink>
-void walk_faces(const Reflected& reflected, const PreparedVertex& terms,
-                std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
+void walk_faces(const Reflected& reflected, const PreparedVertex& vertex, const Depth& depth,
                 WalkMemory<std::uint8_t>& memory, Sink& sink) {
     std::size_t next = 0;
     FaceFactors of_next;
     const auto list_next = [&](std::size_t face) {
-        while (face < cubemap_faces && FaceShading<Reflected>::is_dark(terms.brdf.normal, face)) ++face;
+        while (face < cubemap_faces && FaceShading<Reflected>::is_dark(vertex.brdf.normal, face)) ++face;
         next = face;
         if (face == cubemap_faces) return;
-        of_next = list_factors(visibilities, face, memory.next);
+        of_next = list_factors(vertex.sight.trees, face, memory.next);
         prefetch_nodes(memory.next);
     };
     list_next(0);
@@ -59,17 +58,16 @@ void walk_faces(const Reflected& reflected, const PreparedVertex& terms,
         std::swap(memory.varying[0], memory.next);
         list_next(face + 1);
         if (constant == 0) continue;
-        const FaceShading shading(reflected, terms, face, memory.sides);
+        const FaceShading shading(reflected, vertex, face, memory.sides);
         Walk<std::uint8_t, FaceShading<Reflected>, Sink> walk(shading, sink, memory, depth);
         walk.visit(0, face, 0, constant * Sink::cell_share, shading.root());
     }
 }
 
-RadianceSum walked(const LightPyramid& light, const PreparedVertex& terms,
-                   std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
+RadianceSum walked(const LightPyramid& light, const PreparedVertex& vertex, const Depth& depth,
                    float negligible, WalkMemory<std::uint8_t>& memory) {
     RadianceSum sum(negligible);
-    walk_faces(LitColours{light}, terms, visibilities, depth, memory, sum);
+    walk_faces(LitColours{light}, vertex, depth, memory, sum);
     return sum;
 }
 
@@ -77,27 +75,26 @@ float size_of(const Rgb& radiance) {
     return std::abs(radiance.x) + std::abs(radiance.y) + std::abs(radiance.z);
 }
 
-Rgb radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-             const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
-             WalkMemory<std::uint8_t>& memory, float tolerance) {
+Rgb radiance(const LightPyramid& light, const ShadedVertex& vertex, float tolerance,
+             WalkMemory<std::uint8_t>& memory) {
     const int face_levels = light.numbers().levels();
-    const Depth levels(depth, face_levels);
-    prefetch_faces(visibilities);
-    const PreparedVertex terms(directions, brdf, near, levels.levels - 1);
+    const Depth levels(vertex.depth, face_levels);
+    prefetch_faces(vertex.sight.trees);
+    const PreparedVertex prepared(vertex, levels.levels - 1);
     if (tolerance > 0 && levels.levels > 1) {
         // Of a coarse guess at the radiance, each of some hundred cells may spoil its share; the sum of the
         // bounds is checked against what is found, and where it is too much the cells may spoil less.
-        const PreparedVertex coarse(directions, brdf, near, 0);
-        const Rgb guess = walked(light, coarse, visibilities, Depth(2, face_levels), 0, memory).total();
+        const PreparedVertex coarse(vertex, 0);
+        const Rgb guess = walked(light, coarse, Depth(2, face_levels), 0, memory).total();
         float negligible = tolerance * size_of(guess) / 128;
         for (int trial = 0; trial < 3 && negligible > 0; ++trial, negligible /= 8) {
-            const RadianceSum sum = walked(light, terms, visibilities, levels, negligible, memory);
+            const RadianceSum sum = walked(light, prepared, levels, negligible, memory);
             const Rgb total = sum.total();
             // The full walk's result is at least this less the error, so this is enough:
             if (sum.error <= tolerance * (size_of(total) - sum.error)) return total;
         }
     }
-    return walked(light, terms, visibilities, levels, 0, memory).total();
+    return walked(light, prepared, levels, 0, memory).total();
 }
 
 /// Writes the highlights, and adds up what is reflected diffusely.
@@ -134,62 +131,48 @@ private:
 
 /// Writes what is reflected, times what is seen.
 template <class Writer, class Reflected>
-void write_product(const Reflected& reflected, const PreparedVertex& terms,
-                   std::span<const WeightedTrees<std::uint8_t>> visibilities, const Depth& depth,
-                   WalkMemory<std::uint8_t>& memory, Writer& writer) {
+void write_product(const Reflected& reflected, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
+                   Writer& writer) {
+    const Depth levels(vertex.depth, writer.numbers.levels());
+    prefetch_faces(vertex.sight.trees);
+    const PreparedVertex prepared(vertex, levels.levels - 1, lobe_of_terms_varies);
     writer.blocks.clear();
-    walk_faces(reflected, terms, visibilities, depth, memory, writer);
+    walk_faces(reflected, prepared, levels, memory, writer);
 }
 
-double transfer(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                int depth, const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
-                std::vector<WaveletBlock<3>>& product) {
-    const Depth levels(depth, light.numbers().levels());
-    prefetch_faces(visibilities);
-    const PreparedVertex terms(directions, brdf, near, levels.levels - 1, lobe_of_terms_varies);
+double integrand(const LightPyramid& light, const ShadedVertex& vertex, const DetailWeights* detail,
+                 WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
     BlockWriter<3, true> writer{light.numbers(), product, detail};
-    write_product(LitColours{light}, terms, visibilities, levels, memory, writer);
+    write_product(LitColours{light}, vertex, memory, writer);
     return writer.blurred_energy;
 }
 
-double highlight_integrand(const LightPyramid& light, const DirectionPyramid& directions,
-                           const VertexBrdf& brdf, const BlockedCones& near,
-                           std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
-                           const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
-                           std::vector<WaveletBlock<3>>& product, Rgb& diffuse) {
-    const Depth levels(depth, light.numbers().levels());
-    VertexBrdf highlights = brdf;
-    highlights.diffuse = Rgb(0.0f);
-    prefetch_faces(visibilities);
-    const PreparedVertex terms(directions, highlights, near, levels.levels - 1, lobe_of_terms_varies);
+HighlightIntegrand highlights(const LightPyramid& light, const ShadedVertex& vertex,
+                              const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
+                              std::vector<WaveletBlock<3>>& product) {
+    VertexBrdf brdf = vertex.brdf;
+    brdf.diffuse = Rgb(0.0f);
     HighlightWriter writer(light.numbers(), product, detail);
-    write_product(LitHighlights{{light}, brdf.diffuse}, terms, visibilities, levels, memory, writer);
-    diffuse = writer.total();
-    return writer.blurred_energy;
+    write_product(LitHighlights{{light}, vertex.brdf.diffuse},
+                  {vertex.directions, brdf, vertex.sight, vertex.depth}, memory, writer);
+    return {writer.total(), writer.blurred_energy};
 }
 
 template <int count>
-void write_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                 const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                 int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<count>>& product) {
-    const Depth levels(depth, numbers.levels());
-    prefetch_faces(visibilities);
-    const PreparedVertex terms(directions, brdf, near, levels.levels - 1, lobe_of_terms_varies);
+void write_terms(const BlockNumbers& numbers, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
+                 std::vector<WaveletBlock<count>>& product) {
     BlockWriter<count> writer{numbers, product};
-    write_product(PlainTerms<count>(), terms, visibilities, levels, memory, writer);
+    write_product(PlainTerms<count>(), vertex, memory, writer);
 }
 
-void two_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
-               const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
-               WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<2>>& product) {
-    write_terms(numbers, directions, brdf, near, visibilities, depth, memory, product);
+void two_terms(const BlockNumbers& numbers, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
+               std::vector<WaveletBlock<2>>& product) {
+    write_terms(numbers, vertex, memory, product);
 }
 
-void three_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                 const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                 int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
-    write_terms(numbers, directions, brdf, near, visibilities, depth, memory, product);
+void three_terms(const BlockNumbers& numbers, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
+                 std::vector<WaveletBlock<3>>& product) {
+    write_terms(numbers, vertex, memory, product);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -200,51 +183,41 @@ HWY_AFTER_NAMESPACE();
 namespace haarfield {
 
 HWY_EXPORT(radiance);
-HWY_EXPORT(transfer);
-HWY_EXPORT(highlight_integrand);
+HWY_EXPORT(integrand);
+HWY_EXPORT(highlights);
 HWY_EXPORT(two_terms);
 HWY_EXPORT(three_terms);
 
-Rgb outgoing_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                      const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                      int depth, WalkMemory<std::uint8_t>& memory, float tolerance) {
-    memory.reserve(visibilities);
-    return HWY_DYNAMIC_DISPATCH(radiance)(light, directions, brdf, near, visibilities, depth, memory,
-                                          tolerance);
+Rgb outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
+                      float tolerance) {
+    memory.reserve(vertex.sight.trees);
+    return HWY_DYNAMIC_DISPATCH(radiance)(light, vertex, tolerance, memory);
 }
 
-double radiance_integrand(const LightPyramid& light, const DirectionPyramid& directions,
-                          const VertexBrdf& brdf, const BlockedCones& near,
-                          std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+double radiance_integrand(const LightPyramid& light, const ShadedVertex& vertex,
                           WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
                           const DetailWeights* detail) {
-    memory.reserve(visibilities);
-    return HWY_DYNAMIC_DISPATCH(transfer)(light, directions, brdf, near, visibilities, depth, detail, memory,
-                                          product);
+    memory.reserve(vertex.sight.trees);
+    return HWY_DYNAMIC_DISPATCH(integrand)(light, vertex, detail, memory, product);
 }
 
-double highlight_integrand(const LightPyramid& light, const DirectionPyramid& directions,
-                           const VertexBrdf& brdf, const BlockedCones& near,
-                           std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
-                           WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
-                           Rgb& diffuse, const DetailWeights* detail) {
-    memory.reserve(visibilities);
-    return HWY_DYNAMIC_DISPATCH(highlight_integrand)(light, directions, brdf, near, visibilities, depth,
-                                                     detail, memory, product, diffuse);
+HighlightIntegrand highlight_integrand(const LightPyramid& light, const ShadedVertex& vertex,
+                                       WalkMemory<std::uint8_t>& memory,
+                                       std::vector<WaveletBlock<3>>& product, const DetailWeights* detail) {
+    memory.reserve(vertex.sight.trees);
+    return HWY_DYNAMIC_DISPATCH(highlights)(light, vertex, detail, memory, product);
 }
 
-void transfer_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                    int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<2>>& product) {
-    memory.reserve(visibilities);
-    HWY_DYNAMIC_DISPATCH(two_terms)(numbers, directions, brdf, near, visibilities, depth, memory, product);
+void transfer_terms(const BlockNumbers& numbers, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
+                    std::vector<WaveletBlock<2>>& product) {
+    memory.reserve(vertex.sight.trees);
+    HWY_DYNAMIC_DISPATCH(two_terms)(numbers, vertex, memory, product);
 }
 
-void transfer_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                    int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
-    memory.reserve(visibilities);
-    HWY_DYNAMIC_DISPATCH(three_terms)(numbers, directions, brdf, near, visibilities, depth, memory, product);
+void transfer_terms(const BlockNumbers& numbers, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
+                    std::vector<WaveletBlock<3>>& product) {
+    memory.reserve(vertex.sight.trees);
+    HWY_DYNAMIC_DISPATCH(three_terms)(numbers, vertex, memory, product);
 }
 
 }  // namespace haarfield

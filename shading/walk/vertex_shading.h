@@ -25,12 +25,22 @@ struct VertexBrdf {
     bool cosine_weighted = false;
 };
 
+/// What a vertex sees past all objects: a product of visibilities.
+struct VertexSight {
+    std::span<const WeightedTrees<std::uint8_t>> trees;  ///< Of its own entity and of other instances.
+    BlockedCones cones;                                  ///< Occluders that are seen exactly.
+};
+
+/// A vertex to be shaded: all factors of its product integral but the light.
+struct ShadedVertex {
+    const DirectionPyramid& directions;  ///< Of faces of at least two texels (asserted).
+    const VertexBrdf& brdf;
+    VertexSight sight;
+    int depth;  ///< As in product_integral; of lighting and visibility trees. Cosine and lobe follow.
+};
+
 /// Outgoing radiance of a vertex.
 ///
-/// directions    of faces of at least two texels (asserted).
-/// near          occluders that are seen exactly.
-/// visibilities  of the vertex's own entity and of other instances.
-/// depth         as in product_integral; of lighting and visibility trees. Cosine and lobe follow.
 /// memory        of one thread, reused.
 /// tolerance     0: none. Else the walk ends early where that is harmless: the sum of the channels' errors is
 ///               at most this fraction of the sum of their magnitudes, against the walk that does not end
@@ -45,30 +55,32 @@ struct VertexBrdf {
 ///               same energy (variances of narrow functions add when they are convolved). The lobe about H is
 ///               taken so in H, where a cell spreads by s / 4 in the plane of incidence, and by
 ///               s / (2 V.H)^2 across it, V the view direction.
-Rgb outgoing_radiance(const LightPyramid& light, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                      const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                      int depth, WalkMemory<std::uint8_t>& memory, float tolerance = 0);
+Rgb outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
+                      float tolerance = 0);
 
-/// The function whose integral outgoing_radiance is: lighting times BRDF times visibilities, per channel, as a
-/// function product (wavelet_blocks.h). `product` is overwritten, its memory reused; faces that are dark have
+/// The function whose integral outgoing_radiance is: lighting times BRDF times visibilities, per channel, as
+/// a function product (wavelet_blocks.h). `product` is overwritten, its memory reused; faces that are dark have
 /// no block. Highlights below 3 % of their peak are held constant over cells where neither lighting nor
 /// visibility varies.
 ///
 /// detail   null: everything is there. Else what is negligible may be left out: blocks below cells whose mean
 ///          is kept.
 /// returns  a bound on the energy of what is left out, with the weights of `detail`.
-double radiance_integrand(const LightPyramid& light, const DirectionPyramid& directions,
-                          const VertexBrdf& brdf, const BlockedCones& near,
-                          std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
+double radiance_integrand(const LightPyramid& light, const ShadedVertex& vertex,
                           WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
                           const DetailWeights* detail = nullptr);
 
-/// radiance_integrand of the highlights alone; and in the same walk  `diffuse`, the outgoing_radiance of the rest.
-double highlight_integrand(const LightPyramid& light, const DirectionPyramid& directions,
-                           const VertexBrdf& brdf, const BlockedCones& near,
-                           std::span<const WeightedTrees<std::uint8_t>> visibilities, int depth,
-                           WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
-                           Rgb& diffuse, const DetailWeights* detail = nullptr);
+/// Of a vertex whose highlights are a function product by themselves.
+struct HighlightIntegrand {
+    Rgb diffuse;            ///< The outgoing_radiance of the rest.
+    double blurred_energy;  ///< A bound on the energy of what is left out of the product.
+};
+
+/// radiance_integrand of the highlights alone, and in the same walk the radiance of the rest.
+HighlightIntegrand highlight_integrand(const LightPyramid& light, const ShadedVertex& vertex,
+                                       WalkMemory<std::uint8_t>& memory,
+                                       std::vector<WaveletBlock<3>>& product,
+                                       const DetailWeights* detail = nullptr);
 
 /// The terms of what a vertex does with light, times visibilities, each as a channel of a function product:
 ///     t_0 = max(0,N.w),   t_1 = highlight c,   t_2 = highlight c F(N.w),
@@ -79,15 +91,13 @@ double highlight_integrand(const LightPyramid& light, const DirectionPyramid& di
 /// The cosine of t_0 is held constant over cells of 1/16 of a face's edge (concentrated_light.h), highlights
 /// below 3 % of their peak over cells where the visibility does not vary.
 ///
-/// numbers  of the blocks, for faces of the size of `directions`.
+/// numbers  of the blocks, for faces of the size of the vertex's directions.
 /// cost     as radiance_integrand; of diffuse and specular it matters only whether they are zero.
 /// @{
-void transfer_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                    int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<2>>& product);
-void transfer_terms(const BlockNumbers& numbers, const DirectionPyramid& directions, const VertexBrdf& brdf,
-                    const BlockedCones& near, std::span<const WeightedTrees<std::uint8_t>> visibilities,
-                    int depth, WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product);
+void transfer_terms(const BlockNumbers& numbers, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
+                    std::vector<WaveletBlock<2>>& product);
+void transfer_terms(const BlockNumbers& numbers, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
+                    std::vector<WaveletBlock<3>>& product);
 /// @}
 
 }  // namespace haarfield
