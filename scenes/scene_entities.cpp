@@ -133,7 +133,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
             // What is rasterized at the vertex itself needs no samples around it, beyond the fewest there can
             // be.
             const bool is_exact =
-                entity->occlusion->coarse().triangles.size() <= RenderSettings().exact_triangles;
+                entity->occlusion->coarse().triangles().size() <= RenderSettings().exact_triangles;
             settings.planar_samples = is_exact ? 0 : description.planar_samples;
             settings.spherical_samples = is_exact ? 0 : description.spherical_samples;
             const Result<Done> done = find_or_make_field(*entity, settings, options.unsealed, progress);

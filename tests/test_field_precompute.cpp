@@ -118,14 +118,14 @@ TEST(LocalSamples, ASimplifiedOpenSurfaceDoesNotDarkenItsVertices) {
         for (Vec3f& p : m->positions) p.y = 0.02f * (p.x * p.x + p.z * p.z);
     mesh.coarse = square_mesh(2, 0.04f);
     const EntityOcclusion occlusion(mesh);
-    EXPECT_EQ(occlusion.own().triangles.size(), mesh.original.triangles.size());
+    EXPECT_EQ(occlusion.own().triangles().size(), mesh.original.triangles.size());
     const VisibilityField field = *precompute_field("sheet", mesh, occlusion, {32, 0, 0, 6, 18});
     for (std::size_t v = 0; v < mesh.fine.positions.size(); ++v)
         EXPECT_GT(openness_above(field, v), 0.95f) << v;
     // A closed mesh is seen from outside only, so that the coarse one serves.
     PreparedMesh box = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
     box.coarse = box_mesh({0, 0, 0}, {1, 1, 1});
-    EXPECT_EQ(EntityOcclusion(box).own().triangles.size(), 12u);
+    EXPECT_EQ(EntityOcclusion(box).own().triangles().size(), 12u);
 }
 
 TEST(FieldKey, ChangesWithMeshAndSettings) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
@@ -9,17 +11,32 @@ namespace {
 
 TEST(Occluder, ClosedOutwardPiecesAreOneSidedAndAllOthersTwoSided) {
     const Mesh box = box_mesh({-1, 0, -1}, {1, 2, 1}), square = square_mesh(4, 0);
-    EXPECT_EQ(make_occluder(box).one_sided, 12u);
-    EXPECT_EQ(make_occluder(square).one_sided, 0u);
+    EXPECT_EQ(make_occluder(box).one_sided(), 12u);
+    EXPECT_EQ(make_occluder(square).one_sided(), 0u);
     const Occluder both = make_occluder(joined_meshes(square, box));
-    EXPECT_EQ(both.one_sided, 12u);
-    EXPECT_EQ(both.triangles.size(), 14u);
+    EXPECT_EQ(both.one_sided(), 12u);
+    EXPECT_EQ(both.triangles().size(), 14u);
     Mesh inside_out = box;
     for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
-    EXPECT_EQ(make_occluder(inside_out).one_sided, 0u);
+    EXPECT_EQ(make_occluder(inside_out).one_sided(), 0u);
     Mesh one_flipped = box;
     std::swap(one_flipped.triangles[5][0], one_flipped.triangles[5][1]);
-    EXPECT_EQ(make_occluder(one_flipped).one_sided, 0u);
+    EXPECT_EQ(make_occluder(one_flipped).one_sided(), 0u);
+}
+
+TEST(Occluder, WhatIsDerivedFollowsTheTriangles) {
+    Occluder occluder = make_occluder(box_mesh({-1, 0, -1}, {1, 2, 1}));
+    ASSERT_GT(occluder.edges().one_sided_clusters, 0u);
+    OccluderTriangles changed = occluder.source();
+    changed.positions[0] += Vec3f(0.5f, 0, 0);
+    changed.triangles.pop_back();
+    changed.one_sided = 0;
+    occluder = Occluder(changed);
+    EXPECT_EQ(occluder.edges().one_sided_clusters, 0u);
+    EXPECT_EQ(occluder.padded_positions()[0], changed.positions[0].x);
+    EXPECT_TRUE(std::isnan(occluder.planes().offset[changed.triangles.size()]));
+    for (const AxisGrid& grid : occluder.grids())
+        for (const std::uint32_t triangle : grid.triangle) EXPECT_LT(triangle, changed.triangles.size());
 }
 
 TEST(InsideTest, KnowsTheInsideOfPenetratingClosedPieces) {

@@ -62,6 +62,13 @@ Mesh turned_round(Mesh mesh) {
     return mesh;
 }
 
+/// The same triangles, of which none is one-sided.
+Occluder two_sided_of(const Occluder& occluder) {
+    OccluderTriangles triangles = occluder.source();
+    triangles.one_sided = 0;
+    return Occluder(std::move(triangles));
+}
+
 /// The same surface where cubemap edges and its own meet nowhere.
 Mesh turned(Mesh mesh) {
     const Vec3d axis = Vec3d(0.31, 0.87, -0.44).normalized();
@@ -101,17 +108,17 @@ std::vector<Example> examples() {
 
 /// Around the object, near it, close over its triangles, and between its parts.
 std::vector<Vec3f> view_points(const Occluder& occluder) {
-    const Vec3f centre = occluder.bounds.centre();
-    const float radius = occluder.bounds.radius();
+    const Vec3f centre = occluder.bounds().centre();
+    const float radius = occluder.bounds().radius();
     std::vector<Vec3f> points;
     for (const Vec3f& direction : {Vec3f(0.213f, 0.877f, 0.431f), Vec3f(-0.931f, 0.113f, -0.347f),
                                    Vec3f(0.377f, -0.815f, -0.441f), Vec3f(-0.137f, 0.059f, 0.989f)})
         for (const float distance : {1.1f, 2.3f, 5.7f})
             points.push_back(centre + direction.normalized() * radius * distance);
-    const std::size_t step = std::max<std::size_t>(1, occluder.triangles.size() / 8);
-    for (std::size_t t = 0; t < occluder.triangles.size(); t += step) {
-        const auto& [i, j, k] = occluder.triangles[t];
-        const Vec3f &a = occluder.positions[i], &b = occluder.positions[j], &c = occluder.positions[k];
+    const std::size_t step = std::max<std::size_t>(1, occluder.triangles().size() / 8);
+    for (std::size_t t = 0; t < occluder.triangles().size(); t += step) {
+        const auto& [i, j, k] = occluder.triangles()[t];
+        const Vec3f &a = occluder.positions()[i], &b = occluder.positions()[j], &c = occluder.positions()[k];
         points.push_back(a * 0.41f + b * 0.36f + c * 0.23f +
                          (b - a).cross(c - a).normalized() * (1e-4f * radius));
     }
@@ -125,7 +132,7 @@ TEST(VisibilityRasterizer, AgreesWithEmbree) {
     int all_points = 0, all_differing = 0;
     for (const Example& example : examples()) {
         const Occluder occluder = make_occluder(example.mesh);
-        ASSERT_EQ(occluder.one_sided, example.closed ? occluder.triangles.size() : 0u) << example.name;
+        ASSERT_EQ(occluder.one_sided(), example.closed ? occluder.triangles().size() : 0u) << example.name;
         const EmbreeOracle oracle(occluder);
         const InsideTest is_inside(occluder);
         int blocked = 0, points = 0;
@@ -193,7 +200,7 @@ public:
 
     std::span<const std::uint8_t> open_samples(const Occluder& occluder, const Vec3f& point,
                                                const Vec3f* horizon = nullptr) {
-        const std::vector<std::uint64_t> all(occluder.triangles.size() / 64 + 1, ~std::uint64_t(0));
+        const std::vector<std::uint64_t> all(occluder.triangles().size() / 64 + 1, ~std::uint64_t(0));
         block_spans(occluder, look_at(occluder, point, horizon), all.data(), scratch_, blocked_);
         count_open_samples(blocked_, open_.data());
         return {open_.data(), std::size_t(6 * size_ * size_)};
@@ -233,7 +240,7 @@ struct FieldPoint {
 };
 
 std::vector<FieldPoint> field_points(const Occluder& occluder, std::uint32_t count) {
-    const Bounds& bounds = occluder.bounds;
+    const Bounds& bounds = occluder.bounds();
     const Vec3f centre = bounds.centre();
     const float radius = bounds.radius();
     std::vector<FieldPoint> points;
@@ -243,10 +250,10 @@ std::vector<FieldPoint> field_points(const Occluder& occluder, std::uint32_t cou
     const SphericalSampler spherical = spherical_sampler(centre, radius, count);
     for (std::uint32_t i = 0; i < spherical.sample_count(); ++i)
         points.push_back({spherical.sample_position(i), Vec3f(0.0f)});
-    const std::size_t step = std::max<std::size_t>(1, occluder.triangles.size() / count);
-    for (std::size_t t = 0; t < occluder.triangles.size(); t += step) {
-        const auto& [i, j, k] = occluder.triangles[t];
-        const Vec3f &a = occluder.positions[i], &b = occluder.positions[j], &c = occluder.positions[k];
+    const std::size_t step = std::max<std::size_t>(1, occluder.triangles().size() / count);
+    for (std::size_t t = 0; t < occluder.triangles().size(); t += step) {
+        const auto& [i, j, k] = occluder.triangles()[t];
+        const Vec3f &a = occluder.positions()[i], &b = occluder.positions()[j], &c = occluder.positions()[k];
         const Vec3f normal = (b - a).cross(c - a).normalized();
         points.push_back({a * 0.41f + b * 0.36f + c * 0.23f + normal * (1e-4f * radius), normal});
         points.push_back({a + normal * (1e-4f * radius), normal});
@@ -290,9 +297,7 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereAxesMeetEdgesAndVertices
     // From lattice points of a box every axis runs along edges, through vertices and within faces.
     const Occluder box = make_occluder(box_mesh({-1, -1, -1}, {1, 1, 1}, 4)),
                    sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 24));
-    Occluder two_sided = box;
-    two_sided.one_sided = 0;
-    prepare_occluder(two_sided);
+    const Occluder two_sided = two_sided_of(box);
     const std::array<const Occluder*, 3> all{&box, &sphere, &two_sided};
     for (const int size : {8, 64, 256}) {
         VisibilityRasterizer rasterizer(size);
@@ -330,9 +335,7 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsInThePlaneOfASide) {
     Mesh sheared = box_mesh({-1, -1, -1}, {1, 0, 1}, 16);
     for (Vec3f& position : sheared.positions) position.y -= slope * position.z;
     const Occluder box = make_occluder(sheared);
-    Occluder two_sided = box;
-    two_sided.one_sided = 0;
-    prepare_occluder(two_sided);
+    const Occluder two_sided = two_sided_of(box);
     const std::array<const Occluder*, 2> both{&box, &two_sided};
     VisibilityRasterizer rasterizer(64);
     SpansAlone spans(64);
@@ -342,10 +345,10 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsInThePlaneOfASide) {
                 const float depth = static_cast<float>(z) / 8;
                 const Vec3f point(static_cast<float>(x) / 8 + 0.013f, -slope * depth, depth);
                 const ViewedOccluder viewed = look_at(*occluder, point, nullptr);
-                for (std::uint32_t t = 0; t < occluder->triangles.size(); ++t) {
-                    const auto& triangle = occluder->triangles[t];
+                for (std::uint32_t t = 0; t < occluder->triangles().size(); ++t) {
+                    const auto& triangle = occluder->triangles()[t];
                     const bool in_plane = std::all_of(triangle.begin(), triangle.end(), [&](auto v) {
-                        return occluder->positions[v].y == -slope * occluder->positions[v].z;
+                        return occluder->positions()[v].y == -slope * occluder->positions()[v].z;
                     });
                     if (in_plane) {
                         ASSERT_EQ(facing(*occluder, viewed, t), 0) << "triangle " << t << " from " << point;
@@ -395,8 +398,8 @@ TEST(VisibilityRasterizer, ANeedleThatClosesASurfaceLeavesNoLeak) {
     closed.positions = box.positions;
     closed.triangles = box.triangles;
     const Occluder whole = make_occluder(box);
-    closed.positions = whole.positions;
-    closed.triangles = whole.triangles;
+    closed.positions = whole.positions();
+    closed.triangles = whole.triangles();
     const auto [a, b, c] = closed.triangles[0];
     const auto middle = static_cast<std::uint32_t>(closed.positions.size());
     closed.positions.push_back((closed.positions[a] + closed.positions[b]) * 0.5f);
@@ -404,7 +407,7 @@ TEST(VisibilityRasterizer, ANeedleThatClosesASurfaceLeavesNoLeak) {
     closed.triangles.push_back({middle, b, c});
     closed.triangles.push_back({a, b, middle});
     const Occluder occluder = make_occluder(closed);
-    ASSERT_EQ(occluder.one_sided, 14u);
+    ASSERT_EQ(occluder.one_sided(), 14u);
     VisibilityRasterizer rasterizer(64), other(64);
     for (const Vec3f& point : view_points(whole))
         EXPECT_LE(difference(rasterizer.open_samples(occluder, point), other.open_samples(whole, point)), 1)
@@ -592,7 +595,7 @@ TEST(VisibilityRasterizer, AClosedSurfaceAroundTheViewPointHasNoCrack) {
         VisibilityRasterizer rasterizer(size);
         for (const Mesh& mesh : meshes) {
             const Occluder around = make_occluder(turned_round(mesh));
-            ASSERT_EQ(around.one_sided, 0u);
+            ASSERT_EQ(around.one_sided(), 0u);
             for (const Vec3f& point : points) {
                 const auto open = rasterizer.open_samples(around, point);
                 EXPECT_EQ(std::count(open.begin(), open.end(), 0), std::ptrdiff_t(open.size()))
@@ -665,24 +668,23 @@ TEST(VisibilityRasterizer, HorizonLeavesOutWhatLiesBelowItAndNothingElse) {
     const Occluder occluder = make_occluder(mesh);
     VisibilityRasterizer rasterizer(size), other(size);
     const Vec3f point(0.05f, 0.11f, -0.07f), normal = Vec3f(0.3f, 0.9f, -0.2f).normalized();
-    const double low = 1e-5 * occluder.bounds.radius();
-    Occluder above = occluder;
+    const double low = 1e-5 * occluder.bounds().radius();
+    OccluderTriangles above = occluder.source();
     above.triangles.clear();
     above.one_sided = 0;
-    for (std::size_t t = 0; t < occluder.triangles.size(); ++t) {
+    for (std::size_t t = 0; t < occluder.triangles().size(); ++t) {
         const auto is_above = [&](std::uint32_t v) {
-            return Vec3d(normal).dot(Vec3d(occluder.positions[v]) - Vec3d(point)) > low;
+            return Vec3d(normal).dot(Vec3d(occluder.positions()[v]) - Vec3d(point)) > low;
         };
-        const auto& triangle = occluder.triangles[t];
+        const auto& triangle = occluder.triangles()[t];
         if (!std::any_of(triangle.begin(), triangle.end(), is_above)) continue;
         above.triangles.push_back(triangle);
-        above.one_sided += t < occluder.one_sided;
+        above.one_sided += t < occluder.one_sided();
     }
-    prepare_occluder(above);
-    ASSERT_LT(above.triangles.size(), occluder.triangles.size());
+    ASSERT_LT(above.triangles.size(), occluder.triangles().size());
     ASSERT_GT(above.one_sided, 0u);
     const auto found = rasterizer.open_samples(occluder, point, &normal);
-    const auto wanted = other.open_samples(above, point);
+    const auto wanted = other.open_samples(Occluder(above), point);
     EXPECT_TRUE(std::equal(found.begin(), found.end(), wanted.begin(), wanted.end()));
     // Above the horizon that is the truth.
     const EmbreeOracle oracle(occluder);

@@ -17,7 +17,7 @@ using Weights = std::map<std::pair<std::uint32_t, std::uint32_t>, int>;
 /// From what every triangle counts.
 Weights wanted_weights(const Occluder& occluder, const ViewedOccluder& viewed) {
     Weights weights;
-    for (const EdgeUse& use : sorted_edge_uses(occluder.triangles)) {
+    for (const EdgeUse& use : sorted_edge_uses(occluder.triangles())) {
         const int counts = facing(occluder, viewed, use.triangle);
         weights[{use.low, use.high}] += use.forward ? counts : -counts;
     }
@@ -29,7 +29,8 @@ Weights found_weights(const Occluder& occluder, const VisibleContour& contour) {
     Weights weights;
     for (std::size_t i = 0; i < contour.count; ++i) {
         const std::uint32_t number = contour.numbers.data()[i], lane = number % OccluderEdges::cluster_size;
-        const OccluderEdges::Cluster& cluster = occluder.edges.clusters[number / OccluderEdges::cluster_size];
+        const OccluderEdges::Cluster& cluster =
+            occluder.edges().clusters[number / OccluderEdges::cluster_size];
         const std::uint32_t from = cluster.vertices[0][lane], to = cluster.vertices[1][lane];
         const int weight = static_cast<int>(contour.weights.data()[i]);
         weights[{std::min(from, to), std::max(from, to)}] += from < to ? weight : -weight;
@@ -66,11 +67,9 @@ TEST(VisibleContour, HasTheEdgesAtWhichTrianglesCountDifferently) {
     VisibleContour contour;
     for (const auto& [name, mesh] : meshes)
         for (const bool two_sided : {false, true}) {
-            Occluder occluder = make_occluder(mesh);
-            if (two_sided) {
-                occluder.one_sided /= 2;  // within a piece
-                prepare_occluder(occluder);
-            }
+            OccluderTriangles triangles = make_occluder(mesh).source();
+            if (two_sided) triangles.one_sided /= 2;  // within a piece
+            const Occluder occluder(triangles);
             for (const Vec3f& point : view_points())
                 for (const bool with_horizon : {false, true}) {
                     const Vec3f up = Vec3f(point.y + 0.1f, -point.z, point.x).normalized();
@@ -93,7 +92,7 @@ TEST(VisibleContour, LooksAtFewOfTheEdges) {
         const Vec3f up = point.normalized();
         find_contour(occluder, look_at(occluder, point, nullptr), contour);
         EXPECT_GT(contour.count, 90u);
-        EXPECT_LT(contour.open_count, occluder.edges.clusters.size() / 8) << point;
+        EXPECT_LT(contour.open_count, occluder.edges().clusters.size() / 8) << point;
         // All of it lies below.
         find_contour(occluder, look_at(occluder, point, &up), contour);
         EXPECT_EQ(contour.open_count + contour.cut_count, 0u) << point;

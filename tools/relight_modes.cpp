@@ -14,12 +14,14 @@ namespace {
 
 RelightMode spinning_light(RelightStage& stage) {
     const auto& axis = stage.options.axis;
-    return {"spin-light", [&](const Progress& progress) { return stage.session->vary_light(progress); },
-            [&stage, axis = Vec3d(double(axis[0]), double(axis[1]), double(axis[2]))](double share) {
-                stage.rotation = rotation_about(axis, 2 * pi * share);
-                stage.session->turn_environment(stage.rotation);
-            },
-            true};
+    return {.name = "spin-light",
+            .prepare = [&](const Progress& progress) { return stage.session->vary_light(progress); },
+            .change =
+                [&stage, axis = Vec3d(double(axis[0]), double(axis[1]), double(axis[2]))](double share) {
+                    stage.rotation = rotation_about(axis, 2 * pi * share);
+                    stage.session->turn_environment(stage.rotation);
+                },
+            .closed = true};
 }
 
 /// From one environment to the next.
@@ -36,8 +38,8 @@ RelightMode fading_lights(RelightStage& stage) {
             stage.weights[i] = static_cast<float>(std::max(0.0, 1 - std::abs(place - double(i))));
         show_mixed();
     };
-    return {"lights",
-            [&stage, encoded, show_mixed](const Progress& progress) -> Result<Done> {
+    return {.name = "lights",
+            .prepare = [&stage, encoded, show_mixed](const Progress& progress) -> Result<Done> {
                 for (const LatLongImage& environment : stage.environments) {
                     const RgbCubemapTree light =
                         lighting_tree(environment, stage.settings.face_size,
@@ -50,27 +52,31 @@ RelightMode fading_lights(RelightStage& stage) {
                 show_mixed();
                 return stage.session->vary_light(progress);
             },
-            show};
+            .change = show};
 }
 
 /// Round the target, seen from above counter-clockwise.
 RelightMode orbiting_eye(RelightStage& stage) {
-    return {"orbit", [&](const Progress& progress) { return stage.session->vary_eye(progress); },
-            [&stage, start = stage.scene.camera.position](double share) {
-                Camera& camera = stage.scene.camera;
-                camera.position =
-                    camera.target + rotation_about({0, 1, 0}, 2 * pi * share)(start - camera.target);
-                stage.session->set_eye(camera.position);
-            },
-            true, true};
+    return {.name = "orbit",
+            .prepare = [&](const Progress& progress) { return stage.session->vary_eye(progress); },
+            .change =
+                [&stage, start = stage.scene.camera.position](double share) {
+                    Camera& camera = stage.scene.camera;
+                    camera.position =
+                        camera.target + rotation_about({0, 1, 0}, 2 * pi * share)(start - camera.target);
+                    stage.session->set_eye(camera.position);
+                },
+            .closed = true,
+            .by_vertex = true};
 }
 
 /// Along a path of straight lines, at an even pace.
 RelightMode moving_instance(RelightStage& stage, std::size_t instance, std::vector<Vec3f> path) {
-    return {"move",
-            [&stage, instance](const Progress& progress) {
-                return stage.session->vary_instance(instance, progress);
-            },
+    return {
+        .name = "move",
+        .prepare = [&stage, instance](
+                       const Progress& progress) { return stage.session->vary_instance(instance, progress); },
+        .change =
             [&stage, instance, path = std::move(path)](double share) {
                 float length = 0;
                 for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).length();
@@ -84,9 +90,7 @@ RelightMode moving_instance(RelightStage& stage, std::size_t instance, std::vect
                 moving.translate = path[i - 1] + step * along;
                 stage.session->place(instance, moving);
             },
-            false,
-            false,
-            true};
+        .rests = true};
 }
 
 Result<RelightMode> moving_instance(RelightStage& stage) {

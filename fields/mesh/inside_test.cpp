@@ -5,7 +5,7 @@ namespace haarfield {
 InsideTest::InsideTest(const Occluder& occluder) : occluder_(occluder) {}
 
 bool InsideTest::operator()(const Vec3f& point) const {
-    const Bounds& bounds = occluder_.bounds;
+    const Bounds& bounds = occluder_.bounds();
     for (int k = 0; k < 3; ++k)
         if (!(point[k] >= bounds.lower[k] && point[k] <= bounds.upper[k])) return false;
     int votes = 0;
@@ -17,15 +17,15 @@ bool InsideTest::operator()(const Vec3f& point) const {
         const double px = double(point[across]) + 1.37 * shift, py = double(point[up]) + 0.81 * shift,
                      pz = point[axis];
         int winding = 0;
-        for (const std::uint32_t number : occluder_.grids[std::size_t(axis)].triangles_at(
+        for (const std::uint32_t number : occluder_.grids()[std::size_t(axis)].triangles_at(
                  static_cast<float>(px), static_cast<float>(py))) {
-            if (number >= occluder_.one_sided) continue;
-            const auto& t = occluder_.triangles[number];
+            if (number >= occluder_.one_sided()) continue;
+            const auto& t = occluder_.triangles()[number];
             double x[3], y[3], z[3];
             for (std::size_t k = 0; k < 3; ++k) {
-                x[k] = occluder_.positions[t[k]][across] - px;
-                y[k] = occluder_.positions[t[k]][up] - py;
-                z[k] = occluder_.positions[t[k]][axis] - pz;
+                x[k] = occluder_.positions()[t[k]][across] - px;
+                y[k] = occluder_.positions()[t[k]][up] - py;
+                z[k] = occluder_.positions()[t[k]][axis] - pz;
             }
             const double w0 = x[1] * y[2] - x[2] * y[1], w1 = x[2] * y[0] - x[0] * y[2],
                          w2 = x[0] * y[1] - x[1] * y[0];

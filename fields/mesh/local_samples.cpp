@@ -42,10 +42,10 @@ VisibleMiddles visible_middles(const Mesh& mesh, const LocalSampler& sampler, co
 }  // namespace
 
 LocalSampler::LocalSampler(const Occluder& original, const InsideTest& in_original, const Occluder& own)
-    : in_original_(in_original), radius_(own.bounds.radius()) {
+    : in_original_(in_original), radius_(own.bounds().radius()) {
     // One-sided pieces are open from below, so that only two-sided ones can hide a vertex under their bulges.
-    if (own.one_sided < own.triangles.size() && own.triangles.size() != original.triangles.size())
-        rays_ = std::make_unique<SurfaceRays>(own.positions, own.triangles);
+    if (own.one_sided() < own.triangles().size() && own.triangles().size() != original.triangles().size())
+        rays_ = std::make_unique<SurfaceRays>(own.positions(), own.triangles());
 }
 
 bool LocalSampler::is_buried(const Vec3f& a, const Vec3f& b, const Vec3f& c) const {

@@ -23,7 +23,7 @@ struct PositionHash {
 }  // namespace
 
 Occluder make_occluder(const Mesh& mesh) {
-    Occluder occluder;
+    OccluderTriangles occluder;
     std::unordered_map<Vec3f, std::uint32_t, PositionHash> index_of;
     std::vector<std::uint32_t> merged(mesh.positions.size());
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
@@ -73,8 +73,7 @@ Occluder make_occluder(const Mesh& mesh) {
             if (is_one_sided(t) == wanted) occluder.triangles.push_back(triangles[t]);
         if (wanted) occluder.one_sided = static_cast<std::uint32_t>(occluder.triangles.size());
     }
-    prepare_occluder(occluder);
-    return occluder;
+    return Occluder(std::move(occluder));
 }
 
 }  // namespace haarfield

@@ -15,6 +15,12 @@ namespace {
 
 constexpr float nan_offset = std::numeric_limits<float>::quiet_NaN();
 
+/// What edges are made from.
+struct PlanedTriangles {
+    const OccluderTriangles& source;
+    const OccluderPlanes& planes;
+};
+
 struct Edge {
     std::array<std::uint32_t, 2> ends;
     std::array<std::uint32_t, 2> triangles;  ///< Left and right, as OccluderEdges::Cluster has them.
@@ -42,7 +48,7 @@ std::vector<Edge> matched_edges(const std::vector<EdgeUse>& uses, std::uint32_t 
 /// A triangle's plane as a point of the dual space: unit normal, and offset. NaN without area.
 using DualPoint = std::array<double, 4>;
 
-DualPoint dual_point(const SoaPlanes& planes, std::size_t t) {
+DualPoint dual_point(const OccluderPlanes& planes, std::size_t t) {
     const Vec3d normal(planes.x[t], planes.y[t], planes.z[t]);
     const double length = normal.length();
     return {normal.x / length, normal.y / length, normal.z / length, double(planes.offset[t]) / length};
@@ -93,13 +99,13 @@ void sort_by_clusters(std::span<PlacedEdge> edges) {
 }
 
 /// Puts edges beside each other that turn into the contour together.
-void sort_by_facing(const Occluder& occluder, std::span<Edge> edges) {
-    const double radius = std::max(double(occluder.bounds.radius()), 1e-30);
+void sort_by_facing(const PlanedTriangles& from, std::span<Edge> edges) {
+    const auto& [source, planes] = from;
+    const double radius = std::max(double(source.bounds.radius()), 1e-30);
     std::vector<PlacedEdge> placed;
     placed.reserve(edges.size());
     for (Edge edge : edges) {
-        DualPoint a = dual_point(occluder.planes, edge.triangles[0]),
-                  b = dual_point(occluder.planes, edge.triangles[1]);
+        DualPoint a = dual_point(planes, edge.triangles[0]), b = dual_point(planes, edge.triangles[1]);
         // The same way round, if they are alike.
         constexpr DualPoint some_direction{0.62, 0.53, 0.57, 0};
         if (std::inner_product(a.begin(), a.end(), some_direction.begin(), 0.0) <
@@ -115,7 +121,7 @@ void sort_by_facing(const Occluder& occluder, std::span<Edge> edges) {
             place[4 + k] = static_cast<float>(b[k] * scale);
         }
         const Vec3d middle =
-            (Vec3d(occluder.positions[edge.ends[0]]) + Vec3d(occluder.positions[edge.ends[1]])) * 0.5;
+            (Vec3d(source.positions[edge.ends[0]]) + Vec3d(source.positions[edge.ends[1]])) * 0.5;
         for (std::size_t k = 0; k < 3; ++k) place[8 + k] = static_cast<float>(middle[int(k)] / radius);
         placed.emplace_back(place, edge);
     }
@@ -133,8 +139,9 @@ void set_interval(SoaBoxes<dimensions>& boxes, std::size_t k, std::size_t cluste
 }
 
 /// The boxes of a cluster's edges.
-void fill_boxes(const Occluder& occluder, std::span<const Edge> of, bool regular, std::size_t cluster,
+void fill_boxes(const PlanedTriangles& from, std::span<const Edge> of, bool regular, std::size_t cluster,
                 OccluderEdges& edges) {
+    const auto& [source, planes] = from;
     constexpr double huge = std::numeric_limits<double>::infinity();
     std::array<double, 11> low, high;
     low.fill(huge);
@@ -147,10 +154,9 @@ void fill_boxes(const Occluder& occluder, std::span<const Edge> of, bool regular
     for (const Edge& edge : of)
         for (std::size_t s = 0; s < 2; ++s) {
             const std::uint32_t t = edge.triangles[s];
-            if (t == occluder.triangles.size()) continue;
-            for (const std::uint32_t v : occluder.triangles[t])
-                for (int k = 0; k < 3; ++k) enclose(8 + std::size_t(k), double(occluder.positions[v][k]));
-            const SoaPlanes& planes = occluder.planes;
+            if (t == source.triangles.size()) continue;
+            for (const std::uint32_t v : source.triangles[t])
+                for (int k = 0; k < 3; ++k) enclose(8 + std::size_t(k), double(source.positions[v][k]));
             const DualPoint dual = dual_point(planes, t);
             for (std::size_t k = 0; k < 4; ++k) enclose(4 * s + k, dual[k]);
             per_altitude = std::max(per_altitude, 1 / Vec3d(planes.x[t], planes.y[t], planes.z[t]).length());
@@ -165,8 +171,9 @@ void fill_boxes(const Occluder& occluder, std::span<const Edge> of, bool regular
     for (std::size_t k = 0; k < 3; ++k) set_interval(edges.vertices, k, cluster, low[8 + k], high[8 + k]);
 }
 
-OccluderEdges::Cluster cluster_of(const Occluder& occluder, std::span<const Edge> of) {
-    const auto none = static_cast<std::uint32_t>(occluder.triangles.size());
+OccluderEdges::Cluster cluster_of(const PlanedTriangles& from, std::span<const Edge> of) {
+    const auto& [source, planes] = from;
+    const auto none = static_cast<std::uint32_t>(source.triangles.size());
     OccluderEdges::Cluster cluster{};
     for (std::size_t s = 0; s < 2; ++s) {
         std::fill(std::begin(cluster.planes[s][3]), std::end(cluster.planes[s][3]), nan_offset);
@@ -177,12 +184,11 @@ OccluderEdges::Cluster cluster_of(const Occluder& occluder, std::span<const Edge
             const Edge& edge = of[e];
             const std::uint32_t t = edge.triangles[s];
             cluster.vertices[s][e] = cluster.apices[s][e] = edge.ends[s];
-            for (int k = 0; k < 3; ++k) cluster.ends[e][s][k] = occluder.positions[edge.ends[s]][k];
+            for (int k = 0; k < 3; ++k) cluster.ends[e][s][k] = source.positions[edge.ends[s]][k];
             if (t == none) continue;
             cluster.triangles[s][e] = t;
-            for (const std::uint32_t v : occluder.triangles[t])
+            for (const std::uint32_t v : source.triangles[t])
                 if (v != edge.ends[0] && v != edge.ends[1]) cluster.apices[s][e] = v;
-            const SoaPlanes& planes = occluder.planes;
             const float plane[4] = {planes.x[t], planes.y[t], planes.z[t], planes.offset[t]};
             for (std::size_t k = 0; k < 4; ++k) cluster.planes[s][k][e] = plane[k];
         }
@@ -190,19 +196,20 @@ OccluderEdges::Cluster cluster_of(const Occluder& occluder, std::span<const Edge
 }
 
 /// Adds clusters. Of those that are not regular the planes' boxes tell nothing.
-void add_clusters(const Occluder& occluder, std::span<const Edge> of, bool regular, OccluderEdges& edges) {
+void add_clusters(const PlanedTriangles& from, std::span<const Edge> of, bool regular, OccluderEdges& edges) {
     for (std::size_t first = 0; first < of.size(); first += OccluderEdges::cluster_size) {
         const auto some = of.subspan(first, std::min(OccluderEdges::cluster_size, of.size() - first));
-        fill_boxes(occluder, some, regular, edges.clusters.size(), edges);
-        edges.clusters.push_back(cluster_of(occluder, some));
+        fill_boxes(from, some, regular, edges.clusters.size(), edges);
+        edges.clusters.push_back(cluster_of(from, some));
     }
 }
 
 }  // namespace
 
-OccluderEdges occluder_edges(const Occluder& occluder) {
-    const auto count = static_cast<std::uint32_t>(occluder.triangles.size());
-    const std::vector<EdgeUse> uses = sorted_edge_uses(occluder.triangles);
+OccluderEdges occluder_edges(const OccluderTriangles& source, const OccluderPlanes& planes) {
+    const PlanedTriangles from{source, planes};
+    const auto count = static_cast<std::uint32_t>(source.triangles.size());
+    const std::vector<EdgeUse> uses = sorted_edge_uses(source.triangles);
     Pieces pieces(count);
     for (std::size_t i = 1; i < uses.size(); ++i)
         if (same_edge(uses[i - 1], uses[i])) pieces.join(uses[i].triangle, uses[i - 1].triangle);
@@ -219,11 +226,10 @@ OccluderEdges occluder_edges(const Occluder& occluder) {
 
     const auto is_regular = [&](const Edge& e) {
         const auto [a, b] = e.triangles;
-        return a != count && b != count && std::isfinite(occluder.planes.offset[a]) &&
-               std::isfinite(occluder.planes.offset[b]) &&
-               (a < occluder.one_sided) == (b < occluder.one_sided);
+        return a != count && b != count && std::isfinite(planes.offset[a]) &&
+               std::isfinite(planes.offset[b]) && (a < source.one_sided) == (b < source.one_sided);
     };
-    const auto is_one_sided = [&](const Edge& e) { return e.triangles[0] < occluder.one_sided; };
+    const auto is_one_sided = [&](const Edge& e) { return e.triangles[0] < source.one_sided; };
     const auto regular_end = std::stable_partition(all.begin(), all.end(), is_regular),
                one_sided_end = std::stable_partition(all.begin(), regular_end, is_one_sided);
     const std::span one_sided(all.begin(), one_sided_end), two_sided(one_sided_end, regular_end),
@@ -237,12 +243,12 @@ OccluderEdges occluder_edges(const Occluder& occluder) {
     reserve(edges.planes[1]);
     reserve(edges.vertices);
     edges.per_altitude.assign(boxes, 0.0f);
-    sort_by_facing(occluder, one_sided);
-    add_clusters(occluder, one_sided, true, edges);
+    sort_by_facing(from, one_sided);
+    add_clusters(from, one_sided, true, edges);
     edges.one_sided_clusters = static_cast<std::uint32_t>(edges.clusters.size());
-    sort_by_facing(occluder, two_sided);
-    add_clusters(occluder, two_sided, true, edges);
-    add_clusters(occluder, others, false, edges);
+    sort_by_facing(from, two_sided);
+    add_clusters(from, two_sided, true, edges);
+    add_clusters(from, others, false, edges);
     return edges;
 }
 

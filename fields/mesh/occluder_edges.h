@@ -5,16 +5,19 @@
 #include <cstdint>
 #include <vector>
 
+#include "fields/base/vector.h"
+
 namespace haarfield {
 
-struct Occluder;
+struct OccluderTriangles;
 
-/// Planes of triangles by coordinate, padded to whole vectors. A point p is in front where
+/// Planes of an occluder's triangles by coordinate, padded to multiples of 64. A point p is in front where
 /// (x, y, z) . (p - centre) > offset;  (x, y, z) is the normal, as long as the triangle's least altitude:
 /// what is compared is a measure of how thick the triangle looks from p. A triangle without area, one that is
 /// not there and the padding have NaN as offset, so that nothing is in front of them or behind.
-struct SoaPlanes {
+struct OccluderPlanes {
     std::vector<float> x, y, z, offset;
+    Vec3d centre;  ///< [m]
 };
 
 /// Boxes by coordinate, padded to whole vectors.
@@ -37,8 +40,8 @@ struct OccluderEdges {
     /// one's. Where there is no triangle, NaN is its offset, the number of all triangles stands in its place,
     /// and any vertex for its apex. The last edges of some clusters have none at all.
     struct alignas(64) Cluster {
-        float planes[2][4][cluster_size];          ///< Of the left triangles and the right ones: SoaPlanes.
-        float ends[cluster_size][2][4];            ///< x, y, z, 0 of the first vertices and the second. [m]
+        float planes[2][4][cluster_size];  ///< Of the left triangles and the right ones: OccluderPlanes.
+        float ends[cluster_size][2][4];    ///< x, y, z, 0 of the first vertices and the second. [m]
         std::uint32_t vertices[2][cluster_size];   ///< Their numbers.
         std::uint32_t apices[2][cluster_size];     ///< The vertices of the triangles off the edges.
         std::uint32_t triangles[2][cluster_size];  ///< Left, right.
@@ -55,7 +58,7 @@ struct OccluderEdges {
     std::vector<std::uint64_t> loose;  ///< Bit per triangle: set if its piece is left to the span rasterizer.
 };
 
-/// From the positions, triangles, bounds and planes of an occluder.
-OccluderEdges occluder_edges(const Occluder& occluder);
+/// From an occluder's triangles and their planes.
+OccluderEdges occluder_edges(const OccluderTriangles& source, const OccluderPlanes& planes);
 
 }  // namespace haarfield

@@ -9,25 +9,25 @@
 namespace haarfield {
 namespace {
 
-void fill_positions(Occluder& occluder) {
-    occluder.padded_positions.assign(4 * (occluder.positions.size() + widest_vector<float>), 0.0f);
-    for (std::size_t v = 0; v < occluder.positions.size(); ++v)
-        for (int k = 0; k < 3; ++k)
-            occluder.padded_positions[4 * v + std::size_t(k)] = occluder.positions[v][k];
+std::vector<float> padded(const std::vector<Vec3f>& positions) {
+    std::vector<float> result(4 * (positions.size() + widest_vector<float>), 0.0f);
+    for (std::size_t v = 0; v < positions.size(); ++v)
+        for (int k = 0; k < 3; ++k) result[4 * v + std::size_t(k)] = positions[v][k];
+    return result;
 }
 
-void fill_planes(Occluder& occluder) {
+OccluderPlanes occluder_planes(const OccluderTriangles& source) {
+    OccluderPlanes planes;
     // Relative to the middle, so that offsets keep their digits in a mesh far from the origin.
-    occluder.planes_centre = occluder.positions.empty() ? Vec3d(0.0) : Vec3d(occluder.bounds.centre());
-    SoaPlanes& planes = occluder.planes;
-    const std::size_t padded = (occluder.triangles.size() + 63) / 64 * 64;
+    planes.centre = source.positions.empty() ? Vec3d(0.0) : Vec3d(source.bounds.centre());
+    const std::size_t padded = (source.triangles.size() + 63) / 64 * 64;
     for (std::vector<float>* coordinate : {&planes.x, &planes.y, &planes.z}) coordinate->assign(padded, 0.0f);
     planes.offset.assign(padded, std::numeric_limits<float>::quiet_NaN());
-    for (std::size_t t = 0; t < occluder.triangles.size(); ++t) {
-        const auto& [i, j, k] = occluder.triangles[t];
-        const Vec3d a = Vec3d(occluder.positions[i]) - occluder.planes_centre,
-                    b = Vec3d(occluder.positions[j]) - occluder.planes_centre,
-                    c = Vec3d(occluder.positions[k]) - occluder.planes_centre;
+    for (std::size_t t = 0; t < source.triangles.size(); ++t) {
+        const auto& [i, j, k] = source.triangles[t];
+        const Vec3d a = Vec3d(source.positions[i]) - planes.centre,
+                    b = Vec3d(source.positions[j]) - planes.centre,
+                    c = Vec3d(source.positions[k]) - planes.centre;
         const double longest = std::max({(b - a).length(), (c - b).length(), (a - c).length()});
         const Vec3d normal = (b - a).cross(c - a) / longest;
         // Of the rounded normal, through the middle.
@@ -38,14 +38,15 @@ void fill_planes(Occluder& occluder) {
         planes.z[t] = static_cast<float>(rounded.z);
         planes.offset[t] = static_cast<float>(rounded.dot((a + b + c) / 3.0));
     }
+    return planes;
 }
 
-AxisGrid axis_grid(const Occluder& occluder, const AxisFrame& frame) {
-    const Vec3f extent = occluder.bounds.upper - occluder.bounds.lower;
-    const int cells = std::clamp(static_cast<int>(std::sqrt(double(occluder.triangles.size()))), 1, 512);
+AxisGrid axis_grid(const OccluderTriangles& source, const AxisFrame& frame) {
+    const Vec3f extent = source.bounds.upper - source.bounds.lower;
+    const int cells = std::clamp(static_cast<int>(std::sqrt(double(source.triangles.size()))), 1, 512);
     AxisGrid grid;
     grid.cells = cells;
-    grid.lower = {occluder.bounds.lower[frame.across], occluder.bounds.lower[frame.up]};
+    grid.lower = {source.bounds.lower[frame.across], source.bounds.lower[frame.up]};
     for (std::size_t k = 0; k < 2; ++k) {
         const float size = extent[k == 0 ? frame.across : frame.up];
         grid.cells_per_metre[k] = size > 0 ? static_cast<float>(cells) / size : 0.0f;
@@ -53,16 +54,16 @@ AxisGrid axis_grid(const Occluder& occluder, const AxisFrame& frame) {
     // Counting sort of the triangles into all cells that their boxes touch.
     const auto touched = [&](std::uint32_t t, auto&& visit) {
         int low[2] = {cells, cells}, high[2] = {0, 0};
-        for (const std::uint32_t v : occluder.triangles[t])
+        for (const std::uint32_t v : source.triangles[t])
             for (std::size_t k = 0; k < 2; ++k) {
-                const int cell = grid.cell(occluder.positions[v][k == 0 ? frame.across : frame.up], k);
+                const int cell = grid.cell(source.positions[v][k == 0 ? frame.across : frame.up], k);
                 low[k] = std::min(low[k], cell);
                 high[k] = std::max(high[k], cell);
             }
         for (int y = low[1]; y <= high[1]; ++y)
             for (int x = low[0]; x <= high[0]; ++x) visit(static_cast<std::size_t>(y * cells + x));
     };
-    const auto count = static_cast<std::uint32_t>(occluder.triangles.size());
+    const auto count = static_cast<std::uint32_t>(source.triangles.size());
     grid.first.assign(std::size_t(cells) * std::size_t(cells) + 1, 0);
     for (std::uint32_t t = 0; t < count; ++t) touched(t, [&](std::size_t cell) { ++grid.first[cell + 1]; });
     std::partial_sum(grid.first.begin(), grid.first.end(), grid.first.begin());
@@ -85,12 +86,12 @@ std::span<const std::uint32_t> AxisGrid::triangles_at(float across, float up) co
     return {triangle.data() + first[at], first[at + 1] - first[at]};
 }
 
-void prepare_occluder(Occluder& occluder) {
-    fill_positions(occluder);
-    fill_planes(occluder);
-    occluder.edges = occluder_edges(occluder);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        occluder.grids[axis] = axis_grid(occluder, axis_frames[axis]);
+Occluder::Occluder(OccluderTriangles source)
+    : source_(std::move(source)),
+      padded_positions_(padded(source_.positions)),
+      planes_(occluder_planes(source_)),
+      edges_(occluder_edges(source_, planes_)) {
+    for (std::size_t axis = 0; axis < 3; ++axis) grids_[axis] = axis_grid(source_, axis_frames[axis]);
 }
 
 }  // namespace haarfield

@@ -37,14 +37,14 @@ inline int layers_along_axis(const Occluder& occluder, const ViewedOccluder& vie
                              bool to_larger) {
     const auto [across, up] = axis_frames[std::size_t(axis)];
     const Vec3f& from = viewed.view_point;
-    if (to_larger ? from[axis] > occluder.bounds.upper[axis] : from[axis] < occluder.bounds.lower[axis])
+    if (to_larger ? from[axis] > occluder.bounds().upper[axis] : from[axis] < occluder.bounds().lower[axis])
         return 0;
     int layers = 0;
-    for (const std::uint32_t t : occluder.grids[std::size_t(axis)].triangles_at(from[across], from[up])) {
+    for (const std::uint32_t t : occluder.grids()[std::size_t(axis)].triangles_at(from[across], from[up])) {
         int left = 0;
         for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3f &p = occluder.positions[occluder.triangles[t][k]],
-                        &q = occluder.positions[occluder.triangles[t][(k + 1) % 3]];
+            const Vec3f &p = occluder.positions()[occluder.triangles()[t][k]],
+                        &q = occluder.positions()[occluder.triangles()[t][(k + 1) % 3]];
             left += turns_left(from_view_point(p[across], from[across]), from_view_point(p[up], from[up]),
                                from_view_point(q[across], from[across]), from_view_point(q[up], from[up]));
         }

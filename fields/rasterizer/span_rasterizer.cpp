@@ -196,7 +196,7 @@ void view_vertices(const Occluder& occluder, const ViewedOccluder& viewed, std::
     const Floats d;
     const Codes di;
     const ViewedVertices v =
-        load_viewed_vertices(occluder.padded_positions.data() + 4 * first, viewed.view_point);
+        load_viewed_vertices(occluder.padded_positions().data() + 4 * first, viewed.view_point);
     VC code = common_outcodes(v, v);
     if (viewed.horizon) {
         const auto below = hn::Le(height_over_view_point(v, viewed.up), hn::Set(d, viewed.lowest));
@@ -208,8 +208,8 @@ void view_vertices(const Occluder& occluder, const ViewedOccluder& viewed, std::
 void block_spans(const Occluder& occluder, const ViewedOccluder& viewed, const std::uint64_t* chosen,
                  SpanScratch& scratch, BlockedSamples& blocked) {
     const Floats d;
-    const std::size_t lanes = hn::Lanes(d), vertex_count = occluder.positions.size();
-    const auto count = static_cast<std::uint32_t>(occluder.triangles.size());
+    const std::size_t lanes = hn::Lanes(d), vertex_count = occluder.positions().size();
+    const auto count = static_cast<std::uint32_t>(occluder.triangles().size());
     scratch.vertices.reserve(4 * (vertex_count + 16));
     scratch.viewed_vectors.reserve(vertex_count / lanes + 1);
     scratch.queue.reserve(cubemap_faces * 3 * queue_floats);
@@ -219,7 +219,7 @@ void block_spans(const Occluder& occluder, const ViewedOccluder& viewed, const s
     std::fill_n(viewed_vectors, vertex_count / lanes + 1, std::uint8_t(0));
     std::size_t queued[cubemap_faces] = {};
     const auto block = [&](std::uint32_t t, bool front) {
-        const auto& [i, j, k] = occluder.triangles[t];
+        const auto& [i, j, k] = occluder.triangles()[t];
         for (const std::uint32_t v : {i, j, k})
             if (std::uint8_t& is_viewed = viewed_vectors[v / lanes]; !is_viewed) {
                 view_vertices(occluder, viewed, v / lanes * lanes, vertices);
@@ -246,14 +246,14 @@ void block_spans(const Occluder& occluder, const ViewedOccluder& viewed, const s
         if (chosen[start / 64] == 0) continue;
         std::uint64_t front = 0, back = 0;
         for (std::size_t i = 0; i < 64; i += lanes) {
-            const SoaPlanes& of = occluder.planes;
+            const OccluderPlanes& of = occluder.planes();
             const std::size_t t = start + i;
             const VF heights = heights_over_planes(d, of.x.data() + t, of.y.data() + t, of.z.data() + t,
                                                    of.offset.data() + t, viewed.from_centre);
             front |= bits_of(d, hn::Gt(heights, hn::Zero(d))) << i;
             back |= bits_of(d, hn::Lt(heights, hn::Zero(d))) << i;
         }
-        const std::uint64_t two_sided = ~bits_below(occluder.one_sided, start);
+        const std::uint64_t two_sided = ~bits_below(occluder.one_sided(), start);
         for (std::uint64_t drawn = (front | (back & two_sided)) & chosen[start / 64]; drawn != 0;
              drawn &= drawn - 1) {
             const int i = std::countr_zero(drawn);

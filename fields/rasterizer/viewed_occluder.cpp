@@ -10,8 +10,8 @@ namespace haarfield {
 // product with it a comparison of a h with a multiple of r^2 is left.
 ViewedOccluder look_at(const Occluder& occluder, const Vec3f& view_point, const Vec3f* horizon) {
     constexpr double thinnest = 5e-7;  // [rad]
-    const Vec3d from_centre = Vec3d(view_point) - occluder.planes_centre;
-    const double farthest = from_centre.length() + occluder.bounds.radius();
+    const Vec3d from_centre = Vec3d(view_point) - occluder.planes().centre;
+    const double farthest = from_centre.length() + occluder.bounds().radius();
     ViewedOccluder viewed;
     viewed.view_point = view_point;
     viewed.from_centre = Vec3f(from_centre);
@@ -19,27 +19,27 @@ ViewedOccluder look_at(const Occluder& occluder, const Vec3f& view_point, const 
     if (horizon) {
         viewed.horizon = true;
         viewed.up = *horizon;
-        viewed.lowest = 1e-5f * occluder.bounds.radius();
+        viewed.lowest = 1e-5f * occluder.bounds().radius();
     }
     return viewed;
 }
 
 int facing(const Occluder& occluder, const ViewedOccluder& viewed, std::uint32_t triangle) {
-    const SoaPlanes& planes = occluder.planes;
+    const OccluderPlanes& planes = occluder.planes();
     const Vec3f& p = viewed.from_centre;
     const float height = planes.x[triangle] * p.x + planes.y[triangle] * p.y + planes.z[triangle] * p.z -
                          planes.offset[triangle];
-    const bool front = height > viewed.thin, back = height < -viewed.thin && triangle >= occluder.one_sided;
+    const bool front = height > viewed.thin, back = height < -viewed.thin && triangle >= occluder.one_sided();
     if (!front && !back) return 0;
-    if (occluder.edges.loose[triangle / 64] >> (triangle % 64) & 1) return 0;
+    if (occluder.edges().loose[triangle / 64] >> (triangle % 64) & 1) return 0;
     const auto is_below = [&](std::uint32_t v) {
-        const Vec3f& at = occluder.positions[v];
+        const Vec3f& at = occluder.positions()[v];
         const float x = from_view_point(at.x, viewed.view_point.x),
                     y = from_view_point(at.y, viewed.view_point.y),
                     z = from_view_point(at.z, viewed.view_point.z);
         return viewed.up.x * x + viewed.up.y * y + viewed.up.z * z <= viewed.lowest;
     };
-    const auto& vertices = occluder.triangles[triangle];
+    const auto& vertices = occluder.triangles()[triangle];
     if (viewed.horizon && std::all_of(vertices.begin(), vertices.end(), is_below)) return 0;
     return front ? 1 : -1;
 }

@@ -10,8 +10,8 @@ namespace haarfield {
 /// An occluder as it is seen from one place.
 struct ViewedOccluder {
     Vec3f view_point;
-    Vec3f from_centre;     ///< The view point from Occluder::planes_centre. [m]
-    float thin = 0;        ///< A triangle looks thin whose SoaPlanes measure is at most that. [m^2]
+    Vec3f from_centre;     ///< The view point from OccluderPlanes::centre. [m]
+    float thin = 0;        ///< A triangle looks thin whose OccluderPlanes measure is at most that. [m^2]
     bool horizon = false;  ///< Whether there is one. If so,
     Vec3f up{0.0f};        ///< its unit normal;
     float lowest = -1;     ///< and a vertex is below if it lies no higher than that over the view point. [m]

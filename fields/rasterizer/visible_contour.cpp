@@ -34,9 +34,9 @@ void tell_below(const Occluder& occluder, const ViewedOccluder& viewed, std::uin
     const Floats d;
     const Codes di;
     const hn::Rebind<std::uint8_t, Floats> bytes;
-    for (std::size_t v = 0; v < occluder.positions.size(); v += hn::Lanes(d)) {
+    for (std::size_t v = 0; v < occluder.positions().size(); v += hn::Lanes(d)) {
         const ViewedVertices at =
-            load_viewed_vertices(occluder.padded_positions.data() + 4 * v, viewed.view_point);
+            load_viewed_vertices(occluder.padded_positions().data() + 4 * v, viewed.view_point);
         const auto is_below = hn::Le(height_over_view_point(at, viewed.up), hn::Set(d, viewed.lowest));
         hn::StoreU(hn::DemoteTo(bytes, hn::IfThenElseZero(hn::RebindMask(di, is_below), hn::Set(di, 1))),
                    bytes, below + v);
@@ -165,7 +165,7 @@ void list_edges(const Occluder& occluder, const ViewedOccluder& viewed, const st
     std::size_t count = contour.count;
     const auto lanes = hn::Iota(du, 0u);
     for (std::size_t i = 0; i < cluster_count; ++i) {
-        const OccluderEdges::Cluster& cluster = occluder.edges.clusters[clusters[i]];
+        const OccluderEdges::Cluster& cluster = occluder.edges().clusters[clusters[i]];
         for (std::size_t e = 0; e < OccluderEdges::cluster_size; e += hn::Lanes(d)) {
             const auto heights = [&](std::size_t s) {
                 const auto& planes = cluster.planes[s];
@@ -176,11 +176,11 @@ void list_edges(const Occluder& occluder, const ViewedOccluder& viewed, const st
             auto facing_left = hn::IfThenElseZero(hn::Gt(left, zero), one),
                  facing_right = hn::IfThenElseZero(hn::Gt(right, zero), one);
             const auto any_thin = hn::Or(hn::Le(hn::Abs(left), thin), hn::Le(hn::Abs(right), thin));
-            if (clusters[i] >= occluder.edges.one_sided_clusters || !hn::AllFalse(d, any_thin)) {
+            if (clusters[i] >= occluder.edges().one_sided_clusters || !hn::AllFalse(d, any_thin)) {
                 facing_left =
-                    facings(left, cluster.triangles[0] + e, occluder.one_sided, viewed.thin, contour);
+                    facings(left, cluster.triangles[0] + e, occluder.one_sided(), viewed.thin, contour);
                 facing_right =
-                    facings(right, cluster.triangles[1] + e, occluder.one_sided, viewed.thin, contour);
+                    facings(right, cluster.triangles[1] + e, occluder.one_sided(), viewed.thin, contour);
             }
             if (horizon) {
                 const auto [left_below, right_below] = triangles_below(cluster, e, contour.below.data());
@@ -221,7 +221,7 @@ void sort_by_face(const Occluder& occluder, const ViewedOccluder& viewed, Visibl
         const std::uint32_t* numbers = contour.numbers.data() + i;
         const auto end = [&](std::size_t s) {
             return gather_viewed_vertices(
-                [&](std::size_t k) { return edge_ends(occluder.edges, numbers[k])[s]; }, viewed.view_point);
+                [&](std::size_t k) { return edge_ends(occluder.edges(), numbers[k])[s]; }, viewed.view_point);
         };
         const ViewedVertices p = end(0), q = end(1);
         const VF values[7] = {p.x, p.y, p.z, q.x, q.y, q.z, hn::Load(d, contour.weights.data() + i)};
@@ -240,11 +240,11 @@ void sort_by_face(const Occluder& occluder, const ViewedOccluder& viewed, Visibl
 }
 
 void find_contour(const Occluder& occluder, const ViewedOccluder& viewed, VisibleContour& contour) {
-    const OccluderEdges& edges = occluder.edges;
+    const OccluderEdges& edges = occluder.edges();
     contour.left = edges.loose;
     contour.count = 0;
     if (viewed.horizon) tell_below(occluder, viewed, contour.below.data());
-    list_clusters(edges, occluder.bounds.radius(), viewed, contour);
+    list_clusters(edges, occluder.bounds().radius(), viewed, contour);
     list_edges(occluder, viewed, contour.open.data(), contour.open_count, false, contour);
     list_edges(occluder, viewed, contour.cut.data(), contour.cut_count, true, contour);
     // Valid numbers for a whole vector.
@@ -263,12 +263,12 @@ HWY_EXPORT(find_contour);
 
 void find_contour(const Occluder& occluder, const ViewedOccluder& viewed, VisibleContour& contour) {
     constexpr std::size_t lanes = widest_vector<std::uint32_t>;
-    const std::size_t edges = OccluderEdges::cluster_size * occluder.edges.clusters.size() + lanes;
+    const std::size_t edges = OccluderEdges::cluster_size * occluder.edges().clusters.size() + lanes;
     contour.numbers.reserve(edges);
     contour.weights.reserve(edges);
-    contour.open.reserve(occluder.edges.clusters.size() + lanes);
-    contour.cut.reserve(occluder.edges.clusters.size() + lanes);
-    contour.below.reserve(occluder.positions.size() + lanes);
+    contour.open.reserve(occluder.edges().clusters.size() + lanes);
+    contour.cut.reserve(occluder.edges().clusters.size() + lanes);
+    contour.below.reserve(occluder.positions().size() + lanes);
     HWY_DYNAMIC_DISPATCH(find_contour)(occluder, viewed, contour);
 }
 

@@ -96,7 +96,7 @@ private:
         double sum = 0;
         for (std::size_t i = 0; i < start.size(); ++i) {
             const ShadedInstance& instance = shading_.scene.instances[i];
-            const float radius = shading_.scene.entities[instance.entity].occlusion->own().bounds.radius();
+            const float radius = shading_.scene.entities[instance.entity].occlusion->own().bounds().radius();
             for (const Rgb& value : start[i].radiance) sum += channel_sum(value);
             vertices_ += start[i].radiance.size();
             instances_.push_back({EdgeBisection(std::move(start[i].mesh)),

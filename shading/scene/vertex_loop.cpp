@@ -24,9 +24,9 @@ VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance,
     view.normal = point.normal;
     view.position = instance.placement.point_to_world(point.position);
     view.mirror = mirrored_view(scene.eye, view.position, view.normal);
-    const Vec3f towards = entity.occlusion->coarse().bounds.centre() - point.sample;
+    const Vec3f towards = entity.occlusion->coarse().bounds().centre() - point.sample;
     const float distance = towards.length(),
-                step = std::min(distance, 1e-3f * entity.occlusion->coarse().bounds.radius());
+                step = std::min(distance, 1e-3f * entity.occlusion->coarse().bounds().radius());
     const Vec3f drawn = distance > 0 ? point.sample + towards * (step / distance) : point.sample;
     view.point = instance.placement.point_to_world(drawn);
     return view;

@@ -158,7 +158,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
         return Error{
             "", fmt::format("instance {} has only {} triangles: it is seen exactly from every vertex, and "
                             "has no field to move; wanted more than {}",
-                            instance, scene.entities[entity].occlusion->coarse().triangles.size(),
+                            instance, scene.entities[entity].occlusion->coarse().triangles().size(),
                             settings.exact_triangles)};
     Result<SparseVectorBlocks> occlusions =
         occlusion_vectors(*scene.entities[entity].field, geometry.entities[entity].visibility,

@@ -59,7 +59,7 @@ Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, cons
     Result<WideVisibility> visibility = WideVisibility::make(*entity.field, order, progress.stop);
     if (!visibility) return visibility.error();
     std::vector<ConvexPolygon> polygons;
-    if (entity.occlusion->coarse().triangles.size() <= settings.exact_triangles)
+    if (entity.occlusion->coarse().triangles().size() <= settings.exact_triangles)
         polygons = convex_polygons(entity.occlusion->coarse());
     const Occlusion occlusion = polygons.empty() ? settings.occlusion : Occlusion::exact;
     const VisibilityField& field = *entity.field;
@@ -103,7 +103,7 @@ FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& ins
 }
 
 bool is_below_horizon(const ShadedEntity& entity, const ShadedInstance& instance, const VertexView& view) {
-    return lies_below(entity.occlusion->coarse().bounds, instance.placement.point_to_object(view.point),
+    return lies_below(entity.occlusion->coarse().bounds(), instance.placement.point_to_object(view.point),
                       view.normal);
 }
 

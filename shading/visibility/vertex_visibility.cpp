@@ -41,7 +41,7 @@ bool VertexVisibility::look_past(std::uint32_t instance, const VertexView& view)
         return true;
     }
     const Vec3f point = other.placement.point_to_object(view.point);
-    if (entity.occlusion->coarse().one_sided > 0 && entity.occlusion->in_coarse()(point)) return false;
+    if (entity.occlusion->coarse().one_sided() > 0 && entity.occlusion->in_coarse()(point)) return false;
     if (prepared.polygons.empty())
         candidates_.push_back({distance, instance});
     else
@@ -78,7 +78,7 @@ void VertexVisibility::rasterize(const VertexView& view) {
         const Occluder& occluder = scene_.entities[other.entity].occlusion->coarse();
         const Vec3f point = other.placement.point_to_object(view.point);
         // Finding what lies below the horizon has a cost, too.
-        const bool mostly_below = (occluder.bounds.centre() - point).dot(view.normal) < 0;
+        const bool mostly_below = (occluder.bounds().centre() - point).dot(view.normal) < 0;
         rasterized_.push_back({&occluder, point, mostly_below ? &view.normal : nullptr});
     }
     trees_.emplace_back();

@@ -55,15 +55,15 @@ bool merge_a_pair(std::vector<ConvexPolygon>& polygons) {
 
 std::vector<ConvexPolygon> convex_polygons(const Occluder& occluder) {
     std::vector<ConvexPolygon> polygons;
-    for (std::size_t t = 0; t < occluder.triangles.size(); ++t) {
+    for (std::size_t t = 0; t < occluder.triangles().size(); ++t) {
         ConvexPolygon polygon;
-        for (const std::uint32_t vertex : occluder.triangles[t])
-            polygon.corners.push_back(occluder.positions[vertex]);
+        for (const std::uint32_t vertex : occluder.triangles()[t])
+            polygon.corners.push_back(occluder.positions()[vertex]);
         const Vec3f across =
             (polygon.corners[1] - polygon.corners[0]).cross(polygon.corners[2] - polygon.corners[0]);
         if (!(across.length() > 0)) continue;  // no area
         polygon.normal = across.normalized();
-        polygon.two_sided = t >= occluder.one_sided;
+        polygon.two_sided = t >= occluder.one_sided();
         polygons.push_back(std::move(polygon));
     }
     while (merge_a_pair(polygons)) {

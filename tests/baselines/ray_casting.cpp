@@ -26,13 +26,13 @@ void attach_triangles(RTCDevice device, RTCScene scene, const Occluder& occluder
     if (first == last) return;
     const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), occluder.positions.size()));
-    for (std::size_t i = 0; i < occluder.positions.size(); ++i)
-        vertices[i] = instance.placement.point_to_world(occluder.positions[i]);
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), occluder.positions().size()));
+    for (std::size_t i = 0; i < occluder.positions().size(); ++i)
+        vertices[i] = instance.placement.point_to_world(occluder.positions()[i]);
     auto* triangles = static_cast<std::array<std::uint32_t, 3>*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), last - first));
-    std::copy(occluder.triangles.begin() + std::ptrdiff_t(first),
-              occluder.triangles.begin() + std::ptrdiff_t(last), triangles);
+    std::copy(occluder.triangles().begin() + std::ptrdiff_t(first),
+              occluder.triangles().begin() + std::ptrdiff_t(last), triangles);
     if (one_sided) rtcSetGeometryOccludedFilterFunction(geometry, pass_back_faces);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
@@ -44,8 +44,8 @@ std::shared_ptr<void> embree_scene(const ShadedScene& shaded) {
     const RTCScene scene = rtcNewScene(device);
     for (const ShadedInstance& instance : shaded.instances) {
         const Occluder& occluder = shaded.entities[instance.entity].occlusion->coarse();
-        attach_triangles(device, scene, occluder, instance, 0, occluder.one_sided, true);
-        attach_triangles(device, scene, occluder, instance, occluder.one_sided, occluder.triangles.size(),
+        attach_triangles(device, scene, occluder, instance, 0, occluder.one_sided(), true);
+        attach_triangles(device, scene, occluder, instance, occluder.one_sided(), occluder.triangles().size(),
                          false);
     }
     rtcCommitScene(scene);

@@ -95,9 +95,9 @@ const Subject& subject(const std::string& name) {
     found.mesh = *prepare_mesh({is_table ? table_mesh() : chair_mesh(), {}},
                                {is_table ? 25000u : 30000u, is_table ? 4500u : 5000u});
     found.closed = make_occluder(found.mesh.coarse);
-    found.soup = found.closed;
-    found.soup.one_sided = 0;
-    prepare_occluder(found.soup);
+    OccluderTriangles soup = found.closed.source();
+    soup.one_sided = 0;
+    found.soup = Occluder(std::move(soup));
 
     constexpr std::uint32_t wanted = 60;
     const Bounds bounds = mesh_bounds(found.mesh.fine);

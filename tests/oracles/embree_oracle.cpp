@@ -28,11 +28,12 @@ EmbreeOracle::EmbreeOracle(const Occluder& occluder, const char* device_settings
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                             sizeof(Vec3f), occluder.positions.size());
+                                             sizeof(Vec3f), occluder.positions().size());
     void* triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                              3 * sizeof(std::uint32_t), occluder.triangles.size());
-    std::memcpy(vertices, occluder.positions.data(), occluder.positions.size() * sizeof(Vec3f));
-    std::memcpy(triangles, occluder.triangles.data(), occluder.triangles.size() * 3 * sizeof(std::uint32_t));
+                                              3 * sizeof(std::uint32_t), occluder.triangles().size());
+    std::memcpy(vertices, occluder.positions().data(), occluder.positions().size() * sizeof(Vec3f));
+    std::memcpy(triangles, occluder.triangles().data(),
+                occluder.triangles().size() * 3 * sizeof(std::uint32_t));
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);

@@ -138,17 +138,17 @@ void PlainRasterizer::block_triangle(const Vec3d& a, const Vec3d& b, const Vec3d
 std::span<const std::uint8_t> PlainRasterizer::open_samples(const Occluder& occluder, const Vec3f& view_point,
                                                             const Vec3f* horizon) {
     std::fill(blocked_.begin(), blocked_.end(), 0);
-    relative_.resize(occluder.positions.size());
+    relative_.resize(occluder.positions().size());
     const Vec3d origin(view_point);
-    for (std::size_t v = 0; v < relative_.size(); ++v) relative_[v] = Vec3d(occluder.positions[v]) - origin;
+    for (std::size_t v = 0; v < relative_.size(); ++v) relative_[v] = Vec3d(occluder.positions()[v]) - origin;
 
     const Vec3d normal = horizon ? Vec3d(*horizon) : Vec3d(0.0);
-    const double low = 1e-5 * occluder.bounds.radius();
-    for (std::size_t t = 0; t < occluder.triangles.size(); ++t) {
-        const Vec3d &a = relative_[occluder.triangles[t][0]], &b = relative_[occluder.triangles[t][1]],
-                    &c = relative_[occluder.triangles[t][2]];
+    const double low = 1e-5 * occluder.bounds().radius();
+    for (std::size_t t = 0; t < occluder.triangles().size(); ++t) {
+        const Vec3d &a = relative_[occluder.triangles()[t][0]], &b = relative_[occluder.triangles()[t][1]],
+                    &c = relative_[occluder.triangles()[t][2]];
         if (horizon && normal.dot(a) <= low && normal.dot(b) <= low && normal.dot(c) <= low) continue;
-        block_triangle(a, b, c, t >= occluder.one_sided);
+        block_triangle(a, b, c, t >= occluder.one_sided());
     }
 
     // Eight sub-rows make a texel row; bytes are added eight columns at a time.
