@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cassert>
 #include <memory>
-#include <random>
 
 #include "bridge/preview.h"
 #include "fields/base/parallel_loop.h"
+#include "fields/base/random_choice.h"
 
 namespace haarfield {
 namespace {

@@ -324,10 +324,10 @@ TEST_P(RelightSessionBy, ThirtyRandomEditsEqualAFreshBake) {
             case 1: session.remove(instance); break;
             case 2:
                 session.place(instance,
-                              {before.translate + Vec3f(uniform(-1, 1), uniform(0, 0.3f), uniform(-1, 1)),
+                              {before.translate + Vec3f{between(-1, 1), between(0, 0.3f), between(-1, 1)},
                                before.scale});
                 break;
-            case 3: session.place(instance, {before.translate, before.scale * uniform(0.8f, 1.25f)}); break;
+            case 3: session.place(instance, {before.translate, before.scale * between(0.8f, 1.25f)}); break;
             default:
                 ASSERT_TRUE(session.rotate(instance, Vec3d{between(-1, 1), between(-1, 1), between(-1, 1)},
                                            between(0.1f, 3)));

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <random>
 
 #include "fields/base/parallel_loop.h"
+#include "fields/base/random_choice.h"
 #include "shading/bake/vertex_oracles.h"
 
 namespace haarfield {
