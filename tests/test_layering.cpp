@@ -18,7 +18,8 @@ namespace {
 // A folder may include itself and what stands before it. Tests may include everything.
 constexpr std::array folders{"fields", "shading", "scenes", "bridge", "tools"};
 
-// And so may the rooms of a folder among themselves; its sources stand in rooms only.
+// And so may the rooms of a folder among themselves; its sources stand in rooms only, all but its
+// front door.
 const std::map<std::string, std::vector<std::string>> rooms_of{
     {"fields", {"base", "file", "mesh", "wavelets", "rasterizer", "field"}},
     {"shading", {"walk", "scene", "visibility", "bake", "transfer"}},
@@ -64,6 +65,12 @@ std::vector<Include> project_includes() {
     return includes;
 }
 
+// Whether a path is the front door of a library: the header with its folder's name.
+bool is_door(const std::string& path) {
+    const std::filesystem::path parts(path);
+    return parts.extension() == ".h" && parts.parent_path() == parts.stem();
+}
+
 // Position in `folders`; past them if the path is in none.
 std::size_t layer(const std::string& path) {
     const std::string folder = path.substr(0, path.find('/'));
@@ -89,7 +96,9 @@ std::string objection(const Include& include) {
                            include.included);
     if (include.quoted && to > from)
         return fmt::format("{} includes \"{}\", which is above it", include.file, include.included);
-    if (include.quoted && from == to && rooms_of.contains(folders[from])) {
+    if (include.quoted && is_door(include.included) && !is_door(include.file))
+        return fmt::format("{} includes \"{}\", which is for users", include.file, include.included);
+    if (include.quoted && from == to && rooms_of.contains(folders[from]) && !is_door(include.file)) {
         const auto from_room = room(include.file), to_room = room(include.included);
         if (!from_room || !to_room)
             return fmt::format("{} includes \"{}\"; wanted both in rooms of {}", include.file,
@@ -128,6 +137,11 @@ TEST(Layering, ObjectsToIncludesThatPointUpwardsOrAcross) {
     EXPECT_NE(objection({"bridge/image.h", "tools/command.h", true}), "");
     EXPECT_NE(objection({"bridge/image.h", "light_dome.h", true}), "");
     EXPECT_NE(objection({"bridge/image.h", "fields/mesh/mesh.h", false}), "");
+    EXPECT_EQ(objection({"shading/shading.h", "shading/scene/sky.h", true}), "");
+    EXPECT_EQ(objection({"shading/shading.h", "fields/fields.h", true}), "");
+    EXPECT_NE(objection({"fields/fields.h", "shading/shading.h", true}), "");
+    EXPECT_NE(objection({"shading/scene/sky.h", "fields/fields.h", true}), "");
+    EXPECT_NE(objection({"tools/bake.cpp", "bridge/bridge.h", true}), "");
     EXPECT_NE(objection({"fields/mesh/mesh.cpp", "openvdb/openvdb.h", false}), "");
     EXPECT_EQ(objection({"bridge/preview.cpp", "embree3/rtcore.h", false}), "");
     EXPECT_NE(objection({"bridge/image.cpp", "embree3/rtcore.h", false}), "");
@@ -143,6 +157,61 @@ TEST(Layering, LibrariesStayInTheirFiles) {
         for (const std::string& file : files)
             EXPECT_TRUE(used.contains({library, file}))
                 << file << " does not include " << library << ": the rule is void";
+}
+
+// What users get: headers of the standard and of Imath, whose vectors are ours, and no inner ones.
+TEST(Layering, FrontDoorsReachNoOtherLibraryAndNoInnerHeaders) {
+    std::map<std::string, std::vector<Include>> includes;
+    for (const Include& include : project_includes()) includes[include.file].push_back(include);
+    for (const std::string library : {"fields", "shading", "scenes", "bridge"}) {
+        std::vector<std::string> waiting{library + "/" + library + ".h"};
+        std::map<std::string, std::string> by{{waiting[0], ""}};
+        while (!waiting.empty()) {
+            const std::string header = waiting.back();
+            waiting.pop_back();
+            EXPECT_TRUE(includes.contains(header)) << header << ", included by " << by[header];
+            EXPECT_FALSE(header.ends_with("-inl.h")) << header << ", included by " << by[header];
+            for (const Include& include : includes[header]) {
+                if (include.quoted) {
+                    if (by.emplace(include.included, header).second) waiting.push_back(include.included);
+                } else {
+                    EXPECT_TRUE(include.included.starts_with("Imath/") ||
+                                include.included.find_first_of("/.") == std::string::npos)
+                        << header << " includes <" << include.included << ">";
+                }
+            }
+        }
+        EXPECT_GT(by.size(), 10u) << library;
+    }
+}
+
+// In `...`, as a page of a folder names files and rooms: small letters, and a slash or the ending of a name.
+std::set<std::string> files_named_in(const std::filesystem::path& page) {
+    static const std::regex name("`([a-z_0-9]+(/[a-z_0-9]*)*(\\.[a-z]+)?)`");
+    std::ifstream file(page);
+    const std::string text(std::istreambuf_iterator<char>(file), {});
+    std::set<std::string> names;
+    for (std::sregex_iterator found(text.begin(), text.end(), name), end; found != end; ++found)
+        if (found->str(1).find_first_of("/.") != std::string::npos) names.insert(found->str(1));
+    return names;
+}
+
+TEST(Layering, FolderPagesNameWhatIsThere) {
+    const std::filesystem::path root = HAARFIELD_SOURCE_DIR;
+    for (const std::string folder : {"fields", "shading", "scenes", "bridge", "tools", "tests"}) {
+        const std::set<std::string> named = files_named_in(root / folder / "README.md");
+        EXPECT_GT(named.size(), 5u) << folder;
+        for (const std::string& name : named)
+            EXPECT_TRUE(name.starts_with("build/") || exists(root / folder / name) || exists(root / name))
+                << folder << "/README.md names " << name;
+        // All rooms; where there are none, all headers.
+        for (const auto& entry : std::filesystem::directory_iterator(root / folder)) {
+            const std::string name = entry.path().filename().string();
+            if (!entry.is_directory() && !name.ends_with(".h")) continue;
+            EXPECT_TRUE(named.contains(entry.is_directory() ? name + "/" : name))
+                << folder << "/README.md lacks " << name;
+        }
+    }
 }
 
 TEST(Layering, FindsIncludesHoweverTheyAreSpaced) {

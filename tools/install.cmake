@@ -12,11 +12,11 @@ foreach(library IN LISTS libraries)
     target_include_directories(haarfield_${library} INTERFACE
         $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/haarfield>)
     install(TARGETS haarfield_${library} EXPORT haarfieldTargets ARCHIVE)
-    install(DIRECTORY ${library} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/haarfield
-        FILES_MATCHING PATTERN "*.h"
-        PATTERN "toml_table.h" EXCLUDE  # of use to the scene reader only
-        PATTERN "meshes" EXCLUDE)
 endforeach()
+install(CODE "set(SOURCE \"${PROJECT_SOURCE_DIR}\")
+set(LIBRARIES \"${libraries}\")
+set(DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/haarfield\")")
+install(SCRIPT tools/install_headers.cmake)
 
 # Static libraries name what they were linked with, and so it has to be there; it asks nothing of users.
 install(TARGETS haarfield_flags EXPORT haarfieldTargets)

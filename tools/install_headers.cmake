@@ -1,0 +1,20 @@
+# Installs the headers that the libraries' front doors, LIBRARY/LIBRARY.h, reach by their includes, and no others.
+# Run by cmake --install, so that the headers are looked at as they are then.
+# Wanted: SOURCE (the project's folder), LIBRARIES, DESTINATION.
+set(reached "")
+list(TRANSFORM LIBRARIES REPLACE "(.+)" "\\1/\\1.h" OUTPUT_VARIABLE waiting)
+while(waiting)
+    list(POP_FRONT waiting header)
+    list(APPEND reached ${header})
+    file(STRINGS ${SOURCE}/${header} includes REGEX "^ *# *include *\"")
+    foreach(line IN LISTS includes)
+        string(REGEX REPLACE "^[^\"]*\"([^\"]*)\".*" "\\1" included "${line}")
+        if(NOT included IN_LIST reached AND NOT included IN_LIST waiting)
+            list(APPEND waiting ${included})
+        endif()
+    endforeach()
+endwhile()
+foreach(header IN LISTS reached)
+    cmake_path(GET header PARENT_PATH folder)
+    file(INSTALL ${SOURCE}/${header} DESTINATION ${DESTINATION}/${folder})
+endforeach()
