@@ -213,6 +213,29 @@ Shell slat(double x) {
     });
 }
 
+// ---- room
+
+constexpr double half_length = 2.3, half_width = 1.9, room_height = 2.5, wall = 0.15;
+constexpr double window_lower = 0.85, window_upper = 2.05, window_half = 0.7;
+constexpr double frame_inside = half_length + 0.04, frame_outside = half_length + 0.10;
+
+/// Two posts, and between them sill, head and mullion, slighter each. Their round ends lie in the wall or in
+/// each other.
+std::vector<Shell> window_frame() {
+    constexpr double round = 0.005, into = 0.006, width = 0.05, slighter = 0.006, middle_half = 0.018;
+    constexpr double open_half = window_half - width, open_lower = window_lower + width,
+                     open_upper = window_upper - width;
+    const auto bar = [](double inset, double lower_y, double upper_y, double lower_z, double upper_z) {
+        return rounded_box(
+            {{frame_inside + inset, lower_y, lower_z}, {frame_outside - inset, upper_y, upper_z}, round, 1});
+    };
+    const double lower = window_lower - into, upper = window_upper + into, half = window_half + into;
+    return {bar(0, lower, upper, -half, -open_half), bar(0, lower, upper, open_half, half),
+            bar(slighter, lower, open_lower, -open_half - into, open_half + into),
+            bar(slighter, open_upper, upper, -open_half - into, open_half + into),
+            bar(2 * slighter, open_lower - into, open_upper + into, -middle_half, middle_half)};
+}
+
 }  // namespace
 
 Mesh table_mesh() {
@@ -253,6 +276,37 @@ Mesh chair_mesh() {
     append(mesh, seat_pad(), "seat");
     const float middle = mesh_bounds(mesh).centre().z;
     for (Vec3f& p : mesh.positions) p.z -= middle;
+    return mesh;
+}
+
+Mesh room_mesh() {
+    // Lines of vertices run where the frame enters the wall.
+    const Blocks walls{
+        {{{-half_length - wall, -half_length, half_length, frame_inside, frame_outside, half_length + wall},
+          {-wall, 0, window_lower, window_upper, room_height, room_height + wall},
+          {-half_width - wall, -half_width, -window_half, window_half, half_width, half_width + wall}}},
+        [](const Vec3d& p) {
+            const bool in_room =
+                std::abs(p.x) < half_length && std::abs(p.z) < half_width && p.y > 0 && p.y < room_height;
+            const bool in_window =
+                p.x > half_length && std::abs(p.z) < window_half && p.y > window_lower && p.y < window_upper;
+            return !in_room && !in_window;
+        }};
+    const auto material_of = [](const Vec3d& p, const Vec3d& normal) -> std::string {
+        if (std::abs(p.x) > half_length) return "wall";
+        if (p.y == 0 && normal.y > 0) return "floor";
+        if (p.y == room_height && normal.y < 0) return "ceiling";
+        if (p.z == -half_width && normal.z > 0) return "left";
+        if (p.z == half_width && normal.z < 0) return "right";
+        return "wall";
+    };
+    Mesh mesh;
+    for (const char* material : {"floor", "ceiling", "left", "right", "wall"})
+        append(
+            mesh,
+            block_sides(walls, [&](const Vec3d& p, const Vec3d& n) { return material_of(p, n) == material; }),
+            material);
+    for (const Shell& bar : window_frame()) append(mesh, bar, "frame");
     return mesh;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 /// The furniture of the shipped scenes.
 ///
-/// Each piece stands on y = 0, centred on the origin in x and z; metres. Parts are closed shells that
+/// Each piece stands on y = 0 (the room's floor lies there), centred on the origin in x and z; metres. Parts are closed shells that
 /// face outwards and go some way into each other, as joints do; where one enters another it has a ring
 /// of vertices, so that no triangle reaches from the light into the dark inside.
 
@@ -15,6 +15,11 @@ Mesh table_mesh();
 /// A chair with turned legs and a slatted back, which faces +z; 0.46 m to the top of its pad, 0.93 m
 /// to that of its back. Materials: "wood", "seat".
 Mesh chair_mesh();
+
+/// A room of 4.6 x 3.8 m, 2.5 m high, within walls of 0.15 m, its floor on y = 0. All light comes through a
+/// window of 1.4 x 1.2 m in the wall at +x, with a frame and a mullion. Materials: "floor", "ceiling", "left"
+/// (at -z), "right" (at +z), "wall" (all other sides), "frame".
+Mesh room_mesh();
 
 /// A square of 6 x 6 m, two triangles, which faces up. Material: "floor".
 Mesh floor_mesh();

@@ -256,6 +256,56 @@ Shell rounded_box(const RoundedBox& shape) {
     return shell;
 }
 
+Shell block_sides(const Blocks& blocks,
+                  const std::function<bool(const Vec3d& middle, const Vec3d& normal)>& is_wanted) {
+    const auto& lines = blocks.lines;
+    using Cell = std::array<std::size_t, 3>;
+    const auto middle_of = [&](const Cell& cell) {
+        Vec3d middle;
+        for (std::size_t k = 0; k < 3; ++k)
+            middle[int(k)] = 0.5 * (lines[k][cell[k]] + lines[k][cell[k] + 1]);
+        return middle;
+    };
+    Shell shell;
+    std::map<std::pair<std::size_t, Cell>, std::uint32_t> known;  // by the side's direction and place
+    const auto add_side = [&](const Cell& cell, std::size_t axis, bool upper) {
+        Vec3d side = middle_of(cell), normal(0.0);
+        side[int(axis)] = lines[axis][cell[axis] + upper];
+        normal[int(axis)] = upper ? 1 : -1;
+        if (!is_wanted(side, normal)) return;
+        const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+        std::array<std::uint32_t, 4> corner{};
+        for (std::size_t k = 0; k < 4; ++k) {
+            Cell place = cell;
+            place[axis] += upper;
+            place[u] += k == 1 || k == 2;
+            place[v] += k >= 2;
+            const auto [found, is_new] = known.try_emplace({2 * axis + upper, place}, 0);
+            if (is_new)
+                found->second =
+                    add_vertex(shell, {lines[0][place[0]], lines[1][place[1]], lines[2][place[2]]}, normal);
+            corner[k] = found->second;
+        }
+        if (!upper) std::swap(corner[1], corner[3]);
+        add_quad(shell, corner[0], corner[1], corner[2], corner[3]);
+    };
+    for (std::size_t x = 0; x + 1 < lines[0].size(); ++x)
+        for (std::size_t y = 0; y + 1 < lines[1].size(); ++y)
+            for (std::size_t z = 0; z + 1 < lines[2].size(); ++z) {
+                const Cell cell{x, y, z};
+                if (!blocks.is_solid(middle_of(cell))) continue;
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    for (const bool upper : {false, true}) {
+                        Cell beside = cell;
+                        beside[axis] += upper ? 1 : std::size_t(-1);
+                        const bool is_outermost =
+                            upper ? beside[axis] + 1 == lines[axis].size() : cell[axis] == 0;
+                        if (is_outermost || !blocks.is_solid(middle_of(beside))) add_side(cell, axis, upper);
+                    }
+            }
+    return shell;
+}
+
 Shell bent(Shell shell, const std::function<Vec3d(const Vec3d&)>& map) {
     constexpr double step = 1e-5;
     for (std::size_t i = 0; i < shell.positions.size(); ++i) {

@@ -60,6 +60,19 @@ struct RoundedBox {
 };
 Shell rounded_box(const RoundedBox& shape);  ///< Makes a box.
 
+/// What is cut out of a solid of right angles: by cells between planes.
+struct Blocks {
+    std::array<std::vector<double>, 3> lines;           ///< Across each axis, ascending: the cells' bounds.
+    std::function<bool(const Vec3d& middle)> is_solid;  ///< Of a cell; none beyond the outermost lines is.
+};
+
+/// Those sides of the solid's cells that bound it and that `is_wanted`, as rectangles; all of them are a closed
+/// shell.
+///
+/// is_wanted  of a side's middle and its outward normal.
+Shell block_sides(const Blocks& blocks,
+                  const std::function<bool(const Vec3d& middle, const Vec3d& normal)>& is_wanted);
+
 /// The shell under a smooth map that keeps left and right; normals by central differences.
 Shell bent(Shell shell, const std::function<Vec3d(const Vec3d&)>& map);
 

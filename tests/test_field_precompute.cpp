@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <filesystem>
+
 #include "fields/field/entity_occlusion.h"
+#include "fields/mesh/mesh_reader.h"
 #include "fields/wavelets/haar_transform.h"
 #include "tests/fixtures/example_meshes.h"
 
@@ -109,6 +112,43 @@ TEST(LocalSamples, FindsVerticesBuriedInAnotherPiece) {
         if (y > 0.76f && y < 1.01f) continue;
         EXPECT_EQ(samples.buried[v] != 0, y < 1) << mesh.fine.positions[v];
     }
+}
+
+TEST(LocalSamples, OfATriangleThatEntersAnotherPieceLieWhereItComesOut) {
+    // The lower corners of the pillar's sides are in the block, and the sides come out at its top, at y = 1.
+    const Mesh block = box_mesh({-1, 0, -1}, {1, 1, 1}, 4),
+               pillar = box_mesh({-0.2f, 0.5f, -0.2f}, {0.2f, 3, 0.2f}, 1);
+    const PreparedMesh mesh = prepared_as_is(joined_meshes(block, pillar));
+    const EntityOcclusion occlusion(mesh);
+    const LocalSamples& samples = occlusion.samples();
+    int entering = 0;
+    for (std::size_t v = block.positions.size(); v < mesh.fine.positions.size(); ++v) {
+        if (mesh.fine.positions[v].y > 1 || mesh.fine.normals[v].y < -0.5f) continue;
+        ASSERT_FALSE(samples.buried[v]);
+        const Vec3f& sample = samples.points[v];
+        EXPECT_GT(sample.y, 1) << v;
+        EXPECT_LT(sample.y, 1.1f) << v;
+        EXPECT_LT(std::abs((sample - mesh.fine.positions[v]).dot(mesh.fine.normals[v])), 0.001f) << v;
+        ++entering;
+    }
+    EXPECT_EQ(entering, 8);
+}
+
+TEST(LocalSamples, OfTheShippedChairLieInNoneOfItsPieces) {
+    Result<ImportedMesh> chair =
+        read_mesh(std::filesystem::path(HAARFIELD_SOURCE_DIR) / "scenes" / "meshes" / "chair.obj");
+    ASSERT_TRUE(chair) << chair.error().message();
+    const Result<PreparedMesh> mesh = prepare_mesh(*std::move(chair), {12000, 0});
+    ASSERT_TRUE(mesh) << mesh.error().message();
+    const EntityOcclusion occlusion(*mesh);
+    const LocalSamples& samples = occlusion.samples();
+    std::size_t in_a_piece = 0;  // of the vertices
+    for (std::size_t v = 0; v < mesh->fine.positions.size(); ++v) {
+        if (samples.buried[v]) continue;
+        in_a_piece += occlusion.in_original()(mesh->fine.positions[v]);
+        EXPECT_FALSE(occlusion.in_original()(samples.points[v])) << mesh->fine.positions[v];
+    }
+    EXPECT_GT(in_a_piece, 50u);
 }
 
 TEST(LocalSamples, ASimplifiedOpenSurfaceDoesNotDarkenItsVertices) {

@@ -88,6 +88,39 @@ double squared_occlusion(const Counts& open, int size) {
     return sum / static_cast<double>(face_texels(size));
 }
 
+double squared_visibility(const Counts& open, int size, const Vec3f* horizon = nullptr) {
+    const std::vector<Vec3f> directions = texel_directions(size);
+    double sum = 0;
+    for (std::size_t i = 0; i < open.size(); ++i)
+        if (!horizon || directions[i].dot(*horizon) > 0)
+            sum += std::pow(double(open[i]) / samples_per_texel, 2);
+    return sum / static_cast<double>(face_texels(size));
+}
+
+/// What is seen through a window of the shape of what blocks the view elsewhere.
+Counts through_a_window(Counts open) {
+    for (std::uint8_t& count : open) count = static_cast<std::uint8_t>(samples_per_texel - count);
+    return open;
+}
+
+/// The least energy of a wavelet that is left, of any face.
+double smallest_energy(const CubemapTree& tree) {
+    double smallest = 1;
+    for (const Quadtree& face : tree.faces) {
+        std::vector<int> level(face.nodes.size(), 0);
+        for (std::size_t i = 0; i < face.nodes.size(); ++i) {
+            for (unsigned q = 0; q < 4; ++q)
+                if (const std::int32_t child = child_of(face.nodes[i], q); child != no_node)
+                    level[std::size_t(child)] = level[i] + 1;
+            for (const float wavelet : face.nodes[i].wavelet)
+                if (wavelet != 0)
+                    smallest =
+                        std::min(smallest, std::ldexp(double(wavelet) * double(wavelet), -2 * level[i]));
+        }
+    }
+    return smallest;
+}
+
 TEST(VisibilityTransform, EqualsTheTransformOfTheTexels) {
     // Bit for bit: all sums are exact in floats.
     for (const int size : {8, 16, 64, 256})
@@ -137,20 +170,53 @@ TEST(VisibilityTransform, DropsAllThatTheRelativeErrorOfTheCubemapAllowsAndNoMor
             const double dropped = squared_error(tree, open, size);
             EXPECT_LE(dropped, allowed * (1 + 1e-5)) << seed << ", " << error;
             // The smallest wavelet that was kept, of any face, would break it.
-            double smallest = 1;
-            for (const Quadtree& face : tree.faces) {
-                std::vector<int> level(face.nodes.size(), 0);
-                for (std::size_t i = 0; i < face.nodes.size(); ++i) {
-                    for (unsigned q = 0; q < 4; ++q)
-                        if (const std::int32_t child = child_of(face.nodes[i], q); child != no_node)
-                            level[std::size_t(child)] = level[i] + 1;
-                    for (const float wavelet : face.nodes[i].wavelet)
-                        if (wavelet != 0)
-                            smallest = std::min(smallest,
-                                                std::ldexp(double(wavelet) * double(wavelet), -2 * level[i]));
-                }
+            EXPECT_GT(dropped + smallest_energy(tree), allowed * (1 - 1e-5)) << seed << ", " << error;
+        }
+}
+
+TEST(VisibilityTransform, ARelativeErrorIsOneOfWhatIsOpenWhereThatIsLess) {
+    // Negatives of each other lose the same wavelets.
+    const int size = 32;
+    for (std::uint32_t seed = 0; seed < 5; ++seed)
+        for (const float error : {0.01f, 0.1f, 0.5f}) {
+            const Counts outside = example_counts(seed, size), inside = through_a_window(outside);
+            ASSERT_LT(4 * squared_visibility(inside, size), squared_occlusion(inside, size)) << seed;
+            const CubemapTree tree = transformed(inside, size, nullptr, {0, error});
+            const double allowed = double(error) * double(error) * squared_visibility(inside, size),
+                         dropped = squared_error(tree, inside, size);
+            EXPECT_LE(dropped, allowed * (1 + 1e-5)) << seed << ", " << error;
+            EXPECT_GT(dropped + smallest_energy(tree), allowed * (1 - 1e-5)) << seed << ", " << error;
+            const CubemapTree negative = transformed(outside, size, nullptr, {0, error});
+            for (std::size_t face = 0; face < cubemap_faces; ++face)
+                EXPECT_EQ(tree.faces[face].nodes.size(), negative.faces[face].nodes.size()) << seed;
+        }
+}
+
+TEST(VisibilityTransform, WhatIsOpenBelowTheHorizonDoesNotCount) {
+    // A window of which next to nothing, or half, lies above the horizon; all below it is open.
+    const int size = 32;
+    const std::vector<Vec3f> directions = texel_directions(size);
+    for (const Vec3f normal : {Vec3f(0, 1, 0), Vec3f(0.2f, 0.9f, -0.1f).normalized()})
+        for (const float error : {0.1f, 0.3f}) {
+            Counts open(6 * face_texels(size));
+            for (std::size_t i = 0; i < open.size(); ++i) {
+                const Vec3f& d = directions[i];
+                const bool is_window = d.x > 0.6f && d.x < 0.97f && std::abs(d.z) < 0.5f;
+                open[i] = is_window || d.dot(normal) <= 0 ? samples_per_texel : 0;
             }
-            EXPECT_GT(dropped + smallest, allowed * (1 - 1e-5)) << seed << ", " << error;
+            const CubemapTree tree = transformed(open, size, &normal, {0, error});
+            double dropped = 0;
+            for (std::size_t face = 0; face < cubemap_faces; ++face) {
+                const Texels found = reference::texels_of(tree.faces[face], size);
+                for (std::size_t i = 0; i < found.size(); ++i)
+                    if (const std::size_t texel = face * face_texels(size) + i;
+                        directions[texel].dot(normal) > 0)
+                        dropped += std::pow(found[i] - double(open[texel]) / samples_per_texel, 2);
+            }
+            EXPECT_GT(dropped, 0) << error;
+            EXPECT_LE(dropped / static_cast<double>(face_texels(size)),
+                      double(error) * double(error) * squared_visibility(open, size, &normal) * (1 + 1e-5))
+                << error;
         }
 }
 

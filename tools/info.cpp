@@ -79,7 +79,8 @@ void print_summary(const FieldSummary& field) {
                                                 : fmt::format("at most {}", field.settings.coefficients),
                field.settings.face_size * field.settings.face_size - 1);
     if (field.settings.relative_l2_error > 0)
-        fmt::print(", dropping up to {:g} of the L2 norm of occlusion", field.settings.relative_l2_error);
+        fmt::print(", dropping up to {:g} of the L2 norm of what is blocked or open, whichever is less",
+                   field.settings.relative_l2_error);
     fmt::print("\nerror       {:.1f} % of occlusion on the ground, {:.1f} % around (RMS between samples)",
                100 * field.error.planar.relative, 100 * field.error.spherical.relative);
     print_bands("ground", field.planar, field.error.planar);

@@ -151,10 +151,10 @@ void add_field_options(CLI::App& command, FieldOptions& options) {
                "At most so many wavelets of visibility a cubemap face; 0: no limit", {0, 65536})
         ->capture_default_str()
         ->type_name("M");
-    add_number(
-        command, "--visibility-error", options.relative_l2_error,
-        "Drop wavelets of visibility up to this part of the blocked light (L2, of each cubemap); 0: none",
-        shares)
+    add_number(command, "--visibility-error", options.relative_l2_error,
+               "Drop wavelets of visibility up to this part of what is blocked or of what is open, whichever "
+               "is less (L2, of each cubemap); 0: none",
+               shares)
         ->capture_default_str()
         ->type_name("E");
     add_unsealed_option(command, options.allow_unsealed);

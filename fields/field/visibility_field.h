@@ -21,8 +21,8 @@ struct ContentHash {
 struct FieldSettings {
     std::int32_t face_size = 64;     ///< Texels along a cubemap edge: 16, 32, 64, 128 or 256.
     std::int32_t coefficients = 0;   ///< At most so many wavelets a face; 0: no limit.
-    float relative_l2_error = 0.1f;  ///< Of the wavelets that are dropped, to the occlusion (1 - visibility)
-                                     ///< of the cubemap; 0: none are dropped. See VisibilityTransform.
+    float relative_l2_error = 0.1f;  ///< Of the wavelets that are dropped, to the smaller of what is open and
+                                     ///< blocked; 0: none are dropped. See VisibilityTransform.
     std::uint32_t planar_samples = 20000;
     std::uint32_t spherical_samples = 10000;
 

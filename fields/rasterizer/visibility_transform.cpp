@@ -126,6 +126,7 @@ struct VisibilityTransform::Buffers {
     std::vector<VaryingSquare> varying;  ///< Of all faces, face by face.
     std::array<std::uint32_t, cubemap_faces + 1> first_varying{};
     std::vector<Candidate> candidates;
+    std::uint64_t open_squared = 0;  ///< Sum of the squared counts above the horizon.
 
     explicit Buffers(int size) : face_size(size), levels(std::countr_zero(unsigned(size))) {
         squares.resize(((std::size_t(1) << (2 * levels)) - 1) / 3);
@@ -147,6 +148,11 @@ struct VisibilityTransform::Buffers {
         const auto visibility = [](std::uint8_t count) {
             return count == empty_texel ? empty : static_cast<float>(count) * (1.0f / samples_per_texel);
         };
+        for (std::size_t y = 0; y < block_size; ++y)
+            for (std::size_t x = 0; x < block_size; ++x) {
+                const std::uint32_t count = texels[y * stride + x];
+                open_squared += count == empty_texel ? 0 : count * count;
+            }
         const std::size_t side = std::size_t(face_size) / 2;
         for (std::size_t y = 0; y < block_size / 2; ++y) {
             Square* square = level(levels - 1) + (4 * block_y + y) * side + 4 * block_x;
@@ -200,32 +206,51 @@ struct VisibilityTransform::Buffers {
                horizon.is_above(right, bottom);
     }
 
+    void add_open(std::uint64_t count, std::uint64_t texels) { open_squared += texels * count * count; }
+
+    /// How many texels of a square of texels are above the horizon.
+    std::uint64_t texels_above(const FaceHorizon& horizon, std::size_t x, std::size_t y,
+                               std::size_t side) const {
+        std::uint64_t count = 0;
+        for (std::size_t row = y; row < y + side; ++row) {
+            const float v = texel_centre(row, face_size);
+            for (std::size_t column = x; column < x + side; ++column)
+                count += horizon.is_above(texel_centre(column, face_size), v);
+        }
+        return count;
+    }
+
     /// Fills `squares` with those of a face, of which something lies above the horizon.
     void transform_face(const std::uint8_t* open, const FaceHorizon* horizon) {
-        if (std::memcmp(open, open + 1, std::size_t(face_size) * std::size_t(face_size) - 1) == 0) {
+        const auto side = std::size_t(face_size);
+        if (std::memcmp(open, open + 1, side * side - 1) == 0) {
+            add_open(open[0], horizon ? texels_above(*horizon, 0, 0, side) : side * side);
             *level(0) = {static_cast<float>(open[0]) / samples_per_texel, {}, false};
             return;
         }
-        const std::size_t blocks = std::size_t(face_size) / block_size;
+        const std::size_t blocks = side / block_size;
         for (std::size_t y = 0; y < blocks; ++y)
             for (std::size_t x = 0; x < blocks; ++x) {
-                const std::uint8_t* texels = open + block_size * (y * std::size_t(face_size) + x);
+                const std::uint8_t* texels = open + block_size * (y * side + x);
                 Square& block = level(levels - 3)[y * blocks + x];
                 const int above =
                     horizon ? corners_above(*horizon, block_size * x, block_size * y, block_size) : 4;
                 if (above == 0)
                     block = {empty, {}, false};
-                else if (is_uniform(texels))
+                else if (is_uniform(texels)) {
                     block = {static_cast<float>(texels[0]) / samples_per_texel, {}, false};
-                else if (above < 4)
+                    add_open(texels[0],
+                             above == 4 ? block_size * block_size
+                                        : texels_above(*horizon, block_size * x, block_size * y, block_size));
+                } else if (above < 4)
                     transform_block_above(*horizon, texels, x, y);
                 else
                     transform_block(texels, std::size_t(face_size), x, y);
             }
         for (int l = levels - 4; l >= 0; --l) {
-            const std::size_t side = std::size_t(1) << l;
-            for (std::size_t y = 0; y < side; ++y)
-                for (std::size_t x = 0; x < side; ++x) join_children(l, x, y);
+            const std::size_t squares_across = std::size_t(1) << l;
+            for (std::size_t y = 0; y < squares_across; ++y)
+                for (std::size_t x = 0; x < squares_across; ++x) join_children(l, x, y);
         }
     }
 
@@ -253,7 +278,7 @@ struct VisibilityTransform::Buffers {
     void truncate(const Truncation& truncation) {
         if (truncation.coefficients <= 0 && truncation.relative_l2_error <= 0) return;
         candidates.clear();
-        double norm = 0, dropped = 0;
+        double norm = 0, dropped = 0;  // norm: of what is blocked
         const auto drop = [&](const Candidate& candidate) {
             varying[candidate.index / 3].wavelet[candidate.index % 3] = 0;
         };
@@ -281,6 +306,8 @@ struct VisibilityTransform::Buffers {
             candidates.resize(limit);
         }
         if (truncation.relative_l2_error <= 0 || candidates.empty()) return;
+        constexpr double all_open = samples_per_texel * samples_per_texel;
+        norm = std::min(norm, static_cast<double>(open_squared) / (all_open * face_size * face_size));
         const double allowed =
             norm * double(truncation.relative_l2_error) * double(truncation.relative_l2_error) - dropped;
         const std::optional<Candidate> least = least_kept(candidates, std::max(allowed, 0.0));
@@ -323,6 +350,7 @@ void VisibilityTransform::operator()(std::span<const std::uint8_t> open, const V
     const std::size_t face_texels = std::size_t(buffers.face_size) * std::size_t(buffers.face_size);
     assert(open.size() == cubemap_faces * face_texels);
     buffers.varying.clear();
+    buffers.open_squared = 0;
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         std::optional<FaceHorizon> cut;  // if the horizon cuts the face
         int above = 4;

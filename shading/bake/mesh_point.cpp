@@ -13,10 +13,11 @@ std::optional<SurfacePoint> surface_point(const ShadedEntity& entity, const Mesh
         point.normal += mesh.normals[corners[c]] * weights[c];
     }
     const LocalSampler& sampler = entity.occlusion->sampler();
-    if (sampler.is_buried(mesh.positions[corners[0]], mesh.positions[corners[1]], mesh.positions[corners[2]]))
-        return std::nullopt;
+    const std::optional<Vec3f> middle = sampler.visible_middle(
+        mesh.positions[corners[0]], mesh.positions[corners[1]], mesh.positions[corners[2]]);
+    if (!middle) return std::nullopt;
     point.normal.normalize();
-    point.sample = sampler.sample(point.position, point.normal, point.position);
+    point.sample = sampler.sample(point.position, point.normal, {point.position, *middle, 1});
     return point;
 }
 

@@ -7,17 +7,15 @@ namespace haarfield {
 std::optional<SurfacePoint> point_on(const Mesh& mesh, std::span<const std::uint32_t> triangles,
                                      const Vec3f& position, const Vec3f& normal,
                                      const LocalSampler& sampler) {
-    Vec3f sum(0.0f);
-    std::uint32_t count = 0;
+    VisibleMiddles middles;
     for (const std::uint32_t t : triangles) {
-        const Vec3f &a = mesh.positions[mesh.triangles[t][0]], &b = mesh.positions[mesh.triangles[t][1]],
-                    &c = mesh.positions[mesh.triangles[t][2]];
-        if (sampler.is_buried(a, b, c)) continue;
-        sum += (a + b + c) / 3.0f;
-        ++count;
+        const auto& [a, b, c] = mesh.triangles[t];
+        if (const auto middle =
+                sampler.visible_middle(mesh.positions[a], mesh.positions[b], mesh.positions[c]))
+            middles.add(position, *middle);
     }
-    if (count == 0) return std::nullopt;
-    return SurfacePoint{position, normal, sampler.sample(position, normal, sum / static_cast<float>(count)),
+    if (middles.count == 0) return std::nullopt;
+    return SurfacePoint{position, normal, sampler.sample(position, normal, middles),
                         mesh.vertex_materials[mesh.triangles[triangles.front()][0]]};
 }
 
