@@ -68,10 +68,8 @@ int nearest_cut(int begin, int end, double wanted, const LowerPart& lower_part) 
     return low;
 }
 
-}  // namespace
-
-std::vector<DomeLight> light_dome(const LatLongImage& environment, const LightDomeOptions& options) {
-    assert(options.lights >= 8 && options.uniform_share >= 0 && options.uniform_share <= 1);
+std::vector<DirectionalLight> image_lights(const LatLongImage& environment, const LightDomeOptions& options) {
+    assert(options.uniform_share >= 0 && options.uniform_share <= 1);
     assert(options.cut_share >= 0.2 && options.cut_share <= 0.8);
     assert(environment.width >= 1 && environment.height >= 1);
     const int width = environment.width, height = environment.height;
@@ -111,7 +109,7 @@ std::vector<DomeLight> light_dome(const LatLongImage& environment, const LightDo
     std::sort(finished.begin(), finished.end(),
               [](const Region& a, const Region& b) { return a.number < b.number; });
 
-    std::vector<DomeLight> lights;
+    std::vector<DirectionalLight> lights;
     for (const Region& region : finished) {
         Vec3d energy(0, 0, 0), mean(0, 0, 0);
         for (int row = region.y0; row < region.y1; ++row) {
@@ -130,6 +128,24 @@ std::vector<DomeLight> light_dome(const LatLongImage& environment, const LightDo
         lights.push_back(
             {Vec3f(mean.normalized()),
              Rgb(static_cast<float>(energy.x), static_cast<float>(energy.y), static_cast<float>(energy.z))});
+    }
+    return lights;
+}
+
+}  // namespace
+
+std::vector<DirectionalLight> light_dome(const Environment& environment, const LightDomeOptions& options) {
+    assert(options.lights >= 8);
+    const int of_a_disc = std::clamp(options.lights / 16, 4, 256),
+              discs = static_cast<int>(environment.suns.size());
+    LightDomeOptions of_image = options;
+    of_image.lights = std::max(1, options.lights - discs * of_a_disc);
+    std::vector<DirectionalLight> lights = image_lights(environment.image, of_image);
+    for (SunDisc disc : environment.suns) {
+        // Domes that are cut in other places turn their discs, too.
+        const std::vector<Vec3f> directions = disc_directions(disc, of_a_disc, 2 * pi * options.cut_share);
+        for (const Vec3f& direction : directions)
+            lights.push_back({direction, disc.irradiance / static_cast<float>(of_a_disc)});
     }
     return lights;
 }

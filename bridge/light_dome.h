@@ -1,15 +1,9 @@
 #pragma once
 /// An environment as a number of distant lights, for renderers that know no other.
 
-#include "shading/scene/environment.h"
+#include "shading/scene/light_sources.h"
 
 namespace haarfield {
-
-/// Light from one direction.
-struct DomeLight {
-    Vec3f direction{0, 1, 0};  ///< Towards the light; unit length.
-    Rgb irradiance{0, 0, 0};   ///< Radiance * solid angle: on a surface that faces it. [W/m^2]
-};
 
 /// How many lights stand for an environment, and where.
 struct LightDomeOptions {
@@ -33,6 +27,9 @@ struct LightDomeOptions {
 /// accuracy     the energy of each channel is kept to 1e-5. Irradiance on a plane without shadows: 1 % at
 ///              256 lights, 0.3 % at 1024, for photographed interiors.
 /// cost         some 50 ms for 1024 x 512 pixels. Deterministic.
-std::vector<DomeLight> light_dome(const LatLongImage& environment, const LightDomeOptions& options = {});
+///
+/// Each disc is sampled evenly by a sixteenth of the lights, at most 256 and at least 4; they come last.
+std::vector<DirectionalLight> light_dome(const Environment& environment,
+                                         const LightDomeOptions& options = {});
 
 }  // namespace haarfield

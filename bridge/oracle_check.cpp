@@ -64,10 +64,12 @@ Result<OracleCheck> oracle_check(const ShadedScene& scene, const Camera& camera,
     assert(camera.width == image.width && camera.height == image.height && !image.coverage.empty());
     std::vector<CheckedPixel> pixels = random_pixels(scene, camera, image, points);
     const DenseLight light(scene.environment, face_size);
+    ShadowRays rays;
+    rays.build(scene);
     const Result<Done> shaded = parallel_loop(
         {pixels.size()},
         [&]() -> LoopBody {
-            return [&, shader = std::make_shared<DenseShader>(scene, light)](std::size_t k) {
+            return [&, shader = std::make_shared<DenseShader>(scene, light, rays)](std::size_t k) {
                 const MeshPoint& at = pixels[k].at;
                 const auto point = surface_point(scene.entities[scene.instances[at.instance].entity], at);
                 if (!point) return;

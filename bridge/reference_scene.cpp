@@ -188,7 +188,7 @@ void add_warnings(std::vector<std::string>& warnings, std::span<const ReferenceI
 Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder,
                                              const std::string& scene_name, const Camera& camera,
                                              std::span<const ReferenceInstance> instances,
-                                             const LatLongImage& environment, int lights) {
+                                             const Environment& environment, int lights) {
     assert(lights >= 16);
     if (!is_scene_name(scene_name))
         return Error{scene_name, "is no scene name; wanted letters, digits, _, - and ."};
@@ -200,7 +200,8 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     const Result<std::string> camera_text = povray_camera(camera, files.world_scale);
     if (!camera_text) return camera_text.error();
     if (Result<Done> made = make_folder(folder); !made) return made.error();
-    const Result<std::string> background_text = write_background(folder, scene_name, {&environment});
+    const LatLongImage background = image_with_suns(environment);
+    const Result<std::string> background_text = write_background(folder, scene_name, {&background});
     if (!background_text) return background_text.error();
     add_warnings(files.warnings, instances);
 
@@ -250,7 +251,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     for (const auto& [switched_off_by, cut_share] :
          {std::pair(second_lights_alone, 0.5), std::pair(first_lights_alone, 0.4)}) {
         text += fmt::format("#ifndef ({})\n", switched_off_by);
-        for (const DomeLight& light :
+        for (const DirectionalLight& light :
              light_dome(environment, {.lights = lights / 2, .cut_share = cut_share})) {
             const Vec3d place = Vec3d(light.direction) * distance;
             const Rgb colour = light.irradiance * static_cast<float>(1 / pi);

@@ -51,6 +51,6 @@ struct ReferenceFiles {
 Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder,
                                              const std::string& scene_name, const Camera& camera,
                                              std::span<const ReferenceInstance> instances,
-                                             const LatLongImage& environment, int lights = 1024);
+                                             const Environment& environment, int lights = 1024);
 
 }  // namespace haarfield

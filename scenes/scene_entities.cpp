@@ -165,7 +165,7 @@ std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vert
     return meshes;
 }
 
-ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, LatLongImage environment) {
+ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Environment environment) {
     ShadedScene shaded;
     for (const auto& entity : entities.entities)
         shaded.entities.push_back(

@@ -65,6 +65,6 @@ std::vector<Mesh> fine_meshes(const SceneEntities& entities);
 std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vertices);
 
 /// Puts the parts together for scene_radiance. `entities` must outlive the result.
-ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, LatLongImage environment);
+ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Environment environment);
 
 }  // namespace haarfield

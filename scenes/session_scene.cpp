@@ -2,7 +2,7 @@
 
 namespace haarfield {
 
-SessionScene session_scene(const Scene& scene, const SceneEntities& entities, LatLongImage environment) {
+SessionScene session_scene(const Scene& scene, const SceneEntities& entities, Environment environment) {
     SessionScene session;
     session.entities.resize(scene.entities.size());
     for (const auto& entity : entities.entities) {

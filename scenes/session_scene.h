@@ -7,6 +7,6 @@
 namespace haarfield {
 
 /// What a session is opened with. `entities` must have fields, and outlive the session.
-SessionScene session_scene(const Scene& scene, const SceneEntities& entities, LatLongImage environment);
+SessionScene session_scene(const Scene& scene, const SceneEntities& entities, Environment environment);
 
 }  // namespace haarfield

@@ -122,7 +122,9 @@ TEST(ErrorBudget, AllTogetherIsTheBakeAgainstTheFinestOracle) {
     RenderSettings fine = room().settings();
     fine.face_size *= 4;
     const DenseLight light(room().scene.environment, fine.face_size);
-    DenseShader shader(room().scene, light);
+    ShadowRays rays;
+    rays.build(room().scene);
+    DenseShader shader(room().scene, light, rays);
     ASSERT_EQ(budget.vertices.size(), 60u);
     float worst_before = INFINITY;
     double error = 0, energy = 0;
@@ -170,7 +172,9 @@ TEST(InterpolationError, IsThatBetweenTheCorners) {
     const MeshPoint at{0, 0, 0.5f, 0};
     const ShadedEntity& entity = plain.scene.entities[0];
     const DenseLight light(plain.scene.environment, settings.face_size);
-    DenseShader shader(plain.scene, light);
+    ShadowRays rays;
+    rays.build(plain.scene);
+    DenseShader shader(plain.scene, light, rays);
     const auto corner = [&](std::size_t c) {
         return shader.radiance(0, surface_point(entity, entity.mesh->triangles[0][c]));
     };

@@ -30,7 +30,8 @@ const std::map<std::string, std::set<std::string>> only_known_to{
     {"openvdb/", {"fields/field/vdb_store.cpp"}},
     {"CGAL/", {"fields/mesh/mesh_preparation.cpp"}},
     {"assimp/", {"fields/mesh/mesh_reader.cpp"}},
-    {"embree3/", {"fields/mesh/surface_rays.cpp", "bridge/preview.cpp"}},
+    {"embree3/",
+     {"fields/mesh/surface_rays.cpp", "shading/visibility/shadow_rays.cpp", "bridge/preview.cpp"}},
     {"toml++/", {"scenes/toml_table.h"}},
     {"OpenImageIO/", {"bridge/image.cpp"}},
 };

@@ -36,9 +36,9 @@ TEST(LightDome, KeepsTheEnergyOfEachChannel) {
                 const Rgb& p = image.pixels[static_cast<std::size_t>(64 * row + column)];
                 expected += Vec3d(p.x, p.y, p.z) * lat_long_pixel_solid_angle(row, 64, 32);
             }
-        const std::vector<DomeLight> dome = light_dome(image, {.lights = lights});
+        const std::vector<DirectionalLight> dome = light_dome(image, {.lights = lights});
         EXPECT_LE(dome.size(), static_cast<std::size_t>(lights));
-        for (const DomeLight& light : dome) {
+        for (const DirectionalLight& light : dome) {
             found += Vec3d(light.irradiance.x, light.irradiance.y, light.irradiance.z);
             EXPECT_NEAR(light.direction.length(), 1, 1e-5);
         }
@@ -50,7 +50,7 @@ TEST(LightDome, LightsPlanesLikeTheEnvironment) {
     const LatLongImage image = room(64, 2);
     std::mt19937 random(3);
     const auto check = [&](int lights, double tolerance) {
-        const std::vector<DomeLight> dome = light_dome(image, {.lights = lights});
+        const std::vector<DirectionalLight> dome = light_dome(image, {.lights = lights});
         for (int k = 0; k < 40; ++k) {
             Vec3d normal;
             do
@@ -67,7 +67,7 @@ TEST(LightDome, LightsPlanesLikeTheEnvironment) {
                         expected +=
                             Vec3d(p.x, p.y, p.z) * (cosine * lat_long_pixel_solid_angle(row, 128, 64));
                 }
-            for (const DomeLight& light : dome) {
+            for (const DirectionalLight& light : dome) {
                 const double cosine = normal.dot(Vec3d(light.direction));
                 if (cosine > 0)
                     found += Vec3d(light.irradiance.x, light.irradiance.y, light.irradiance.z) * cosine;
@@ -84,9 +84,9 @@ TEST(LightDome, LeavesASunOfOnePixelInItsPlace) {
     LatLongImage image{128, 64, {}};
     image.pixels.assign(128 * 64, Rgb(0.01f, 0.01f, 0.01f));
     image.pixels[20 * 128 + 77] = Rgb(5000, 5000, 5000);
-    const std::vector<DomeLight> dome = light_dome(image, {.lights = 64});
-    const DomeLight* brightest = &dome.front();
-    for (const DomeLight& light : dome)
+    const std::vector<DirectionalLight> dome = light_dome(image, {.lights = 64});
+    const DirectionalLight* brightest = &dome.front();
+    for (const DirectionalLight& light : dome)
         if (luminance(light.irradiance) > luminance(brightest->irradiance)) brightest = &light;
     const Vec3d sun = lat_long_direction(77.5 / 128, 20.5 / 64);
     EXPECT_NEAR((Vec3d(brightest->direction) - sun).length(), 0, 1e-4);
@@ -94,13 +94,13 @@ TEST(LightDome, LeavesASunOfOnePixelInItsPlace) {
 }
 
 /// Cosine of the widest angle between a direction and the light that is nearest to it.
-double widest_hole(const std::vector<DomeLight>& dome) {
+double widest_hole(const std::vector<DirectionalLight>& dome) {
     double widest = 1;
     for (int row = 0; row < 64; row += 3)
         for (int column = 0; column < 128; column += 3) {
             const Vec3d direction = lat_long_direction((column + 0.5) / 128, (row + 0.5) / 64);
             double nearest = -1;
-            for (const DomeLight& light : dome)
+            for (const DirectionalLight& light : dome)
                 nearest = std::max(nearest, direction.dot(Vec3d(light.direction)));
             widest = std::min(widest, nearest);
         }
@@ -122,7 +122,7 @@ TEST(LightDome, IsEmptyInTheDarkAndEqualForEqualInput) {
     LatLongImage black{16, 8, {}};
     black.pixels.assign(128, Rgb(0, 0, 0));
     EXPECT_TRUE(light_dome(black, {.lights = 64}).empty());
-    const std::vector<DomeLight> a = light_dome(room(16, 4)), b = light_dome(room(16, 4));
+    const std::vector<DirectionalLight> a = light_dome(room(16, 4)), b = light_dome(room(16, 4));
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t i = 0; i < a.size(); ++i) {
         EXPECT_EQ(a[i].direction, b[i].direction);

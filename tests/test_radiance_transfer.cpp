@@ -28,7 +28,7 @@ TEST(LightTransfer, UnprunedEqualsTheProductIntegralUnderAnyLight) {
         scene.scene.environment = sky(turn);
         SceneRadiance found;
         ASSERT_TRUE(shade_frame(transfer, scene.scene, scene.geometry(),
-                                dense_coefficients(scene.light(), scene.size), found));
+                                dense_coefficients(scene.light(), scene.size), {}, found));
         EXPECT_LT(relative_rmse(found, scene.full()), 2e-3) << turn;  // rounding to bytes
     }
 }
@@ -44,7 +44,7 @@ TEST(LightTransfer, PruningIsWithinTheErrorItIsGiven) {
             scene.scene.environment = sky(turn);
             SceneRadiance found;
             ASSERT_TRUE(shade_frame(transfer, scene.scene, scene.geometry(),
-                                    dense_coefficients(scene.light(), scene.size), found));
+                                    dense_coefficients(scene.light(), scene.size), {}, found));
             EXPECT_LT(relative_rmse(found, scene.full()), 2 * double(error) + 0.002) << error << ", " << turn;
         }
         EXPECT_LT(transfer.bytes(), bytes_before);
@@ -65,7 +65,7 @@ public:
     DenseCoefficients light_with_sun_at(const Vec3d& sun) {
         scene.environment =
             environment([&](const Vec3d& d) { return 0.2 + 3000 * std::exp(9000 * (d.dot(sun) - 1)); }, 512);
-        return dense_coefficients(lighting_tree(scene.environment, size, {}), size);
+        return dense_coefficients(lighting_tree(split_light(scene.environment).smooth, size, {}), size);
     }
 };
 
@@ -79,7 +79,8 @@ TEST(LightTransfer, MeetsTheCosineOfASunWhereverItStands) {
             SceneRadiance found;
             const DenseCoefficients light =
                 ball.light_with_sun_at(rotation_about({1, 2, -1}, 0.7 * i)(Vec3d(0, 0.6, 0.8)));
-            ASSERT_TRUE(shade_frame(transfer, ball.scene, geometry, light, found));
+            ASSERT_TRUE(shade_frame(transfer, ball.scene, geometry, light,
+                                    all_lights(split_light(ball.scene.environment).sources), found));
             EXPECT_LT(relative_rmse(found, ball.dense()), 0.0105) << specular << ", " << i;
         }
     }
@@ -88,7 +89,7 @@ TEST(LightTransfer, MeetsTheCosineOfASunWhereverItStands) {
 TEST(ViewTransfer, FollowsTheEye) {
     Room scene;
     const ViewTransfer transfer =
-        *view_transfer(scene.scene, scene.geometry(), settings(), {0.003f}, scene.light());
+        *view_transfer(scene.scene, scene.geometry(), settings(), {0.003f}, scene.light(), {});
     for (const Vec3f& eye : {Vec3f(2, 2, 3), Vec3f(-3, 1, 0.5f), Vec3f(0, 5, -1)}) {
         scene.scene.eye = eye;
         SceneRadiance found;
@@ -106,7 +107,7 @@ TEST(MotionTransfer, FollowsTheInstanceAlongUpAndDown) {
         scene.scene.instances[3].placement.translate = place;
         SceneRadiance found;
         ASSERT_TRUE(
-            shade_frame(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
+            shade_frame(transfer, scene.scene, scene.geometry(), settings(), {}, FrameQuality::still, found));
         EXPECT_LT(relative_rmse(found, scene.full()), 1e-3) << place;
     }
 }
@@ -122,7 +123,7 @@ TEST(MotionTransfer, PruningIsWithinTheErrorItIsGiven) {
         scene.scene.instances[3].placement.translate = place;
         SceneRadiance found;
         ASSERT_TRUE(
-            shade_frame(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
+            shade_frame(transfer, scene.scene, scene.geometry(), settings(), {}, FrameQuality::still, found));
         EXPECT_LT(relative_rmse(found, scene.full()), 0.02) << place;
     }
 }
@@ -141,12 +142,12 @@ TEST(RadianceTransfer, DoesNotDependOnTheNumberOfThreads) {
         std::array<SceneRadiance, 3> radiance;
         const DenseCoefficients dense = dense_coefficients(light, scene.size);
         EXPECT_TRUE(shade_frame(*light_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, dense),
-                                scene.scene, scene.geometry(), dense, radiance[0]));
-        EXPECT_TRUE(shade_frame(*view_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light),
+                                scene.scene, scene.geometry(), dense, {}, radiance[0]));
+        EXPECT_TRUE(shade_frame(*view_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light, {}),
                                 scene.scene, scene.geometry(), radiance[1]));
         EXPECT_TRUE(
             shade_frame(*motion_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light, 1),
-                        scene.scene, scene.geometry(), settings(), FrameQuality::moving, radiance[2]));
+                        scene.scene, scene.geometry(), settings(), {}, FrameQuality::moving, radiance[2]));
         return radiance;
     };
     std::optional<std::array<SceneRadiance, 3>> wanted;
@@ -166,7 +167,7 @@ TEST(RadianceTransfer, StopsWhenAsked) {
     const RgbCubemapTree light = scene.light();
     const auto by_light = light_transfer(scene.scene, scene.geometry(), settings(), {},
                                          dense_coefficients(light, scene.size), progress);
-    const auto by_view = view_transfer(scene.scene, scene.geometry(), settings(), {}, light, progress);
+    const auto by_view = view_transfer(scene.scene, scene.geometry(), settings(), {}, light, {}, progress);
     const auto by_motion = motion_transfer(scene.scene, scene.geometry(), settings(), {}, light, 1, progress);
     ASSERT_TRUE(!by_light && !by_view && !by_motion);
     for (const auto& error : {by_light.error(), by_view.error(), by_motion.error()})

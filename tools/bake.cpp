@@ -60,9 +60,7 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
     }
     const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, context.progress);
     if (!geometry) return geometry.error();
-    const LightPyramid light(
-        lighting_tree(shaded.environment, settings.face_size, {settings.light_coefficients}),
-        settings.face_size);
+    const SceneLight light = scene_light(shaded.environment, settings, context.progress.stop);
     const PointShading shading{shaded, *geometry, light, settings};
     if (options.refine) {
         const std::vector<Mesh> start = surface_meshes(entities, options.vertex_budget / refinement_share);
@@ -98,7 +96,7 @@ Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
     const Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    Result<LatLongImage> environment = opened_environment(*scene, context);
+    Result<Environment> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
     const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
@@ -122,8 +120,9 @@ Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
     fmt::print("baked  {} vertices of {} instances in {:.2f} s\n", vertices, instances.size(), shade_seconds);
 
     if (context.progress.stop.stop_requested()) return Error{"", interrupted};
+    const LatLongImage background = image_with_suns(shaded.environment);
     const Result<BakedFiles> files = write_baked_scene(output, file_stem(*scene), scene->camera, instances,
-                                                       BackgroundDescription{&shaded.environment});
+                                                       BackgroundDescription{&background});
     if (!files) return files.error();
     if (files->clamped_vertices > 0)
         context.warn(

@@ -84,7 +84,7 @@ std::vector<BudgetReport::Mark> worst_marks(const ShadedScene& scene, const Came
 
 /// The dense oracle against POV-Ray, both with the original meshes.
 Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& scene,
-                                   const LatLongImage& environment, CommandContext& context) {
+                                   const Environment& environment, CommandContext& context) {
     const Result<SceneEntities> originals = original_entities(scene, context);
     if (!originals) return originals.error();
     Camera camera = scene.camera;
@@ -139,7 +139,7 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
     const Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    const Result<LatLongImage> environment = opened_environment(*scene, context);
+    const Result<Environment> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
     const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
@@ -164,8 +164,9 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     report_entries(budget->entries, context);
     context.report["vertices"] = budget->vertices.size();
 
+    const LatLongImage background = image_with_suns(*environment);
     const Image picture = preview.draw(scene->camera, instances, [&](const Vec3f& direction) {
-        return radiance_from(*environment, Vec3d(direction));
+        return radiance_from(background, Vec3d(direction));
     });
     BudgetReport page;
     page.title = scene->name;

@@ -21,7 +21,7 @@ struct ReferenceOptions {
 
 /// The number of lights that the wanted error needs, from two small pictures.
 Result<int> chosen_lights(const std::filesystem::path& folder, const std::string& stem, const Camera& camera,
-                          std::span<const ReferenceInstance> instances, const LatLongImage& environment,
+                          std::span<const ReferenceInstance> instances, const Environment& environment,
                           const PovrayOptions& options, double wanted, CommandContext& context) {
     constexpr std::array<int, 2> tried{256, 1024};
     PovrayOptions small = options;
@@ -70,7 +70,7 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
     const Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    const Result<LatLongImage> environment = opened_environment(*scene, context);
+    const Result<Environment> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
 
     const Result<SceneEntities> entities = original_entities(*scene, context);

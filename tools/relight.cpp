@@ -16,9 +16,9 @@ namespace haarfield {
 namespace {
 
 /// The scene's own environment, or those of --lights.
-Result<std::vector<LatLongImage>> opened_environments(const Scene& scene, const RelightOptions& options,
-                                                      CommandContext& context) {
-    std::vector<LatLongImage> environments;
+Result<std::vector<Environment>> opened_environments(const Scene& scene, const RelightOptions& options,
+                                                     CommandContext& context) {
+    std::vector<Environment> environments;
     std::vector<Scene> scenes;
     for (const std::string& file : options.lights) {
         scenes.push_back(scene);
@@ -27,7 +27,7 @@ Result<std::vector<LatLongImage>> opened_environments(const Scene& scene, const 
     }
     if (scenes.empty()) scenes.push_back(scene);
     for (const Scene& lit : scenes) {
-        Result<LatLongImage> environment = opened_environment(lit, context);
+        Result<Environment> environment = opened_environment(lit, context);
         if (!environment) return environment.error();
         environments.push_back(std::move(*environment));
     }
@@ -105,7 +105,7 @@ private:
             const Instance& instance = stage_.scene.instances[i];
             instances.push_back({instance.name, &mesh(i), instance.placement, stage_.session->radiance()[i]});
         }
-        LatLongImage background = stage_.environments[0];
+        LatLongImage background = stage_.backgrounds[0];
         for (std::size_t p = 0; p < background.pixels.size(); ++p) {
             const auto width = static_cast<std::size_t>(background.width);
             background.pixels[p] =
@@ -140,13 +140,15 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
     Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    Result<std::vector<LatLongImage>> environments = opened_environments(*scene, options, context);
+    Result<std::vector<Environment>> environments = opened_environments(*scene, options, context);
     if (!environments) return environments.error();
     const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
 
     if (const Result<Done> made = make_folder(output); !made) return made.error();
-    RelightStage stage{options, std::move(*scene), {}, std::move(*environments), {}, {}, nullptr};
+    RelightStage stage{options, std::move(*scene), {}, std::move(*environments), {}, {}, {}, nullptr};
+    for (const Environment& environment : stage.environments)
+        stage.backgrounds.push_back(image_with_suns(environment));
     stage.settings.face_size = options.fields.face_size;
     apply_occlusion(options.occlusion, stage.settings);
     stage.weights.assign(stage.environments.size(), 0);

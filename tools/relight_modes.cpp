@@ -26,29 +26,40 @@ RelightMode spinning_light(RelightStage& stage) {
 
 /// From one environment to the next.
 RelightMode fading_lights(RelightStage& stage) {
-    auto encoded = std::make_shared<std::vector<DenseCoefficients>>();
+    struct Encoded {
+        std::vector<DenseCoefficients> smooth;
+        std::vector<std::vector<DirectionalLight>> lights;
+    };
+    auto encoded = std::make_shared<Encoded>();
     const auto show_mixed = [&stage, encoded] {
-        std::vector<const DenseCoefficients*> lights;
-        for (const DenseCoefficients& light : *encoded) lights.push_back(&light);
-        stage.session->show_light(weighted_sum(lights, stage.weights));
+        std::vector<const DenseCoefficients*> smooth;
+        for (const DenseCoefficients& light : encoded->smooth) smooth.push_back(&light);
+        std::vector<DirectionalLight> lights;
+        for (std::size_t i = 0; i < encoded->lights.size(); ++i)
+            if (stage.weights[i] > 0)
+                for (const auto& [direction, irradiance] : encoded->lights[i])
+                    lights.push_back({direction, irradiance * stage.weights[i]});
+        stage.session->show_light(weighted_sum(smooth, stage.weights), std::move(lights));
     };
     const auto show = [&stage, encoded, show_mixed](double share) {
-        const double place = share * double(encoded->size() - 1);
-        for (std::size_t i = 0; i < encoded->size(); ++i)
+        const double place = share * double(encoded->smooth.size() - 1);
+        for (std::size_t i = 0; i < encoded->smooth.size(); ++i)
             stage.weights[i] = static_cast<float>(std::max(0.0, 1 - std::abs(place - double(i))));
         show_mixed();
     };
     return {.name = "lights",
             .prepare = [&stage, encoded, show_mixed](const Progress& progress) -> Result<Done> {
-                for (const LatLongImage& environment : stage.environments) {
+                for (const Environment& environment : stage.environments) {
+                    const SplitLight split = split_light(environment, stage.settings.sources);
                     const RgbCubemapTree light =
-                        lighting_tree(environment, stage.settings.face_size,
+                        lighting_tree(split.smooth, stage.settings.face_size,
                                       {stage.settings.light_coefficients}, progress.stop);
                     if (progress.stop.stop_requested()) return Error{"", interrupted};
-                    encoded->push_back(dense_coefficients(light, stage.settings.face_size));
+                    encoded->smooth.push_back(dense_coefficients(light, stage.settings.face_size));
+                    encoded->lights.push_back(all_lights(split.sources));
                 }
                 // The vectors are pruned for all of them.
-                std::ranges::fill(stage.weights, 1 / static_cast<float>(encoded->size()));
+                std::ranges::fill(stage.weights, 1 / static_cast<float>(encoded->smooth.size()));
                 show_mixed();
                 return stage.session->vary_light(progress);
             },
@@ -127,7 +138,7 @@ Rgb RelightStage::background(const Vec3f& direction) const {
     const Vec3d before = rotation.inverse()(Vec3d(direction));
     Rgb sum(0.0f);
     for (std::size_t i = 0; i < environments.size(); ++i)
-        if (weights[i] > 0) sum += radiance_from(environments[i], before) * weights[i];
+        if (weights[i] > 0) sum += radiance_from(backgrounds[i], before) * weights[i];
     return sum;
 }
 

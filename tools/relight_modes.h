@@ -31,9 +31,10 @@ struct RelightStage {
     const RelightOptions& options;
     Scene scene;  ///< Its camera and instances are those of the frame at hand.
     RenderSettings settings;
-    std::vector<LatLongImage> environments;
-    std::vector<float> weights;  ///< Of the environments, in the frame at hand.
-    Rotation rotation;           ///< Of the environments, in the frame at hand.
+    std::vector<Environment> environments;
+    std::vector<LatLongImage> backgrounds;  ///< The same as pictures.
+    std::vector<float> weights;             ///< Of the environments, in the frame at hand.
+    Rotation rotation;                      ///< Of the environments, in the frame at hand.
     RelightSession* session = nullptr;
 
     Rgb background(const Vec3f& direction) const;

@@ -61,18 +61,19 @@ Result<Scene> opened_scene(const SceneOptions& options) {
     return scene;
 }
 
-Result<LatLongImage> opened_environment(const Scene& scene, CommandContext& context) {
+Result<Environment> opened_environment(const Scene& scene, CommandContext& context) {
     const EnvironmentDescription& description = scene.environment;
-    Result<LatLongImage> image = description.sky
-                                     ? Result<LatLongImage>(sky_image(*description.sky, sky_width))
-                                     : read_environment_image(description.image);
-    if (!image) return image;
+    if (description.sky)
+        return turned_environment(sky_environment(*description.sky, sky_width), description.rotation,
+                                  description.exposure);
+    Result<LatLongImage> image = read_environment_image(description.image);
+    if (!image) return image.error();
     const EnvironmentFindings findings = clean_environment(*image);
     if (findings.negative_values + findings.non_finite_values > 0)
         context.warn(fmt::format("{}: {} negative and {} non-finite values clamped",
                                  description.image.string(), findings.negative_values,
                                  findings.non_finite_values));
-    return turned_environment(*image, description.rotation, description.exposure);
+    return turned_environment(Environment(std::move(*image)), description.rotation, description.exposure);
 }
 
 PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const CommandContext& context) {

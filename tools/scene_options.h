@@ -35,7 +35,7 @@ void add_picture_options(CLI::App& command, SceneOptions& options);
 Result<Scene> opened_scene(const SceneOptions& options);
 
 /// The scene's light: read or made, cleaned (with a warning that counts), turned and exposed.
-Result<LatLongImage> opened_environment(const Scene& scene, CommandContext& context);
+Result<Environment> opened_environment(const Scene& scene, CommandContext& context);
 
 /// How POV-Ray is to render a scene: with its resolution.
 PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const CommandContext& context);

@@ -30,4 +30,14 @@ Result<Done> parallel_loop(const LoopItems& items, const std::function<LoopBody(
     return Done{};
 }
 
+Progress counted_by(std::size_t together, std::size_t count, const Progress& progress) {
+    Progress result{{}, progress.stop};
+    if (progress.report)
+        result.report = [together, count, &progress](std::string_view stage, std::uint64_t done,
+                                                     std::uint64_t) {
+            progress.report(stage, std::min<std::uint64_t>(done * together, count), count);
+        };
+    return result;
+}
+
 }  // namespace haarfield

@@ -29,4 +29,8 @@ struct LoopItems {
 Result<Done> parallel_loop(const LoopItems& items, const std::function<LoopBody()>& make_body,
                            std::string_view stage, const Progress& progress);
 
+/// What to pass on where an item of a loop is a run of smaller ones: reports these, `together` an item and
+/// `count` in all. The progress must outlive the result.
+Progress counted_by(std::size_t together, std::size_t count, const Progress& progress);
+
 }  // namespace haarfield

@@ -29,6 +29,9 @@ public:
     /// original one, and would darken them, whereas they lie exactly on the original's own triangles.
     const Occluder& own() const { return own_; }
 
+    /// Of the mesh as it was read.
+    const Occluder& original() const { return original_; }
+
     /// Whether a point is inside the coarse mesh.
     const InsideTest& in_coarse() const { return in_coarse_; }
     /// Whether a point is inside the original mesh.

@@ -7,8 +7,13 @@
 
 namespace haarfield {
 
-DenseLight::DenseLight(const LatLongImage& environment, int size)
-    : face_size(size), light(lighting_texels(environment, size)), directions(texel_directions(size)) {}
+DenseLight::DenseLight(const Environment& environment, int size, const SourceRule& rule)
+    : face_size(size), directions(texel_directions(size)) {
+    const SplitLight split = split_light(environment, rule);
+    light = lighting_texels(split.smooth, size);
+    for (const LightSource& source : split.sources)
+        parts.insert(parts.end(), source.parts.begin(), source.parts.end());
+}
 
 Vec3d DenseLight::radiance_from(std::size_t texel, const Material& material, const VertexView& view) const {
     // light holds size^2, for integrals over the unit square of each face.
@@ -22,8 +27,18 @@ void multiply_by_open(std::span<float> visibility, std::span<const std::uint8_t>
     for (std::size_t i = 0; i < visibility.size(); ++i) visibility[i] *= open_fraction(open_samples[i]);
 }
 
-DenseShader::DenseShader(const ShadedScene& scene, const DenseLight& light)
-    : scene_(scene), light_(light), rasterizer_(light.face_size) {}
+Vec3d radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowRays& rays, const Vec3f& from,
+                          const Material& material, const VertexView& view) {
+    Vec3d radiance(0.0);
+    for (const DirectionalLight& part : parts)
+        if (part.direction.dot(view.normal) > 0 && !rays.is_blocked(from, part.direction))
+            radiance += Vec3d(part.irradiance) *
+                        reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(part.direction));
+    return radiance;
+}
+
+DenseShader::DenseShader(const ShadedScene& scene, const DenseLight& light, const ShadowRays& rays)
+    : scene_(scene), light_(light), rays_(rays), rasterizer_(light.face_size) {}
 
 Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point) {
     return radiance(instance, point, vertex_view(scene_, scene_.instances[instance], point));
@@ -46,12 +61,17 @@ Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const
         if (visibility_[i] > 0)
             radiance +=
                 light_.radiance_from(i, entity.materials[point.material], view) * double(visibility_[i]);
-    return Rgb(Vec3f(radiance));
+    const ShadedInstance& at = scene_.instances[instance];
+    return Rgb(
+        Vec3f(radiance + radiance_from_parts(light_.parts, rays_, at.placement.point_to_world(point.sample),
+                                             entity.materials[point.material], view)));
 }
 
 Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
                                            const Progress& progress) {
-    const DenseLight light(scene.environment, settings.face_size);
+    const DenseLight light(scene.environment, settings.face_size, settings.sources);
+    ShadowRays rays;
+    rays.build(scene);
     std::vector<std::vector<std::uint32_t>> orders;
     for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
     const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
@@ -59,8 +79,8 @@ Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const Rende
     const Result<Done> visited = visit_vertices(
         scene, order_spans,
         [&]() -> VertexVisitor {
-            return [&, shader = std::make_shared<DenseShader>(scene, light)](std::size_t instance,
-                                                                             std::uint32_t vertex) {
+            return [&, shader = std::make_shared<DenseShader>(scene, light, rays)](std::size_t instance,
+                                                                                   std::uint32_t vertex) {
                 radiance[instance][vertex] = shader->radiance(
                     instance, surface_point(scene.entities[scene.instances[instance].entity], vertex));
             };

@@ -11,10 +11,12 @@ namespace haarfield {
 /// Light by texel, face by face: what the oracle sums over.
 struct DenseLight {
     int face_size = 0;
-    std::vector<Rgb> light;         ///< lighting.h: radiance * solid angle * size^2.
-    std::vector<Vec3f> directions;  ///< Of the texels' centres.
+    std::vector<Rgb> light;               ///< lighting.h: radiance * solid angle * size^2.
+    std::vector<Vec3f> directions;        ///< Of the texels' centres.
+    std::vector<DirectionalLight> parts;  ///< Of what is concentrated: all there are.
 
-    DenseLight(const LatLongImage& environment, int face_size);  ///< The environment on faces of a size.
+    /// The environment on faces of a size, parted as the rule has it.
+    DenseLight(const Environment& environment, int face_size, const SourceRule& rule = {});
 
     /// What a texel adds to the radiance of a point that sees it.
     Vec3d radiance_from(std::size_t texel, const Material& material, const VertexView& view) const;
@@ -22,11 +24,12 @@ struct DenseLight {
 
 /// Shades single points of a scene, as scene_radiance shades vertices, but: every occluder, the point's own
 /// entity included, is rasterized at the point; lobes are evaluated at the texels; the lighting is not
-/// truncated; sums are in double. Of one thread; keeps its buffers.
+/// truncated, and of what is concentrated every part has a ray of its own; sums are in double. Of one thread;
+/// keeps its buffers.
 class DenseShader {
 public:
-    /// Scene and light must outlive it.
-    DenseShader(const ShadedScene& scene, const DenseLight& light);
+    /// Scene, light and rays, which are placed as the scene is, must outlive it.
+    DenseShader(const ShadedScene& scene, const DenseLight& light, const ShadowRays& rays);
 
     /// cost  some milliseconds for faces of 64 texels.
     Rgb radiance(std::size_t instance, const SurfacePoint& point);
@@ -37,9 +40,16 @@ public:
 private:
     const ShadedScene& scene_;
     const DenseLight& light_;
+    const ShadowRays& rays_;
     VisibilityRasterizer rasterizer_;
     std::vector<float> visibility_;
 };
+
+/// Outgoing radiance by the parts of concentrated light that nothing blocks, in double.
+///
+/// from  in the world: where the point looks from, off the surface beside it.
+Vec3d radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowRays& rays, const Vec3f& from,
+                          const Material& material, const VertexView& view);
 
 /// Multiplies visibility by what can be seen past one more occluder.
 void multiply_by_open(std::span<float> visibility, std::span<const std::uint8_t> open_samples);

@@ -73,6 +73,10 @@ std::vector<BudgetEntry> budget_entries(const std::vector<OracleRadiances>& radi
              ? fmt::format("{} wavelets a face", context.settings.light_coefficients)
              : "all wavelets",
          &R::lighting, &R::oracle},
+        {"sources",
+         fmt::format("{} directions of suns and lamps, against all {} of their parts",
+                     context.baked_light.lights.size(), context.light.parts.size()),
+         &R::sources, &R::oracle},
         {"visibility", "the fields' truncated wavelets, in bytes", &R::visibility, &R::oracle},
         {"planar field", "interpolated between exact samples on the ground", &R::planar, &R::oracle,
          &R::has_planar},
@@ -132,7 +136,9 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
 
 Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<const MeshPoint> points,
                                         const RenderSettings& settings, const Progress& progress) {
-    const DenseLight light(scene.environment, settings.face_size);
+    const DenseLight light(scene.environment, settings.face_size, settings.sources);
+    ShadowRays rays;
+    rays.build(scene);
     struct Radiances {
         Rgb interpolated{0.0f}, exact{0.0f};
         bool counts = false;
@@ -141,7 +147,7 @@ Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<cons
     const Result<Done> measured = parallel_loop(
         {points.size()},
         [&]() -> LoopBody {
-            return [&, shader = std::make_shared<DenseShader>(scene, light)](std::size_t k) {
+            return [&, shader = std::make_shared<DenseShader>(scene, light, rays)](std::size_t k) {
                 const ShadedEntity& entity = scene.entities[scene.instances[points[k].instance].entity];
                 const std::optional<SurfacePoint> point = surface_point(entity, points[k]);
                 if (!point) return;

@@ -1,55 +1,78 @@
 #include "shading/bake/renderer.h"
 
+#include <algorithm>
 #include <memory>
 
 #include "fields/base/parallel_loop.h"
-#include "shading/scene/lighting.h"
+#include "shading/bake/source_light.h"
 #include "shading/scene/vertex_loop.h"
 #include "shading/walk/vertex_shading.h"
 
 namespace haarfield {
 namespace {
 
-/// Shades points, on one thread.
+/// Shades runs of neighbouring points, on one thread.
 class PointShader {
 public:
     explicit PointShader(const PointShading& shading)
         : shading_(shading), visibility_(shading.scene, shading.geometry) {}
 
-    /// own  the tree of what the point sees of its own entity.
-    Rgb operator()(std::size_t instance_index, const SurfacePoint& point,
-                   const WideCubemap<std::uint8_t>& own) {
-        const VertexView view = vertex_view(shading_.scene, shading_.scene.instances[instance_index], point);
-        if (!visibility_.look(instance_index, own, view)) return Rgb(0.0f);
-        return radiance(instance_index, point.material, view, visibility_.sight());
+    /// One more point of the run; own: the tree of what it sees of its own entity.
+    void add(std::size_t instance_index, const SurfacePoint& point, const WideCubemap<std::uint8_t>& own) {
+        const VertexView view = take_up(instance_index, point);
+        if (visibility_.look(instance_index, own, view))
+            shade(visibility_.sight());
+        else
+            radiance_.emplace_back(0.0f);
     }
 
-    /// Of a vertex.
-    Rgb operator()(std::size_t instance_index, std::uint32_t vertex) {
+    /// The same of a vertex.
+    void add(std::size_t instance_index, std::uint32_t vertex) {
         const ShadedInstance& instance = shading_.scene.instances[instance_index];
         const SurfacePoint point = surface_point(shading_.scene.entities[instance.entity], vertex);
         const VertexSight* kept =
             shading_.visibility ? shading_.visibility->find(instance_index, vertex) : nullptr;
         if (!kept)
-            return (*this)(instance_index, point,
-                           shading_.geometry.entities[instance.entity].visibility.local(vertex));
-        if (kept->trees.empty()) return Rgb(0.0f);
-        return radiance(instance_index, point.material, vertex_view(shading_.scene, instance, point), *kept);
+            return add(instance_index, point,
+                       shading_.geometry.entities[instance.entity].visibility.local(vertex));
+        take_up(instance_index, point);
+        if (kept->trees.empty())
+            radiance_.emplace_back(0.0f);
+        else
+            shade(*kept);
+    }
+
+    /// Ends the run: the points' radiance, valid until the next.
+    std::span<const Rgb> finish() {
+        add_source_light(shading_.geometry.rays, shading_.light.lights, receivers_, radiance_);
+        finished_.swap(radiance_);
+        radiance_.clear();
+        receivers_.clear();
+        return finished_;
     }
 
 private:
-    Rgb radiance(std::size_t instance, std::uint16_t material, const VertexView& view,
-                 const VertexSight& sight) {
-        const auto& [scene, geometry, light, settings, kept] = shading_;
-        const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
-        const VertexBrdf brdf = vertex_brdf(entity.materials[material], view);
-        return without_negative(outgoing_radiance(light, {geometry.directions, brdf, sight, settings.depth},
-                                                  memory_, settings.tolerance));
+    VertexView take_up(std::size_t instance_index, const SurfacePoint& point) {
+        const ShadedScene& scene = shading_.scene;
+        const ShadedInstance& instance = scene.instances[instance_index];
+        const VertexView view = vertex_view(scene, instance, point);
+        receivers_.push_back({instance.placement.point_to_world(point.sample),
+                              vertex_brdf(scene.entities[instance.entity].materials[point.material], view)});
+        return view;
+    }
+    void shade(const VertexSight& sight) {
+        const RenderSettings& settings = shading_.settings;
+        radiance_.push_back(without_negative(
+            outgoing_radiance(shading_.light.smooth,
+                              {shading_.geometry.directions, receivers_.back().brdf, sight, settings.depth},
+                              memory_, settings.tolerance)));
     }
 
     const PointShading shading_;
     VertexVisibility visibility_;
     WalkMemory<std::uint8_t> memory_;
+    std::vector<SourceReceiver> receivers_;  ///< The points of the run at hand,
+    std::vector<Rgb> radiance_, finished_;   ///< and their radiance.
 };
 
 }  // namespace
@@ -77,12 +100,17 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view) {
 Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress& progress) {
     const ShadedScene& scene = shading.scene;
     SceneRadiance radiance = black_vertices(scene);
-    const Result<Done> visited = visit_vertices(
+    const Result<Done> visited = visit_vertex_runs(
         scene, shading.geometry.orders(),
-        [&]() -> VertexVisitor {
-            return [&, shader = std::make_shared<PointShader>(shading)](std::size_t instance,
-                                                                        std::uint32_t vertex) {
-                radiance[instance][vertex] = (*shader)(instance, vertex);
+        [&]() -> VertexRunVisitor {
+            return [&, shader = std::make_shared<PointShader>(shading)](
+                       std::size_t instance, std::span<const std::uint32_t> vertices) {
+                for (const std::uint32_t vertex : vertices) {
+                    if (progress.stop.stop_requested()) return;
+                    shader->add(instance, vertex);
+                }
+                const std::span<const Rgb> run = shader->finish();
+                for (std::size_t k = 0; k < vertices.size(); ++k) radiance[instance][vertices[k]] = run[k];
             };
         },
         "shading", progress);
@@ -96,27 +124,32 @@ Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSetti
                                      const Progress& progress) {
     Result<ShadingGeometry> geometry = shading_geometry(scene, settings, progress);
     if (!geometry) return geometry.error();
-    const LightPyramid light(
-        lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
-        settings.face_size);
+    const SceneLight light = scene_light(scene.environment, settings, progress.stop);
     return scene_radiance({scene, *geometry, light, settings}, progress);
 }
 
 Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<const InstancePoint> points,
                                         const Progress& progress) {
     std::vector<Rgb> radiance(points.size());
+    constexpr std::size_t run = 64;
     const Result<Done> shaded = parallel_loop(
-        {points.size(), 64},
+        {(points.size() + run - 1) / run},
         [&]() -> LoopBody {
             return [&, shader = std::make_shared<PointShader>(shading),
-                    seen = std::make_shared<SeenVisibility>(shading.settings.face_size)](std::size_t i) {
-                const auto& [instance, point] = points[i];
-                const ShadedEntity& entity = shading.scene.entities[shading.scene.instances[instance].entity];
-                const OccluderView own{&entity.occlusion->own(), point.sample, &point.normal};
-                radiance[i] = (*shader)(instance, point, (*seen)({&own, 1}));
+                    seen = std::make_shared<SeenVisibility>(shading.settings.face_size)](std::size_t r) {
+                const std::size_t begin = r * run, end = std::min(points.size(), begin + run);
+                for (std::size_t i = begin; i != end; ++i) {
+                    if (progress.stop.stop_requested()) return;
+                    const auto& [instance, point] = points[i];
+                    const ShadedEntity& entity =
+                        shading.scene.entities[shading.scene.instances[instance].entity];
+                    const OccluderView own{&entity.occlusion->own(), point.sample, &point.normal};
+                    shader->add(instance, point, (*seen)({&own, 1}));
+                }
+                std::ranges::copy(shader->finish(), radiance.begin() + static_cast<std::ptrdiff_t>(begin));
             };
         },
-        "shading", progress);
+        "shading", counted_by(run, points.size(), progress));
     if (!shaded) return shaded.error();
     return radiance;
 }

@@ -3,8 +3,8 @@
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
+#include "shading/scene/scene_light.h"
 #include "shading/visibility/kept_visibility.h"
-#include "shading/walk/light_pyramid.h"
 #include "shading/walk/vertex_shading.h"
 
 namespace haarfield {
@@ -28,7 +28,7 @@ Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSetti
 struct PointShading {
     const ShadedScene& scene;
     const ShadingGeometry& geometry;
-    const LightPyramid& light;
+    const SceneLight& light;
     const RenderSettings& settings;
     const KeptVisibility* visibility = nullptr;  ///< Of the scene's vertices; null: they look round anew.
 };

@@ -78,15 +78,14 @@ OracleContext::OracleContext(const ShadedScene& of, std::span<const Mesh* const>
     : scene(of),
       settings(with),
       geometry(shared),
-      light(scene.environment, settings.face_size),
+      light(scene.environment, settings.face_size, settings.sources),
       truncated(light),
-      fine_light(scene.environment, std::min(4 * settings.face_size, finest_face_size)),
-      exact_pyramid(lighting_tree(scene.environment, settings.face_size, {}), settings.face_size),
-      baked_pyramid(lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
-                    settings.face_size) {
+      fine_light(scene.environment, std::min(4 * settings.face_size, finest_face_size), settings.sources),
+      exact_pyramid(haar_cubemap<Rgb>(light.light, settings.face_size, {}), settings.face_size),
+      baked_light(scene_light(scene.environment, settings)) {
     for (const Mesh* mesh : meshes) originals.push_back(make_occluder(*mesh));
     truncated = truncated_light(
-        lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}), light);
+        haar_cubemap<Rgb>(light.light, settings.face_size, {settings.light_coefficients}), light);
 }
 
 class VertexOracles::Vertex {
@@ -102,7 +101,9 @@ public:
         const ShadedScene& scene = context_.scene;
         entity_ = &scene.entities[scene.instances[instance].entity];
         point_ = surface_point(*entity_, vertex);
-        view_ = vertex_view(scene, scene.instances[instance], point_);
+        const ShadedInstance& at = scene.instances[instance];
+        view_ = vertex_view(scene, at, point_);
+        from_ = at.placement.point_to_world(point_.sample);
         OracleRadiances result;
         result.baked = baked(instance, vertex);
         if (!list_occluders(instance)) return result;
@@ -139,6 +140,7 @@ public:
         result.finest = visible_radiance(fine_response, seen_finely([&](const Seen& s, std::span<float> v) {
                                              see_original(s, v, fine_rasterizer_);
                                          }));
+        add_sources(result);
         return result;
     }
 
@@ -254,11 +256,28 @@ private:
         return radiance(context_.exact_pyramid, {{&factor, 1}, {}}, depth, tolerance);
     }
 
+    /// What is concentrated has every part in the oracles, and is cut into the bake's directions by itself.
+    void add_sources(OracleRadiances& result) const {
+        const auto sum = [&](std::span<const DirectionalLight> lights) {
+            return Rgb(Vec3f(radiance_from_parts(lights, context_.geometry.rays, from_,
+                                                 entity_->materials[point_.material], view_)));
+        };
+        const Rgb all = sum(context_.light.parts), few = sum(context_.baked_light.lights);
+        result.sources = result.oracle + few;
+        result.baked += few;
+        for (Rgb OracleRadiances::*exact :
+             {&OracleRadiances::oracle, &OracleRadiances::finer, &OracleRadiances::original,
+              &OracleRadiances::finest, &OracleRadiances::lighting, &OracleRadiances::lobes,
+              &OracleRadiances::visibility, &OracleRadiances::planar, &OracleRadiances::spherical,
+              &OracleRadiances::shallow})
+            result.*exact += all;
+    }
+
     Rgb baked(std::size_t instance, std::uint32_t vertex) {
         if (!bake_visibility_.look(instance, vertex, view_)) return Rgb(0.0f);
         const RenderSettings& settings = context_.settings;
-        return without_negative(
-            radiance(context_.baked_pyramid, bake_visibility_.sight(), settings.depth, settings.tolerance));
+        return without_negative(radiance(context_.baked_light.smooth, bake_visibility_.sight(),
+                                         settings.depth, settings.tolerance));
     }
 
     Rgb radiance(const LightPyramid& light, const VertexSight& sight, int depth, float tolerance) {
@@ -277,6 +296,7 @@ private:
     const ShadedEntity* entity_ = nullptr;  ///< Of the vertex at hand.
     SurfacePoint point_;
     VertexView view_;
+    Vec3f from_{0.0f};        ///< Its sample, in the world.
     std::vector<Seen> seen_;  ///< Its own entity first.
 };
 

@@ -12,7 +12,7 @@ struct OracleRadiances {
     Rgb finer{0.0f};     ///< With more texels,
     Rgb original{0.0f};  ///< or the original meshes,
     Rgb finest{0.0f};    ///< or both.
-    Rgb lighting{0.0f}, lobes{0.0f}, visibility{0.0f}, planar{0.0f}, spherical{0.0f};
+    Rgb lighting{0.0f}, sources{0.0f}, lobes{0.0f}, visibility{0.0f}, planar{0.0f}, spherical{0.0f};
     Rgb shallow{0.0f};  ///< As lobes, with the bake's depth and tolerance.
     Rgb baked{0.0f};
     bool has_planar = false, has_spherical = false;
@@ -23,9 +23,10 @@ struct OracleContext {
     const ShadedScene& scene;
     const RenderSettings& settings;  ///< Of the bake.
     const ShadingGeometry& geometry;
-    std::vector<Occluder> originals;            ///< By entity.
-    DenseLight light, truncated, fine_light;    ///< Truncated to the bake's wavelets; with the finest texels.
-    LightPyramid exact_pyramid, baked_pyramid;  ///< Of the first two.
+    std::vector<Occluder> originals;          ///< By entity.
+    DenseLight light, truncated, fine_light;  ///< Truncated to the bake's wavelets; with the finest texels.
+    LightPyramid exact_pyramid;               ///< Of the first.
+    SceneLight baked_light;                   ///< Of the bake.
 
     /// originals  the mesh of each entity as it was read.
     OracleContext(const ShadedScene& scene, std::span<const Mesh* const> originals,

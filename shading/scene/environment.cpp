@@ -56,6 +56,52 @@ LatLongImage turned_environment(const LatLongImage& image, double rotation, doub
     return turned;
 }
 
+Environment turned_environment(const Environment& environment, double rotation, double exposure) {
+    Environment turned{turned_environment(environment.image, rotation, exposure), environment.suns};
+    const double cosine = std::cos(rotation), sine = std::sin(rotation);
+    for (SunDisc& sun : turned.suns) {
+        const Vec3d d(sun.direction);
+        sun.direction = Vec3f(Vec3d(d.x * cosine + d.z * sine, d.y, d.z * cosine - d.x * sine));
+        sun.irradiance *= float(std::exp2(exposure));
+    }
+    return turned;
+}
+
+std::vector<Vec3f> disc_directions(const SunDisc& disc, int count, double turn) {
+    assert(count >= 1 && disc.angular_radius > 0 && disc.angular_radius <= 0.1f);
+    const Vec3d middle = Vec3d(disc.direction).normalized();
+    const Vec3d any = std::abs(middle.y) < 0.9 ? Vec3d(0, 1, 0) : Vec3d(1, 0, 0);
+    const Vec3d right = any.cross(middle).normalized(), up = middle.cross(right);
+    const double golden_angle = pi * (3 - std::sqrt(5.0));
+    std::vector<Vec3f> directions;
+    for (int i = 0; i < count; ++i) {
+        // Rings of equal solid angle: 1 - cosine grows evenly. In half angles, because it is small.
+        const double half_sine = std::sin(double(disc.angular_radius) / 2) * std::sqrt((i + 0.5) / count);
+        const double cosine = 1 - 2 * half_sine * half_sine,
+                     sine = 2 * half_sine * std::sqrt(1 - half_sine * half_sine);
+        directions.emplace_back(
+            middle * cosine +
+            (right * std::cos(turn + golden_angle * i) + up * std::sin(turn + golden_angle * i)) * sine);
+    }
+    return directions;
+}
+
+LatLongImage image_with_suns(const Environment& environment) {
+    LatLongImage image = environment.image;
+    constexpr int samples = 8192;
+    for (const SunDisc& sun : environment.suns)
+        for (const Vec3f& direction : disc_directions(sun, samples)) {
+            double x, y;
+            lat_long_point(Vec3d(direction), x, y);
+            const int column = std::min(int(x * image.width), image.width - 1),
+                      row = std::min(int(y * image.height), image.height - 1);
+            image.pixels[std::size_t(row) * std::size_t(image.width) + std::size_t(column)] +=
+                sun.irradiance *
+                float(1 / (samples * lat_long_pixel_solid_angle(row, image.width, image.height)));
+        }
+    return image;
+}
+
 double lat_long_pixel_solid_angle(int row, int width, int height) {
     const double top = pi * (0.5 - double(row) / height), bottom = pi * (0.5 - double(row + 1) / height);
     return 2 * pi / width * (std::sin(top) - std::sin(bottom));

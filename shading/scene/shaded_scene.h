@@ -4,7 +4,7 @@
 #include "fields/base/placement.h"
 #include "fields/field/entity_occlusion.h"
 #include "fields/field/visibility_field.h"
-#include "shading/scene/environment.h"
+#include "shading/scene/light_sources.h"
 #include "shading/scene/material.h"
 #include "shading/walk/wide_tree.h"
 
@@ -27,8 +27,8 @@ struct ShadedInstance {
 struct ShadedScene {
     std::vector<ShadedEntity> entities;
     std::vector<ShadedInstance> instances;
-    LatLongImage environment;  ///< Clean and turned.
-    Vec3f eye{0, 0, 0};        ///< Where the highlights are seen from.
+    Environment environment;  ///< Clean and turned.
+    Vec3f eye{0, 0, 0};       ///< Where the highlights are seen from.
 };
 
 /// How a vertex sees past other instances. Those of few triangles (RenderSettings::exact_triangles) are seen
@@ -46,6 +46,7 @@ struct RenderSettings {
     int depth = full_depth;        ///< Traversal depth, product_integral.
     float tolerance = 0;           ///< Of a vertex's radiance, for ending walks early; see outgoing_radiance.
     int light_coefficients = 300;  ///< Wavelets kept a face; 0: all.
+    SourceRule sources;            ///< What of the light is concentrated, and served by rays.
     Occlusion occlusion = Occlusion::automatic;
     float occlusion_error = 0.02f;  ///< Tolerance of `automatic`, for SamplerError::band.
     /// Occluders of at most so many triangles are seen exactly from near.

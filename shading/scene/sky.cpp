@@ -100,29 +100,53 @@ Vec3d sun_irradiance(double turbidity, double elevation) {
     return below;
 }
 
-/// Calls `visit` with directions that are spread evenly over the disc of the sun, each for an equal share of
-/// its solid angle: `share` of the whole.
-template <class Visit>
-void for_each_sun_sample(const Vec3d& sun, double angular_radius, const Visit& visit) {
-    constexpr int rings = 64, spokes = 128;
-    const Vec3d any = std::abs(sun.y) < 0.9 ? Vec3d(0, 1, 0) : Vec3d(1, 0, 0);
-    const Vec3d right = any.cross(sun).normalized(), up = sun.cross(right);
-    for (int ring = 0; ring < rings; ++ring) {
-        // Rings of equal solid angle: 1 - cosine grows evenly. In half angles, because it is small.
-        const double half_sine = std::sin(angular_radius / 2) * std::sqrt((ring + 0.5) / rings);
-        const double cosine = 1 - 2 * half_sine * half_sine;
-        const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
-        for (int spoke = 0; spoke < spokes; ++spoke) {
-            const double angle = 2 * pi * (spoke + 0.5 * (ring % 2)) / spokes;
-            visit(sun * cosine + (right * std::cos(angle) + up * std::sin(angle)) * sine,
-                  1.0 / (rings * spokes));
-        }
+/// A sky before it is scaled. Its ground is black.
+struct RawSky {
+    int width, height;
+    std::vector<Vec3d> pixels;
+    std::vector<double> sky_share;  ///< Of each row's pixels, what is above the horizon.
+    SunDisc sun;                    ///< Whole.
+    Vec3d sun_irradiance;
+
+    Vec3d& pixel(const Vec3f& direction, int& row) {
+        double x, y;
+        lat_long_point(Vec3d(direction), x, y);
+        const int column = std::min(int(x * width), width - 1);
+        row = std::min(int(y * height), height - 1);
+        return pixels[std::size_t(row) * std::size_t(width) + std::size_t(column)];
     }
-}
+    /// On the ground, by the pixels as they are: int cos dw over a pixel's part above the horizon.
+    Vec3d irradiance() const {
+        Vec3d sum(0, 0, 0);
+        for (int row = 0; 2 * row < height; ++row) {
+            const double top = std::cos(pi * row / height),
+                         bottom = std::cos(pi * std::min((row + 1.0) / height, 0.5));
+            const double weight = pi / width * (top * top - bottom * bottom) / sky_share[std::size_t(row)];
+            for (int column = 0; column < width; ++column)
+                sum += pixels[std::size_t(row) * std::size_t(width) + std::size_t(column)] * weight;
+        }
+        return sum;
+    }
+    /// What everything is multiplied with under such an irradiance of the ground.
+    static double scale(const Vec3d& irradiance) {
+        return pi / (0.2126 * irradiance.x + 0.7152 * irradiance.y + 0.0722 * irradiance.z);
+    }
+    LatLongImage scaled_image(const Vec3d& irradiance, const Rgb& ground_albedo) const {
+        const Vec3d ground = irradiance * Vec3d(ground_albedo) / pi;
+        LatLongImage image{width, height, std::vector<Rgb>(pixels.size())};
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            const Vec3d value =
+                (pixels[i] + ground * (1 - sky_share[i / std::size_t(width)])) * scale(irradiance);
+            image.pixels[i] = Rgb(float(value.x), float(value.y), float(value.z));
+        }
+        return image;
+    }
+};
 
-}  // namespace
+/// The directions in which a disc is looked at closely.
+constexpr int sun_samples = 8192;
 
-LatLongImage sky_image(const AnalyticSky& sky, int width) {
+RawSky raw_sky(const AnalyticSky& sky, int width) {
     assert(width >= 2 && width % 2 == 0);
     assert(sky.turbidity >= 2 && sky.turbidity <= 10);
     assert(sky.sun_elevation >= 0 && sky.sun_elevation <= 1.570797f);
@@ -132,53 +156,55 @@ LatLongImage sky_image(const AnalyticSky& sky, int width) {
     const Vec3d sun(std::cos(elevation) * std::cos(azimuth), std::sin(elevation),
                     std::cos(elevation) * std::sin(azimuth));
     const Daylight model = daylight(double(sky.turbidity), pi / 2 - elevation);
+    RawSky raw{width,
+               height,
+               std::vector<Vec3d>(std::size_t(width) * std::size_t(height), Vec3d(0, 0, 0)),
+               std::vector<double>(std::size_t(height), 0.0),
+               {Vec3f(sun), sky.sun_angular_radius, {}},
+               sun_irradiance(double(sky.turbidity), elevation)};
 
     // The sky, as the mean over samples of every pixel. Four rows of them, so that a pixel that the horizon
-    // halves is sky by half. Its ground stays black until the irradiance is known.
+    // halves is sky by half.
     constexpr int samples = 4;
-    std::vector<Vec3d> pixels(std::size_t(width) * std::size_t(height), Vec3d(0, 0, 0));
-    std::vector<double> sky_share(std::size_t(height), 0.0);
     for (int row = 0; row < height; ++row)
         for (int i = 0; i < samples; ++i) {
             const double y = (row + (i + 0.5) / samples) / height;
             if (y >= 0.5) continue;
-            sky_share[std::size_t(row)] += 1.0 / samples;
+            raw.sky_share[std::size_t(row)] += 1.0 / samples;
             for (int column = 0; column < width; ++column) {
                 const Vec3d direction = lat_long_direction((column + (i % 2 + 0.5) / 2) / width, y);
                 const double gamma = std::acos(std::clamp(direction.dot(sun), -1.0, 1.0));
-                pixels[std::size_t(row) * std::size_t(width) + std::size_t(column)] +=
+                raw.pixels[std::size_t(row) * std::size_t(width) + std::size_t(column)] +=
                     model.radiance(direction.y, gamma) / samples;
             }
         }
+    return raw;
+}
 
-    const Vec3d irradiance_by_sun = sun_irradiance(double(sky.turbidity), elevation);
-    for_each_sun_sample(sun, double(sky.sun_angular_radius), [&](const Vec3d& direction, double share) {
-        if (direction.y <= 0) return;  // set already
-        double x, y;
-        lat_long_point(direction, x, y);
-        const int column = std::min(int(x * width), width - 1), row = std::min(int(y * height), height - 1);
-        pixels[std::size_t(row) * std::size_t(width) + std::size_t(column)] +=
-            irradiance_by_sun * (share / lat_long_pixel_solid_angle(row, width, height));
-    });
+}  // namespace
 
-    // Irradiance of the ground, by the pixels as they are: int cos dw over a pixel's part above the horizon.
-    Vec3d irradiance(0, 0, 0);
-    for (int row = 0; 2 * row < height; ++row) {
-        const double top = std::cos(pi * row / height),
-                     bottom = std::cos(pi * std::min((row + 1.0) / height, 0.5));
-        const double weight = pi / width * (top * top - bottom * bottom) / sky_share[std::size_t(row)];
-        for (int column = 0; column < width; ++column)
-            irradiance += pixels[std::size_t(row) * std::size_t(width) + std::size_t(column)] * weight;
+LatLongImage sky_image(const AnalyticSky& sky, int width) {
+    RawSky raw = raw_sky(sky, width);
+    for (const Vec3f& direction : disc_directions(raw.sun, sun_samples)) {
+        if (direction.y <= 0) continue;
+        int row;
+        Vec3d& pixel = raw.pixel(direction, row);
+        pixel += raw.sun_irradiance / (sun_samples * lat_long_pixel_solid_angle(row, raw.width, raw.height));
     }
-    const double scale = pi / (0.2126 * irradiance.x + 0.7152 * irradiance.y + 0.0722 * irradiance.z);
-    const Vec3d ground = irradiance * Vec3d(sky.ground) / pi;
+    return raw.scaled_image(raw.irradiance(), sky.ground);
+}
 
-    LatLongImage image{width, height, std::vector<Rgb>(pixels.size())};
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-        const Vec3d value = (pixels[i] + ground * (1 - sky_share[i / std::size_t(width)])) * scale;
-        image.pixels[i] = Rgb(float(value.x), float(value.y), float(value.z));
-    }
-    return image;
+Environment sky_environment(const AnalyticSky& sky, int width) {
+    RawSky raw = raw_sky(sky, width);
+    double above = 0, cosine = 0;
+    for (const Vec3f& direction : disc_directions(raw.sun, sun_samples))
+        if (direction.y > 0) {
+            above += 1.0 / sun_samples;
+            cosine += double(direction.y) / sun_samples;
+        }
+    const Vec3d irradiance = raw.irradiance() + raw.sun_irradiance * cosine;
+    raw.sun.irradiance = Rgb(Vec3f(raw.sun_irradiance * (above * RawSky::scale(irradiance))));
+    return {raw.scaled_image(irradiance, sky.ground), {raw.sun}};
 }
 
 }  // namespace haarfield

@@ -14,14 +14,18 @@ struct AnalyticSky {
     Rgb ground{0.1f, 0.1f, 0.1f};         ///< Albedo of the ground, which fills the lower half.
 };
 
-/// The sky as a lat-long image; width even, height = width / 2.
+/// The sky as light: an image without the sun, width even, height = width / 2, and the sun's disc beside it.
 ///
-/// Radiance is scaled so that a white horizontal surface under the image's whole upper half, sun
-/// included, reflects a radiance whose luminance is 1. The sun sheds what the paper's air lets through,
-/// whatever its angular radius; it is spread over the pixels that it covers, with its energy exact. Where
-/// the horizon cuts its disc, the part below is missing. The ground reflects that light diffusely.
+/// Radiance is scaled so that a white horizontal surface under the whole upper half, sun included, reflects a
+/// radiance whose luminance is 1. The sun sheds what the paper's air lets through, whatever its angular
+/// radius; of a disc that the horizon cuts only the part above it sheds light. The ground reflects all of
+/// that diffusely.
 ///
 /// cost  some 0.1 s for 1024 x 512 pixels, one thread.
+Environment sky_environment(const AnalyticSky& sky, int width);
+
+/// The same as one image, with the sun spread over the pixels that it covers, its energy exact; where the
+/// horizon cuts its disc, the part below is missing. Scaled by what its own pixels shed.
 LatLongImage sky_image(const AnalyticSky& sky, int width);
 
 }  // namespace haarfield

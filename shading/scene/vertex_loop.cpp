@@ -65,21 +65,50 @@ std::vector<std::uint32_t> spatial_order(std::span<const Vec3f> points) {
 Result<Done> visit_vertices(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders,
                             const std::function<VertexVisitor()>& make_visitor, std::string_view stage,
                             const Progress& progress) {
-    std::vector<std::size_t> first(1, 0);  // item of each instance
-    for (const ShadedInstance& instance : scene.instances)
-        first.push_back(first.back() + orders[instance.entity].size());
+    return visit_vertex_runs(
+        scene, orders,
+        [&]() -> VertexRunVisitor {
+            return [visit = make_visitor(), &progress](std::size_t instance,
+                                                       std::span<const std::uint32_t> vertices) {
+                for (const std::uint32_t v : vertices) {
+                    if (progress.stop.stop_requested()) return;
+                    visit(instance, v);
+                }
+            };
+        },
+        stage, progress);
+}
+
+Result<Done> visit_vertex_runs(const ShadedScene& scene,
+                               std::span<const std::span<const std::uint32_t>> orders,
+                               const std::function<VertexRunVisitor()>& make_visitor, std::string_view stage,
+                               const Progress& progress) {
+    constexpr std::size_t run = 64;
+    std::vector<std::size_t> first(1, 0);  // run of each instance
+    std::size_t vertices = 0;
+    for (const ShadedInstance& instance : scene.instances) {
+        first.push_back(first.back() + (orders[instance.entity].size() + run - 1) / run);
+        vertices += orders[instance.entity].size();
+    }
     return parallel_loop(
-        {first.back(), 64},
+        {first.back()},
         [&]() -> LoopBody {
             return [&, visit = make_visitor()](std::size_t item) {
                 const auto after = std::upper_bound(first.begin(), first.end(), item);
                 const auto instance = static_cast<std::size_t>(after - first.begin()) - 1;
                 const std::size_t entity = scene.instances[instance].entity;
-                const std::uint32_t vertex = orders[entity][item - first[instance]];
-                if (!scene.entities[entity].occlusion->samples().buried[vertex]) visit(instance, vertex);
+                const std::span<const std::uint8_t> buried =
+                    scene.entities[entity].occlusion->samples().buried;
+                const std::size_t begin = (item - first[instance]) * run;
+                std::array<std::uint32_t, run> seen;
+                std::size_t count = 0;
+                for (const std::uint32_t v :
+                     orders[entity].subspan(begin, std::min(run, orders[entity].size() - begin)))
+                    if (!buried[v]) seen[count++] = v;
+                if (count > 0) visit(instance, std::span<const std::uint32_t>(seen).first(count));
             };
         },
-        stage, progress);
+        stage, counted_by(run, vertices, progress));
 }
 
 SceneRadiance black_vertices(const ShadedScene& scene) {

@@ -62,6 +62,15 @@ using SceneRadiance = std::vector<std::vector<Rgb>>;
 /// Some of a scene's vertices: 1, by instance and vertex of its fine mesh; 0 for the others.
 using VertexMask = std::vector<std::vector<std::uint8_t>>;
 
+/// Does something at neighbouring vertices of an instance: at most 64.
+using VertexRunVisitor = std::function<void(std::size_t instance, std::span<const std::uint32_t> vertices)>;
+
+/// visit_vertices, many at a time. Which of them come together does not depend on the threads.
+Result<Done> visit_vertex_runs(const ShadedScene& scene,
+                               std::span<const std::span<const std::uint32_t>> orders,
+                               const std::function<VertexRunVisitor()>& make_visitor, std::string_view stage,
+                               const Progress& progress);
+
 /// Room for the radiance of each vertex, black.
 SceneRadiance black_vertices(const ShadedScene& scene);
 

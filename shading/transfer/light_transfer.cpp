@@ -191,7 +191,8 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 
 Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const DenseCoefficients& light,
-                         SceneRadiance& radiance, const Progress& progress) {
+                         std::span<const DirectionalLight> lights, SceneRadiance& radiance,
+                         const Progress& progress) {
     const float error = transfer.pruning_error / 8;
     const FewCoefficients few = largest_coefficients(light, transfer.spectrum, error);
     const std::vector<ConcentratedLight> sources = concentrated_light(light, transfer.directions, error);
@@ -224,6 +225,8 @@ Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene
         }
     });
     if (progress.stop.stop_requested()) return Error{"", interrupted};
+    if (const Result<Done> lit = add_source_rows(scene, geometry, lights, by_row, nullptr, progress); !lit)
+        return lit.error();
     store_radiance(scene, geometry, by_row, radiance);
     return Done{};
 }

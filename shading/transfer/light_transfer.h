@@ -2,7 +2,7 @@
 /// Radiance transfer for a light that changes: turned, dimmed, exchanged, mixed.
 
 #include "shading/transfer/concentrated_light.h"
-#include "shading/transfer/radiance_transfer.h"
+#include "shading/transfer/source_rows.h"
 
 namespace haarfield {
 
@@ -47,12 +47,14 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 /// concentrated_light.h.
 ///
 /// scene, geometry  those that the vectors were made for.
+/// lights           of what is concentrated and not in `light`: see add_source_rows.
 /// accuracy         besides pruning, rounding to bytes: 0.2 %.
 /// errors           interrupted; then `radiance` is as it was.
 /// cost             a multiplication and an addition for each coefficient that a vertex and the light have in
 ///                  common, and for some twenty more a concentrated source.
 Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const DenseCoefficients& light,
-                         SceneRadiance& radiance, const Progress& progress = {});
+                         std::span<const DirectionalLight> lights, SceneRadiance& radiance,
+                         const Progress& progress = {});
 
 }  // namespace haarfield

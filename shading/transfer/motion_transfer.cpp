@@ -212,7 +212,8 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
 
 Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const RenderSettings& settings,
-                         FrameQuality quality, SceneRadiance& radiance, const Progress& progress) {
+                         std::span<const DirectionalLight> lights, FrameQuality quality,
+                         SceneRadiance& radiance, const Progress& progress) {
     const RowInterpolations shadows =
         found_interpolations(transfer.viewpoints.size(), progress.stop,
                              [&](std::size_t i) { return shadow(transfer, scene, transfer.viewpoints[i]); });
@@ -224,8 +225,12 @@ Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scen
                                        ? changed_own_radiance(transfer, scene, geometry, settings, progress)
                                        : whole_own_radiance(transfer, scene, geometry, settings, progress);
     if (!own) return own.error();
+    if (const Result<Done> lit = add_source_rows(scene, geometry, lights, by_row, nullptr, progress); !lit)
+        return lit.error();
     store_radiance(scene, geometry, by_row, radiance);
-    radiance[transfer.instance] = std::move(*own);
+    // Of its rows only the sources' light was there.
+    std::vector<Rgb>& moving = radiance[transfer.instance];
+    for (std::size_t v = 0; v < moving.size(); ++v) moving[v] += (*own)[v];
     return Done{};
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Radiance transfer for an instance that moves.
 
-#include "shading/transfer/radiance_transfer.h"
+#include "shading/transfer/source_rows.h"
 
 namespace haarfield {
 
@@ -57,12 +57,15 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
 /// Radiance with the moving instance where the scene has it now. Its own vertices are shaded by product
 /// integrals, since all that they see changes.
 ///
-/// scene    the one that the vectors were made for, but for the instance's translation and scale.
+/// scene    the one that the vectors were made for, but for the instance's translation and scale; the
+///          geometry's rays are placed alike.
+/// lights   of what is concentrated: see add_source_rows.
 /// errors   interrupted; then `radiance` is as it was.
 /// cost     one inner product per vertex in the instance's reach that has it above its horizon, with up to
 ///          eight samples side by side; and its own vertices.
 Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const RenderSettings& settings,
-                         FrameQuality quality, SceneRadiance& radiance, const Progress& progress = {});
+                         std::span<const DirectionalLight> lights, FrameQuality quality,
+                         SceneRadiance& radiance, const Progress& progress = {});
 
 }  // namespace haarfield

@@ -10,6 +10,11 @@
 #include "shading/scene/lighting.h"
 
 namespace haarfield {
+namespace {
+
+constexpr int lights_while_moving = 4;  ///< A source.
+
+}  // namespace
 
 RelightSession::RelightSession(SessionScene scene, const RenderSettings& settings,
                                const TransferSettings& transfer)
@@ -49,7 +54,7 @@ Result<const DenseCoefficients*> RelightSession::light(const Progress& progress)
 Result<const RgbCubemapTree*> RelightSession::light_tree(const Progress& progress) {
     if (!light_tree_) {
         if (!turnable_) {
-            TurnableLight made = turnable_light(environment_, settings_.face_size, progress.stop);
+            TurnableLight made = turnable_light(split().smooth, settings_.face_size, progress.stop);
             if (progress.stop.stop_requested()) return Error{"", interrupted};
             turnable_ = std::move(made);
         }
@@ -59,6 +64,31 @@ Result<const RgbCubemapTree*> RelightSession::light_tree(const Progress& progres
     return &*light_tree_;
 }
 
+const SplitLight& RelightSession::split() {
+    if (!split_) split_ = split_light(environment_, settings_.sources);
+    return *split_;
+}
+
+std::vector<LightSource> RelightSession::turned_sources() {
+    std::vector<LightSource> sources = split().sources;
+    for (LightSource& source : sources)
+        for (auto* lights : {&source.lights, &source.parts})
+            for (DirectionalLight& light : *lights) light.direction = rotation_(light.direction);
+    return sources;
+}
+
+std::vector<DirectionalLight> RelightSession::source_lights(FrameQuality quality) {
+    if (shown_lights_) return *shown_lights_;
+    if (quality == FrameQuality::still) return all_lights(turned_sources());
+    std::vector<DirectionalLight> lights;
+    for (const LightSource& source : split().sources)
+        for (DirectionalLight light : few_lights(source.lights, lights_while_moving)) {
+            light.direction = rotation_(light.direction);
+            lights.push_back(light);
+        }
+    return lights;
+}
+
 Result<const ShadingGeometry*> RelightSession::current_geometry(const Progress& progress) {
     if (!geometry_) {
         Result<ShadingGeometry> made = shading_geometry(scene_, settings_, progress);
@@ -66,6 +96,7 @@ Result<const ShadingGeometry*> RelightSession::current_geometry(const Progress& 
         geometry_ = std::move(*made);
     }
     geometry_->grid = InstanceGrid(spheres_of_influence(scene_));
+    geometry_->rays.place(scene_);
     return &*geometry_;
 }
 
@@ -94,8 +125,9 @@ Result<Done> RelightSession::vary_eye(const Progress& progress) {
     if (!geometry) return geometry.error();
     const Result<const RgbCubemapTree*> light = light_tree(progress);
     if (!light) return light.error();
+    const std::vector<LightSource> sources = turned_sources();
     Result<ViewTransfer> made =
-        view_transfer(scene_, **geometry, settings_, transfer_settings_, **light, progress);
+        view_transfer(scene_, **geometry, settings_, transfer_settings_, **light, sources, progress);
     if (!made) return made.error();
     transfer_ = std::move(*made);
     return Done{};
@@ -115,6 +147,7 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
 }
 
 void RelightSession::light_changes() {
+    shown_lights_.reset();
     light_tree_.reset();
     light_.reset();
     if (!std::holds_alternative<LightTransfer>(transfer_)) transfer_ = {};
@@ -125,17 +158,19 @@ void RelightSession::instances_change() {
     kept_.reset();
 }
 
-void RelightSession::set_environment(LatLongImage environment) {
+void RelightSession::set_environment(Environment environment) {
     environment_ = std::move(environment);
+    split_.reset();
     turnable_.reset();
     rotation_ = {};
     light_changes();
 }
 
-void RelightSession::show_light(DenseCoefficients light) {
+void RelightSession::show_light(DenseCoefficients light, std::vector<DirectionalLight> lights) {
     assert(light.face_size == settings_.face_size);
     light_changes();
     light_ = std::move(light);
+    shown_lights_ = std::move(lights);
 }
 
 void RelightSession::turn_environment(const Rotation& rotation) {
@@ -187,6 +222,7 @@ Result<Done> RelightSession::rotate(std::size_t instance, const Vec3d& axis, dou
             Result<ShadingGeometry::Entity> blocking = entity_geometry(shaded, settings_, progress);
             if (!blocking) return blocking.error();
             geometry_->entities.push_back(std::move(*blocking));
+            geometry_->rays.add_entity(shaded);
         }
         pose = poses_.size();
         poses_.push_back({turned.entity, turned.rotate, &own.mesh.fine, &own.occlusion, &own.field});
@@ -221,7 +257,10 @@ void RelightSession::drop_unused_poses() {
         poses_.erase(poses_.begin() + at);
         owned_.erase(owned_.begin() + at);
         scene_.entities.erase(scene_.entities.begin() + at);
-        if (geometry_) geometry_->entities.erase(geometry_->entities.begin() + at);
+        if (geometry_) {
+            geometry_->entities.erase(geometry_->entities.begin() + at);
+            geometry_->rays.remove_entity(p);
+        }
         for (ShadedInstance& instance : scene_.instances)
             if (instance.entity > p) --instance.entity;
     }
@@ -244,12 +283,15 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask*
     if (const auto* by_light = std::get_if<LightTransfer>(&transfer_)) {
         const Result<const DenseCoefficients*> now = light(progress);
         if (!now) return now.error();
-        return shade_frame(*by_light, scene_, *geometry_, **now, radiance_, progress);
+        return shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality), radiance_, progress);
     }
     if (const auto* by_eye = std::get_if<ViewTransfer>(&transfer_))
         return shade_frame(*by_eye, scene_, *geometry_, radiance_, vertices, progress);
-    if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_))
-        return shade_frame(*by_motion, scene_, *geometry_, settings_, quality, radiance_, progress);
+    if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_)) {
+        geometry_->rays.place(scene_);
+        return shade_frame(*by_motion, scene_, *geometry_, settings_, source_lights(quality), quality,
+                           radiance_, progress);
+    }
     return Error{"",
                  "there are no transfer vectors for what the scene is now; wanted vary_light, vary_eye or "
                  "vary_instance first"};
@@ -258,11 +300,9 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask*
 Result<Done> RelightSession::commit(const Progress& progress) {
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
-    LatLongImage environment =
+    Environment environment =
         is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_, progress.stop);
-    const LightPyramid light(
-        lighting_tree(environment, settings_.face_size, {settings_.light_coefficients}, progress.stop),
-        settings_.face_size);
+    const SceneLight light = scene_light(environment, settings_, progress.stop);
     if (progress.stop.stop_requested()) return Error{"", interrupted};
     if (!kept_ && settings_.kept_bytes > 0) {
         Result<KeptVisibility> made =

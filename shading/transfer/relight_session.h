@@ -50,7 +50,7 @@ struct SessionScene {
     std::vector<SessionEntity> entities;
     std::vector<SessionPose> poses;  ///< At least those that the instances have.
     std::vector<SessionInstance> instances;
-    LatLongImage environment;  ///< Clean.
+    Environment environment;  ///< Clean.
     Vec3f eye{0, 0, 0};
 };
 
@@ -93,10 +93,11 @@ public:
     /// Exchanges the environment; clean.
     ///
     /// cost    encoding in the next call that needs it, some 0.1 s for 1024 x 512 pixels.
-    void set_environment(LatLongImage environment);
-    /// Exchanges the light for one that is encoded already, until the environment is set or turned: for
-    /// mixing and dimming many times a second. commit() bakes the environment, not this.
-    void show_light(DenseCoefficients light);
+    void set_environment(Environment environment);
+    /// Exchanges the light for one that is encoded already, with the lights of its sources, until the
+    /// environment is set or turned: for mixing and dimming many times a second. commit() bakes the
+    /// environment, not this.
+    void show_light(DenseCoefficients light, std::vector<DirectionalLight> lights = {});
     /// Turns the environment as it was set.
     void turn_environment(const Rotation& rotation);
     void set_eye(const Vec3f& eye);  ///< Moves the eye.
@@ -160,6 +161,9 @@ private:
     Result<const ShadingGeometry*> current_geometry(const Progress& progress);
     Result<const RgbCubemapTree*> light_tree(const Progress& progress);
     Result<const DenseCoefficients*> light(const Progress& progress);
+    const SplitLight& split();
+    std::vector<LightSource> turned_sources();
+    std::vector<DirectionalLight> source_lights(FrameQuality quality);
     void light_changes();
     void instances_change();
     Result<Done> transferred(FrameQuality quality, const VertexMask* vertices, const Progress& progress);
@@ -174,11 +178,14 @@ private:
     std::optional<ShadingGeometry> geometry_;  ///< Of scene_'s entities, once needed.
     std::optional<KeptVisibility> kept_;       ///< Of scene_'s instances, once needed.
 
-    LatLongImage environment_;                  ///< Not turned.
-    std::optional<TurnableLight> turnable_;     ///< Of it, once needed.
+    Environment environment_;                   ///< Not turned.
+    std::optional<SplitLight> split_;           ///< Of it, once needed: its image is dropped.
+    std::optional<TurnableLight> turnable_;     ///< Of what is smooth of it, once needed.
     Rotation rotation_;                         ///< Of what scene_.environment and the light are now.
     std::optional<RgbCubemapTree> light_tree_;  ///< Of the environment as it is turned, once needed.
-    std::optional<DenseCoefficients> light_;    ///< Of that, or what is shown instead.
+    std::optional<DenseCoefficients> light_;    ///< Of that, or what is shown instead,
+    std::optional<std::vector<DirectionalLight>>
+        shown_lights_;  ///< with its sources; none: the environment's.
 
     std::variant<std::monostate, LightTransfer, ViewTransfer, MotionTransfer> transfer_;
     SceneRadiance radiance_;

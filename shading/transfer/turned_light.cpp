@@ -193,4 +193,11 @@ LatLongImage turned_environment(const LatLongImage& image, const Rotation& rotat
     return turned;
 }
 
+Environment turned_environment(const Environment& environment, const Rotation& rotation,
+                               const std::stop_token& stop) {
+    Environment turned{turned_environment(environment.image, rotation, stop), environment.suns};
+    for (SunDisc& sun : turned.suns) sun.direction = rotation(sun.direction);
+    return turned;
+}
+
 }  // namespace haarfield

@@ -45,6 +45,10 @@ std::vector<Rgb> turned_lighting_texels(const TurnableLight& light, const Rotati
 LatLongImage turned_environment(const LatLongImage& image, const Rotation& rotation,
                                 const std::stop_token& stop = {});
 
+/// The same with its discs.
+Environment turned_environment(const Environment& environment, const Rotation& rotation,
+                               const std::stop_token& stop = {});
+
 /// Radiance from a direction (of any length but zero), interpolated between pixels.
 Rgb radiance_from(const LatLongImage& image, const Vec3d& direction);
 

@@ -140,13 +140,14 @@ float total_over_specular(const ViewTransfer& transfer, const CoefficientSpectru
 
 Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
                                    const RenderSettings& settings, const TransferSettings& transfer,
-                                   const RgbCubemapTree& light, const Progress& progress) {
+                                   const RgbCubemapTree& light, std::span<const LightSource> sources,
+                                   const Progress& progress) {
     const Result<LobeShapes> shapes =
         lobe_shapes(specular_exponents(scene), settings.face_size, lobe_error, progress);
     if (!shapes) return shapes.error();
     const TransferRows rows(scene, geometry);
     ViewTransfer result{
-        {rows.count(), settings.face_size, 3}, std::vector<Rgb>(rows.count(), Rgb(0.0f)), {}, {}, {}};
+        {rows.count(), settings.face_size, 3}, std::vector<Rgb>(rows.count(), Rgb(0.0f)), {}, {}, {}, {}};
     const ViewContext context{scene,
                               geometry,
                               settings,
@@ -174,6 +175,9 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
         progress);
     if (!lobes) return lobes.error();
     result.lobes = std::move(*lobes);
+    Result<SourceSights> sights = source_sights(scene, geometry, sources, result.diffuse, progress);
+    if (!sights) return sights.error();
+    result.sights = std::move(*sights);
     return result;
 }
 
@@ -197,6 +201,10 @@ Result<Done> shade_frame(const ViewTransfer& transfer, const ShadedScene& scene,
     const Result<Done> added =
         add_interpolated_products(transfer.specular, transfer.lobes.lobes, highlights, by_row, progress.stop);
     if (!added) return added.error();
+    if (const Result<Done> lit =
+            add_source_highlights(transfer.sights, scene, geometry, by_row, vertices, progress);
+        !lit)
+        return lit.error();
     store_radiance(scene, geometry, by_row, radiance, vertices);
     return Done{};
 }

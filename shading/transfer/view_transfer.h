@@ -2,7 +2,7 @@
 /// Radiance transfer for an eye that moves.
 
 #include "shading/transfer/lobe_vectors.h"
-#include "shading/transfer/radiance_transfer.h"
+#include "shading/transfer/source_rows.h"
 
 namespace haarfield {
 
@@ -21,19 +21,23 @@ struct ViewTransfer {
     LobeVectors lobes;
     std::vector<VertexBrdf> materials;  ///< Of all entities; without normal and mirror direction.
     std::vector<Highlit> highlit;       ///< The rows of `specular` that are not empty.
+    SourceSights sights;                ///< Of what is concentrated.
 
     /// Memory. [bytes]
     std::size_t bytes() const {
         return specular.bytes() + diffuse.size() * sizeof(Rgb) + lobes.lobes.bytes() +
-               highlit.size() * sizeof(Highlit);
+               highlit.size() * sizeof(Highlit) + sights.bytes();
     }
 };
 
+/// light    what is smooth,
+/// sources  and what is not in it, as they stand now.
 /// errors   interrupted.
 /// cost     an RGB function product per vertex.
 Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
                                    const RenderSettings& settings, const TransferSettings& transfer,
-                                   const RgbCubemapTree& light, const Progress& progress = {});
+                                   const RgbCubemapTree& light, std::span<const LightSource> sources,
+                                   const Progress& progress = {});
 
 /// Radiance towards the scene's eye.
 ///

@@ -80,7 +80,9 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                                  ? most_rasterized
                                  : std::numeric_limits<std::size_t>::max(),
                              DirectionPyramid(settings.face_size),
-                             InstanceGrid(spheres_of_influence(scene))};
+                             InstanceGrid(spheres_of_influence(scene)),
+                             {}};
+    geometry.rays.build(scene);
     for (const ShadedEntity& entity : scene.entities) {
         Result<ShadingGeometry::Entity> made = entity_geometry(entity, settings, progress);
         if (!made) return made.error();

@@ -5,6 +5,7 @@
 #include "shading/scene/vertex_loop.h"
 #include "shading/visibility/buried_fill.h"
 #include "shading/visibility/instance_grid.h"
+#include "shading/visibility/shadow_rays.h"
 #include "shading/walk/direction_pyramid.h"
 #include "shading/walk/near_occluders.h"
 #include "shading/walk/wide_visibility.h"
@@ -28,6 +29,7 @@ struct ShadingGeometry {
     std::size_t most_rasterized;  ///< Instances, at a vertex.
     DirectionPyramid directions;
     InstanceGrid grid;  ///< Of the places from which the instances can be seen.
+    ShadowRays rays;    ///< For concentrated light.
 
     /// By entity; see visit_vertices.
     std::vector<std::span<const std::uint32_t>> orders() const;
@@ -40,7 +42,7 @@ struct ShadingGeometry {
 Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, const RenderSettings& settings,
                                                 const Progress& progress = {});
 
-/// The geometry holds for these instances: when they change, the grid must be made anew.
+/// The geometry holds for these instances: when they change, the grid must be made anew, and the rays placed.
 ///
 /// cost    that of its entities.
 /// errors  interrupted.

@@ -126,7 +126,7 @@ TexelIntegrals texel_integrals(int face_size, std::size_t count) {
     }
     TexelIntegrals integrals;
     integrals.face_size = face_size;
-    integrals.light = lighting_texels(scene.environment, face_size);
+    integrals.light = lighting_texels(scene.environment.image, face_size);
     VertexSampler sampler(scene, face_size);
     for (std::size_t k = 0; integrals.vertices.size() < count && k < all.size(); ++k) {
         // The golden ratio spreads any number of them evenly.

@@ -28,7 +28,7 @@ LightTransfer made_by_light() {
                            dense_coefficients(room().light(), Room::size));
 }
 ViewTransfer made_by_view() {
-    return *view_transfer(room().scene, room().geometry(), settings(), {pruning_error}, room().light());
+    return *view_transfer(room().scene, room().geometry(), settings(), {pruning_error}, room().light(), {});
 }
 MotionTransfer made_by_motion() {
     return *motion_transfer(room().scene, room().geometry(), settings(), {pruning_error}, room().light(),
@@ -38,7 +38,7 @@ MotionTransfer made_by_motion() {
 SceneRadiance frame(const LightTransfer& transfer) {
     SceneRadiance radiance;
     (void)shade_frame(transfer, room().scene, room().geometry(),
-                      dense_coefficients(room().light(), Room::size), radiance);
+                      dense_coefficients(room().light(), Room::size), {}, radiance);
     return radiance;
 }
 SceneRadiance frame(const ViewTransfer& transfer) {
@@ -48,7 +48,8 @@ SceneRadiance frame(const ViewTransfer& transfer) {
 }
 SceneRadiance frame(const MotionTransfer& transfer) {
     SceneRadiance radiance;
-    (void)shade_frame(transfer, room().scene, room().geometry(), settings(), FrameQuality::still, radiance);
+    (void)shade_frame(transfer, room().scene, room().geometry(), settings(), {}, FrameQuality::still,
+                      radiance);
     return radiance;
 }
 

@@ -40,9 +40,7 @@ double vertex_microseconds(const ShadedScene& scene, Occlusion occlusion, std::s
     RenderSettings settings;
     settings.occlusion = occlusion;
     const ShadingGeometry geometry = value_or_exit(shading_geometry(scene, settings));
-    const LightPyramid light(
-        lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
-        settings.face_size);
+    const LightPyramid light = scene_light(scene.environment, settings).smooth;
     const TransferRows rows(scene, geometry);
     VertexTransfer vertex(scene, geometry, settings);
     double least = INFINITY;
@@ -73,7 +71,7 @@ void study_crowd(std::size_t vertices) {
     for (const Scene& description : {shipped, crowd(shipped)}) {
         const SceneEntities entities = value_or_exit(prepare_scene_entities(description, options));
         const ShadedScene scene =
-            shaded_scene(description, entities, sky_image(*description.environment.sky, 1024));
+            shaded_scene(description, entities, sky_environment(*description.environment.sky, 1024));
         const double times[2] = {vertex_microseconds(scene, Occlusion::fields, vertices),
                                  vertex_microseconds(scene, Occlusion::automatic, vertices)};
         if (few[0] == 0) std::copy_n(times, 2, few);

@@ -30,7 +30,8 @@ void study_frame(std::size_t vertices) {
     SceneEntityOptions options;
     options.fields_folder = study_fields_folder();
     const SceneEntities entities = value_or_exit(prepare_scene_entities(description, options));
-    ShadedScene scene = shaded_scene(description, entities, sky_image(*description.environment.sky, 1024));
+    ShadedScene scene =
+        shaded_scene(description, entities, sky_environment(*description.environment.sky, 1024));
     std::size_t count = 0;
     for (const ShadedInstance& instance : scene.instances)
         count += scene.entities[instance.entity].mesh->positions.size();
@@ -38,14 +39,10 @@ void study_frame(std::size_t vertices) {
     fmt::print("{}: {} vertices, all threads, least of three.\n\n{:<44} {:>10}\n", description.name, count,
                "", "ms");
     RenderSettings settings;
-    const auto encoded = [&] {
-        return LightPyramid(
-            lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
-            settings.face_size);
-    };
+    const auto encoded = [&] { return scene_light(scene.environment, settings); };
     fmt::print("{:<44} {:>10.0f}\n", "encoding 1024 x 512 pixels of light",
                least_milliseconds([&] { encoded(); }));
-    const LightPyramid light = encoded();
+    const SceneLight light = encoded();
     const auto print_frames = [&](const ShadingGeometry& geometry, const KeptVisibility* kept) {
         for (const int depth : {full_depth, 5, 4, 3, 2}) {
             settings.depth = depth;

@@ -30,7 +30,7 @@ struct LitScene {
     ShadedScene scene;
     RenderSettings settings;
     ShadingGeometry geometry;
-    LightPyramid light;
+    SceneLight light;
     PointShading shading{scene, geometry, light, settings};
 
     explicit LitScene(const MeshStudyOptions& options)
@@ -38,8 +38,7 @@ struct LitScene {
           entities(value_or_exit(prepare_scene_entities(description, fields_in(options.fields)))),
           scene(shaded_scene(description, entities, environment(options))),
           geometry(value_or_exit(shading_geometry(scene, settings))),
-          light(lighting_tree(scene.environment, settings.face_size, {settings.light_coefficients}),
-                settings.face_size) {}
+          light(scene_light(scene.environment, settings)) {}
 
     static SceneEntityOptions fields_in(const std::string& folder) {
         SceneEntityOptions options;
@@ -47,12 +46,12 @@ struct LitScene {
         return options;
     }
 
-    LatLongImage environment(const MeshStudyOptions& options) const {
-        LatLongImage image = options.environment.empty()
-                                 ? sky_image(*description.environment.sky, 1024)
-                                 : value_or_exit(read_environment_image(options.environment));
-        clean_environment(image);
-        return turned_environment(image, description.environment.rotation, options.exposure);
+    Environment environment(const MeshStudyOptions& options) const {
+        Environment light = options.environment.empty()
+                                ? sky_environment(*description.environment.sky, 1024)
+                                : Environment(value_or_exit(read_environment_image(options.environment)));
+        clean_environment(light.image);
+        return turned_environment(light, description.environment.rotation, options.exposure);
     }
 
     std::vector<RadiantMesh> even(std::size_t vertices) const {

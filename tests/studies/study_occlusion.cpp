@@ -36,7 +36,7 @@ void study_occlusion(const std::string& file, std::size_t vertices) {
     options.fields_folder = study_fields_folder();
     const SceneEntities entities = value_or_exit(prepare_scene_entities(description, options));
     const ShadedScene scene =
-        shaded_scene(description, entities, sky_image(*description.environment.sky, 1024));
+        shaded_scene(description, entities, sky_environment(*description.environment.sky, 1024));
 
     RenderSettings settings;
     const SceneRadiance dense = value_or_exit(dense_scene_radiance(scene, settings));
@@ -48,8 +48,8 @@ void study_occlusion(const std::string& file, std::size_t vertices) {
         settings.occlusion = occlusion;
         settings.occlusion_error = error;
         const ShadingGeometry geometry = value_or_exit(shading_geometry(scene, settings));
-        const LightPyramid light(lighting_tree(scene.environment, settings.face_size, {light_wavelets}),
-                                 settings.face_size);
+        settings.light_coefficients = light_wavelets;
+        const SceneLight light = scene_light(scene.environment, settings);
         double least = INFINITY;
         SceneRadiance radiance;
         for (int round = 0; round < 3; ++round) {

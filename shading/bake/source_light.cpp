@@ -1,0 +1,77 @@
+#include "shading/bake/source_light.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "shading/scene/material.h"
+
+namespace haarfield {
+namespace {
+
+/// Calls `act` with each receiver and light that nothing stands between, and that face each other.
+template <class Act>
+void for_each_lit(const ShadowRays& rays, std::span<const DirectionalLight> lights,
+                  std::span<const SourceReceiver> receivers, const Act& act) {
+    constexpr std::size_t packet = ShadowRays::packet;
+    std::array<Vec3f, packet> from;
+    for (std::size_t first = 0; first < receivers.size(); first += packet) {
+        const std::size_t count = std::min(packet, receivers.size() - first);
+        const std::span<const SourceReceiver> here = receivers.subspan(first, count);
+        for (std::size_t i = 0; i < count; ++i) from[i] = here[i].from;
+        for (const DirectionalLight& light : lights) {
+            std::uint16_t faces = 0;
+            for (std::size_t i = 0; i < count; ++i)
+                faces = static_cast<std::uint16_t>(
+                    faces | unsigned(here[i].brdf.normal.dot(light.direction) > 0) << i);
+            const auto lit = static_cast<std::uint16_t>(
+                faces & ~rays.blocked(std::span(from).first(count), faces, light.direction));
+            for (std::size_t i = 0; i < count; ++i)
+                if (lit >> i & 1u) act(first + i, light);
+        }
+    }
+}
+
+}  // namespace
+
+Rgb reflectance(const VertexBrdf& brdf, const Vec3f& light) {
+    const float cosine = brdf.normal.dot(light);
+    if (!(cosine > 0)) return Rgb(0.0f);
+    Rgb sum = brdf.diffuse * cosine;
+    if (brdf.specular == Rgb(0.0f)) return sum;
+    float highlight = 0;
+    const float along_mirror = brdf.mirror.dot(light);
+    if (brdf.phong > 0 && along_mirror > 0)
+        highlight = brdf.phong * (brdf.shininess > 0 ? std::pow(along_mirror, brdf.shininess) : 1.0f);
+    if (brdf.blinn > 0) {
+        const Vec3f eye = brdf.normal * (2 * brdf.normal.dot(brdf.mirror)) - brdf.mirror;
+        const float along_half = brdf.normal.dot((eye + light).normalized());
+        if (along_half > 0) highlight += brdf.blinn * std::pow(along_half, brdf.blinn_exponent);
+    }
+    if (!(highlight > 0)) return sum;
+    if (brdf.cosine_weighted) highlight *= cosine;
+    Rgb tint(1.0f);
+    if (brdf.metallic != Rgb(0.0f))
+        tint -= brdf.metallic * (1 - static_cast<float>(metallic_fresnel(double(cosine))));
+    return sum + brdf.specular * tint * highlight;
+}
+
+void add_source_light(const ShadowRays& rays, std::span<const DirectionalLight> lights,
+                      std::span<const SourceReceiver> receivers, std::span<Rgb> radiance) {
+    assert(receivers.size() == radiance.size());
+    for_each_lit(rays, lights, receivers, [&](std::size_t i, const DirectionalLight& light) {
+        radiance[i] += reflectance(receivers[i].brdf, light.direction) * light.irradiance;
+    });
+}
+
+void add_lit_parts(const ShadowRays& rays, std::span<const DirectionalLight> lights,
+                   std::span<const SourceReceiver> receivers, std::span<LitPart> parts) {
+    assert(receivers.size() == parts.size());
+    for_each_lit(rays, lights, receivers, [&](std::size_t i, const DirectionalLight& light) {
+        parts[i].direction += light.direction * luminance(light.irradiance);
+        parts[i].irradiance += light.irradiance;
+        parts[i].by_cosine += light.irradiance * receivers[i].brdf.normal.dot(light.direction);
+    });
+}
+
+}  // namespace haarfield

@@ -1,0 +1,218 @@
+#include "shading/scene/light_sources.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <queue>
+
+namespace haarfield {
+namespace {
+
+constexpr int disc_parts = 4096;
+
+/// Calls `visit` with the numbers of the eight pixels round one. Rows end in the poles: beyond them lies the
+/// same row, half a turn away.
+template <class Visit>
+void for_each_neighbour(const LatLongImage& image, std::size_t pixel, const Visit& visit) {
+    const int width = image.width, row = int(pixel) / width, column = int(pixel) % width;
+    for (int down = -1; down <= 1; ++down)
+        for (int right = -1; right <= 1; ++right) {
+            if (down == 0 && right == 0) continue;
+            int r = row + down, c = column + right + width;
+            if (r < 0 || r >= image.height) {
+                r = row;
+                c += width / 2;
+            }
+            visit(std::size_t(r) * std::size_t(width) + std::size_t(c % width));
+        }
+}
+
+/// 8-connected pixels above a luminance, each region in the order in which it is reached; regions from the
+/// top.
+std::vector<std::vector<std::size_t>> bright_regions(const LatLongImage& image, double above) {
+    std::vector<std::vector<std::size_t>> regions;
+    std::vector<std::uint8_t> reached(image.pixels.size(), 0);
+    const auto reach = [&](std::size_t pixel, std::vector<std::size_t>& region) {
+        if (reached[pixel] || !(double(luminance(image.pixels[pixel])) > above)) return;
+        reached[pixel] = 1;
+        region.push_back(pixel);
+    };
+    for (std::size_t pixel = 0; pixel < image.pixels.size(); ++pixel) {
+        std::vector<std::size_t> region;
+        reach(pixel, region);
+        for (std::size_t i = 0; i < region.size(); ++i)
+            for_each_neighbour(image, region[i], [&](std::size_t other) { reach(other, region); });
+        if (!region.empty()) regions.push_back(std::move(region));
+    }
+    return regions;
+}
+
+/// The mean of the pixels round a region; black if there are none.
+Rgb surrounding_level(const LatLongImage& image, const std::vector<std::size_t>& region) {
+    std::vector<std::size_t> inside(region), around;
+    std::sort(inside.begin(), inside.end());
+    for (const std::size_t pixel : region)
+        for_each_neighbour(image, pixel, [&](std::size_t other) {
+            if (!std::binary_search(inside.begin(), inside.end(), other)) around.push_back(other);
+        });
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    Vec3d sum(0.0);
+    for (const std::size_t pixel : around) sum += Vec3d(image.pixels[pixel]);
+    return around.empty() ? Rgb(0.0f) : Rgb(Vec3f(sum / double(around.size())));
+}
+
+int light_count(const LightSource& source, const SourceRule& rule) {
+    const double wanted = std::max({double(rule.least_lights), source.share / rule.share_of_a_light,
+                                    source.solid_angle / rule.solid_angle_of_a_light});
+    return static_cast<int>(std::ceil(std::min(wanted, double(rule.most_lights))));
+}
+
+double light_of(const Vec3d& irradiance) {
+    return double(luminance(Rgb(Vec3f(irradiance))));
+}
+
+/// Parts [begin, end) of the whole.
+struct Piece {
+    std::size_t begin, end;
+    double importance;
+    int axis;    ///< Along which they extend the most.
+    int number;  ///< In the order of making: equal pieces are cut in this order.
+
+    bool operator<(const Piece& other) const {  // the greatest is cut next
+        return importance != other.importance ? importance < other.importance : number > other.number;
+    }
+};
+
+Piece piece_of(std::span<const DirectionalLight> parts, std::size_t begin, std::size_t end, int number) {
+    Vec3d lower(2.0), upper(-2.0);
+    double light = 0;
+    for (const DirectionalLight& part : parts.subspan(begin, end - begin)) {
+        light += double(luminance(part.irradiance));
+        for (int axis = 0; axis < 3; ++axis) {
+            lower[axis] = std::min(lower[axis], double(part.direction[axis]));
+            upper[axis] = std::max(upper[axis], double(part.direction[axis]));
+        }
+    }
+    const Vec3d extent = upper - lower;
+    const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+    return {begin, end, end - begin > 1 ? light * extent[axis] : -1, axis, number};
+}
+
+/// Where to cut sorted parts so that each side has about half of the light; neither is empty.
+std::size_t middle_of(std::span<const DirectionalLight> parts, const Piece& piece) {
+    double light = 0, so_far = 0;
+    for (std::size_t i = piece.begin; i < piece.end; ++i) light += double(luminance(parts[i].irradiance));
+    std::size_t cut = piece.begin;
+    while (cut < piece.end && so_far < light / 2) so_far += double(luminance(parts[cut++].irradiance));
+    return std::clamp(cut, piece.begin + 1, piece.end - 1);
+}
+
+DirectionalLight whole(std::span<const DirectionalLight> parts) {
+    Vec3d irradiance(0.0), direction(0.0);
+    for (const DirectionalLight& part : parts) {
+        irradiance += Vec3d(part.irradiance);
+        direction += Vec3d(part.direction) * double(luminance(part.irradiance));
+    }
+    if (!(direction.length() > 0)) direction = Vec3d(parts.front().direction);
+    return {Vec3f(direction.normalized()), Rgb(Vec3f(irradiance))};
+}
+
+LightSource disc_source(const SunDisc& disc) {
+    LightSource source;
+    for (const Vec3f& direction : disc_directions(disc, disc_parts))
+        source.parts.push_back({direction, disc.irradiance / float(disc_parts)});
+    source.solid_angle = 2 * pi * (1 - std::cos(double(disc.angular_radius)));
+    return source;
+}
+
+}  // namespace
+
+std::vector<DirectionalLight> few_lights(std::span<const DirectionalLight> parts, int count) {
+    assert(count >= 1);
+    std::vector<DirectionalLight> sorted(parts.begin(), parts.end());
+    if (sorted.size() <= std::size_t(count)) return sorted;
+    std::priority_queue<Piece> pieces;
+    int made = 0;
+    pieces.push(piece_of(sorted, 0, sorted.size(), made++));
+    while (pieces.size() < std::size_t(count)) {
+        const Piece piece = pieces.top();
+        if (piece.importance < 0) break;  // single parts only
+        pieces.pop();
+        std::stable_sort(sorted.begin() + std::ptrdiff_t(piece.begin),
+                         sorted.begin() + std::ptrdiff_t(piece.end),
+                         [&](const DirectionalLight& a, const DirectionalLight& b) {
+                             return a.direction[piece.axis] < b.direction[piece.axis];
+                         });
+        const std::size_t cut = middle_of(sorted, piece);
+        pieces.push(piece_of(sorted, piece.begin, cut, made++));
+        pieces.push(piece_of(sorted, cut, piece.end, made++));
+    }
+    std::vector<Piece> all;
+    for (; !pieces.empty(); pieces.pop()) all.push_back(pieces.top());
+    std::sort(all.begin(), all.end(), [](const Piece& a, const Piece& b) { return a.begin < b.begin; });
+    std::vector<DirectionalLight> lights;
+    for (const Piece& piece : all)
+        lights.push_back(whole(std::span(sorted).subspan(piece.begin, piece.end - piece.begin)));
+    return lights;
+}
+
+SplitLight split_light(const Environment& environment, const SourceRule& rule) {
+    SplitLight split{environment.image, {}};
+    LatLongImage& image = split.smooth;
+    double total = 0;
+    const auto solid_angle = [&](std::size_t pixel) {
+        return lat_long_pixel_solid_angle(int(pixel) / image.width, image.width, image.height);
+    };
+    for (int row = 0; row < image.height; ++row) {
+        double sum = 0;
+        for (int column = 0; column < image.width; ++column)
+            sum += double(luminance(image.pixels[std::size_t(row * image.width + column)]));
+        total += sum * lat_long_pixel_solid_angle(row, image.width, image.height);
+    }
+    for (const SunDisc& sun : environment.suns) total += double(luminance(sun.irradiance));
+    if (!(total > 0)) return split;
+
+    for (const SunDisc& sun : environment.suns) {
+        if (!(luminance(sun.irradiance) > 0)) continue;
+        LightSource source = disc_source(sun);
+        source.share = double(luminance(sun.irradiance)) / total;
+        const int count = light_count(source, rule);
+        for (const Vec3f& direction : disc_directions(sun, count))
+            source.lights.push_back({direction, sun.irradiance / float(count)});
+        split.sources.push_back(std::move(source));
+    }
+    for (const std::vector<std::size_t>& region : bright_regions(image, rule.threshold * total / (4 * pi))) {
+        const Rgb level = surrounding_level(image, region);
+        LightSource source;
+        Vec3d irradiance(0.0);
+        for (const std::size_t pixel : region) {
+            const Rgb above = without_negative(image.pixels[pixel] - level);
+            source.solid_angle += solid_angle(pixel);
+            if (above == Rgb(0.0f)) continue;
+            const Vec3d direction =
+                lat_long_direction((double(pixel % std::size_t(image.width)) + 0.5) / image.width,
+                                   (double(pixel / std::size_t(image.width)) + 0.5) / image.height);
+            source.parts.push_back({Vec3f(direction), above * float(solid_angle(pixel))});
+            irradiance += Vec3d(source.parts.back().irradiance);
+        }
+        source.share = light_of(irradiance) / total;
+        if (!(source.share >= rule.least_share)) continue;
+        for (const std::size_t pixel : region)
+            image.pixels[pixel] -= without_negative(image.pixels[pixel] - level);
+        source.lights = few_lights(source.parts, light_count(source, rule));
+        split.sources.push_back(std::move(source));
+    }
+    return split;
+}
+
+std::vector<DirectionalLight> all_lights(std::span<const LightSource> sources) {
+    std::vector<DirectionalLight> lights;
+    for (const LightSource& source : sources)
+        lights.insert(lights.end(), source.lights.begin(), source.lights.end());
+    return lights;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,55 @@
+#pragma once
+/// Rays from points towards distant light, past the meshes as they were read: Embree's work.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "shading/scene/shaded_scene.h"
+
+struct RTCDeviceTy;
+struct RTCSceneTy;
+
+namespace haarfield {
+
+/// The instances of a scene as triangles. Safe to share between threads while nothing is placed.
+///
+/// Every triangle blocks from both sides. Hits are the same whichever rays are asked for together.
+class ShadowRays {
+public:
+    /// So many points are asked for at a time.
+    static constexpr std::size_t packet = 16;
+
+    ShadowRays();
+
+    /// Builds what rays need: by entity, then of all instances.
+    ///
+    /// cost  some 0.3 us a triangle; 2 us an instance.
+    void build(const ShadedScene& scene);
+
+    /// One more entity, the last of the scene's; or one fewer, later ones move up.
+    void add_entity(const ShadedEntity& entity);
+    void remove_entity(std::size_t entity);
+
+    /// The instances as they stand now. cost: 2 us each.
+    void place(const ShadedScene& scene);
+
+    /// Which of at most 16 points are blocked towards a light, however far: bit i of the result for point i.
+    ///
+    /// points     in the world, off the surfaces that they belong to; neighbours in space should be together.
+    /// wanted     bit i: point i matters; of others the bit is 0.
+    /// direction  towards the light.
+    /// cost       40 to 80 ns a wanted point, with 20,000 triangles.
+    std::uint16_t blocked(std::span<const Vec3f> points, std::uint16_t wanted, const Vec3f& direction) const;
+
+    /// The same of one point.
+    bool is_blocked(const Vec3f& point, const Vec3f& direction) const;
+
+private:
+    std::shared_ptr<RTCDeviceTy> device_;
+    std::vector<std::shared_ptr<RTCSceneTy>> entities_;
+    std::shared_ptr<RTCSceneTy> scene_;
+};
+
+}  // namespace haarfield

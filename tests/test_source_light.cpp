@@ -1,0 +1,196 @@
+#include "shading/bake/source_light.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <random>
+
+#include "shading/bake/renderer.h"
+#include "tests/fixtures/example_scene.h"
+
+namespace haarfield {
+namespace {
+
+/// Whether a ray meets any triangle of the scene; by Cramer's rule, in double. `margin`: how near to an edge,
+/// or to either end of the ray, the nearest decision was.
+bool meets_a_triangle(const ExampleScene& example, const Vec3d& from, const Vec3d& direction,
+                      double& margin) {
+    bool meets = false;
+    margin = 1;
+    for (const ShadedInstance& instance : example.scene.instances) {
+        const Mesh& mesh = example.mesh(instance.entity).original;
+        for (const auto& triangle : mesh.triangles) {
+            std::array<Vec3d, 3> p;
+            for (std::size_t k = 0; k < 3; ++k)
+                p[k] = instance.placement.point_to_world(Vec3d(mesh.positions[triangle[k]]));
+            const Vec3d u = p[1] - p[0], v = p[2] - p[0], across = direction.cross(v), to = from - p[0];
+            const double volume = u.dot(across);
+            if (std::abs(volume) < 1e-12) continue;
+            const double a = to.dot(across) / volume, b = direction.dot(to.cross(u)) / volume,
+                         t = v.dot(to.cross(u)) / volume;
+            const double inside = std::min({a, b, 1 - a - b, t});
+            margin = std::min(margin, std::abs(inside));
+            meets |= inside > 0;
+        }
+    }
+    return meets;
+}
+
+struct PostOnAFloor : ExampleScene {
+    PostOnAFloor() {
+        floor = add_entity(square_mesh(4, 0, 16), matte(0.5f));
+        post = add_entity(box_mesh({-0.2f, 0, -0.2f}, {0.2f, 1, 0.2f}, 2), matte(0.5f), 400, 300);
+        scene.instances = {{floor, {}}, {post, {}}, {post, {{1.1f, 0, 0.7f}, 0.6f}}};
+        scene.environment = environment([](const Vec3d& d) { return 0.2 + 0.1 * d.y; });
+        scene.environment.suns.push_back({Vec3f(Vec3d(0.6, 0.5, 0.2).normalized()), 0.02f, Rgb(3, 2, 1)});
+        scene.eye = {2, 2, 4};
+    }
+    std::size_t floor, post;
+};
+
+TEST(ShadowRays, AgreeWithEveryTriangleInPacketsAndAlone) {
+    const PostOnAFloor example;
+    ShadowRays rays;
+    rays.build(example.scene);
+    std::mt19937 random(7);
+    const auto uniform = [&](double low, double high) {
+        return low + (high - low) * double(random()) / 4294967296.0;
+    };
+    int met = 0, asked = 0;
+    for (int round = 0; round < 60; ++round) {
+        std::array<Vec3f, ShadowRays::packet> points;
+        for (Vec3f& p : points) p = Vec3f(Vec3d(uniform(-2, 2), uniform(0.01, 1.2), uniform(-2, 2)));
+        const Vec3f direction(Vec3d(uniform(-1, 1), uniform(-0.2, 1), uniform(-1, 1)).normalized());
+        const std::size_t count = 1 + random() % points.size();
+        const auto wanted = static_cast<std::uint16_t>(random());
+        const std::uint16_t blocked = rays.blocked(std::span(points).first(count), wanted, direction);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const bool in_packet = blocked >> i & 1u;
+            if (i >= count || !(wanted >> i & 1u)) {
+                EXPECT_FALSE(in_packet);
+                continue;
+            }
+            EXPECT_EQ(in_packet, rays.is_blocked(points[i], direction));
+            double margin;
+            const bool meets = meets_a_triangle(example, Vec3d(points[i]), Vec3d(direction), margin);
+            if (margin < 1e-4) continue;
+            EXPECT_EQ(in_packet, meets) << points[i] << " towards " << direction;
+            ++asked;
+            met += meets;
+        }
+    }
+    EXPECT_GT(asked, 300);
+    EXPECT_GT(met, 50);
+    EXPECT_LT(met, asked - 50);
+}
+
+TEST(ShadowRays, FollowInstancesThatAreMovedAddedAndTakenAway) {
+    PostOnAFloor example;
+    ShadowRays rays;
+    rays.build(example.scene);
+    const Vec3f beside(-1, 0.5f, 0), east(1, 0, 0);
+    EXPECT_TRUE(rays.is_blocked(beside, east));
+    example.scene.instances[1].placement.translate = {0, 0, 3};
+    rays.place(example.scene);
+    EXPECT_FALSE(rays.is_blocked(beside, east));
+    example.scene.entities.push_back(ShadedEntity(example.scene.entities[example.post]));
+    rays.add_entity(example.scene.entities.back());
+    example.scene.instances.push_back({2, {{0.5f, 0, 0}, 2}});
+    rays.place(example.scene);
+    EXPECT_TRUE(rays.is_blocked(beside, east));
+    example.scene.instances.pop_back();
+    example.scene.entities.pop_back();
+    rays.remove_entity(2);
+    rays.place(example.scene);
+    EXPECT_FALSE(rays.is_blocked(beside, east));
+}
+
+TEST(SourceLight, ReflectsAsTheMaterialDoes) {
+    Material lacquer = glossy(30, LobeConvention::povray), metal = glossy(15, LobeConvention::physical),
+             brass = lacquer;
+    lacquer.diffuse = Rgb(0.4f, 0.2f, 0.1f);
+    lacquer.specular = Rgb(0.3f, 0.3f, 0.2f);
+    brass.phong = 0.4f;
+    brass.blinn = 0.6f;
+    brass.roughness = 0.03f;
+    brass.metallic = 0.8f;
+    brass.pigment = Rgb(0.8f, 0.4f, 0.2f);
+    std::mt19937 random(3);
+    const auto direction = [&] {
+        const auto coordinate = [&] { return double(random()) / 2147483648.0 - 1; };
+        return Vec3f(Vec3d(coordinate(), coordinate(), coordinate()).normalized());
+    };
+    for (const Material& material : {matte(0.7f), lacquer, metal, brass})
+        for (int i = 0; i < 500; ++i) {
+            VertexView view;
+            view.normal = direction();
+            view.mirror = mirrored_view(direction() * 5.0f, Vec3f(0.0f), view.normal);
+            const Vec3f light = i % 2 ? direction() : (view.mirror + direction() * 0.1f).normalized();
+            const Rgb found = reflectance(vertex_brdf(material, view), light);
+            const Vec3d wanted = reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(light));
+            for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], wanted[c], 2e-5 * (1 + wanted[c]));
+        }
+}
+
+TEST(SourceLight, CastsTheShadowOfThePostWithItsPenumbra) {
+    PostOnAFloor example;
+    example.scene.environment.image = environment([](const Vec3d&) { return 0.0; });
+    example.scene.instances.pop_back();
+    const SceneRadiance found = example.radiance();
+    const Mesh& floor = example.mesh(example.floor).fine;
+    const SunDisc& sun = example.scene.environment.suns[0];
+    const float lit = 0.5f / float(pi) * sun.direction.y;
+    const Vec3d towards = Vec3d(sun.direction) / double(sun.direction.y);
+    int dark = 0, bright = 0;
+    for (std::size_t v = 0; v < floor.positions.size(); ++v) {
+        // The line to the sun's middle leaves the post's height at this point; far from the post's outline
+        // the disc is seen whole or not at all.
+        const Vec3f& p = floor.positions[v];
+        bool inside = false, near = false;
+        for (int step = 0; step <= 200; ++step) {
+            const Vec3d at = Vec3d(p) + towards * (step / 200.0);
+            const double out = std::max(std::abs(at.x), std::abs(at.z)) - 0.2;
+            inside |= out < 0 && step < 195;
+            near |= std::abs(out) < 0.06 || (out < 0.06 && step > 180);
+        }
+        const Rgb& radiance = found[0][v];
+        if (inside && !near) {
+            EXPECT_LT(radiance.x, 1e-4f) << p;
+            ++dark;
+        } else if (!inside && !near) {
+            EXPECT_NEAR(radiance.x, 3 * lit, 0.003f * lit) << p;
+            EXPECT_NEAR(radiance.z, lit, 0.001f * lit) << p;
+            ++bright;
+        }
+    }
+    EXPECT_GT(bright, 100);
+    EXPECT_GE(dark, 1);
+}
+
+TEST(SourceLight, IsThatOfTheDenseOracleWithEveryPart) {
+    const PostOnAFloor example;
+    const SceneRadiance found = example.radiance(), wanted = example.dense();
+    double error = 0, energy = 0;
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+        for (std::size_t v = 0; v < wanted[i].size(); ++v) {
+            error += double((found[i][v] - wanted[i][v]).length2());
+            energy += double(wanted[i][v].length2());
+        }
+    EXPECT_LT(std::sqrt(error / energy), 0.012);
+}
+
+TEST(SourceLight, DoesNotDependOnTheNumberOfThreads) {
+    const PostOnAFloor example;
+    SceneRadiance one;
+    {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        one = example.radiance();
+    }
+    for (const std::size_t threads : {2u, 5u}) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        EXPECT_EQ(example.radiance(), one) << threads;
+    }
+}
+
+}  // namespace
+}  // namespace haarfield
