@@ -3,11 +3,9 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <filesystem>
-
 #include "fields/field/entity_occlusion.h"
-#include "fields/mesh/mesh_reader.h"
 #include "fields/wavelets/haar_transform.h"
+#include "scenes/furniture.h"
 #include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
@@ -135,10 +133,9 @@ TEST(LocalSamples, OfATriangleThatEntersAnotherPieceLieWhereItComesOut) {
 }
 
 TEST(LocalSamples, OfTheShippedChairLieInNoneOfItsPieces) {
-    Result<ImportedMesh> chair =
-        read_mesh(std::filesystem::path(HAARFIELD_SOURCE_DIR) / "scenes" / "meshes" / "chair.obj");
-    ASSERT_TRUE(chair) << chair.error().message();
-    const Result<PreparedMesh> mesh = prepare_mesh(*std::move(chair), {12000, 0});
+    ImportedMesh chair;
+    chair.mesh = chair_mesh();
+    const Result<PreparedMesh> mesh = prepare_mesh(std::move(chair), {12000, 0});
     ASSERT_TRUE(mesh) << mesh.error().message();
     const EntityOcclusion occlusion(*mesh);
     const LocalSamples& samples = occlusion.samples();

@@ -14,7 +14,7 @@ struct Prepared {
     Room room;
     RenderSettings settings = furnished::settings();
     std::optional<ShadingGeometry> geometry;
-    std::optional<LightPyramid> light;
+    std::optional<SceneLight> light;
 
     explicit Prepared(Occlusion occlusion) {
         // A ball inside of a block.
@@ -23,7 +23,7 @@ struct Prepared {
         settings.occlusion_error = 0.05f;
         settings.exact_triangles = 2;  // the floor
         geometry = std::move(*shading_geometry(room.scene, settings));
-        light.emplace(room.light(), settings.face_size);
+        light = scene_light(room.scene.environment, settings);
     }
     SceneRadiance radiance(const KeptVisibility* kept = nullptr) const {
         return *scene_radiance({room.scene, *geometry, *light, settings, kept});
@@ -61,7 +61,7 @@ TEST_P(KeptVisibilityBy, RadianceHasTheSameBitsUnderNewLightAndFromANewEye) {
     const SceneRadiance first = prepared.radiance(&kept);
     EXPECT_EQ(first, prepared.radiance());
     prepared.room.scene.environment = furnished::sky(2);
-    prepared.light.emplace(prepared.room.light(), prepared.settings.face_size);
+    prepared.light = scene_light(prepared.room.scene.environment, prepared.settings);
     prepared.room.scene.eye = {-2, 1, 0.5f};
     const SceneRadiance second = prepared.radiance(&kept);
     EXPECT_EQ(second, prepared.radiance());

@@ -38,7 +38,7 @@ bool meets_a_triangle(const ExampleScene& example, const Vec3d& from, const Vec3
 
 struct PostOnAFloor : ExampleScene {
     PostOnAFloor() {
-        floor = add_entity(square_mesh(4, 0, 16), matte(0.5f));
+        floor = add_entity(square_mesh(4, 0, 64), matte(0.5f));
         post = add_entity(box_mesh({-0.2f, 0, -0.2f}, {0.2f, 1, 0.2f}, 2), matte(0.5f), 400, 300);
         scene.instances = {{floor, {}}, {post, {}}, {post, {{1.1f, 0, 0.7f}, 0.6f}}};
         scene.environment = environment([](const Vec3d& d) { return 0.2 + 0.1 * d.y; });
@@ -79,9 +79,9 @@ TEST(ShadowRays, AgreeWithEveryTriangleInPacketsAndAlone) {
             met += meets;
         }
     }
-    EXPECT_GT(asked, 300);
-    EXPECT_GT(met, 50);
-    EXPECT_LT(met, asked - 50);
+    EXPECT_GT(asked, 200);
+    EXPECT_GT(met, 20);
+    EXPECT_LT(met, asked - 100);
 }
 
 TEST(ShadowRays, FollowInstancesThatAreMovedAddedAndTakenAway) {
@@ -164,7 +164,7 @@ TEST(SourceLight, CastsTheShadowOfThePostWithItsPenumbra) {
         }
     }
     EXPECT_GT(bright, 100);
-    EXPECT_GE(dark, 1);
+    EXPECT_GT(dark, 10);
 }
 
 TEST(SourceLight, IsThatOfTheDenseOracleWithEveryPart) {

@@ -196,7 +196,7 @@ TEST(VisibilityTransform, WhatIsOpenBelowTheHorizonDoesNotCount) {
     // A window of which next to nothing, or half, lies above the horizon; all below it is open.
     const int size = 32;
     const std::vector<Vec3f> directions = texel_directions(size);
-    for (const Vec3f normal : {Vec3f(0, 1, 0), Vec3f(0.2f, 0.9f, -0.1f).normalized()})
+    for (const Vec3f& normal : {Vec3f(0, 1, 0), Vec3f(0.2f, 0.9f, -0.1f).normalized()})
         for (const float error : {0.1f, 0.3f}) {
             Counts open(6 * face_texels(size));
             for (std::size_t i = 0; i < open.size(); ++i) {
