@@ -15,8 +15,8 @@ namespace haarfield {
 ///
 /// items   fewer than 2^32.
 /// cost    one swap an item that is left.
-/// source  the shuffle of Fisher and Yates from the front, stopped once enough are chosen. The k-th step takes
-///         a number r in [0, 2^32) from std::mt19937, seeded with 2006, and with it the item
+/// source  the shuffle of Fisher and Yates from the front, stopped once enough are chosen. The k-th step
+///         takes a number r in [0, 2^32) from std::mt19937, seeded with 2006, and with it the item
 ///         k + floor(r (items - k) / 2^32).
 template <class T>
 void keep_random(std::vector<T>& items, std::size_t wanted) {
