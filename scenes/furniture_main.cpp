@@ -19,8 +19,8 @@ int main(int argc, char** argv) {
     Result<Done> written = make_folder(folder);
     for (const auto& [name, mesh] : {std::pair<const char*, Mesh>{"table.obj", table_mesh()},
                                      {"chair.obj", chair_mesh()},
-                                      {"floor.obj", floor_mesh()},
-                                      {"room.obj", room_mesh()}}) {
+                                     {"floor.obj", floor_mesh()},
+                                     {"room.obj", room_mesh()}}) {
         if (written) written = write_file(folder / name, obj_text(mesh));
     }
     if (written) return 0;
