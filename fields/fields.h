@@ -39,8 +39,8 @@
 ///
 /// Units are metres; the frame is right-handed with y up (fields/base/vector.h); faces, texels and directions
 /// are those of fields/wavelets/cubemap.h. What may last takes a Progress (fields/base/progress.h) and uses
-/// all of oneTBB's threads; their number changes no bit. Bad input is
-/// a value, Result (fields/base/result.h); a caller's bug is an assert; nothing is printed.
+/// all of oneTBB's threads; their number changes no bit. Bad input is a value, Result (fields/base/result.h);
+/// a caller's bug is an assert; nothing is printed.
 ///
 /// A complete program: the visibility past a chair, a step away from it. Its argument is a mesh, such as the
 /// installed scenes/meshes/chair.obj; linked with haarfield::fields.

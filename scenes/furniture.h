@@ -1,9 +1,9 @@
 #pragma once
 /// The furniture of the shipped scenes.
 ///
-/// Each piece stands on y = 0 (the room's floor lies there), centred on the origin in x and z; metres. Parts are closed shells that
-/// face outwards and go some way into each other, as joints do; where one enters another it has a ring
-/// of vertices, so that no triangle reaches from the light into the dark inside.
+/// Each piece stands on y = 0 (the room's floor lies there), centred on the origin in x and z; metres. Parts
+/// are closed shells that face outwards and go some way into each other, as joints do; where one enters
+/// another it has a ring of vertices, so that no triangle reaches from the light into the dark inside.
 
 #include "fields/mesh/mesh.h"
 

@@ -66,8 +66,8 @@ struct Blocks {
     std::function<bool(const Vec3d& middle)> is_solid;  ///< Of a cell; none beyond the outermost lines is.
 };
 
-/// Those sides of the solid's cells that bound it and that `is_wanted`, as rectangles; all of them are a closed
-/// shell.
+/// Those sides of the solid's cells that bound it and that `is_wanted`, as rectangles; all of them are a
+/// closed shell.
 ///
 /// is_wanted  of a side's middle and its outward normal.
 Shell block_sides(const Blocks& blocks,

@@ -101,7 +101,8 @@ TEST(Furniture, TheRoomIsDarkButForItsWindow) {
         if (i % 2 == 0) direction = Vec3f(2.4f, 1.45f + 0.8f * number(), 0.9f * number()) - eye;
         if (direction.length() < 0.1f) continue;
         direction.normalize();
-        // Where it leaves the wall; what is farther from the opening's edges than `margin`, and from the mullion.
+        // Where it leaves the wall; what is farther from the opening's edges than `margin`, and from the
+        // mullion.
         const auto in_window = [&](float x, float margin, float mullion) {
             const Vec3f p = eye + direction * ((x - eye.x) / direction.x);
             return direction.x > 0 && p.y > 0.85f + margin && p.y < 2.05f - margin &&

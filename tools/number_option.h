@@ -22,8 +22,8 @@ std::optional<double> number_in(const Range& range, std::string_view text, bool 
 /// A place, from its three coordinates: `X,Y,Z`. [m]
 std::optional<Vec3f> place_in(std::string_view text);
 
-/// Refuses texts without a number_in. The message says what was found and which range was wanted; --help shows
-/// the range.
+/// Refuses texts without a number_in. The message says what was found and which range was wanted; --help
+/// shows the range.
 CLI::Validator number_check(const Range& range, bool whole);
 
 /// What the numbers of an option are: those of a list, if it has one, or the one that may be there.

@@ -26,8 +26,8 @@ struct Interpolation {
     float open = 0.0f;  ///< Weight of "nothing in the way". All weights, with this, add up to 1.
 };
 
-/// How far from a sampler's centre its entity hides anything: from the outer radius up to here the samples fade
-/// to open. [outer radii]
+/// How far from a sampler's centre its entity hides anything: from the outer radius up to here the samples
+/// fade to open. [outer radii]
 inline constexpr float fade_end = 1.5f;
 
 /// Concentric circles on the plane y = centre.y. Sample index = ring * angles + angle;

@@ -8,8 +8,8 @@
 
 namespace haarfield {
 
-/// Writes bytes to a file, which appears whole or not at all: it is a TemporaryFile before. Unlike a field it is
-/// not awaited on the disk.
+/// Writes bytes to a file, which appears whole or not at all: it is a TemporaryFile before. Unlike a field it
+/// is not awaited on the disk.
 ///
 /// errors  what the system says (no such folder, full disk ...).
 Result<Done> write_file(const std::filesystem::path& file, std::string_view bytes);

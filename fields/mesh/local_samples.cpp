@@ -50,7 +50,8 @@ std::optional<Vec3f> LocalSampler::visible_middle(const Vec3f& a, const Vec3f& b
     return middle;
 }
 
-/// The first place outside on the way from a point to one that is, and a twentieth of what is left of the way.
+/// The first place outside on the way from a point to one that is, and a twentieth of what is left of the
+/// way.
 Vec3f LocalSampler::outside(const Vec3f& point, const Vec3f& visible) const {
     if (!in_original_(point)) return point;
     float inside = 0, out = 1;  // parts of the way

@@ -11,8 +11,8 @@
 
 namespace haarfield {
 
-/// Of those triangles round a point of a surface that are not buried in another piece: places right over their
-/// middles.
+/// Of those triangles round a point of a surface that are not buried in another piece: places right over
+/// their middles.
 struct VisibleMiddles {
     Vec3f sum{0.0f};          ///< Of all. [m]
     Vec3f nearest{0.0f};      ///< To the point. [m]
@@ -28,8 +28,9 @@ struct VisibleMiddles {
 /// surface_offset, and moved by a twentieth of the way towards the middle of the point's own triangles that
 /// are not buried in another piece. If that lies in another piece, as with triangles that are buried in part,
 /// it moves on towards the middle of the nearest of them until it is outside: what can be seen of the surface
-/// begins there, and from inside a piece one would look out through its back. Where a simplified two-sided occluder bulges over the point (its back is
-/// met along the normal within a fiftieth of the radius), the sample is lifted above the bulge.
+/// begins there, and from inside a piece one would look out through its back. Where a simplified two-sided
+/// occluder bulges over the point (its back is met along the normal within a fiftieth of the radius), the
+/// sample is lifted above the bulge.
 ///
 /// Safe to share between threads.
 class LocalSampler {
@@ -38,12 +39,12 @@ public:
     /// own                    what the points see of the entity; see EntityOcclusion.
     LocalSampler(const Occluder& original, const InsideTest& in_original, const Occluder& own);
 
-    /// The place right over a triangle's middle; nothing if it lies inside another piece of the entity, that is,
-    /// if the triangle is buried.
+    /// The place right over a triangle's middle; nothing if it lies inside another piece of the entity, that
+    /// is, if the triangle is buried.
     std::optional<Vec3f> visible_middle(const Vec3f& a, const Vec3f& b, const Vec3f& c) const;
 
-    /// The sample of a point with these middles round it, of which there is one at least: outside of all closed
-    /// pieces, but where it is lifted.
+    /// The sample of a point with these middles round it, of which there is one at least: outside of all
+    /// closed pieces, but where it is lifted.
     Vec3f sample(const Vec3f& position, const Vec3f& normal, const VisibleMiddles& middles) const;
 
 private:

@@ -105,8 +105,9 @@ HWY_INLINE VC common_outcodes(const ViewedVertices& p, const ViewedVertices& q) 
                   pair(p.y, p.z, q.y, q.z, 8));
 }
 
-/// How far the view point is in front of planes of triangles, given by coordinate (OccluderPlanes): the measure of
-/// how thick they look, and its sign that of the side they show. 0 if seen exactly edge-on, NaN without area.
+/// How far the view point is in front of planes of triangles, given by coordinate (OccluderPlanes): the
+/// measure of how thick they look, and its sign that of the side they show. 0 if seen exactly edge-on, NaN
+/// without area.
 template <class D>
 HWY_INLINE hn::Vec<D> heights_over_planes(D d, const float* x, const float* y, const float* z,
                                           const float* offset, const Vec3f& from_centre) {

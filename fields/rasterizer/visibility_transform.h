@@ -24,10 +24,10 @@ public:
     /// horizon     unit normal of a surface through the view point. Texels whose centres lie below it are
     ///             multiplied by zero later, and so are given what needs fewest wavelets. Null: none.
     /// truncation  `coefficients` for each face; `relative_l2_error` of the whole cubemap's occlusion
-    ///             (1 - visibility), or of its visibility above the horizon if that has the smaller L2 norm: a
-    ///             far object blocks little of what is open elsewhere, and in a room all light comes through
-    ///             the window. Ties between wavelets go to the smaller face, the coarser level, then the
-    ///             smaller index.
+    ///             (1 - visibility), or of its visibility above the horizon if that has the smaller L2 norm:
+    ///             a far object blocks little of what is open elsewhere, and in a room all light comes
+    ///             through the window. Ties between wavelets go to the smaller face, the coarser level, then
+    ///             the smaller index.
     /// tree        the result; its memory is reused.
     /// accuracy    exact above the horizon, but for the truncation.
     void operator()(std::span<const std::uint8_t> open, const Vec3f* horizon, const Truncation& truncation,

@@ -23,7 +23,8 @@ public:
     static Result<KeptVisibility> make(const ShadedScene& scene, const ShadingGeometry& geometry,
                                        std::size_t most_bytes, const Progress& progress = {});
 
-    /// Null: not kept; without trees: the vertex sees nothing. Of the scene's instances and vertices as they were (asserted).
+    /// Null: not kept; without trees: the vertex sees nothing. Of the scene's instances and vertices as they
+    /// were (asserted).
     const VertexSight* find(std::size_t instance, std::uint32_t vertex) const {
         assert(instance < sights_.size() && vertex < sights_[instance].size());
         return sights_[instance][vertex];

@@ -32,7 +32,9 @@ public:
     void add_entity(const ShadedEntity& entity);
     void remove_entity(std::size_t entity);
 
-    /// The instances as they stand now. cost: 2 us each.
+    /// The instances as they stand now.
+    ///
+    /// cost  2 us each.
     void place(const ShadedScene& scene);
 
     /// Which of at most 16 points are blocked towards a light, however far: bit i of the result for point i.

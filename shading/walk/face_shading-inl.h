@@ -243,8 +243,8 @@ public:
     /// The head's deviation from its value within each cell of a block above the last level. Lighting
     /// deviates by what the pyramid says. The cosine of unit vectors whose mean has length l has the variance
     /// 1 - l^2 at most, and clamping does not add to it; where the horizon crosses a cell, its mean may be
-    /// off by the extent. A lobe that is not curved lies below PreparedVertex::varies, and below what the cell
-    /// says.
+    /// off by the extent. A lobe that is not curved lies below PreparedVertex::varies, and below what the
+    /// cell says.
     HWY_INLINE HeadErrors errors(int level, std::size_t face, std::size_t block, const Ahead& ahead) const {
         const auto at = std::size_t(level);
         const BlockDirections d(vertex_.directions.block(level, block));

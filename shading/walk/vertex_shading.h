@@ -59,8 +59,8 @@ Rgb outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex, Wal
                       float tolerance = 0);
 
 /// The function whose integral outgoing_radiance is: lighting times BRDF times visibilities, per channel, as
-/// a function product (wavelet_blocks.h). `product` is overwritten, its memory reused; faces that are dark have
-/// no block. Highlights below 3 % of their peak are held constant over cells where neither lighting nor
+/// a function product (wavelet_blocks.h). `product` is overwritten, its memory reused; faces that are dark
+/// have no block. Highlights below 3 % of their peak are held constant over cells where neither lighting nor
 /// visibility varies.
 ///
 /// detail   null: everything is there. Else what is negligible may be left out: blocks below cells whose mean
