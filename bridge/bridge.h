@@ -62,7 +62,9 @@
 ///         prepare_scene_entities(*scene, {.fields_folder = "bridge_fields"});
 ///     if (!entities) return fail(entities.error());
 ///
-///     const LatLongImage sky = sky_image(scene->environment.sky.value_or(AnalyticSky()), 512);
+///     const Environment sky = turned_environment(
+///         sky_environment(scene->environment.sky.value_or(AnalyticSky()), 512),
+///         double(scene->environment.rotation), double(scene->environment.exposure));
 ///     const ShadedScene shaded = shaded_scene(*scene, *entities, sky);
 ///     const Result<SceneRadiance> radiance = scene_radiance(shaded, {});
 ///     if (!radiance) return fail(radiance.error());
@@ -72,8 +74,9 @@
 ///         instances.push_back({scene->instances[i].name,
 ///                              shaded.entities[shaded.instances[i].entity].mesh,
 ///                              shaded.instances[i].placement, (*radiance)[i]});
-///     const Result<BakedFiles> files = write_baked_scene("bridge_picture", scene->name, scene->camera,
-///                                                        instances, {&shaded.environment});
+///     const LatLongImage background = image_with_suns(shaded.environment);
+///     const Result<BakedFiles> files =
+///         write_baked_scene("bridge_picture", scene->name, scene->camera, instances, {&background});
 ///     if (!files) return fail(files.error());
 ///
 ///     PovrayOptions options;

@@ -42,6 +42,7 @@ struct Entity {
     std::uint32_t spherical_samples = 10000;
 };
 
+/// One object of the scene.
 struct Instance {
     std::string name;        ///< The entity's, with a number if it has several: `chair_2`.
     std::size_t entity = 0;  ///< Index in Scene::entities.

@@ -59,7 +59,7 @@
 ///         prepare_scene_entities(*scene, {.fields_folder = "scenes_fields"});
 ///     if (!entities) return std::puts(entities.error().message().c_str()), 1;
 ///
-///     const LatLongImage sky = sky_image(scene->environment.sky.value_or(AnalyticSky()), 512);
+///     const Environment sky = sky_environment(scene->environment.sky.value_or(AnalyticSky()), 512);
 ///     RelightSession session(session_scene(*scene, *entities, sky), {});
 ///     if (const Result<Done> done = session.commit(); !done) return 1;  // in full
 ///     const double before = brightness(session.radiance());

@@ -9,7 +9,8 @@
 /// wavelets; the product integral walks down all of them together, and goes on only where at least two vary
 /// and none is zero (Sun and Mukherjee 2006). The function product is the product itself, again as wavelets.
 /// On these two stand the shading of whole scenes and just-in-time radiance transfer, which folds all factors
-/// but one into a sparse vector per vertex.
+/// but one into a sparse vector per vertex. What of a scene's light is concentrated, its suns and lamps, is
+/// taken from it before and served by shadow rays.
 ///
 /// The way of the data
 ///
@@ -32,7 +33,7 @@
 /// | LightPyramid: the lighting as a factor | shading/walk/light_pyramid.h |
 /// | cubemap_tree: a function product as quadtrees | shading/walk/wavelet_blocks.h |
 /// | lighting_tree: where the solid angle enters | shading/scene/lighting.h |
-/// | LatLongImage, sky_image | shading/scene/environment.h, shading/scene/sky.h |
+/// | Environment, sky_environment | shading/scene/environment.h, shading/scene/sky.h |
 /// | lobe_texels, Material: what surfaces do | shading/scene/lobes.h, shading/scene/material.h |
 /// | ShadedScene, RenderSettings | shading/scene/shaded_scene.h |
 /// | scene_radiance, point_radiance | shading/bake/renderer.h |

@@ -14,13 +14,15 @@ struct Placement {
     Vec3f translate{0, 0, 0};  ///< [m]
     float scale = 1;           ///< > 0, finite.
 
+    /// A point of the object in the world. [m]
     Vec3f point_to_world(const Vec3f& point) const { return point * scale + translate; }
+    /// A point of the object in the world. [m]
     Vec3d point_to_world(const Vec3d& point) const { return point * double(scale) + Vec3d(translate); }
 
     /// The inverse, up to rounding.
     Vec3f point_to_object(const Vec3f& point) const { return (point - translate) / scale; }
 
-    bool operator==(const Placement&) const = default;
+    bool operator==(const Placement&) const = default;  ///< Equal in all bits.
 };
 
 }  // namespace haarfield

@@ -18,6 +18,7 @@ struct VisibleMiddles {
     Vec3f nearest{0.0f};      ///< To the point. [m]
     std::uint32_t count = 0;  ///< 0: the point can not be seen.
 
+    /// The middle of one more triangle, for a point at the position.
     void add(const Vec3f& position, const Vec3f& middle);
 };
 

@@ -34,6 +34,7 @@ struct Environment {
     std::vector<SunDisc> suns;
 
     Environment() = default;
+    /// An image alone is an environment, too.
     Environment(LatLongImage of, std::vector<SunDisc> discs = {})  // NOLINT: an image is an environment
         : image(std::move(of)), suns(std::move(discs)) {}
 };

@@ -8,6 +8,7 @@
 
 namespace haarfield {
 
+/// A scene's light, split and laid out for shading.
 struct SceneLight {
     LightPyramid smooth;
     std::vector<LightSource> sources;      ///< light_sources.h.

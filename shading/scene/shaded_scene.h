@@ -18,6 +18,7 @@ struct ShadedEntity {
     std::vector<Material> materials;             ///< By the mesh's material index.
 };
 
+/// One object of the scene.
 struct ShadedInstance {
     std::size_t entity = 0;
     Placement placement;

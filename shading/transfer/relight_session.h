@@ -37,6 +37,7 @@ struct SessionPose {
     const VisibilityField* field = nullptr;
 };
 
+/// One object of a session's scene.
 struct SessionInstance {
     std::size_t entity = 0;
     Placement placement;    ///< Of the entity as it is turned.

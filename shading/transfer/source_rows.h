@@ -25,7 +25,7 @@ struct SourceSights {
     };
     std::vector<std::vector<Sight>> blocks;  ///< By 64 rows; of rows that have highlights, in their order.
 
-    std::size_t bytes() const;
+    std::size_t bytes() const;  ///< Memory. [bytes]
 };
 
 /// Finds the sights, and adds to `diffuse`, by row, what the lights shed by the diffuse terms.

@@ -30,7 +30,7 @@ public:
 
     /// One more entity, the last of the scene's; or one fewer, later ones move up.
     void add_entity(const ShadedEntity& entity);
-    void remove_entity(std::size_t entity);
+    void remove_entity(std::size_t entity);  ///< Later entities move up by one.
 
     /// The instances as they stand now.
     ///
