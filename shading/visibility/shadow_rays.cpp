@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cassert>
-#include <limits>
 
 namespace haarfield {
 namespace {
+
+/// Rays end here: of infinite ones Embree's packets do not always come back. [m]
+constexpr float far_away = 1e8f;
 
 std::shared_ptr<RTCSceneTy> new_scene(RTCDevice device) {
     std::shared_ptr<RTCSceneTy> scene(rtcNewScene(device), &rtcReleaseScene);
@@ -88,7 +90,7 @@ std::uint16_t ShadowRays::blocked(std::span<const Vec3f> points, std::uint16_t w
         rays.dir_y[i] = direction.y;
         rays.dir_z[i] = direction.z;
         rays.tnear[i] = 0;
-        rays.tfar[i] = std::numeric_limits<float>::infinity();
+        rays.tfar[i] = far_away;
         rays.time[i] = 0;
         rays.mask[i] = ~0u;
         rays.id[i] = 0;
@@ -114,7 +116,7 @@ bool ShadowRays::is_blocked(const Vec3f& point, const Vec3f& direction) const {
     ray.dir_x = direction.x;
     ray.dir_y = direction.y;
     ray.dir_z = direction.z;
-    ray.tfar = std::numeric_limits<float>::infinity();
+    ray.tfar = far_away;
     ray.mask = ~0u;
     rtcOccluded1(scene_.get(), &context, &ray);
     return ray.tfar < 0;  // Embree's mark of a hit
