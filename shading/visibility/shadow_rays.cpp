@@ -98,7 +98,7 @@ std::uint16_t ShadowRays::blocked(std::span<const Vec3f> points, std::uint16_t w
     }
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    // Not flagged as coherent: with that, packets do not always come back from robust scenes of instances.
     rtcOccluded16(valid.data(), scene_.get(), &context, &rays);
     std::uint16_t result = 0;
     for (std::size_t i = 0; i < packet; ++i)
