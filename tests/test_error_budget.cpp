@@ -57,7 +57,8 @@ std::map<std::string, BudgetEntry> by_name(const ErrorBudget& budget) {
 
 TEST(ErrorBudget, WhatIsNotApproximatedCostsNothing) {
     const auto entries = by_name(room().budget(room().settings()));
-    ASSERT_EQ(entries.size(), 9u);
+    ASSERT_EQ(entries.size(), 10u);
+    EXPECT_EQ(entries.at("sources").relative_rmse, 0) << "there are none";
     EXPECT_LT(entries.at("lighting").relative_rmse, 1e-5);
     EXPECT_LT(entries.at("coarse mesh").relative_rmse, 1e-5);
     EXPECT_EQ(entries.at("depth").relative_rmse, 0);

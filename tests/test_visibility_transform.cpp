@@ -216,7 +216,7 @@ TEST(VisibilityTransform, WhatIsOpenBelowTheHorizonDoesNotCount) {
             EXPECT_GT(dropped, 0) << error;
             EXPECT_LE(dropped / static_cast<double>(face_texels(size)),
                       double(error) * double(error) * squared_visibility(open, size, &normal) * (1 + 1e-5))
-                << error;
+                << error << ", " << normal;
         }
 }
 

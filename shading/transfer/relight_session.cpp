@@ -95,7 +95,7 @@ Result<const ShadingGeometry*> RelightSession::current_geometry(const Progress& 
         if (!made) return made.error();
         geometry_ = std::move(*made);
     }
-    geometry_->grid = InstanceGrid(spheres_of_influence(scene_));
+    geometry_->grid = influence_grid(scene_, geometry_->entities);
     geometry_->rays.place(scene_);
     return &*geometry_;
 }

@@ -4,11 +4,17 @@
 
 namespace haarfield {
 
-InstanceGrid::InstanceGrid(std::span<const Sphere> spheres) {
+InstanceGrid::InstanceGrid(std::span<const Sphere> spheres, const Bounds& where) {
     for (const Sphere& sphere : spheres)
         for (int axis = 0; axis < 3; ++axis) {
             bounds_.lower[axis] = std::min(bounds_.lower[axis], sphere.centre[axis] - sphere.radius);
             bounds_.upper[axis] = std::max(bounds_.upper[axis], sphere.centre[axis] + sphere.radius);
+        }
+    reached_ = bounds_;
+    if (!spheres.empty())
+        for (int axis = 0; axis < 3; ++axis) {
+            bounds_.lower[axis] = std::clamp(where.lower[axis], bounds_.lower[axis], bounds_.upper[axis]);
+            bounds_.upper[axis] = std::clamp(where.upper[axis], bounds_.lower[axis], bounds_.upper[axis]);
         }
     if (!spheres.empty()) {
         constexpr double cells_a_sphere = 64;
@@ -46,7 +52,7 @@ int InstanceGrid::cell(float coordinate, int axis) const {
 
 std::span<const std::uint32_t> InstanceGrid::near(const Vec3f& point) const {
     for (int axis = 0; axis < 3; ++axis)
-        if (!(point[axis] >= bounds_.lower[axis] && point[axis] <= bounds_.upper[axis])) return {};
+        if (!(point[axis] >= reached_.lower[axis] && point[axis] <= reached_.upper[axis])) return {};
     const auto c =
         std::size_t((cell(point.z, 2) * cells_[1] + cell(point.y, 1)) * cells_[0] + cell(point.x, 0));
     return {sphere_.data() + first_[c], sphere_.data() + first_[c + 1]};

@@ -16,8 +16,11 @@ struct Sphere {
 /// A uniform grid over spheres.
 class InstanceGrid {
 public:
+    /// where   the points that will be asked for, but for a few: the cells divide what of this box the
+    ///         spheres reach.
     /// memory  some 64 cells a sphere, and a number for each sphere that touches a cell.
-    explicit InstanceGrid(std::span<const Sphere> spheres);
+    explicit InstanceGrid(std::span<const Sphere> spheres,
+                          const Bounds& where = {Vec3f(-INFINITY), Vec3f(INFINITY)});
 
     /// The spheres, by number and in ascending order, whose boxes touch the cell of a point: all that contain
     /// the point, and a few more.
@@ -28,7 +31,8 @@ public:
 private:
     int cell(float coordinate, int axis) const;
 
-    Bounds bounds_;
+    Bounds reached_,
+        bounds_;  ///< Of all spheres; what the cells divide. Farther points have the nearest cell.
     std::array<int, 3> cells_{1, 1, 1};
     Vec3f cells_per_metre_{0, 0, 0};
     std::vector<std::uint32_t> first_, sphere_;

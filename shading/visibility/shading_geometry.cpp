@@ -12,6 +12,10 @@ constexpr float on_ground = 2e-3f;
 /// So many instances are rasterized at a vertex, if that is chosen automatically.
 constexpr std::size_t most_rasterized = 8;
 
+/// How far away what is seen exactly at any distance is seen at all: from there a ball blocks less than a
+/// thousandth of an irradiance. [radii]
+constexpr float exact_reach = 36;
+
 /// How far from a sampler's centre its entity is seen exactly: automatically, to the outer end of the last
 /// band whose error is above the tolerance. [m]
 template <class Sampler>
@@ -41,16 +45,25 @@ bool is_on_ground(const VisibilityField& field, const ShadedInstance& instance, 
 
 }  // namespace
 
-std::vector<Sphere> spheres_of_influence(const ShadedScene& scene) {
+InstanceGrid influence_grid(const ShadedScene& scene, std::span<const ShadingGeometry::Entity> entities) {
     std::vector<Sphere> spheres;
+    Bounds bounds;
     for (const ShadedInstance& instance : scene.instances) {
         const VisibilityField& field = *scene.entities[instance.entity].field;
-        const Vec3f& centre = field.spherical.centre;
-        const float radius = fade_end * std::max(field.spherical.outer_radius, field.planar.outer_radius) +
-                             (field.planar.centre - centre).length();
-        spheres.push_back({instance.placement.point_to_world(centre), radius * instance.placement.scale});
+        const Vec3f &own = field.spherical.centre, centre = instance.placement.point_to_world(own);
+        const float scale = instance.placement.scale,
+                    samplers = fade_end * std::max(field.spherical.outer_radius, field.planar.outer_radius) +
+                               (field.planar.centre - own).length(),
+                    radius = entities[instance.entity].polygons.empty() ? samplers
+                                                                        : exact_reach * field.bounds.radius();
+        spheres.push_back({centre, radius * scale});
+        const Vec3f half(field.bounds.radius() * scale);
+        for (int axis = 0; axis < 3; ++axis) {
+            bounds.lower[axis] = std::min(bounds.lower[axis], centre[axis] - half[axis]);
+            bounds.upper[axis] = std::max(bounds.upper[axis], centre[axis] + half[axis]);
+        }
     }
-    return spheres;
+    return InstanceGrid(spheres, bounds);
 }
 
 Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, const RenderSettings& settings,
@@ -61,15 +74,19 @@ Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, cons
     std::vector<ConvexPolygon> polygons;
     if (entity.occlusion->coarse().triangles().size() <= settings.exact_triangles)
         polygons = convex_polygons(entity.occlusion->coarse());
-    const Occlusion occlusion = polygons.empty() ? settings.occlusion : Occlusion::exact;
     const VisibilityField& field = *entity.field;
-    return ShadingGeometry::Entity{
-        std::move(order),
-        std::move(*visibility),
-        std::move(polygons),
-        exact_distance(field.planar, field.error.planar, occlusion, settings.occlusion_error),
-        exact_distance(field.spherical, field.error.spherical, occlusion, settings.occlusion_error),
-        BuriedFill(*entity.mesh, entity.occlusion->samples().buried)};
+    const auto exact_within = [&](const auto& sampler, const SamplerError& error) {
+        return polygons.empty() ? exact_distance(sampler, error, settings.occlusion, settings.occlusion_error)
+                                : std::numeric_limits<float>::infinity();
+    };
+    const float on_ground = exact_within(field.planar, field.error.planar),
+                around = exact_within(field.spherical, field.error.spherical);
+    return ShadingGeometry::Entity{std::move(order),
+                                   std::move(*visibility),
+                                   std::move(polygons),
+                                   on_ground,
+                                   around,
+                                   BuriedFill(*entity.mesh, entity.occlusion->samples().buried)};
 }
 
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
@@ -80,7 +97,7 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                                  ? most_rasterized
                                  : std::numeric_limits<std::size_t>::max(),
                              DirectionPyramid(settings.face_size),
-                             InstanceGrid(spheres_of_influence(scene)),
+                             InstanceGrid({}),
                              {}};
     geometry.rays.build(scene);
     for (const ShadedEntity& entity : scene.entities) {
@@ -88,6 +105,7 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
         if (!made) return made.error();
         geometry.entities.push_back(std::move(*made));
     }
+    geometry.grid = influence_grid(scene, geometry.entities);
     return geometry;
 }
 

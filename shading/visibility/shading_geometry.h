@@ -20,7 +20,7 @@ struct ShadingGeometry {
         WideVisibility visibility;
         std::vector<ConvexPolygon> polygons;  ///< Of occluders of few triangles; else empty.
         /// Within these distances of the samplers' centres the entity is seen exactly, from its ground plane
-        /// and from elsewhere. [m]
+        /// and from elsewhere; infinite if it has polygons. [m]
         float exact_on_ground, exact_around;
         BuriedFill fill;  ///< Of the fine mesh.
     };
@@ -49,8 +49,9 @@ Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, cons
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          const Progress& progress = {});
 
-/// By instance: beyond this sphere the samplers of its field say that it hides nothing.
-std::vector<Sphere> spheres_of_influence(const ShadedScene& scene);
+/// Of the places from which each instance hides anything: to where the samplers of its field fade, or as far
+/// as matters if it is seen exactly at any distance. entities: those of the scene.
+InstanceGrid influence_grid(const ShadedScene& scene, std::span<const ShadingGeometry::Entity> entities);
 
 /// Where a vertex looks up what it sees past an instance: samples of the instance's field.
 struct FieldLookup {
