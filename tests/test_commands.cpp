@@ -184,7 +184,9 @@ std::vector<NumberOption> number_options(const std::string& help) {
     const std::regex line(R"(\n +(?:-\w,)?(--[a-z-]+) ([^\s:=]+)(?::(in [\[(].*?[\])]|\{.*?\}))?)");
     std::vector<NumberOption> options;
     for (std::sregex_iterator match(help.begin(), help.end(), line), end; match != end; ++match)
-        if (!texts.contains((*match)[2])) options.push_back({(*match)[1], (*match)[2], (*match)[3]});
+        if (!texts.contains((*match)[2]) &&
+            (*match)[2] != "Excludes")  // a flag that excludes others has no value
+            options.push_back({(*match)[1], (*match)[2], (*match)[3]});
     return options;
 }
 
