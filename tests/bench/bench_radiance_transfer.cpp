@@ -80,7 +80,7 @@ BENCHMARK(transfer_frame<made_by_motion>)->Unit(benchmark::kMicrosecond)->UseRea
 
 /// What a frame without vectors costs; items: vertices.
 void product_integrals(benchmark::State& state) {
-    const LightPyramid light(room().light(), Room::size);
+    const SceneLight light = scene_light(room().scene.environment, settings());
     for (auto _ : state)
         benchmark::DoNotOptimize(*scene_radiance({room().scene, room().geometry(), light, settings()}));
     state.SetItemsProcessed(state.iterations() * vertex_count(room()));

@@ -47,11 +47,11 @@ struct LitScene {
     }
 
     Environment environment(const MeshStudyOptions& options) const {
-        Environment light = options.environment.empty()
-                                ? sky_environment(*description.environment.sky, 1024)
-                                : Environment(value_or_exit(read_environment_image(options.environment)));
-        clean_environment(light.image);
-        return turned_environment(light, description.environment.rotation, options.exposure);
+        Environment distant = options.environment.empty()
+                                  ? sky_environment(*description.environment.sky, 1024)
+                                  : Environment(value_or_exit(read_environment_image(options.environment)));
+        clean_environment(distant.image);
+        return turned_environment(distant, description.environment.rotation, options.exposure);
     }
 
     std::vector<RadiantMesh> even(std::size_t vertices) const {
