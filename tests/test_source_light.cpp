@@ -145,8 +145,8 @@ TEST(SourceLight, CastsTheShadowOfThePostWithItsPenumbra) {
         double(sun.direction.y) / std::hypot(double(sun.direction.x), double(sun.direction.z));
     int dark = 0, bright = 0;
     for (std::size_t v = 0; v < floor.positions.size(); ++v) {
-        // Towards the sun the post's axis lies so far ahead, and so far aside. Near the outline, and where the
-        // line of sight passes its top, part of the disc may be seen.
+        // Towards the sun the post's axis lies so far ahead, and so far aside. Near the outline, and where
+        // the line of sight passes its top, part of the disc may be seen.
         const Vec3d p(floor.positions[v]);
         const double ahead = -p.dot(across), aside = std::abs(p.cross(across).y);
         const bool is_dark = aside < 0.1 && ahead > 0.35 && (ahead + 0.3) * rise < 0.95;
