@@ -125,7 +125,6 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--help", all},
         {"--report", all},
         {"--visibility-error", make_fields},
-        {"--face-size", make_fields},
         {"--allow-unsealed", {"bake", "budget", "precompute", "relight", "info", "verify"}},
         {"--occlusion", {"bake", "relight"}},
         {"--occlusion-error", {"bake"}},
