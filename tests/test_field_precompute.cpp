@@ -7,6 +7,7 @@
 #include "fields/wavelets/haar_transform.h"
 #include "scenes/furniture.h"
 #include "tests/fixtures/example_meshes.h"
+#include "tests/fixtures/unpacked_face.h"
 
 namespace haarfield {
 namespace {

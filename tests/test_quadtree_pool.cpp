@@ -6,6 +6,8 @@
 
 #include "fields/wavelets/haar_transform.h"
 
+#include "tests/fixtures/unpacked_face.h"
+
 namespace haarfield {
 namespace {
 

@@ -4,150 +4,20 @@
 #include <hwy/targets.h>
 
 #include <map>
-#include <numeric>
-#include <optional>
 #include <random>
 
 #include "fields/wavelets/haar_transform.h"
-#include "shading/scene/material.h"
 #include "shading/transfer/coefficient_energies.h"
 #include "shading/walk/wide_visibility.h"
 #include "tests/fixtures/example_meshes.h"
 #include "tests/fixtures/random_numbers.h"
+#include "tests/fixtures/vertex_example.h"
 #include "tests/oracles/pixel_reference.h"
 
 namespace haarfield {
 namespace {
 
-constexpr int size = 64;
-
-/// Lighting, and three visibilities of truncated half planes; what they are as texels, face by face.
-struct Example {
-    RgbCubemapTree light_tree;
-    VisibilityField field;
-    std::vector<WeightedTrees<std::uint8_t>::Part> parts;
-    std::vector<WeightedTrees<std::uint8_t>> visibilities;
-    std::vector<double> visible;
-    std::optional<WideVisibility> wide;
-    std::optional<LightPyramid> light;
-    DirectionPyramid directions{size};
-
-    explicit Example(std::uint32_t seed) {
-        for (std::uint32_t face = 0; face < cubemap_faces; ++face) {
-            const auto a = reference::half_plane_texels(seed + face, size),
-                       b = reference::noise_texels(seed + 50 + face, 64);
-            std::vector<Rgb> texels;
-            for (std::size_t i = 0; i < a.size(); ++i)
-                texels.push_back(Rgb(0.5f + a[i], 1 + 0.3f * a[i], 0.2f) *
-                                 (0.5f + b[(i / 512) * 8 + i % 64 / 8]));
-            light_tree.faces[face] = haar_quadtree<Rgb>(texels, size, {200, 0});
-        }
-        light.emplace(light_tree, size);
-        PackedTrees packed;
-        QuadtreePoolBuilder builder(size);
-        for (std::uint32_t i = 0; i < 5; ++i) {
-            std::vector<float> texels;
-            for (std::uint32_t face = 0; face < cubemap_faces; ++face) {
-                const auto half = face == i ? std::vector<float>(size * size, 1.0f)
-                                            : reference::half_plane_texels(100 * seed + 10 * i + face, size);
-                texels.insert(texels.end(), half.begin(), half.end());
-            }
-            pack_trees(haar_cubemap<float>(texels, size, {40, 0}), packed);
-            field.local_handles.push_back(builder.add(packed));
-        }
-        field.pool = std::move(builder).finish();
-        std::vector<std::uint32_t> order(5);
-        std::iota(order.begin(), order.end(), 0u);
-        wide = *WideVisibility::make(field, order);
-        // One by itself, and two interpolated ones of which one fades to open.
-        parts = {{&wide->local(0), 1},
-                 {&wide->local(1), 0.25f},
-                 {&wide->local(2), 0.75f},
-                 {&wide->local(3), 0.5f},
-                 {&wide->local(4), 0.2f}};
-        const std::span<const WeightedTrees<std::uint8_t>::Part> all(parts);
-        visibilities = {{0, all.subspan(0, 1)}, {0, all.subspan(1, 2)}, {0.3f, all.subspan(3, 2)}};
-        visible.assign(6 * size * size, 1);
-        for (const auto& factor : visibilities) {
-            std::vector<double> sum(visible.size(), double(factor.constant));
-            for (const auto& part : factor.parts)
-                for (std::size_t i = 0; i < sum.size(); ++i)
-                    sum[i] += double(part.weight) * texel(*part.tree, i);
-            for (std::size_t i = 0; i < sum.size(); ++i) visible[i] *= sum[i];
-        }
-    }
-
-    static double texel(const WideCubemap<std::uint8_t>& tree, std::size_t index) {
-        const WideFace<std::uint8_t>& face = tree[index / (size * size)];
-        const std::size_t row = index / size % size, column = index % size;
-        const WideNode<std::uint8_t>* node = face.root;
-        double value = double(face.mean);
-        for (int bit = 4; node; bit -= 2) {
-            const auto digit = [&](int b) { return (row >> b & 1) << 1 | (column >> b & 1); };
-            const auto cell = static_cast<unsigned>(digit(bit + 1) << 2 | digit(bit));
-            value = node->mean[cell] / 255.0;
-            node = node->varying >> cell & 1u ? child_of(node, cell) : nullptr;
-        }
-        return value;
-    }
-
-    /// By sums over 4 x 4 places in each texel.
-    Vec3d expected(const VertexBrdf& brdf, const BlockedCones& cones) const {
-        std::vector<std::vector<Rgb>> radiance;
-        for (const RgbQuadtree& face : light_tree.faces) radiance.push_back(quadtree_texels(face, size));
-        Vec3d sum(0.0);
-        for (std::size_t i = 0; i < visible.size(); ++i) {
-            const int face = int(i) / (size * size), row = int(i) / size % size, column = int(i) % size;
-            Vec3d reflected(0.0);
-            for (int k = 0; k < 16; ++k) {
-                const Vec3f d = texel_direction(face, 4 * column + k % 4, 4 * row + k / 4, 4 * size);
-                const double cosine = double(d.dot(brdf.normal));
-                if (cosine <= 0 || is_blocked(cones, d)) continue;
-                reflected += (Vec3d(brdf.diffuse) * cosine + highlight(brdf, d, cosine)) / 16;
-            }
-            sum += Vec3d(radiance[std::size_t(face)][i % (size * size)]) * reflected * visible[i] /
-                   (size * size);
-        }
-        return sum;
-    }
-
-    static Vec3d highlight(const VertexBrdf& brdf, const Vec3f& d, double cosine) {
-        const Vec3f to_eye = brdf.normal * (2 * brdf.normal.dot(brdf.mirror)) - brdf.mirror;
-        const double aligned = std::max(0.0, double(d.dot(brdf.mirror))),
-                     halfway = std::max(0.0, double((d + to_eye).normalized().dot(brdf.normal)));
-        const double lobes = double(brdf.phong) * std::pow(aligned, double(brdf.shininess)) +
-                             double(brdf.blinn) * std::pow(halfway, double(brdf.blinn_exponent));
-        const Vec3d tint = Vec3d(1.0) - Vec3d(brdf.metallic) * (1 - metallic_fresnel(cosine));
-        return Vec3d(brdf.specular) * tint * lobes * (brdf.cosine_weighted ? cosine : 1);
-    }
-
-    static bool is_blocked(const BlockedCones& cones, const Vec3f& direction) {
-        std::size_t first = 0;
-        for (const std::uint32_t end : cones.end) {
-            bool inside = true;
-            for (std::size_t i = first; i < end; ++i) inside &= cones.sides[i].dot(direction) > 0;
-            if (inside) return true;
-            first = end;
-        }
-        return false;
-    }
-
-    ShadedVertex shaded(const VertexBrdf& brdf, const BlockedCones& cones, int depth = full_depth) const {
-        return {directions, brdf, {visibilities, cones}, depth};
-    }
-
-    Rgb found(const VertexBrdf& brdf, const BlockedCones& cones, int depth = full_depth) const {
-        static WalkMemory<std::uint8_t> memory;
-        return outgoing_radiance(*light, shaded(brdf, cones, depth), memory);
-    }
-};
-
-/// A near occluder.
-BlockedConeList cones_of_a_square() {
-    BlockedConeList cones;
-    add_cones(convex_polygons(make_occluder(square_mesh(2, -0.5f))), Vec3f(0.1f, 0.05f, -0.08f), cones);
-    return cones;
-}
+constexpr int size = VertexExample::size;
 
 /// Relative to what the BRDF reflects without any occluder, some `reflected`.
 void expect_near(const Rgb& found, const Vec3d& wanted, double reflected, double tolerance) {
@@ -157,7 +27,7 @@ void expect_near(const Rgb& found, const Vec3d& wanted, double reflected, double
 TEST(VertexShading, DiffuseEqualsTheSumOverTexels) {
     std::mt19937 random(1);
     for (std::uint32_t seed = 0; seed < 4; ++seed) {
-        const Example example(seed);
+        const VertexExample example(seed);
         for (int i = 0; i < 6; ++i) {
             VertexBrdf brdf;
             brdf.normal = random_direction(random);
@@ -197,7 +67,7 @@ TEST(VertexShading, ConcentratedLightMeetsTheCosineThatItHas) {
 
 TEST(VertexShading, HighlightsEqualTheSumOverTexels) {
     std::mt19937 random(2);
-    const Example example(7);
+    const VertexExample example(7);
     for (const float shininess : {1.0f, 5.0f, 30.0f, 60.0f, 200.0f, 1000.0f})
         for (const bool cosine_weighted : {true, false})
             for (int i = 0; i < 6; ++i) {
@@ -217,7 +87,7 @@ TEST(VertexShading, HighlightsEqualTheSumOverTexels) {
 /// Relative to what the lobe reflects where the eye is above.
 TEST(VertexShading, BlinnHighlightsEqualTheSumOverTexels) {
     std::mt19937 random(12);
-    const Example example(7);
+    const VertexExample example(7);
     for (const float exponent : {1.0f, 5.0f, 20.0f, 60.0f, 200.0f, 1000.0f, 2000.0f})
         for (int i = 0; i < 12; ++i) {
             VertexBrdf brdf;
@@ -236,7 +106,7 @@ TEST(VertexShading, BlinnHighlightsEqualTheSumOverTexels) {
 
 TEST(VertexShading, MetallicHighlightsEqualTheSumOverTexels) {
     std::mt19937 random(13);
-    const Example example(7);
+    const VertexExample example(7);
     for (const float exponent : {2.0f, 30.0f, 300.0f})
         for (int i = 0; i < 12; ++i) {
             VertexBrdf brdf;
@@ -258,7 +128,7 @@ TEST(VertexShading, MetallicHighlightsEqualTheSumOverTexels) {
 
 TEST(VertexShading, NearOccludersAreExact) {
     std::mt19937 random(3);
-    const Example example(9);
+    const VertexExample example(9);
     const Mesh meshes[] = {square_mesh(2, -0.5f), box_mesh({-0.5f, 0.3f, -0.5f}, {0.5f, 1, 0.6f}),
                            joined_meshes(box_mesh({0.4f, -1, -1}, {0.5f, 1, 1}), square_mesh(3, 1.2f))};
     for (const Mesh& mesh : meshes) {
@@ -276,7 +146,7 @@ TEST(VertexShading, NearOccludersAreExact) {
 }
 
 TEST(VertexShading, NothingIsSeenFromUnderACover) {
-    const Example example(4);
+    const VertexExample example(4);
     BlockedConeList cones;
     add_cones(convex_polygons(make_occluder(square_mesh(1000, 1e-3f))), Vec3f(0.0f), cones);
     VertexBrdf brdf;
@@ -288,7 +158,7 @@ TEST(VertexShading, NothingIsSeenFromUnderACover) {
 
 TEST(VertexShading, LessDepthIsCoarserButNear) {
     std::mt19937 random(5);
-    const Example example(11);
+    const VertexExample example(11);
     double before = 0;
     for (const int depth : {6, 4, 2, 0}) {
         double error = 0;
@@ -346,7 +216,7 @@ TEST(VertexShading, NeverErrsByMoreThanTheTolerance) {
     const auto size_of = [](const Rgb& r) { return std::abs(r.x) + std::abs(r.y) + std::abs(r.z); };
     int changed = 0;
     for (std::uint32_t seed = 0; seed < 6; ++seed) {
-        const Example example(20 + seed);
+        const VertexExample example(20 + seed);
         const BlockedConeList cones = seed % 2 ? cones_of_a_square() : BlockedConeList();
         for (int i = 0; i < 40; ++i) {
             VertexBrdf brdf;
@@ -394,7 +264,7 @@ TEST(RadianceIntegrand, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
     std::vector<WaveletBlock<3>> product;
     int fewer = 0;
     for (std::uint32_t seed = 0; seed < 4; ++seed) {
-        const Example example(30 + seed);
+        const VertexExample example(30 + seed);
         const BlockedConeList cones = seed % 2 ? cones_of_a_square() : BlockedConeList();
         for (int i = 0; i < 16; ++i) {
             VertexBrdf brdf;
@@ -477,7 +347,7 @@ TEST(HighlightIntegrand, ComesWithTheRadianceOfTheRest) {
     WalkMemory<std::uint8_t> memory;
     std::vector<WaveletBlock<3>> product;
     for (std::uint32_t seed = 0; seed < 4; ++seed) {
-        const Example example(50 + seed);
+        const VertexExample example(50 + seed);
         const BlockedConeList cones = seed % 2 ? cones_of_a_square() : BlockedConeList();
         for (int i = 0; i < 16; ++i) {
             VertexBrdf brdf;
@@ -505,7 +375,7 @@ TEST(HighlightIntegrand, ComesWithTheRadianceOfTheRest) {
 }
 
 TEST(VertexShading, AgreesBetweenInstructionSets) {
-    const Example example(13);
+    const VertexExample example(13);
     const BlockedConeList cones = cones_of_a_square();
     VertexBrdf brdf;
     brdf.normal = Vec3f(0.2f, 0.7f, 0.3f).normalized();

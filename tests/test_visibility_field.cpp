@@ -6,6 +6,7 @@
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "fields/wavelets/haar_transform.h"
 #include "tests/fixtures/example_meshes.h"
+#include "tests/fixtures/unpacked_face.h"
 
 namespace haarfield {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "fields/wavelets/haar_transform.h"
 #include "shading/transfer/occlusion_vectors.h"
+#include "tests/fixtures/unpacked_face.h"
 #include "tests/oracles/pixel_reference.h"
 #include "tests/oracles/wide_texels.h"
 

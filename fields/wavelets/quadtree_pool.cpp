@@ -176,12 +176,6 @@ void unpack_face(const QuadtreePool& pool, std::uint32_t face, Quadtree& tree) {
     }
 }
 
-Quadtree unpacked_face(const QuadtreePool& pool, std::uint32_t face) {
-    Quadtree tree;
-    unpack_face(pool, face, tree);
-    return tree;
-}
-
 namespace {
 
 /// What a node's first byte says, looked up: fields of millions of nodes are checked whenever they are read.

@@ -76,9 +76,8 @@ private:
 /// Nodes of all faces.
 std::uint64_t node_count(const QuadtreePool& pool);
 
-/// Tree of one face, in floats; `unpack_face` reuses the tree's memory.
+/// Tree of one face, in floats; reuses the tree's memory.
 void unpack_face(const QuadtreePool& pool, std::uint32_t face, Quadtree& tree);
-Quadtree unpacked_face(const QuadtreePool& pool, std::uint32_t face);  ///< The same, returned.
 
 /// Whether every index in the pool is in range, every mean finite, and every face a tree all of whose nodes
 /// are reached, none below the texels, so that walking it is safe and ends. Empty if so; otherwise what is

@@ -1,15 +1,19 @@
-/// haarfield_counted_kernels KERNEL: runs one kernel for callgrind, which counts the instructions of
-/// counted_kernel() alone. Prints how many product integrals that was.
+/// haarfield_counted_kernels KERNEL: checks one kernel's answer, and runs it for callgrind, which counts the
+/// instructions of counted_kernel() alone. Prints for how many vertices that was. Without KERNEL: prints the
+/// names of all.
 ///
-/// The functions are made here, of half planes: counts shall change with the kernels, not with the meshes.
+/// The functions and meshes are made here: counts shall change with the kernels, not with the shipped scenes.
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 
+#include <algorithm>
 #include <string_view>
 
 #include "fields/wavelets/haar_transform.h"
 #include "shading/walk/product_integral.h"
 #include "tests/baselines/product_methods.h"
+#include "tests/bench/shipped_kernels.h"
 #include "tests/oracles/pixel_reference.h"
 
 namespace haarfield::baseline {
@@ -39,41 +43,98 @@ TreeIntegrals half_plane_integrals() {
     return integrals;
 }
 
-/// T = lighting times all factors, again in wavelets: what just-in-time radiance transfer is set up with.
-Method function_product_method(const TreeIntegrals& trees) {
-    Method method;
-    method.evaluate =
-        [light = std::make_shared<LightPyramid>(trees.light, face_size),
-         vertices = std::make_shared<WideVertices>(trees), memory = std::make_shared<WalkMemory<float>>(),
-         product = std::make_shared<std::vector<WaveletBlock<3>>>()](std::size_t first, std::span<Rgb>) {
-            function_product(*light, vertices->factors()[first], full_depth, *memory, *product);
-        };
-    return method;
+const TreeIntegrals& integrals() {
+    static const TreeIntegrals made = half_plane_integrals();
+    return made;
+}
+
+double error_of(std::span<const Rgb> found) {
+    return relative_rmse(found, texel_sums(integrals()));
+}
+
+/// A way to compute product integrals; `of` makes it when it is wanted.
+template <class Make>
+bench::ShippedKernel product_integral_kernel(const char* name, const Make& of) {
+    const auto method = [of]() -> const Method& {
+        static const Method made = of();
+        return made;
+    };
+    return {name, [method] { evaluate_all(method(), 0, vertex_count, DataPlace::memory); },
+            [] { return vertex_count; }, [method] { return error_of(radiance_by(method(), vertex_count)); },
+            1e-5};
+}
+
+/// T = lighting times all factors, again in wavelets.
+class FunctionProducts {
+public:
+    void multiply() {
+        for (std::size_t vertex = 0; vertex < vertex_count; ++vertex) multiply(vertex);
+    }
+    double error() {
+        std::vector<Rgb> integrals(vertex_count, Rgb(0.0f));
+        for (std::size_t vertex = 0; vertex < vertex_count; ++vertex) {
+            multiply(vertex);
+            for (const WaveletBlock<3>& block : product_)
+                if (block.level == 0)
+                    for (int c = 0; c < 3; ++c) integrals[vertex][c] += block.amplitude[std::size_t(c)][0];
+        }
+        return error_of(integrals);
+    }
+
+private:
+    void multiply(std::size_t vertex) {
+        function_product(light_, vertices_.factors()[vertex], full_depth, memory_, product_);
+    }
+
+    LightPyramid light_{integrals().light, face_size};
+    WideVertices vertices_{integrals()};
+    WalkMemory<float> memory_;
+    std::vector<WaveletBlock<3>> product_;
+};
+
+FunctionProducts& function_products() {
+    static FunctionProducts made;
+    return made;
+}
+
+std::vector<bench::ShippedKernel> counted_kernels() {
+    std::vector<bench::ShippedKernel> kernels = bench::shipped_kernels();
+    kernels.push_back(
+        product_integral_kernel("product_integral", [] { return haarfield_method(integrals()); }));
+    kernels.push_back({"function_product", [] { function_products().multiply(); },
+                       [] { return vertex_count; }, [] { return function_products().error(); }, 1e-5});
+    kernels.push_back(product_integral_kernel("paper", [] { return paper_method(integrals()); }));
+    return kernels;
 }
 
 }  // namespace
 }  // namespace haarfield::baseline
 
 /// Known to callgrind by its name.
-extern "C" [[gnu::noinline]] void counted_kernel(const haarfield::baseline::Method& method) {
-    haarfield::baseline::evaluate_all(method, 0, haarfield::baseline::vertex_count,
-                                      haarfield::baseline::DataPlace::memory);
+extern "C" [[gnu::noinline]] void counted_kernel(const haarfield::bench::ShippedKernel& kernel) {
+    kernel.run();
 }
 
 int main(int argc, char** argv) {
-    using namespace haarfield::baseline;
-    const std::string_view kernel = argc == 2 ? argv[1] : "";
-    const TreeIntegrals trees = half_plane_integrals();
-    if (kernel == "product_integral")
-        counted_kernel(haarfield_method(trees));
-    else if (kernel == "function_product")
-        counted_kernel(function_product_method(trees));
-    else if (kernel == "paper")
-        counted_kernel(paper_method(trees));
-    else {
-        fmt::print(stderr, "usage: haarfield_counted_kernels product_integral|function_product|paper\n");
+    using haarfield::bench::ShippedKernel;
+    const std::vector<ShippedKernel> kernels = haarfield::baseline::counted_kernels();
+    if (argc == 1)
+        for (const ShippedKernel& kernel : kernels) fmt::print("{}\n", kernel.name);
+    if (argc == 1) return 0;
+    const auto kernel = std::ranges::find(kernels, std::string_view(argv[1]), &ShippedKernel::name);
+    if (argc != 2 || kernel == kernels.end()) {
+        fmt::print(stderr, "usage: haarfield_counted_kernels [KERNEL]\n");
         return 2;
     }
-    fmt::print("{}\n", vertex_count);
+    // All in this thread, whose instructions are those that count.
+    const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+    const double error = kernel->error();
+    if (!(error < kernel->tolerance)) {
+        fmt::print(stderr, "wrong answer, so not counted: relative RMSE {}, wanted < {}\n", error,
+                   kernel->tolerance);
+        return 1;
+    }
+    counted_kernel(*kernel);
+    fmt::print("{}\n", kernel->vertices());
     return 0;
 }

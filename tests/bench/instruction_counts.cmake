@@ -17,13 +17,16 @@ if(EXISTS ${KEPT})
     list(FILTER kept_lines EXCLUDE REGEX "^#")
 endif()
 
-set(new_text "# Instructions per vertex (six functions, six faces, RGB), counted by callgrind in a release build, with AVX2
-# at most, since valgrind knows no more. Compared by the target instruction_counts, written by
-# keep_instruction_counts.
+execute_process(COMMAND ${PROGRAM} OUTPUT_VARIABLE kernels COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX MATCHALL "[a-z_]+" kernels "${kernels}")
+
+set(new_text "# Instructions per vertex, of the kernels of shipped_kernels.h and of products of six functions, counted by
+# callgrind in a release build on one thread, with AVX2 at most, since valgrind knows no more. Compared by the
+# target instruction_counts, written by keep_instruction_counts.
 compiler ${COMPILER}
 ")
 set(grown "")
-foreach(kernel product_integral function_product paper)
+foreach(kernel IN LISTS kernels)
     execute_process(
         COMMAND ${VALGRIND} --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect=counted_kernel
                 ${PROGRAM} ${kernel}
