@@ -12,9 +12,9 @@ Result<Done> write_file(const std::filesystem::path& file, std::string_view byte
 }
 
 Result<Done> make_folder(const std::filesystem::path& folder) {
-    std::error_code code;
+    std::error_code code, ignored;
     std::filesystem::create_directories(folder, code);
-    if (!std::filesystem::is_directory(folder))
+    if (!std::filesystem::is_directory(folder, ignored))
         return Error{folder.string(), "is no folder, and can not be made: " + code.message()};
     return Done{};
 }
