@@ -39,6 +39,7 @@ std::string include_text(const BakedInstance& instance, const ColouredMesh& colo
         file_name, object, instance.mesh->positions.size(), instance.mesh->triangles.size(),
         coloured.textures);
     text += coloured.text;
+    if (!is_identity(instance.placement.rotate)) text += povray_rotation(instance.placement.rotate) + "\n";
     fmt::format_to(std::back_inserter(text),
                    "scale {:.9g}\n"
                    "translate {}\n"

@@ -73,12 +73,7 @@ struct PovrayFrame {
 
     /// Takes turning and magnification back.
     void append_inverse(std::string& text) const {
-        const auto& [x, y, z] = rotation.row;
-        fmt::format_to(
-            std::back_inserter(text),
-            "matrix <{:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, 0,0,0>\n"
-            "scale {:.17g}\n",
-            x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z, 1 / magnified);
+        text += fmt::format("{}\nscale {:.17g}\n", povray_rotation(rotation.inverse()), 1 / magnified);
     }
 };
 

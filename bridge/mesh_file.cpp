@@ -46,7 +46,8 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
         for (std::size_t i = 0; i < instance.mesh->positions.size(); ++i) {
             const Vec3f position = instance.placement.point_to_world(instance.mesh->positions[i]);
             for (int axis = 0; axis < 3; ++axis) append_bytes(text, position[axis]);
-            for (int axis = 0; axis < 3; ++axis) append_bytes(text, instance.mesh->normals[i][axis]);
+            const Vec3f normal = instance.placement.direction_to_world(instance.mesh->normals[i]);
+            for (int axis = 0; axis < 3; ++axis) append_bytes(text, normal[axis]);
             for (int c = 0; c < 3; ++c)
                 append_bytes(
                     text, static_cast<std::uint8_t>(srgb_encoded(instance.radiance[i][c]) * 255.0f + 0.5f));

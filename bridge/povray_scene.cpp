@@ -46,6 +46,14 @@ std::string povray_vector(const Vec3f& v) {
     return fmt::format("<{}, {}, {}>", v.x, v.y, v.z);
 }
 
+std::string povray_rotation(const Rotation& rotation) {
+    // Where the axes go to, one after the other.
+    const auto& [x, y, z] = rotation.inverse().row;
+    return fmt::format(
+        "matrix <{:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, 0,0,0>", x.x, x.y,
+        x.z, y.x, y.y, y.z, z.x, z.y, z.z);
+}
+
 void append_povray_vectors(std::string& text, std::string_view keyword, std::span<const Vec3f> vectors,
                            float scale) {
     auto out = std::back_inserter(text);
@@ -197,13 +205,15 @@ Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where) {
 }
 
 Result<Done> check_placement(const std::string& where, const Placement& placement) {
-    const auto& [translate, scale] = placement;
+    const auto& [translate, scale, rotate] = placement;
     for (int axis = 0; axis < 3; ++axis)
         if (!coordinates.contains(double(translate[axis])))
             return Error{where, fmt::format("translated by {}; wanted at most {} m", translate[axis],
                                             coordinates.highest)};
     if (!(scale > 0 && scale <= 1e6f))
         return Error{where, fmt::format("scale is {}; wanted (0, 1e6]", scale)};
+    for (const Vec3d& row : rotate.row)
+        if (!(row.length() <= 2)) return Error{where, "the rotation is not finite"};
     return Done{};
 }
 

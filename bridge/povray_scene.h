@@ -46,6 +46,9 @@ bool is_scene_name(std::string_view name);
 /// `<x, y, z>`, exact: as many digits as the floats need. Components must be finite (asserted).
 std::string povray_vector(const Vec3f& v);
 
+/// `matrix <...>`, a transformation that turns an object so.
+std::string povray_rotation(const Rotation& rotation);
+
 /// Appends `keyword { n, <x, y, z>, ... }` with all vectors multiplied by `scale`; exact where that is a
 /// power of two.
 void append_povray_vectors(std::string& text, std::string_view keyword, std::span<const Vec3f> vectors,
@@ -96,7 +99,8 @@ Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where);
 
 /// Whether an instance stands where POV-Ray can show it.
 ///
-/// errors    a translation that is not finite or beyond 1e6 m; a scale not in (0, 1e6].
+/// errors    a translation that is not finite or beyond 1e6 m; a scale not in (0, 1e6];
+///           a rotation that is not finite.
 Result<Done> check_placement(const std::string& where, const Placement& placement);
 
 }  // namespace haarfield

@@ -86,8 +86,7 @@ OwnedScene Preview::Rays::scene_of(std::span<const PreviewInstance> instances) {
         const PreviewInstance& instance = instances[i];
         const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(geometry, scene_of(*instance.mesh).get());
-        const auto& [translate, s] = instance.placement;
-        const std::array<float, 12> columns{s, 0, 0, 0, s, 0, 0, 0, s, translate.x, translate.y, translate.z};
+        const std::array<float, 12> columns = instance.placement.columns();
         rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.data());
         rtcCommitGeometry(geometry);
         rtcAttachGeometryByID(scene.get(), geometry, static_cast<unsigned>(i));

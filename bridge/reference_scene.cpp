@@ -236,9 +236,12 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
             text += fmt::format("#include \"{}\"\n", files.includes.back().filename().string());
         }
         const Vec3d translate = Vec3d(instance.placement.translate) * files.world_scale;
-        objects += fmt::format("object {{ {} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}> }}  // {}\n",
-                               object, instance.placement.scale * files.world_scale, translate.x, translate.y,
-                               translate.z, povray_identifier(instance.name));
+        const Rotation& rotate = instance.placement.rotate;
+        const std::string turned = is_identity(rotate) ? "" : " " + povray_rotation(rotate);
+        objects +=
+            fmt::format("object {{ {}{} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}> }}  // {}\n",
+                        object, turned, instance.placement.scale * files.world_scale, translate.x,
+                        translate.y, translate.z, povray_identifier(instance.name));
     }
     text += "\n" + objects + "\n";
 

@@ -46,8 +46,7 @@ struct Entity {
 struct Instance {
     std::string name;        ///< The entity's, with a number if it has several: `chair_2`.
     std::size_t entity = 0;  ///< Index in Scene::entities.
-    Placement placement;     ///< Of the entity as it is turned.
-    Vec3f rotate{0, 0, 0};   ///< About x, then y, then z: rotation_xyz. [rad]
+    Placement placement;     ///< The file's `rotate` is rotation_xyz.
 };
 
 /// A whole scene.

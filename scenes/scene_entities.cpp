@@ -3,15 +3,12 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cmath>
 #include <map>
-#include <tuple>
 
 #include "fields/file/write_file.h"
 #include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/thin_sheets.h"
-#include "fields/mesh/turned_mesh.h"
 
 namespace haarfield {
 namespace {
@@ -20,13 +17,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-/// The entity's name, with its rotation in whole hundredths of a degree where there is one; fit for a file.
-std::string posed_name(const std::string& name, const Vec3f& rotate) {
-    if (rotate == Vec3f(0.0f)) return name;
-    const auto degrees = [](float angle) { return std::round(angle * 18000 / pi) / 100; };
-    return fmt::format("{}-r{}_{}_{}", name, degrees(rotate.x), degrees(rotate.y), degrees(rotate.z));
 }
 
 std::vector<Material> mesh_materials(const Scene& scene, const Entity& entity, const Mesh& mesh) {
@@ -93,32 +83,23 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         if (const Result<Done> made = make_folder(options.fields_folder); !made) return made.error();
         remove_abandoned_files(options.fields_folder);
     }
-    using Pose = std::tuple<std::size_t, float, float, float>;
-    std::map<Pose, std::size_t> known;
+    std::map<std::size_t, std::size_t> known;
     for (const Instance& instance : scene.instances) {
-        const Vec3f& rotate = instance.rotate;
-        const auto [entry, is_new] =
-            known.emplace(Pose{instance.entity, rotate.x, rotate.y, rotate.z}, result.entities.size());
+        const auto [entry, is_new] = known.emplace(instance.entity, result.entities.size());
         result.entity_of_instance.push_back(entry->second);
         if (!is_new) continue;
         if (progress.stop.stop_requested()) return Error{"", interrupted};
 
         const Entity& description = scene.entities[instance.entity];
         auto entity = std::make_unique<SceneEntity>();
-        entity->name = posed_name(description.name, rotate);
-        entity->entity = instance.entity;
-        entity->rotate = rotate;
+        entity->name = description.name;
         if (progress.report) progress.report("mesh of " + entity->name, 0, 1);
         const Clock::time_point mesh_start = Clock::now();
-        auto& unturned = result.unturned[instance.entity];
-        if (!unturned) {
-            Result<PreparedMesh> prepared = prepared_mesh(description, progress);
-            if (!prepared) return prepared.error();
-            unturned = std::make_shared<PreparedMesh>(std::move(*prepared));
-            if (const std::string findings = unturned->findings.summary(); !findings.empty())
-                result.warnings.push_back(fmt::format("{}: {}", description.mesh.string(), findings));
-        }
-        entity->mesh = turned_mesh(*unturned, rotate);
+        Result<PreparedMesh> prepared = prepared_mesh(description, progress);
+        if (!prepared) return prepared.error();
+        entity->mesh = std::move(*prepared);
+        if (const std::string findings = entity->mesh.findings.summary(); !findings.empty())
+            result.warnings.push_back(fmt::format("{}: {}", description.mesh.string(), findings));
         entity->occlusion.emplace(entity->mesh);
         entity->materials = mesh_materials(scene, description, entity->mesh.fine);
         entity->mesh_seconds = seconds_since(mesh_start);

@@ -9,18 +9,15 @@
 #include "shading/bake/renderer.h"
 
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 
 namespace haarfield {
 
-/// An entity in one orientation: instances that are rotated differently need a field of their own.
+/// An entity of which a scene has instances, however they are placed.
 struct SceneEntity {
-    std::string name;        ///< The entity's, with the rotation in degrees if there is one: `chair-r0_90_0`.
-    std::size_t entity = 0;  ///< Index in Scene::entities.
-    Vec3f rotate{0, 0, 0};   ///< As its instances'. [rad]
-    PreparedMesh mesh;       ///< Rotated.
+    std::string name;
+    PreparedMesh mesh;
     std::optional<EntityOcclusion> occlusion;  ///< Of the mesh; always there once prepared.
     VisibilityField field;
     std::vector<Material> materials;  ///< By the mesh's material index.
@@ -34,8 +31,6 @@ struct SceneEntity {
 struct SceneEntities {
     std::vector<std::unique_ptr<SceneEntity>> entities;
     std::vector<std::size_t> entity_of_instance;  ///< Index in `entities`, by Scene::instances.
-    /// Before rotation, by Scene::entities: all orientations share one preparation.
-    std::map<std::size_t, std::shared_ptr<const PreparedMesh>> unturned;
     std::vector<std::string> warnings;
 };
 

@@ -166,7 +166,7 @@ Instance taken_instance(TomlTable table, const std::vector<Entity>& entities) {
     table.take("scale", instance.placement.scale, {1e-6, 1e6});
     Vec3f degrees(0, 0, 0);
     table.take("rotate", degrees, turns);
-    instance.rotate = Vec3f(radians(degrees.x), radians(degrees.y), radians(degrees.z));
+    instance.placement.rotate = rotation_xyz({radians(degrees.x), radians(degrees.y), radians(degrees.z)});
     table.finish();
     return instance;
 }

@@ -13,7 +13,7 @@
 ///
 ///     file --read_scene--> Scene --prepare_scene_entities--> SceneEntities: meshes, occluders, fields
 ///     both, and an environment --shaded_scene--> ShadedScene --scene_radiance--> radiance
-///                              --session_scene--> SessionScene --> RelightSession
+///                              the same --> RelightSession
 ///
 /// Where to start
 ///
@@ -24,7 +24,6 @@
 /// | prepare_scene_entities, SceneEntities, SceneEntityOptions | scenes/scene_entities.h |
 /// | shaded_scene | scenes/scene_entities.h |
 /// | fine_meshes, surface_meshes | scenes/scene_entities.h |
-/// | session_scene | scenes/session_scene.h |
 ///
 /// A Scene is plain data: a program may as well fill it in itself. Lengths are metres and angles radians; the
 /// file has degrees. Images are read by bridge/image.h, as this library knows of none.
@@ -60,7 +59,7 @@
 ///     if (!entities) return std::puts(entities.error().message().c_str()), 1;
 ///
 ///     const Environment sky = sky_environment(scene->environment.sky.value_or(AnalyticSky()), 512);
-///     RelightSession session(session_scene(*scene, *entities, sky), {});
+///     RelightSession session(shaded_scene(*scene, *entities, sky), {});
 ///     if (const Result<Done> done = session.commit(); !done) return 1;  // in full
 ///     const double before = brightness(session.radiance());
 ///     if (const Result<Done> done = session.vary_light(); !done) return 1;  // makes transfer vectors
@@ -76,5 +75,4 @@
 
 #include "scenes/scene_entities.h"
 #include "scenes/scene_reader.h"
-#include "scenes/session_scene.h"
 #include "shading/shading.h"

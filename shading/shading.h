@@ -22,7 +22,7 @@
 /// or a scene at a time:
 ///
 ///     meshes, fields, placements, environment: ShadedScene --scene_radiance--> radiance of all vertices
-///                             the same, open: SessionScene --RelightSession--> as light, eye, objects change
+///                             the same, open --RelightSession--> as light, eye, objects change
 ///
 /// Where to start
 ///

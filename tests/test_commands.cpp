@@ -365,7 +365,7 @@ TEST_F(Commands, ABudgetSaysWhatIsApproximatedAndWhetherTheOracleIsRight) {
     const nlohmann::json made = report("budget.json");
     std::map<std::string, double> error;
     for (const auto& entry : made["budget"]) error[entry["approximation"]] = entry["relative_rmse"];
-    EXPECT_EQ(error.size(), 11u);
+    EXPECT_EQ(error.size(), 12u);
     EXPECT_LT(error["sources"], 0.01);
     EXPECT_GT(error["lighting"], 1e-4);
     EXPECT_LT(error["lighting"], 0.1);

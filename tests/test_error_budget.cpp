@@ -57,13 +57,14 @@ std::map<std::string, BudgetEntry> by_name(const ErrorBudget& budget) {
 
 TEST(ErrorBudget, WhatIsNotApproximatedCostsNothing) {
     const auto entries = by_name(room().budget(room().settings()));
-    ASSERT_EQ(entries.size(), 10u);
+    ASSERT_EQ(entries.size(), 11u);
     EXPECT_EQ(entries.at("sources").relative_rmse, 0) << "there are none";
     EXPECT_LT(entries.at("lighting").relative_rmse, 1e-5);
     EXPECT_LT(entries.at("coarse mesh").relative_rmse, 1e-5);
     EXPECT_EQ(entries.at("depth").relative_rmse, 0);
     EXPECT_LT(entries.at("visibility").relative_rmse, 2e-3) << "rounded to bytes";
     EXPECT_LT(entries.at("lobes").relative_rmse, 3e-3);
+    EXPECT_LT(entries.at("impostors").relative_rmse, 3e-3);
     EXPECT_GT(entries.at("planar field").relative_rmse, 5e-4);
     EXPECT_GT(entries.at("spherical field").relative_rmse, 1e-3);
     EXPECT_GT(entries.at("resolution").relative_rmse, 3e-4);
@@ -123,9 +124,10 @@ TEST(ErrorBudget, AllTogetherIsTheBakeAgainstTheFinestOracle) {
     RenderSettings fine = room().settings();
     fine.face_size *= 4;
     const DenseLight light(room().scene.environment, fine.face_size);
+    const InstanceOccluders occluders = *InstanceOccluders::make(room().scene);
     ShadowRays rays;
     rays.build(room().scene);
-    DenseShader shader(room().scene, light, rays);
+    DenseShader shader(room().scene, occluders, light, rays);
     ASSERT_EQ(budget.vertices.size(), 60u);
     float worst_before = INFINITY;
     double error = 0, energy = 0;
@@ -173,9 +175,10 @@ TEST(InterpolationError, IsThatBetweenTheCorners) {
     const MeshPoint at{0, 0, 0.5f, 0};
     const ShadedEntity& entity = plain.scene.entities[0];
     const DenseLight light(plain.scene.environment, settings.face_size);
+    const InstanceOccluders occluders = *InstanceOccluders::make(plain.scene);
     ShadowRays rays;
     rays.build(plain.scene);
-    DenseShader shader(plain.scene, light, rays);
+    DenseShader shader(plain.scene, occluders, light, rays);
     const auto corner = [&](std::size_t c) {
         return shader.radiance(0, surface_point(entity, entity.mesh->triangles[0][c]));
     };

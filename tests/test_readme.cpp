@@ -128,6 +128,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--allow-unsealed", {"bake", "budget", "precompute", "relight", "info", "verify"}},
         {"--occlusion", {"bake", "relight"}},
         {"--occlusion-error", {"bake"}},
+        {"--reach", {"bake", "relight"}},
         {"--refine", {"bake"}},
         {"--colours", {"bake"}},
         {"--vertex-budget", {"bake"}},

@@ -84,7 +84,7 @@ TEST(SphericalSampler, WeightsAddUpToOne) {
     expect_weights_add_up(spherical_sampler({0, 0, 0}, 1, 2000), 1);
 }
 
-TEST(PlanarSampler, IsContinuousAcrossWrapCentreAndFade) {
+TEST(PlanarSampler, IsContinuousAcrossWrapCentreAndTheOuterRadius) {
     const PlanarSampler sampler = planar_sampler({0, 0, 0}, 1, 2000);
     expect_continuous(
         sampler, [](double t) { return circle(t - 0.5, 2, 0); }, 2e-3);
@@ -94,7 +94,7 @@ TEST(PlanarSampler, IsContinuousAcrossWrapCentreAndFade) {
         sampler, [](double t) { return Vec3f(float(5 + 5 * t), 0, 1); }, 2e-3);
 }
 
-TEST(SphericalSampler, IsContinuousAcrossWrapPolesCentreAndFade) {
+TEST(SphericalSampler, IsContinuousAcrossWrapPolesCentreAndTheOuterRadius) {
     const SphericalSampler sampler = spherical_sampler({0, 0, 0}, 1, 4000);
     expect_continuous(
         sampler, [](double t) { return circle(t - 0.5, 2, 0.5); }, 2e-3);
@@ -121,11 +121,16 @@ TEST(SphericalSampler, PolesOfAShellAreOnePlaceForAllAzimuths) {
     EXPECT_GT(sampler.sample_position(polar * azimuths).y, 2);
 }
 
-TEST(Samplers, LookUpsAreOpenFarAway) {
-    EXPECT_EQ(planar_sampler({0, 0, 0}, 1, 2000).interpolation({9.1f, 0, 0}).open, 1);
-    EXPECT_EQ(planar_sampler({0, 0, 0}, 1, 2000).interpolation({9.1f, 0, 0}).count, 0);
-    EXPECT_EQ(spherical_sampler({0, 0, 0}, 1, 2000).interpolation({0, 9.1f, 0}).count, 0);
-    EXPECT_EQ(spherical_sampler({0, 0, 0}, 1, 2000).interpolation({0, 5.9f, 0}).open, 0);
+TEST(Samplers, BeyondTheOuterRadiusWeightsFallWithTheSquareOfTheDistance) {
+    const PlanarSampler planar = planar_sampler({0, 0, 0}, 1, 2000);
+    const SphericalSampler spherical = spherical_sampler({0, 0, 0}, 1, 2000);
+    EXPECT_EQ(planar.interpolation({5.9f, 0, 0}).open, 0);
+    EXPECT_EQ(spherical.interpolation({0, 5.9f, 0}).open, 0);
+    for (const float distance : {6.5f, 12.0f, 300.0f}) {
+        const float wanted = 1 - 36 / (distance * distance);
+        EXPECT_NEAR(planar.interpolation({distance, 0, 0}).open, wanted, 1e-6);
+        EXPECT_NEAR(spherical.interpolation({0, distance, 0}).open, wanted, 1e-6);
+    }
 }
 
 TEST(Samplers, HaveNoMoreSamplesThanWantedAndNotMuchFewer) {

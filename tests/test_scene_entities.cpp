@@ -29,8 +29,8 @@ protected:
         scene.entities.push_back(entity);
         scene.materials["paint"].diffuse = Rgb(0.2f);
         scene.materials["steel"].diffuse = Rgb(0.9f);
-        scene.instances.push_back({"box_1", 0, {}, {0, 0, 0}});
-        scene.instances.push_back({"box_2", 0, {{3, 0, 0}, 1}, {0, 0, 0}});
+        scene.instances.push_back({"box_1", 0, {}});
+        scene.instances.push_back({"box_2", 0, {{3, 0, 0}, 1}});
         options.fields_folder = folder / "fields";
         options.face_size = 16;
     }
@@ -134,16 +134,17 @@ TEST_F(SceneEntitiesTest, RemovesWhatAKilledRunLeft) {
         EXPECT_EQ(entry.path().filename(), "box.vdb");
 }
 
-TEST_F(SceneEntitiesTest, RotatedInstancesHaveAFieldOfTheirOwn) {
-    scene.instances[1].rotate = {0, static_cast<float>(pi / 2), 0};
+TEST_F(SceneEntitiesTest, TurnedInstancesShareTheEntity) {
+    scene.instances[1].placement.rotate = rotation_about({0, 1, 0}, 0.7);
+    scene.instances.push_back({"box_3", 0, {{0, 0, 5}, 2, rotation_about({1, 0, 1}, 0.70001)}});
     const auto entities = prepare_scene_entities(scene, options);
     ASSERT_TRUE(entities) << entities.error().message();
-    ASSERT_EQ(entities->entities.size(), 2u);
-    EXPECT_EQ(entities->entities[1]->name, "box-r0_90_0");
-    // The box is 1 wide in x and 2 in z; a quarter turn about y takes +z to +x.
-    const Bounds bounds = mesh_bounds(entities->entities[1]->mesh.fine);
-    EXPECT_NEAR(bounds.upper.x, 2, 1e-5);
-    EXPECT_NEAR(bounds.lower.z, -1, 1e-5);
+    ASSERT_EQ(entities->entities.size(), 1u);
+    const ShadedScene shaded = shaded_scene(scene, *entities, {});
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(shaded.instances[i].entity, 0u);
+        EXPECT_EQ(shaded.instances[i].placement, scene.instances[i].placement);
+    }
 }
 
 TEST_F(SceneEntitiesTest, MaterialsOfTheMeshAreMappedByName) {

@@ -140,7 +140,8 @@ TEST_F(SceneReader, ReadsEveryKeyInItsUnit) {
     EXPECT_EQ(scene.instances[2].entity, 1u);
     EXPECT_EQ(scene.instances[0].placement.translate, Vec3f(0.0f, -1.0f, 0.5f));
     EXPECT_EQ(scene.instances[0].placement.scale, 2.0f);
-    EXPECT_NEAR(scene.instances[0].rotate.y, pi / 2, 1e-6);
+    EXPECT_LT((scene.instances[0].placement.rotate(Vec3f(0, 0, 1)) - Vec3f(1, 0, 0)).length(), 1e-6f);
+    EXPECT_TRUE(is_identity(scene.instances[1].placement.rotate));
 }
 
 TEST_F(SceneReader, TakesAnImageRelativeToTheFile) {

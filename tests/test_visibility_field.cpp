@@ -74,16 +74,6 @@ TEST(VisibilityField, LookupBetweenSamplesIsTheWeightedMeanOfTheirTexels) {
     for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_NEAR(found[i], wanted[i], 1e-5);
 }
 
-TEST(VisibilityField, IsOpenFarAway) {
-    const VisibilityField& field = example_field();
-    const CubemapTree far =
-        interpolated_visibility(field, field.spherical_handles, field.spherical.interpolation({30, 1, 2}));
-    for (const Quadtree& face : far.faces) {
-        EXPECT_EQ(face.scaling, 1);
-        EXPECT_TRUE(face.nodes.empty());
-    }
-}
-
 TEST(VisibilityField, DefectsAreFound) {
     const auto defect_after = [](auto change) {
         VisibilityField changed = example_field();

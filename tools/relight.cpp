@@ -2,7 +2,7 @@
 #include "bridge/movie.h"
 #include "bridge/preview.h"
 #include "fields/file/write_file.h"
-#include "scenes/session_scene.h"
+#include "scenes/scene_entities.h"
 #include "tools/command.h"
 #include "tools/number_option.h"
 #include "tools/relight_modes.h"
@@ -153,7 +153,7 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     apply_occlusion(options.occlusion, stage.settings);
     stage.weights.assign(stage.environments.size(), 0);
     stage.weights[0] = 1;
-    RelightSession relight(session_scene(stage.scene, *entities, stage.environments[0]), stage.settings,
+    RelightSession relight(shaded_scene(stage.scene, *entities, stage.environments[0]), stage.settings,
                            {options.pruning_error});
     stage.session = &relight;
     const Result<RelightMode> mode = chosen_mode(stage);

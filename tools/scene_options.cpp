@@ -125,6 +125,13 @@ void add_occlusion_options(CLI::App& command, OcclusionOptions& options) {
                shares)
         ->capture_default_str()
         ->type_name("E");
+    add_number(
+        command, "--reach", options.reach,
+        "How far an object casts shadows: its radii, of the sphere round it. What lies beyond hides at "
+        "most 1 / R^2 of the light",
+        {1, 1e4})
+        ->capture_default_str()
+        ->type_name("R");
 }
 
 void apply_occlusion(const OcclusionOptions& options, RenderSettings& settings) {
@@ -132,6 +139,7 @@ void apply_occlusion(const OcclusionOptions& options, RenderSettings& settings) 
                          : options.choice == "exact" ? Occlusion::exact
                                                      : Occlusion::automatic;
     settings.occlusion_error = options.error;
+    settings.reach = options.reach;
 }
 
 void add_unsealed_option(CLI::App& command, bool& allow_unsealed) {

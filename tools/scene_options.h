@@ -61,9 +61,10 @@ struct FieldOptions {
 struct OcclusionOptions {
     std::string choice = "auto";
     float error = RenderSettings().occlusion_error;
+    float reach = RenderSettings().reach;
 };
 
-/// Adds --occlusion and --occlusion-error.
+/// Adds --occlusion, --occlusion-error and --reach.
 void add_occlusion_options(CLI::App& command, OcclusionOptions& options);
 
 /// Takes the options over into settings.

@@ -15,12 +15,18 @@ struct Rotation {
     Vec3d operator()(const Vec3d& v) const { return {row[0].dot(v), row[1].dot(v), row[2].dot(v)}; }
     Vec3f operator()(const Vec3f& v) const { return Vec3f((*this)(Vec3d(v))); }  ///< A vector, turned.
 
+    /// What is turned to `v`.
+    Vec3f back(const Vec3f& v) const {
+        return Vec3f(row[0] * double(v.x) + row[1] * double(v.y) + row[2] * double(v.z));
+    }
     Rotation inverse() const;  ///< Turns back.
+
+    bool operator==(const Rotation&) const = default;  ///< Equal in all bits, but for signs of zeros.
 };
 
 /// Whether it turns nothing: to the last bit.
 inline bool is_identity(const Rotation& rotation) {
-    return rotation.row == Rotation().row;
+    return rotation == Rotation();
 }
 
 /// `second` after `first`.

@@ -31,18 +31,30 @@ void hash_mesh(XXH3_state_t& state, const Mesh& mesh) {
     hash_vector(state, mesh.triangles);
 }
 
+/// What samples see.
+struct SampledOccluder {
+    const Occluder& around;
+    const std::function<bool(const Vec3f&)>& is_inside;
+
+    /// @name Of local samples. @{
+    const Occluder* own = nullptr;
+    std::span<const Vec3f> points, normals;
+    std::span<const std::uint8_t> buried;
+    /// @}
+};
+
 /// Makes the samples of a field, numbered in the order planar, spherical, local. From any thread.
 class FieldSampler {
 public:
-    FieldSampler(const VisibilityField& field, const Mesh& fine, const EntityOcclusion& occlusion)
-        : field_(field), fine_(fine), occlusion_(occlusion), threads_(field.settings) {
+    FieldSampler(const VisibilityField& field, const SampledOccluder& occluder)
+        : field_(field), occluder_(occluder), threads_(field.settings) {
         pack_trees(CubemapTree(), closed_);
     }
 
     std::uint64_t local_begin() const {
         return std::uint64_t(field_.planar.sample_count()) + field_.spherical.sample_count();
     }
-    std::uint64_t count() const { return local_begin() + fine_.positions.size(); }
+    std::uint64_t count() const { return local_begin() + occluder_.points.size(); }
 
     void sample(std::uint64_t index, PackedTrees& trees) {
         if (index < local_begin())
@@ -66,18 +78,17 @@ private:
         const std::uint32_t planar = field_.planar.sample_count();
         const Vec3f point = index < planar ? field_.planar.sample_position(index) + planar_lift(field_)
                                            : field_.spherical.sample_position(index - planar);
-        if (occlusion_.in_original()(point))
+        if (occluder_.is_inside(point))
             trees = closed_;
         else
-            make_trees(occlusion_.coarse(), point, nullptr, trees);
+            make_trees(occluder_.around, point, nullptr, trees);
     }
 
     void sample_local(std::size_t vertex, PackedTrees& trees) {
-        const LocalSamples& samples = occlusion_.samples();
-        if (samples.buried[vertex])
+        if (occluder_.buried[vertex])
             trees = closed_;
         else
-            make_trees(occlusion_.own(), samples.points[vertex], &fine_.normals[vertex], trees);
+            make_trees(*occluder_.own, occluder_.points[vertex], &occluder_.normals[vertex], trees);
     }
 
     void make_trees(const Occluder& occluder, const Vec3f& point, const Vec3f* horizon, PackedTrees& trees) {
@@ -88,8 +99,7 @@ private:
     }
 
     const VisibilityField& field_;
-    const Mesh& fine_;
-    const EntityOcclusion& occlusion_;
+    const SampledOccluder& occluder_;
     tbb::enumerable_thread_specific<Thread> threads_;
     PackedTrees closed_;
 };
@@ -99,6 +109,66 @@ struct Chunk {
     std::uint64_t first = 0;
     std::vector<PackedTrees> samples;
 };
+
+/// Sets up a field's samplers and makes its samples.
+Result<Done> make_samples(VisibilityField& field, const SampledOccluder& occluder, const Bounds& bounds,
+                          const FieldSettings& settings, const Progress& progress) {
+    field.settings = settings;
+    field.bounds = bounds;
+    const Vec3f centre = field.bounds.centre();
+    const float radius = field.bounds.radius();
+    const Vec3f ground_centre(centre.x, field.bounds.lower.y, centre.z);
+    field.planar = planar_sampler(ground_centre, radius, settings.planar_samples);
+    field.spherical = spherical_sampler(centre, radius, settings.spherical_samples);
+
+    FieldSampler sampler(field, occluder);
+    const std::uint64_t total = sampler.count();
+    if (total > 0x7fffffff) return Error{field.entity, "more than 2^31 samples"};
+
+    // Chunks are made in parallel and put into the pool in order, a few at a time, so that memory stays
+    // bounded and the pool does not depend on the threads.
+    constexpr std::uint64_t chunk_size = 64;
+    std::vector<Chunk> chunks(4 * std::size_t(tbb::this_task_arena::max_concurrency()));
+    QuadtreePoolBuilder pool(settings.face_size);
+    std::vector<std::int32_t> handles;
+    std::uint64_t next = 0;
+    const auto next_chunk = [&](tbb::flow_control& control) -> Chunk* {
+        if (next >= total || progress.stop.stop_requested()) {
+            control.stop();
+            return nullptr;
+        }
+        Chunk& chunk = chunks[next / chunk_size % chunks.size()];
+        chunk.first = next;
+        chunk.samples.resize(std::min(chunk_size, total - next));
+        next += chunk_size;
+        return &chunk;
+    };
+    const auto make_chunk = [&](Chunk* chunk) {
+        for (std::size_t i = 0; i < chunk->samples.size() && !progress.stop.stop_requested(); ++i)
+            sampler.sample(chunk->first + i, chunk->samples[i]);
+        return chunk;
+    };
+    const auto add_samples = [&](const Chunk* chunk) {
+        if (progress.stop.stop_requested() || pool.is_full()) return;
+        for (const PackedTrees& trees : chunk->samples) handles.push_back(pool.add(trees));
+        if (progress.report) progress.report("visibility of " + field.entity, handles.size(), total);
+    };
+    using tbb::filter_mode;
+    tbb::parallel_pipeline(chunks.size(),
+                           tbb::make_filter<void, Chunk*>(filter_mode::serial_in_order, next_chunk) &
+                               tbb::make_filter<Chunk*, Chunk*>(filter_mode::parallel, make_chunk) &
+                               tbb::make_filter<Chunk*, void>(filter_mode::serial_in_order, add_samples));
+    if (progress.stop.stop_requested()) return Error{field.entity, interrupted};
+    if (pool.is_full()) return Error{field.entity, "more than 4 GiB of quadtree nodes"};
+
+    const auto local = handles.begin() + std::ptrdiff_t(sampler.local_begin()),
+               spherical = local - std::ptrdiff_t(field.spherical.sample_count());
+    field.planar_handles.assign(handles.begin(), spherical);
+    field.spherical_handles.assign(spherical, local);
+    field.local_handles.assign(local, handles.end());
+    field.pool = std::move(pool).finish();
+    return Done{};
+}
 
 }  // namespace
 
@@ -124,62 +194,25 @@ Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh&
     VisibilityField field;
     field.entity = std::move(entity);
     field.key = field_key(mesh, settings);
-    field.settings = settings;
-    field.bounds = mesh_bounds(mesh.fine);
-    const Vec3f centre = field.bounds.centre();
-    const float radius = field.bounds.radius();
-    const Vec3f ground_centre(centre.x, field.bounds.lower.y, centre.z);
-    field.planar = planar_sampler(ground_centre, radius, settings.planar_samples);
-    field.spherical = spherical_sampler(centre, radius, settings.spherical_samples);
-
-    FieldSampler sampler(field, mesh.fine, occlusion);
-    const std::uint64_t total = sampler.count();
-    if (total > 0x7fffffff) return Error{field.entity, "more than 2^31 samples"};
-
-    // Chunks are made in parallel and put into the pool in order, a few at a time, so that memory stays
-    // bounded and the pool does not depend on the threads.
-    constexpr std::uint64_t chunk_size = 64;
-    std::vector<Chunk> chunks(4 * std::size_t(tbb::this_task_arena::max_concurrency()));
-    QuadtreePoolBuilder pool(settings.face_size);
-    std::vector<std::int32_t> handles;
-    std::uint64_t next = 0;
-    const auto next_chunk = [&](tbb::flow_control& control) -> Chunk* {
-        if (next >= total || progress.stop.stop_requested()) {
-            control.stop();
-            return nullptr;
-        }
-        Chunk& chunk = chunks[next / chunk_size % chunks.size()];
-        chunk.first = next;
-        chunk.samples.resize(std::min(chunk_size, total - next));
-        next += chunk_size;
-        return &chunk;
-    };
-    const auto make_samples = [&](Chunk* chunk) {
-        for (std::size_t i = 0; i < chunk->samples.size() && !progress.stop.stop_requested(); ++i)
-            sampler.sample(chunk->first + i, chunk->samples[i]);
-        return chunk;
-    };
-    const auto add_samples = [&](const Chunk* chunk) {
-        if (progress.stop.stop_requested() || pool.is_full()) return;
-        for (const PackedTrees& trees : chunk->samples) handles.push_back(pool.add(trees));
-        if (progress.report) progress.report("visibility of " + field.entity, handles.size(), total);
-    };
-    using tbb::filter_mode;
-    tbb::parallel_pipeline(chunks.size(),
-                           tbb::make_filter<void, Chunk*>(filter_mode::serial_in_order, next_chunk) &
-                               tbb::make_filter<Chunk*, Chunk*>(filter_mode::parallel, make_samples) &
-                               tbb::make_filter<Chunk*, void>(filter_mode::serial_in_order, add_samples));
-    if (progress.stop.stop_requested()) return Error{field.entity, interrupted};
-    if (pool.is_full()) return Error{field.entity, "more than 4 GiB of quadtree nodes"};
-
-    const auto local = handles.begin() + std::ptrdiff_t(sampler.local_begin()),
-               spherical = local - std::ptrdiff_t(field.spherical.sample_count());
-    field.planar_handles.assign(handles.begin(), spherical);
-    field.spherical_handles.assign(spherical, local);
-    field.local_handles.assign(local, handles.end());
-    field.pool = std::move(pool).finish();
+    const std::function<bool(const Vec3f&)> is_inside = std::cref(occlusion.in_original());
+    const SampledOccluder occluder{occlusion.coarse(),         is_inside,         &occlusion.own(),
+                                   occlusion.samples().points, mesh.fine.normals, occlusion.samples().buried};
+    if (const Result<Done> made = make_samples(field, occluder, mesh_bounds(mesh.fine), settings, progress);
+        !made)
+        return made.error();
     field.error = field_error(field, occlusion, progress.stop);
     if (progress.stop.stop_requested()) return Error{field.entity, interrupted};
+    return field;
+}
+
+Result<VisibilityField> precompute_surroundings(std::string entity, const Occluder& occluder,
+                                                const std::function<bool(const Vec3f&)>& is_inside,
+                                                const FieldSettings& settings, const Progress& progress) {
+    VisibilityField field;
+    field.entity = std::move(entity);
+    const SampledOccluder sampled{occluder, is_inside, nullptr, {}, {}, {}};
+    if (const Result<Done> made = make_samples(field, sampled, occluder.bounds(), settings, progress); !made)
+        return made.error();
     return field;
 }
 

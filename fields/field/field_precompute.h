@@ -1,6 +1,8 @@
 #pragma once
 /// Making a visibility field: rasterize, transform, truncate, pack.
 
+#include <functional>
+
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
 #include "fields/field/entity_occlusion.h"
@@ -21,5 +23,15 @@ ContentHash field_key(const PreparedMesh& mesh, const FieldSettings& settings);
 Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh,
                                          const EntityOcclusion& occlusion, const FieldSettings& settings,
                                          const Progress& progress = {});
+
+/// What is seen past an occluder from the samples of both samplers around it: a field without local samples,
+/// key and error estimate.
+///
+/// is_inside  whether a point lies inside of what the occluder stands for, so that it sees nothing.
+/// cost       one rasterization and transform per sample.
+/// errors     as precompute_field.
+Result<VisibilityField> precompute_surroundings(std::string entity, const Occluder& occluder,
+                                                const std::function<bool(const Vec3f&)>& is_inside,
+                                                const FieldSettings& settings, const Progress& progress = {});
 
 }  // namespace haarfield

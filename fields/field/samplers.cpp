@@ -6,10 +6,9 @@
 namespace haarfield {
 namespace {
 
-/// 1 up to the outermost sample, then smoothly down to 0.
-double fade(double radius, double outer_radius) {
-    const double t = std::clamp((radius / outer_radius - 1) / (double(fade_end) - 1), 0.0, 1.0);
-    return 1 - t * t * (3 - 2 * t);
+/// Of the samples together.
+double total_weight(double radius, double outer_radius) {
+    return radius > outer_radius ? outer_radius * outer_radius / (radius * radius) : 1;
 }
 
 /// A position between two neighbouring samples of one axis.
@@ -63,10 +62,9 @@ Vec3f PlanarSampler::sample_position(std::uint32_t sample) const {
 Interpolation PlanarSampler::interpolation(const Vec3f& position) const {
     const double x = double(position.x) - centre.x, z = double(position.z) - centre.z;
     const double radius = std::hypot(x, z);
-    const double weight = fade(radius, outer_radius);
+    const double weight = total_weight(radius, outer_radius);
     Interpolation result;
     result.open = static_cast<float>(1 - weight);
-    if (weight <= 0) return result;
     const Bracket ring = clamped_bracket(radial_position(radius, outer_radius, growth) * (rings - 1), rings);
     const Bracket angle = wrapped_bracket(std::atan2(z, x), angles);
     const auto columns = static_cast<std::uint32_t>(angles);
@@ -94,10 +92,9 @@ Vec3f SphericalSampler::sample_position(std::uint32_t sample) const {
 Interpolation SphericalSampler::interpolation(const Vec3f& position) const {
     const Vec3d offset = Vec3d(position) - Vec3d(centre);
     const double radius = offset.length();
-    const double weight = fade(radius, outer_radius);
+    const double weight = total_weight(radius, outer_radius);
     Interpolation result;
     result.open = static_cast<float>(1 - weight);
-    if (weight <= 0) return result;
     const double inclination = std::atan2(std::hypot(offset.x, offset.z), offset.y);
     const Bracket shell =
         clamped_bracket(radial_position(radius, outer_radius, growth) * (shells - 1), shells);

@@ -26,10 +26,6 @@ struct Interpolation {
     float open = 0.0f;  ///< Weight of "nothing in the way". All weights, with this, add up to 1.
 };
 
-/// How far from a sampler's centre its entity hides anything: from the outer radius up to here the samples
-/// fade to open. [outer radii]
-inline constexpr float fade_end = 1.5f;
-
 /// Concentric circles on the plane y = centre.y. Sample index = ring * angles + angle;
 /// angle j is at the azimuth 2 pi j / angles, measured from +x towards +z.
 struct PlanarSampler {
@@ -42,14 +38,14 @@ struct PlanarSampler {
     std::uint32_t sample_count() const { return static_cast<std::uint32_t>(rings * angles); }
     Vec3f sample_position(std::uint32_t sample) const;  ///< Where a sample stands. [m]
 
-    /// Bilinear, with wrap-around in angle. Between outer_radius and fade_end outer_radius the samples of
-    /// the last ring fade to open, continuously and with a continuous slope at both ends.
+    /// Bilinear, with wrap-around in angle. Beyond outer_radius the samples of the last ring weigh less by
+    /// the square of the distance, as what the entity hides does; it looks too large and too faint there.
     Interpolation interpolation(const Vec3f& position) const;
 };
 
 /// Concentric spheres. Sample index = (shell * polar + row) * azimuths + azimuth; row k is at the
 /// polar angle pi k / (polar - 1) from +y: the first and last rows are the poles, where all azimuths
-/// coincide. Azimuths as above. Lookup is trilinear, fading as PlanarSampler does.
+/// coincide. Azimuths as above. Lookup is trilinear, and beyond outer_radius as PlanarSampler's.
 struct SphericalSampler {
     Vec3f centre{0, 0, 0};  ///< Centre of the bounding box. [m]
     std::int32_t shells = 0, polar = 0, azimuths = 0;

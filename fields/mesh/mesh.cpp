@@ -13,14 +13,18 @@ std::string counted(std::uint64_t count, const char* one, const char* many) {
 
 }  // namespace
 
-Bounds mesh_bounds(const Mesh& mesh) {
+Bounds bounds_of(std::span<const Vec3f> points) {
     Bounds bounds;
-    for (const Vec3f& p : mesh.positions)
+    for (const Vec3f& p : points)
         for (int axis = 0; axis < 3; ++axis) {
             bounds.lower[axis] = std::min(bounds.lower[axis], p[axis]);
             bounds.upper[axis] = std::max(bounds.upper[axis], p[axis]);
         }
     return bounds;
+}
+
+Bounds mesh_bounds(const Mesh& mesh) {
+    return bounds_of(mesh.positions);
 }
 
 void append_mesh(Mesh& mesh, const Mesh& added) {

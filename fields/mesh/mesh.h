@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,8 @@ struct Mesh {
     std::vector<std::string> material_names;              ///< As named in the file; at least one ("").
 };
 
-Bounds mesh_bounds(const Mesh& mesh);  ///< The box round all positions.
+Bounds bounds_of(std::span<const Vec3f> points);  ///< The box round all of them.
+Bounds mesh_bounds(const Mesh& mesh);             ///< The box round all positions.
 
 /// Adds a mesh with the same materials behind what is there.
 void append_mesh(Mesh& mesh, const Mesh& added);

@@ -76,4 +76,11 @@ Occluder make_occluder(const Mesh& mesh) {
     return Occluder(std::move(occluder));
 }
 
+Occluder turned_occluder(const Occluder& occluder, const Rotation& rotation) {
+    OccluderTriangles turned = occluder.source();
+    for (Vec3f& position : turned.positions) position = rotation(position);
+    turned.bounds = bounds_of(turned.positions);
+    return Occluder(std::move(turned));
+}
+
 }  // namespace haarfield

@@ -1,6 +1,7 @@
 #pragma once
 /// A mesh as something that blocks light: triangles, and which of them may be seen from behind.
 
+#include "fields/base/rotation.h"
 #include "fields/mesh/mesh.h"
 #include "fields/mesh/occluder_edges.h"
 
@@ -69,6 +70,11 @@ private:
     OccluderEdges edges_;
     std::array<AxisGrid, 3> grids_;
 };
+
+/// The same, turned about the origin.
+///
+/// cost  some 1 ms per 5,000 triangles.
+Occluder turned_occluder(const Occluder& occluder, const Rotation& rotation);
 
 /// From any mesh; normals and materials do not matter. Equal positions are merged first.
 Occluder make_occluder(const Mesh& mesh);

@@ -37,24 +37,28 @@ Vec3d radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowR
     return radiance;
 }
 
-DenseShader::DenseShader(const ShadedScene& scene, const DenseLight& light, const ShadowRays& rays)
-    : scene_(scene), light_(light), rays_(rays), rasterizer_(light.face_size) {}
+DenseShader::DenseShader(const ShadedScene& scene, const InstanceOccluders& occluders,
+                         const DenseLight& light, const ShadowRays& rays)
+    : scene_(scene), occluders_(occluders), light_(light), rays_(rays), rasterizer_(light.face_size) {}
 
 Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point) {
     return radiance(instance, point, vertex_view(scene_, scene_.instances[instance], point));
 }
 
 Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const VertexView& view) {
-    const ShadedEntity& entity = scene_.entities[scene_.instances[instance].entity];
+    const ShadedInstance& placed = scene_.instances[instance];
+    const ShadedEntity& entity = scene_.entities[placed.entity];
     visibility_.assign(light_.directions.size(), 1.0f);
     multiply_by_open(visibility_,
-                     rasterizer_.open_samples(entity.occlusion->own(), point.sample, &view.normal));
+                     rasterizer_.open_samples(occluders_[instance].own(),
+                                              placed.placement.rotate(point.sample), &view.normal));
     for (std::size_t other = 0; other < scene_.instances.size(); ++other) {
         if (other == instance) continue;
+        const Placement& placement = scene_.instances[other].placement;
         const EntityOcclusion& occlusion = *scene_.entities[scene_.instances[other].entity].occlusion;
-        const Vec3f from = scene_.instances[other].placement.point_to_object(view.point);
-        if (occlusion.in_coarse()(from)) return Rgb(0.0f);
-        multiply_by_open(visibility_, rasterizer_.open_samples(occlusion.coarse(), from));
+        if (occlusion.in_coarse()(placement.point_to_object(view.point))) return Rgb(0.0f);
+        multiply_by_open(visibility_, rasterizer_.open_samples(occluders_[other].coarse(),
+                                                               placement.point_to_turned(view.point)));
     }
     Vec3d radiance(0.0);
     for (std::size_t i = 0; i < visibility_.size(); ++i)
@@ -72,6 +76,8 @@ Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const Rende
     const DenseLight light(scene.environment, settings.face_size, settings.sources);
     ShadowRays rays;
     rays.build(scene);
+    const Result<InstanceOccluders> occluders = InstanceOccluders::make(scene, nullptr, progress.stop);
+    if (!occluders) return occluders.error();
     std::vector<std::vector<std::uint32_t>> orders;
     for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
     const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
@@ -79,8 +85,8 @@ Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const Rende
     const Result<Done> visited = visit_vertices(
         scene, order_spans,
         [&]() -> VertexVisitor {
-            return [&, shader = std::make_shared<DenseShader>(scene, light, rays)](std::size_t instance,
-                                                                                   std::uint32_t vertex) {
+            return [&, shader = std::make_shared<DenseShader>(scene, *occluders, light, rays)](
+                       std::size_t instance, std::uint32_t vertex) {
                 radiance[instance][vertex] = shader->radiance(
                     instance, surface_point(scene.entities[scene.instances[instance].entity], vertex));
             };

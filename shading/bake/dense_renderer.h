@@ -5,6 +5,7 @@
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "shading/bake/renderer.h"
 #include "shading/scene/vertex_loop.h"
+#include "shading/visibility/turned_occluders.h"
 
 namespace haarfield {
 
@@ -28,8 +29,9 @@ struct DenseLight {
 /// keeps its buffers.
 class DenseShader {
 public:
-    /// Scene, light and rays, which are placed as the scene is, must outlive it.
-    DenseShader(const ShadedScene& scene, const DenseLight& light, const ShadowRays& rays);
+    /// Scene, light, occluders and rays, which are placed as the scene is, must outlive it.
+    DenseShader(const ShadedScene& scene, const InstanceOccluders& occluders, const DenseLight& light,
+                const ShadowRays& rays);
 
     /// cost  some milliseconds for faces of 64 texels.
     Rgb radiance(std::size_t instance, const SurfacePoint& point);
@@ -39,6 +41,7 @@ public:
 
 private:
     const ShadedScene& scene_;
+    const InstanceOccluders& occluders_;
     const DenseLight& light_;
     const ShadowRays& rays_;
     VisibilityRasterizer rasterizer_;

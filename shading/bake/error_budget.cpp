@@ -82,6 +82,8 @@ std::vector<BudgetEntry> budget_entries(const std::vector<OracleRadiances>& radi
          &R::has_planar},
         {"spherical field", "interpolated between exact samples around", &R::spherical, &R::oracle,
          &R::has_spherical},
+        {"impostors", "distant objects, by pictures of their silhouettes", &R::distant, &R::oracle,
+         &R::has_distant},
         {"lobes", "BRDF and cosine as the walk evaluates them, on cells", &R::lobes, &R::oracle},
         {"depth",
          context.settings.depth < full_depth || context.settings.tolerance > 0
@@ -139,6 +141,8 @@ Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<cons
     const DenseLight light(scene.environment, settings.face_size, settings.sources);
     ShadowRays rays;
     rays.build(scene);
+    const Result<InstanceOccluders> occluders = InstanceOccluders::make(scene, nullptr, progress.stop);
+    if (!occluders) return occluders.error();
     struct Radiances {
         Rgb interpolated{0.0f}, exact{0.0f};
         bool counts = false;
@@ -147,19 +151,20 @@ Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<cons
     const Result<Done> measured = parallel_loop(
         {points.size()},
         [&]() -> LoopBody {
-            return [&, shader = std::make_shared<DenseShader>(scene, light, rays)](std::size_t k) {
-                const ShadedEntity& entity = scene.entities[scene.instances[points[k].instance].entity];
-                const std::optional<SurfacePoint> point = surface_point(entity, points[k]);
-                if (!point) return;
-                radiances[k].exact = shader->radiance(points[k].instance, *point);
-                for (std::size_t c = 0; c < 3; ++c)
-                    radiances[k].interpolated +=
-                        shader->radiance(
-                            points[k].instance,
-                            surface_point(entity, entity.mesh->triangles[points[k].triangle][c])) *
-                        points[k].weights()[c];
-                radiances[k].counts = true;
-            };
+            return
+                [&, shader = std::make_shared<DenseShader>(scene, *occluders, light, rays)](std::size_t k) {
+                    const ShadedEntity& entity = scene.entities[scene.instances[points[k].instance].entity];
+                    const std::optional<SurfacePoint> point = surface_point(entity, points[k]);
+                    if (!point) return;
+                    radiances[k].exact = shader->radiance(points[k].instance, *point);
+                    for (std::size_t c = 0; c < 3; ++c)
+                        radiances[k].interpolated +=
+                            shader->radiance(
+                                points[k].instance,
+                                surface_point(entity, entity.mesh->triangles[points[k].triangle][c])) *
+                            points[k].weights()[c];
+                    radiances[k].counts = true;
+                };
         },
         "interpolation error", progress);
     if (!measured) return measured.error();

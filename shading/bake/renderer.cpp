@@ -17,26 +17,20 @@ public:
     explicit PointShader(const PointShading& shading)
         : shading_(shading), visibility_(shading.scene, shading.geometry) {}
 
-    /// One more point of the run; own: the tree of what it sees of its own entity.
-    void add(std::size_t instance_index, const SurfacePoint& point, const WideCubemap<std::uint8_t>& own) {
-        const VertexView view = take_up(instance_index, point);
-        if (visibility_.look(instance_index, own, view))
-            shade(visibility_.sight());
-        else
-            radiance_.emplace_back(0.0f);
+    /// One more point of the run.
+    void add(std::size_t instance, const SurfacePoint& point) {
+        const VertexView view = take_up(instance, point);
+        shade_if(visibility_.look(instance, point, view));
     }
 
     /// The same of a vertex.
-    void add(std::size_t instance_index, std::uint32_t vertex) {
-        const ShadedInstance& instance = shading_.scene.instances[instance_index];
-        const SurfacePoint point = surface_point(shading_.scene.entities[instance.entity], vertex);
-        const VertexSight* kept =
-            shading_.visibility ? shading_.visibility->find(instance_index, vertex) : nullptr;
+    void add(std::size_t instance, std::uint32_t vertex) {
+        const ShadedEntity& entity = shading_.scene.entities[shading_.scene.instances[instance].entity];
+        const VertexSight* kept = shading_.visibility ? shading_.visibility->find(instance, vertex) : nullptr;
+        const VertexView view = take_up(instance, surface_point(entity, vertex));
         if (!kept)
-            return add(instance_index, point,
-                       shading_.geometry.entities[instance.entity].visibility.local(vertex));
-        take_up(instance_index, point);
-        if (kept->trees.empty())
+            shade_if(visibility_.look(instance, vertex, view));
+        else if (kept->trees.empty())
             radiance_.emplace_back(0.0f);
         else
             shade(*kept);
@@ -59,6 +53,12 @@ private:
         receivers_.push_back({instance.placement.point_to_world(point.sample),
                               vertex_brdf(scene.entities[instance.entity].materials[point.material], view)});
         return view;
+    }
+    void shade_if(bool sees) {
+        if (sees)
+            shade(visibility_.sight());
+        else
+            radiance_.emplace_back(0.0f);
     }
     void shade(const VertexSight& sight) {
         const RenderSettings& settings = shading_.settings;
@@ -135,16 +135,11 @@ Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<c
     const Result<Done> shaded = parallel_loop(
         {(points.size() + run - 1) / run},
         [&]() -> LoopBody {
-            return [&, shader = std::make_shared<PointShader>(shading),
-                    seen = std::make_shared<SeenVisibility>(shading.settings.face_size)](std::size_t r) {
+            return [&, shader = std::make_shared<PointShader>(shading)](std::size_t r) {
                 const std::size_t begin = r * run, end = std::min(points.size(), begin + run);
                 for (std::size_t i = begin; i != end; ++i) {
                     if (progress.stop.stop_requested()) return;
-                    const auto& [instance, point] = points[i];
-                    const ShadedEntity& entity =
-                        shading.scene.entities[shading.scene.instances[instance].entity];
-                    const OccluderView own{&entity.occlusion->own(), point.sample, &point.normal};
-                    shader->add(instance, point, (*seen)({&own, 1}));
+                    shader->add(points[i].instance, points[i].point);
                 }
                 std::ranges::copy(shader->finish(), radiance.begin() + static_cast<std::ptrdiff_t>(begin));
             };

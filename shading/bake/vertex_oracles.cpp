@@ -84,6 +84,12 @@ OracleContext::OracleContext(const ShadedScene& of, std::span<const Mesh* const>
       exact_pyramid(haar_cubemap<Rgb>(light.light, settings.face_size, {}), settings.face_size),
       baked_light(scene_light(scene.environment, settings)) {
     for (const Mesh* mesh : meshes) originals.push_back(make_occluder(*mesh));
+    for (const ShadedInstance& instance : scene.instances) {
+        const Rotation& rotation = instance.placement.rotate;
+        turned_originals.push_back(is_identity(rotation) ? nullptr
+                                                         : std::make_unique<const Occluder>(turned_occluder(
+                                                               originals[instance.entity], rotation)));
+    }
     truncated = truncated_light(
         haar_cubemap<Rgb>(light.light, settings.face_size, {settings.light_coefficients}), light);
 }
@@ -129,6 +135,10 @@ public:
                                  }));
             (planar ? result.has_planar : result.has_spherical) = found;
         }
+        result.distant = visible_radiance(response, seen([&](const Seen& s, std::span<float> v) {
+                                              result.has_distant |= s.impostor_of != nullptr;
+                                              see_from_afar(s, v);
+                                          }));
         result.lobes = walked(exact, full_depth, 0);
         result.shallow = walked(exact, context_.settings.depth, context_.settings.tolerance);
 
@@ -155,6 +165,7 @@ private:
         bool truncated = false;                  ///< Whether the bake sees a truncated tree of it.
         Truncation truncation;
         FieldLookup lookup{};
+        const ShadedInstance* impostor_of = nullptr;  ///< Null if it is not seen from afar.
     };
 
     /// False if the vertex is inside another instance.
@@ -164,33 +175,31 @@ private:
             return Truncation{field.settings.coefficients, field.settings.relative_l2_error};
         };
         seen_.clear();
-        seen_.push_back({&entity_->occlusion->own(),
-                         &context_.originals[scene.instances[instance].entity],
-                         point_.sample,
+        const Rotation& rotation = scene.instances[instance].placement.rotate;
+        seen_.push_back({&context_.geometry.occluders[instance].own(),
+                         &original(instance),
+                         rotation(point_.sample),
                          &view_.normal,
                          nullptr,
-                         true,
+                         is_identity(rotation),
                          truncation(*entity_->field),
-                         {}});
+                         {},
+                         nullptr});
         for (std::size_t i = 0; i < scene.instances.size(); ++i) {
             if (i == instance) continue;
             const ShadedInstance& other = scene.instances[i];
             const ShadedEntity& entity = scene.entities[other.entity];
-            const Vec3f from = other.placement.point_to_object(view_.point);
-            if (entity.occlusion->in_coarse()(from)) return false;
-            const std::span<const std::uint8_t> open =
-                rasterizer_.open_samples(entity.occlusion->coarse(), from);
+            if (entity.occlusion->in_coarse()(other.placement.point_to_object(view_.point))) return false;
+            const Occluder& coarse = context_.geometry.occluders[i].coarse();
+            const Vec3f from = other.placement.point_to_turned(view_.point);
+            const std::span<const std::uint8_t> open = rasterizer_.open_samples(coarse, from);
             if (std::ranges::all_of(open, [](std::uint8_t n) { return n == samples_per_texel; })) continue;
-            Seen seen{&entity.occlusion->coarse(),
-                      &context_.originals[other.entity],
-                      from,
-                      nullptr,
-                      nullptr,
-                      false,
-                      truncation(*entity.field),
-                      {}};
-            if (!(squared_exact_distance(context_.geometry.entities[other.entity], *entity.field, other,
-                                         view_) < 1)) {
+            Seen seen{&coarse, &original(i), from, nullptr, nullptr, false, truncation(*entity.field),
+                      {},      nullptr};
+            const Sight sight = sight_of(scene, context_.geometry, i, view_).sight;
+            if (sight == Sight::distant && context_.geometry.impostors[other.entity])
+                seen.impostor_of = &other;
+            else if (sight != Sight::exact) {
                 seen.field = entity.field;
                 seen.truncated = true;
                 seen.lookup = field_lookup(*entity.field, other, view_);
@@ -198,6 +207,11 @@ private:
             seen_.push_back(seen);
         }
         return true;
+    }
+
+    const Occluder& original(std::size_t instance) const {
+        const auto& turned = context_.turned_originals[instance];
+        return turned ? *turned : context_.originals[context_.scene.instances[instance].entity];
     }
 
     std::vector<Vec3d> responses(const DenseLight& light) const {
@@ -223,6 +237,14 @@ private:
 
     void see(const Seen& seen, std::span<float> visibility) {
         multiply_by_open(visibility, rasterizer_.open_samples(*seen.occluder, seen.point, seen.horizon));
+    }
+    void see_from_afar(const Seen& seen, std::span<float> visibility) {
+        if (!seen.impostor_of) return see(seen, visibility);
+        impostor_texels_.assign(visibility.size(), 255);
+        context_.geometry.impostors[seen.impostor_of->entity]->hide(seen.impostor_of->placement, view_.point,
+                                                                    impostor_texels_);
+        for (std::size_t i = 0; i < visibility.size(); ++i)
+            visibility[i] *= static_cast<float>(impostor_texels_[i]) / 255;
     }
     static void see_original(const Seen& seen, std::span<float> visibility,
                              VisibilityRasterizer& rasterizer) {
@@ -293,6 +315,7 @@ private:
     WideTree tree_;
     VertexVisibility bake_visibility_;
     WalkMemory<std::uint8_t> memory_;
+    std::vector<std::uint8_t> impostor_texels_;
     const ShadedEntity* entity_ = nullptr;  ///< Of the vertex at hand.
     SurfacePoint point_;
     VertexView view_;

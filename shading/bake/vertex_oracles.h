@@ -15,7 +15,8 @@ struct OracleRadiances {
     Rgb lighting{0.0f}, sources{0.0f}, lobes{0.0f}, visibility{0.0f}, planar{0.0f}, spherical{0.0f};
     Rgb shallow{0.0f};  ///< As lobes, with the bake's depth and tolerance.
     Rgb baked{0.0f};
-    bool has_planar = false, has_spherical = false;
+    Rgb distant{0.0f};
+    bool has_planar = false, has_spherical = false, has_distant = false;
 };
 
 /// What all vertices of a scene share.
@@ -23,7 +24,8 @@ struct OracleContext {
     const ShadedScene& scene;
     const RenderSettings& settings;  ///< Of the bake.
     const ShadingGeometry& geometry;
-    std::vector<Occluder> originals;          ///< By entity.
+    std::vector<Occluder> originals;                                ///< By entity,
+    std::vector<std::unique_ptr<const Occluder>> turned_originals;  ///< or instance; null: not turned.
     DenseLight light, truncated, fine_light;  ///< Truncated to the bake's wavelets; with the finest texels.
     LightPyramid exact_pyramid;               ///< Of the first.
     SceneLight baked_light;                   ///< Of the bake.

@@ -30,6 +30,21 @@ EnvironmentFindings clean_environment(LatLongImage& image) {
     return findings;
 }
 
+double unevenness(const LatLongImage& image) {
+    double sum = 0, squares = 0, all = 0;
+    for (int row = 0; row < image.height; ++row) {
+        const double solid_angle = lat_long_pixel_solid_angle(row, image.width, image.height);
+        for (int column = 0; column < image.width; ++column) {
+            const double bright = double(
+                luminance(image.pixels[std::size_t(row) * std::size_t(image.width) + std::size_t(column)]));
+            sum += bright * solid_angle;
+            squares += bright * bright * solid_angle;
+            all += solid_angle;
+        }
+    }
+    return sum > 0 ? std::sqrt(squares * all) / sum : 1;
+}
+
 LatLongImage turned_environment(const LatLongImage& image, double rotation, double exposure) {
     assert(image.pixels.size() == std::size_t(image.width) * std::size_t(image.height));
     LatLongImage turned = image;

@@ -43,6 +43,10 @@ struct Environment {
 /// that need not be sharp.
 LatLongImage image_with_suns(const Environment& environment);
 
+/// How uneven an image's light is: the root mean square of its luminance over its mean, over all directions.
+/// 1 if it is even, or black.
+double unevenness(const LatLongImage& image);
+
 /// What was found in an environment image, and mended.
 struct EnvironmentFindings {
     std::uint64_t negative_values = 0;    ///< Channels below zero (minus infinity too), set to zero.

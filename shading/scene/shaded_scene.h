@@ -22,6 +22,8 @@ struct ShadedEntity {
 struct ShadedInstance {
     std::size_t entity = 0;
     Placement placement;
+
+    bool operator==(const ShadedInstance&) const = default;
 };
 
 /// All that shading needs to know of a scene.
@@ -33,12 +35,15 @@ struct ShadedScene {
 };
 
 /// How a vertex sees past other instances. Those of few triangles (RenderSettings::exact_triangles) are seen
-/// exactly from near, whatever is chosen; and all of them by their fields from beyond the samplers' outer
-/// radius, where they fade out.
+/// exactly from near, whatever is chosen, and so are those that are turned. Beyond the samplers of their
+/// fields all of them are seen by pictures of their silhouettes (impostors.h), as far as
+/// RenderSettings::reach.
 enum class Occlusion {
     fields,  ///< Interpolated between samples of the instance's field: fast, and wrong close to the instance.
     exact,   ///< Rasterized at the vertex.
-    automatic,  ///< Rasterized as far out as the field's own estimate of its error is above a tolerance.
+    /// Rasterized as far out as the error of radiance is above a tolerance: the field's own estimate of its
+    /// error, times the unevenness of the light that is not concentrated.
+    automatic,
 };
 
 /// How exactly a scene is shaded.
@@ -49,9 +54,12 @@ struct RenderSettings {
     int light_coefficients = 300;  ///< Wavelets kept a face; 0: all.
     SourceRule sources;            ///< What of the light is concentrated, and served by rays.
     Occlusion occlusion = Occlusion::automatic;
-    float occlusion_error = 0.02f;  ///< Tolerance of `automatic`, for SamplerError::band.
+    float occlusion_error = 0.45f;  ///< Tolerance of `automatic`, for SamplerError::band times unevenness().
     /// Occluders of at most so many triangles are seen exactly from near.
     std::uint32_t exact_triangles = 64;
+    /// How far objects cast shadows: radii of the object from its middle. What is cut off is at most
+    /// 1 / reach^2 of the irradiance an object, that of a ball straight above.
+    float reach = 50;
     /// For KeptVisibility, where a scene is shaded again and again.
     std::size_t kept_bytes = std::size_t(1) << 30;
 };

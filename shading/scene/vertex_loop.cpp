@@ -6,6 +6,13 @@
 
 namespace haarfield {
 
+namespace {
+
+/// By so much a vertex is drawn towards the middle of its object, at most. [m]
+constexpr float most_drawn = 1e-3f;
+
+}  // namespace
+
 SurfacePoint surface_point(const ShadedEntity& entity, std::uint32_t vertex) {
     return {entity.mesh->positions[vertex], entity.mesh->normals[vertex],
             entity.occlusion->samples().points[vertex], entity.mesh->vertex_materials[vertex]};
@@ -21,12 +28,13 @@ Vec3f mirrored_view(const Vec3f& eye, const Vec3f& position, const Vec3f& normal
 VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, const SurfacePoint& point) {
     const ShadedEntity& entity = scene.entities[instance.entity];
     VertexView view;
-    view.normal = point.normal;
+    view.normal = instance.placement.direction_to_world(point.normal);
     view.position = instance.placement.point_to_world(point.position);
     view.mirror = mirrored_view(scene.eye, view.position, view.normal);
     const Vec3f towards = entity.occlusion->coarse().bounds().centre() - point.sample;
     const float distance = towards.length(),
-                step = std::min(distance, 1e-3f * entity.occlusion->coarse().bounds().radius());
+                step = std::min({distance, 1e-3f * entity.occlusion->coarse().bounds().radius(),
+                                 most_drawn / instance.placement.scale});
     const Vec3f drawn = distance > 0 ? point.sample + towards * (step / distance) : point.sample;
     view.point = instance.placement.point_to_world(drawn);
     return view;
@@ -37,12 +45,7 @@ VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance,
 }
 
 std::vector<std::uint32_t> spatial_order(std::span<const Vec3f> points) {
-    Bounds bounds;
-    for (const Vec3f& point : points)
-        for (int axis = 0; axis < 3; ++axis) {
-            bounds.lower[axis] = std::min(bounds.lower[axis], point[axis]);
-            bounds.upper[axis] = std::max(bounds.upper[axis], point[axis]);
-        }
+    const Bounds bounds = bounds_of(points);
     constexpr int bits = 20;
     const Vec3f size = bounds.upper - bounds.lower;
     const float cells_per_metre = ((1 << bits) - 1) / std::max({size.x, size.y, size.z, 1e-20f});

@@ -33,7 +33,7 @@ Vec3f mirrored_view(const Vec3f& eye, const Vec3f& position, const Vec3f& normal
 /// The view of one point of an instance from the scene's eye.
 ///
 /// VertexView::point is the local sample, drawn towards the middle of its instance by a thousandth of the
-/// radius: what stands exactly on the floor shall not lie in the floor's plane.
+/// radius, but by no more than 1 mm: what stands exactly on the floor shall not lie in the floor's plane.
 VertexView vertex_view(const ShadedScene& scene, const ShadedInstance& instance, const SurfacePoint& point);
 
 /// The same of a vertex.

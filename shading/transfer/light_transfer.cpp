@@ -37,9 +37,10 @@ void list_colours(const ShadedScene& scene, const TransferRows& rows, LightTrans
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const std::size_t entity = scene.instances[i].entity;
         for (const std::uint32_t vertex : rows.vertices(i)) {
-            transfer.colour_of_row.push_back(static_cast<std::uint16_t>(
+            transfer.colour_of_row.push_back(static_cast<std::uint32_t>(
                 first[entity] + scene.entities[entity].mesh->vertex_materials[vertex]));
-            const Vec3f& normal = scene.entities[entity].mesh->normals[vertex];
+            const Vec3f normal =
+                scene.instances[i].placement.direction_to_world(scene.entities[entity].mesh->normals[vertex]);
             const std::size_t row = transfer.colour_of_row.size() - 1;
             if (row % group_rows == 0) transfer.normals.emplace_back();
             for (int axis = 0; axis < 3; ++axis)

@@ -20,7 +20,7 @@ struct LightTransfer {
     std::vector<GroupedColumns> blocks;
     std::size_t terms = 2;                     ///< 3 if there are metals in the scene.
     std::vector<Colours> colours;              ///< Of the scene's materials.
-    std::vector<std::uint16_t> colour_of_row;  ///< In `colours`.
+    std::vector<std::uint32_t> colour_of_row;  ///< In `colours`.
     std::vector<GroupNormals> normals;         ///< By group_rows rows.
     DenseCoefficients directions;              ///< direction_coefficients.
     CoefficientSpectrum spectrum{};            ///< Of T, over some rows and the channels.

@@ -1,19 +1,16 @@
 #include "shading/transfer/motion_transfer.h"
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <memory>
 
 #include "fields/base/parallel_loop.h"
+#include "fields/field/field_precompute.h"
 #include "shading/transfer/occlusion_vectors.h"
 #include "shading/transfer/sparse_products.h"
 
 namespace haarfield {
 namespace {
-
-/// An instance there hides nothing from the others. [m]
-constexpr float far_away = 1e6f;
 
 /// Of the error of pruning, what the occlusions may have; and the vectors.
 constexpr double occlusion_share = 0.5, vector_share = 0.85;
@@ -21,7 +18,7 @@ constexpr double occlusion_share = 0.5, vector_share = 0.85;
 constexpr int moving_depth = 4;  ///< Of FrameQuality::moving.
 
 struct MotionContext {
-    const ShadedScene& scene;  ///< With the moving instance far away.
+    const ShadedScene& scene;
     const ShadingGeometry& geometry;
     const RenderSettings& settings;
     const MotionTransfer& transfer;
@@ -33,7 +30,7 @@ class MotionBlockMaker {
 public:
     explicit MotionBlockMaker(const MotionContext& context)
         : context_(context),
-          vertex_(context.scene, context.geometry, context.settings),
+          vertex_(context.scene, context.geometry, context.settings, context.transfer.instance),
           pruning_(context.settings.face_size, context.spectrum, context.error),
           rows_(context.settings.face_size, 3) {}
 
@@ -132,19 +129,64 @@ Result<std::vector<Rgb>> changed_own_radiance(const MotionTransfer& transfer, co
 /// What the moving instance hides from a row, with negative weights: it is taken from the row's radiance. No
 /// samples if it hides nothing.
 RowInterpolation shadow(const MotionTransfer& transfer, const ShadedScene& scene,
-                        const MotionTransfer::Viewpoint& from) {
+                        const ShadingGeometry& geometry, const MotionTransfer::Viewpoint& from) {
     RowInterpolation result{from.row, {}};
     const ShadedInstance& moving = scene.instances[transfer.instance];
-    const ShadedEntity& entity = scene.entities[moving.entity];
-    if (is_below_horizon(entity, moving, from.view)) return result;
-    const FieldLookup lookup = field_lookup(*entity.field, moving, from.view);
+    const Bounds& bounds = geometry.occluders[transfer.instance].coarse().bounds();
+    const float reach = geometry.reach * bounds.radius();
+    if (!((moving.placement.point_to_turned(from.view.point) - bounds.centre()).length2() < reach * reach))
+        return result;
+    if (is_below_horizon(geometry.occluders[transfer.instance].coarse(), moving.placement, from.view))
+        return result;
+    const FieldLookup lookup = field_lookup(transfer.around, moving, from.view);
     result.at = lookup.samples;
-    const auto first = lookup.planar ? 0u : static_cast<std::uint32_t>(entity.field->planar_handles.size());
+    const auto first = lookup.planar ? 0u : transfer.around.planar.sample_count();
     for (std::size_t k = 0; k < std::size_t(result.at.count); ++k) {
         result.at.sample[k] += first;
         result.at.weight[k] = -result.at.weight[k];
     }
     return result;
+}
+
+/// What the moving instance hides, as MotionTransfer has it.
+struct MovingOcclusion {
+    VisibilityField around;
+    SparseVectorBlocks occlusions;
+};
+
+/// Of a field, of which the samplers are kept.
+Result<MovingOcclusion> sampled_occlusion(const VisibilityField& field, const WideVisibility& visibility,
+                                          double error, const Progress& progress) {
+    Result<SparseVectorBlocks> occlusions = occlusion_vectors(field, visibility, error, progress);
+    if (!occlusions) return occlusions.error();
+    VisibilityField around;
+    around.bounds = field.bounds;
+    around.planar = field.planar;
+    around.spherical = field.spherical;
+    return MovingOcclusion{std::move(around), std::move(*occlusions)};
+}
+
+Result<MovingOcclusion> moving_occlusion(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                         std::size_t instance, double error, const Progress& progress) {
+    const std::size_t entity = scene.instances[instance].entity;
+    const Placement& placement = scene.instances[instance].placement;
+    const VisibilityField& own = *scene.entities[entity].field;
+    const bool has_samples = geometry.entities[entity].polygons.empty();
+    if (has_samples && is_identity(placement.rotate))
+        return sampled_occlusion(own, geometry.entities[entity].visibility, error, progress);
+    FieldSettings wanted = own.settings;
+    if (!has_samples) {
+        wanted.planar_samples = FieldSettings().planar_samples;
+        wanted.spherical_samples = FieldSettings().spherical_samples;
+    }
+    const InsideTest& is_inside = scene.entities[entity].occlusion->in_original();
+    const Result<VisibilityField> field = precompute_surroundings(
+        own.entity, geometry.occluders[instance].coarse(),
+        [&](const Vec3f& point) { return is_inside(placement.rotate.back(point)); }, wanted, progress);
+    if (!field) return field.error();
+    const Result<WideVisibility> visibility = WideVisibility::make(*field, {}, progress.stop);
+    if (!visibility) return visibility.error();
+    return sampled_occlusion(*field, *visibility, error, progress);
 }
 
 }  // namespace
@@ -154,32 +196,24 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                                        const RgbCubemapTree& light, std::size_t instance,
                                        const Progress& progress) {
     const std::size_t entity = scene.instances[instance].entity;
-    if (!geometry.entities[entity].polygons.empty())
-        return Error{
-            "", fmt::format("instance {} has only {} triangles: it is seen exactly from every vertex, and "
-                            "has no field to move; wanted more than {}",
-                            instance, scene.entities[entity].occlusion->coarse().triangles().size(),
-                            settings.exact_triangles)};
-    Result<SparseVectorBlocks> occlusions =
-        occlusion_vectors(*scene.entities[entity].field, geometry.entities[entity].visibility,
-                          double(transfer.pruning_error) * occlusion_share, progress);
-    if (!occlusions) return occlusions.error();
-    ShadedScene without = scene;
-    without.instances[instance].placement.translate = Vec3f(far_away);
-    const TransferRows rows(without, geometry);
+    Result<MovingOcclusion> hidden = moving_occlusion(
+        scene, geometry, instance, double(transfer.pruning_error) * occlusion_share, progress);
+    if (!hidden) return hidden.error();
+    const TransferRows rows(scene, geometry);
     const Mesh& mesh = *scene.entities[entity].mesh;
     const std::vector<std::uint8_t> left_out =
         left_out_vertices(mesh, scene.entities[entity].occlusion->samples().buried);
     MotionTransfer result{instance,
+                          std::move(hidden->around),
                           {rows.count(), settings.face_size, 3},
                           std::vector<Rgb>(rows.count(), Rgb(0.0f)),
                           {},
-                          std::move(*occlusions),
+                          std::move(hidden->occlusions),
                           {},
                           left_out,
                           BuriedFill(mesh, left_out),
                           LightPyramid(light, settings.face_size)};
-    const MotionContext context{without,
+    const MotionContext context{scene,
                                 geometry,
                                 settings,
                                 result,
@@ -201,11 +235,13 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
         whole_own_radiance(result, scene, geometry, while_moving(settings), progress);
     if (!own) return own.error();
     result.own = std::move(*own);
-    for (std::size_t row = 0; row < rows.count(); ++row)
-        if (!result.vectors.is_empty(row)) result.viewpoints.push_back({static_cast<std::uint32_t>(row), {}});
-    tbb::parallel_for(std::size_t(0), result.viewpoints.size(), [&](std::size_t i) {
-        const auto [at, vertex] = rows[result.viewpoints[i].row];
-        result.viewpoints[i].view = vertex_view(scene, scene.instances[at], vertex);
+    std::vector<std::uint32_t> shaded;
+    for (std::uint32_t row = 0; row < rows.count(); ++row)
+        if (!result.vectors.is_empty(row)) shaded.push_back(row);
+    result.viewpoints.resize(shaded.size());
+    tbb::parallel_for(std::size_t(0), shaded.size(), [&](std::size_t i) {
+        const auto [at, vertex] = rows[shaded[i]];
+        result.viewpoints[i] = {shaded[i], vertex_view(scene, scene.instances[at], vertex)};
     });
     return result;
 }
@@ -214,9 +250,9 @@ Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scen
                          const ShadingGeometry& geometry, const RenderSettings& settings,
                          std::span<const DirectionalLight> lights, FrameQuality quality,
                          SceneRadiance& radiance, const Progress& progress) {
-    const RowInterpolations shadows =
-        found_interpolations(transfer.viewpoints.size(), progress.stop,
-                             [&](std::size_t i) { return shadow(transfer, scene, transfer.viewpoints[i]); });
+    const RowInterpolations shadows = found_interpolations(
+        transfer.viewpoints.size(), progress.stop,
+        [&](std::size_t i) { return shadow(transfer, scene, geometry, transfer.viewpoints[i]); });
     std::vector<Rgb> by_row = transfer.open;
     const Result<Done> shaded =
         add_interpolated_products(transfer.vectors, transfer.occlusions, shadows, by_row, progress.stop);

@@ -8,7 +8,9 @@ namespace haarfield {
 /// T = light x BRDF x visibilities past all but the moving instance x cosine, per vertex of the others; to be
 /// multiplied with what the moving one hides of each frame. [W/(m^2 sr)]
 ///
-/// The moving instance is seen by its field, from near as well, whatever RenderSettings::occlusion says.
+/// The moving instance is seen by its field, from near as well, whatever RenderSettings::occlusion says; if
+/// it is turned, or has so few triangles that its field has no samples, by samples that are made for it,
+/// which are as many and no less exact.
 ///
 /// A vertex's radiance is  <T, 1> - sum of weight * <T, occlusion of a sample>  over the samples of the
 /// moving instance's field that are interpolated at the vertex: where it hides nothing, nothing is to be
@@ -21,6 +23,7 @@ struct MotionTransfer {
     };
 
     std::size_t instance = 0;           ///< Which one moves.
+    VisibilityField around;             ///< Its samplers, as it is turned; without their samples.
     SparseVectorBlocks vectors;         ///< RGB. Empty rows for the moving instance's own vertices.
     std::vector<Rgb> open;              ///< By row: <T, 1>, the radiance without the moving instance.
     std::vector<Viewpoint> viewpoints;  ///< Of the rows that are not empty.
@@ -46,9 +49,9 @@ enum class FrameQuality {
     still,   ///< In full.
 };
 
-/// errors   interrupted; the instance is rasterized at the vertices (RenderSettings::exact_triangles): it has
-///          no field to look up.
-/// cost     one or two RGB function products per vertex, and a copy of the instance's field.
+/// errors   interrupted.
+/// cost     one or two RGB function products per vertex, and a copy of the instance's field; see
+///          precompute_surroundings if it has none that serves.
 Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
                                        const RenderSettings& settings, const TransferSettings& transfer,
                                        const RgbCubemapTree& light, std::size_t instance,

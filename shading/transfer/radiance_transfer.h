@@ -61,11 +61,14 @@ private:
 class VertexTransfer {
 public:
     /// What the references are of must outlive it.
-    VertexTransfer(const ShadedScene& scene, const ShadingGeometry& geometry, const RenderSettings& settings)
+    ///
+    /// without  an instance that is not there.
+    VertexTransfer(const ShadedScene& scene, const ShadingGeometry& geometry, const RenderSettings& settings,
+                   std::size_t without = VertexVisibility::no_instance)
         : scene_(scene),
           geometry_(geometry),
           settings_(settings),
-          visibility_(scene, geometry, settings.occlusion != Occlusion::fields) {}
+          visibility_(scene, geometry, settings.occlusion != Occlusion::fields, without) {}
 
     /// Takes up a vertex; false if it sees nothing.
     bool look_from(const InstanceVertex& vertex);

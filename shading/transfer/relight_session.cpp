@@ -1,11 +1,8 @@
 #include "shading/transfer/relight_session.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cassert>
 
-#include "fields/field/field_precompute.h"
 #include "shading/bake/renderer.h"
 #include "shading/scene/lighting.h"
 
@@ -16,31 +13,12 @@ constexpr int lights_while_moving = 4;  ///< A source.
 
 }  // namespace
 
-RelightSession::RelightSession(SessionScene scene, const RenderSettings& settings,
+RelightSession::RelightSession(ShadedScene scene, const RenderSettings& settings,
                                const TransferSettings& transfer)
     : settings_(settings),
       transfer_settings_(transfer),
-      entities_(std::move(scene.entities)),
-      instances_(std::move(scene.instances)),
-      poses_(std::move(scene.poses)),
-      owned_(poses_.size()),
-      environment_(std::move(scene.environment)) {
-    for (const SessionPose& pose : poses_)
-        scene_.entities.push_back({pose.mesh, pose.occlusion, pose.field, entities_[pose.entity].materials});
-    for (const SessionInstance& instance : instances_) {
-        const std::optional<std::size_t> pose = pose_of(instance);
-        assert(pose);
-        scene_.instances.push_back({*pose, instance.placement});
-    }
-    scene_.environment = environment_;
-    scene_.eye = scene.eye;
-}
-
-std::optional<std::size_t> RelightSession::pose_of(const SessionInstance& instance) const {
-    for (std::size_t p = 0; p < poses_.size(); ++p)
-        if (poses_[p].entity == instance.entity && poses_[p].rotate == instance.rotate) return p;
-    return std::nullopt;
-}
+      scene_(std::move(scene)),
+      environment_(scene_.environment) {}
 
 Result<const DenseCoefficients*> RelightSession::light(const Progress& progress) {
     if (!light_) {
@@ -94,9 +72,13 @@ Result<const ShadingGeometry*> RelightSession::current_geometry(const Progress& 
         Result<ShadingGeometry> made = shading_geometry(scene_, settings_, progress);
         if (!made) return made.error();
         geometry_ = std::move(*made);
+    } else if (const Result<Done> placed = place_instances(scene_, *geometry_, progress); !placed) {
+        return placed.error();
     }
-    geometry_->grid = influence_grid(scene_, geometry_->entities);
-    geometry_->rays.place(scene_);
+    if (settings_.occlusion == Occlusion::automatic) {
+        if (!unevenness_) unevenness_ = unevenness(split().smooth);
+        adapt_to_light(scene_, settings_, *unevenness_, *geometry_);
+    }
     return &*geometry_;
 }
 
@@ -134,7 +116,7 @@ Result<Done> RelightSession::vary_eye(const Progress& progress) {
 }
 
 Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress& progress) {
-    assert(instance < instances_.size());
+    assert(instance < scene_.instances.size());
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
     const Result<const RgbCubemapTree*> light = light_tree(progress);
@@ -161,6 +143,9 @@ void RelightSession::instances_change() {
 void RelightSession::set_environment(Environment environment) {
     environment_ = std::move(environment);
     split_.reset();
+    unevenness_.reset();
+    // How far out vertices see exactly may change with the light.
+    if (settings_.occlusion == Occlusion::automatic) kept_.reset();
     turnable_.reset();
     rotation_ = {};
     light_changes();
@@ -184,86 +169,38 @@ void RelightSession::set_eye(const Vec3f& eye) {
 }
 
 void RelightSession::place(std::size_t instance, const Placement& placement) {
-    assert(instance < instances_.size() && placement.scale > 0);
+    assert(instance < scene_.instances.size() && placement.scale > 0);
+    ShadedInstance& placed = scene_.instances[instance];
     const auto* motion = std::get_if<MotionTransfer>(&transfer_);
-    if (!motion || motion->instance != instance) transfer_ = {};
+    if (!motion || motion->instance != instance || placed.placement.rotate != placement.rotate)
+        transfer_ = {};
     kept_.reset();
-    instances_[instance].placement = scene_.instances[instance].placement = placement;
+    placed.placement = placement;
 }
 
 std::size_t RelightSession::clone(std::size_t instance) {
-    assert(instance < instances_.size());
+    assert(instance < scene_.instances.size());
     instances_change();
-    instances_.push_back(SessionInstance(instances_[instance]));
     scene_.instances.push_back(ShadedInstance(scene_.instances[instance]));
-    return instances_.size() - 1;
+    return scene_.instances.size() - 1;
 }
 
 void RelightSession::remove(std::size_t instance) {
-    assert(instance < instances_.size());
+    assert(instance < scene_.instances.size());
     instances_change();
-    instances_.erase(instances_.begin() + static_cast<std::ptrdiff_t>(instance));
     scene_.instances.erase(scene_.instances.begin() + static_cast<std::ptrdiff_t>(instance));
-    drop_unused_poses();
 }
 
-Result<Done> RelightSession::rotate(std::size_t instance, const Vec3d& axis, double angle,
-                                    const Progress& progress) {
-    assert(instance < instances_.size());
-    SessionInstance turned = instances_[instance];
-    turned.rotate = angles_xyz(rotation_about(axis, angle) * rotation_xyz(turned.rotate));
-    std::optional<std::size_t> pose = pose_of(turned);
-    if (!pose) {
-        Result<std::shared_ptr<const OwnPose>> made = made_pose(turned, progress);
-        if (!made) return made.error();
-        const OwnPose& own = **made;
-        if (geometry_) {
-            const ShadedEntity shaded{&own.mesh.fine, &own.occlusion, &own.field, {}};
-            Result<ShadingGeometry::Entity> blocking = entity_geometry(shaded, settings_, progress);
-            if (!blocking) return blocking.error();
-            geometry_->entities.push_back(std::move(*blocking));
-            geometry_->rays.add_entity(shaded);
-        }
-        pose = poses_.size();
-        poses_.push_back({turned.entity, turned.rotate, &own.mesh.fine, &own.occlusion, &own.field});
-        owned_.push_back(std::move(*made));
-        scene_.entities.push_back(
-            {&own.mesh.fine, &own.occlusion, &own.field, entities_[turned.entity].materials});
-    }
-    instances_change();
-    instances_[instance] = turned;
-    scene_.instances[instance].entity = *pose;
-    drop_unused_poses();
-    return Done{};
-}
-
-Result<std::shared_ptr<const RelightSession::OwnPose>> RelightSession::made_pose(
-    const SessionInstance& instance, const Progress& progress) const {
-    const SessionEntity& entity = entities_[instance.entity];
-    auto pose = std::make_shared<OwnPose>(turned_mesh(*entity.mesh, instance.rotate), progress.stop);
-    if (progress.stop.stop_requested()) return Error{"", interrupted};
-    Result<VisibilityField> field =
-        precompute_field(entity.name, pose->mesh, pose->occlusion, entity.field, progress);
-    if (!field) return field.error();
-    pose->field = std::move(*field);
-    return std::shared_ptr<const OwnPose>(std::move(pose));
-}
-
-void RelightSession::drop_unused_poses() {
-    for (std::size_t p = poses_.size(); p-- > 0;) {
-        const auto uses_it = [p](const ShadedInstance& instance) { return instance.entity == p; };
-        if (!owned_[p] || std::any_of(scene_.instances.begin(), scene_.instances.end(), uses_it)) continue;
-        const auto at = static_cast<std::ptrdiff_t>(p);
-        poses_.erase(poses_.begin() + at);
-        owned_.erase(owned_.begin() + at);
-        scene_.entities.erase(scene_.entities.begin() + at);
-        if (geometry_) {
-            geometry_->entities.erase(geometry_->entities.begin() + at);
-            geometry_->rays.remove_entity(p);
-        }
-        for (ShadedInstance& instance : scene_.instances)
-            if (instance.entity > p) --instance.entity;
-    }
+void RelightSession::rotate(std::size_t instance, const Vec3d& axis, double angle) {
+    assert(instance < scene_.instances.size());
+    constexpr double not_turned = 1e-9;
+    Placement placement = scene_.instances[instance].placement;
+    placement.rotate = rotation_about(axis, angle) * placement.rotate;
+    double largest = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+        largest = std::max(largest, (placement.rotate.row[i] - Rotation().row[i]).length());
+    if (largest <= not_turned) placement.rotate = {};
+    place(instance, placement);
 }
 
 Result<Done> RelightSession::frame(FrameQuality quality, const Progress& progress) {
@@ -271,7 +208,7 @@ Result<Done> RelightSession::frame(FrameQuality quality, const Progress& progres
 }
 
 Result<Done> RelightSession::frame_of(VertexMask vertices, FrameQuality quality, const Progress& progress) {
-    assert(vertices.size() == instances_.size());
+    assert(vertices.size() == scene_.instances.size());
     if (geometry_)
         for (std::size_t i = 0; i < vertices.size(); ++i)
             geometry_->entities[scene_.instances[i].entity].fill.add_sources(vertices[i]);

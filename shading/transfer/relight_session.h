@@ -11,7 +11,6 @@
 #include <optional>
 #include <variant>
 
-#include "fields/mesh/turned_mesh.h"
 #include "shading/transfer/light_transfer.h"
 #include "shading/transfer/motion_transfer.h"
 #include "shading/transfer/turned_light.h"
@@ -20,48 +19,15 @@
 
 namespace haarfield {
 
-/// One kind of object, as a session turns it.
-struct SessionEntity {
-    std::string name;
-    const PreparedMesh* mesh = nullptr;  ///< Not turned. Must outlive the session.
-    FieldSettings field;                 ///< For the fields of turned instances.
-    std::vector<Material> materials;     ///< By the mesh's material index.
-};
-
-/// An entity, turned, with its field. What the pointers refer to must outlive the session.
-struct SessionPose {
-    std::size_t entity = 0;  ///< Index in the session's entities.
-    Vec3f rotate{0, 0, 0};   ///< See turned_mesh. [rad]
-    const Mesh* mesh = nullptr;
-    const EntityOcclusion* occlusion = nullptr;
-    const VisibilityField* field = nullptr;
-};
-
-/// One object of a session's scene.
-struct SessionInstance {
-    std::size_t entity = 0;
-    Placement placement;    ///< Of the entity as it is turned.
-    Vec3f rotate{0, 0, 0};  ///< See turned_mesh. [rad]
-
-    bool operator==(const SessionInstance&) const = default;  ///< Equal in all bits.
-};
-
-/// What a session is opened with.
-struct SessionScene {
-    std::vector<SessionEntity> entities;
-    std::vector<SessionPose> poses;  ///< At least those that the instances have.
-    std::vector<SessionInstance> instances;
-    Environment environment;  ///< Clean.
-    Vec3f eye{0, 0, 0};
-};
-
 /// A scene held open; see the top of this file.
 class RelightSession {
 public:
-    /// settings: as for scene_radiance.
-    RelightSession(SessionScene scene, const RenderSettings& settings, const TransferSettings& transfer = {});
+    /// What the scene's pointers refer to must outlive the session.
+    ///
+    /// settings  as for scene_radiance.
+    RelightSession(ShadedScene scene, const RenderSettings& settings, const TransferSettings& transfer = {});
 
-    const std::vector<SessionInstance>& instances() const { return instances_; }  ///< As they stand now.
+    const std::vector<ShadedInstance>& instances() const { return scene_.instances; }  ///< As they stand now.
     const Vec3f& eye() const { return scene_.eye; }  ///< Where the highlights are seen from now.
 
     /// As the renderers take it: what commit() has baked, if nothing was changed since.
@@ -83,7 +49,7 @@ public:
     /// less exactly. Show a mixture of those that are to come, before.
     Result<Done> vary_light(const Progress& progress = {});
     Result<Done> vary_eye(const Progress& progress = {});  ///< The eye.
-    /// The instance's placement.
+    /// The instance's translation and scale.
     Result<Done> vary_instance(std::size_t instance, const Progress& progress = {});
     /// @}
 
@@ -109,15 +75,9 @@ public:
     std::size_t clone(std::size_t instance);
     /// Later instances move up by one.
     void remove(std::size_t instance);
-    /// Turns an instance about an axis through the origin of its entity, after the turns that it has.
-    ///
-    /// The turned entity is rasterized anew, which is exact and the faster way: to resample a sample's
-    /// cubemap takes 6 (nearest texel) to 13 times as long (bilinear) and errs by 9 or 6 % of the occlusion
-    /// in L2.
-    ///
-    /// cost    a new mesh and field of the turned entity, and of nothing else; none if another instance is
-    ///         turned alike. The field is what a fresh bake would make, to the last bit.
-    Result<Done> rotate(std::size_t instance, const Vec3d& axis, double angle, const Progress& progress = {});
+    /// Turns an instance about an axis through the origin of its entity, after the turns that it has. What is
+    /// turned back, to 1e-9, is not turned at all.
+    void rotate(std::size_t instance, const Vec3d& axis, double angle);
     /// @}
 
     /// Radiance as it is now, by the transfer vectors.
@@ -133,7 +93,8 @@ public:
                           const Progress& progress = {});
 
     /// Radiance as it is now, in full: what scene_radiance makes of the scene. What the vertices see is kept
-    /// (RenderSettings::kept_bytes) until an instance changes, so that the next commit is faster.
+    /// (RenderSettings::kept_bytes) until an instance changes, or, with Occlusion::automatic, the environment
+    /// is set, so that the next commit is faster.
     ///
     /// errors  interrupted.
     Result<Done> commit(const Progress& progress = {});
@@ -145,20 +106,6 @@ public:
     std::size_t transfer_bytes() const;
 
 private:
-    /// A pose that the session made.
-    struct OwnPose {
-        PreparedMesh mesh;
-        EntityOcclusion occlusion;
-        VisibilityField field;
-
-        OwnPose(PreparedMesh turned, const std::stop_token& stop)
-            : mesh(std::move(turned)), occlusion(mesh, stop) {}
-    };
-
-    std::optional<std::size_t> pose_of(const SessionInstance& instance) const;
-    Result<std::shared_ptr<const OwnPose>> made_pose(const SessionInstance& instance,
-                                                     const Progress& progress) const;
-    void drop_unused_poses();
     Result<const ShadingGeometry*> current_geometry(const Progress& progress);
     Result<const RgbCubemapTree*> light_tree(const Progress& progress);
     Result<const DenseCoefficients*> light(const Progress& progress);
@@ -171,16 +118,13 @@ private:
 
     RenderSettings settings_;
     TransferSettings transfer_settings_;
-    std::vector<SessionEntity> entities_;
-    std::vector<SessionInstance> instances_;
-    std::vector<SessionPose> poses_;                     ///< By entity of scene_.
-    std::vector<std::shared_ptr<const OwnPose>> owned_;  ///< By pose; null if the caller owns it.
     ShadedScene scene_;
     std::optional<ShadingGeometry> geometry_;  ///< Of scene_'s entities, once needed.
     std::optional<KeptVisibility> kept_;       ///< Of scene_'s instances, once needed.
 
     Environment environment_;                   ///< Not turned.
     std::optional<SplitLight> split_;           ///< Of it, once needed: its image is dropped.
+    std::optional<double> unevenness_;          ///< Of what is smooth of it, once needed.
     std::optional<TurnableLight> turnable_;     ///< Of what is smooth of it, once needed.
     Rotation rotation_;                         ///< Of what scene_.environment and the light are now.
     std::optional<RgbCubemapTree> light_tree_;  ///< Of the environment as it is turned, once needed.

@@ -120,7 +120,8 @@ void list_highlights(const ShadedScene& scene, const TransferRows& rows, ViewTra
         transfer.highlit.push_back(
             {static_cast<std::uint32_t>(row),
              static_cast<std::uint32_t>(first[instance.entity] + mesh.vertex_materials[vertex]),
-             instance.placement.point_to_world(mesh.positions[vertex]), mesh.normals[vertex]});
+             instance.placement.point_to_world(mesh.positions[vertex]),
+             instance.placement.direction_to_world(mesh.normals[vertex])});
     }
 }
 

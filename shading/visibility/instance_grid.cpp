@@ -17,15 +17,11 @@ InstanceGrid::InstanceGrid(std::span<const Sphere> spheres, const Bounds& where)
             bounds_.upper[axis] = std::clamp(where.upper[axis], bounds_.lower[axis], bounds_.upper[axis]);
         }
     if (!spheres.empty()) {
-        constexpr double cells_a_sphere = 64;
-        const Vec3d size(bounds_.upper - bounds_.lower);
-        const double wanted = std::min(cells_a_sphere * double(spheres.size()), double(1 << 18));
-        const double side = std::max(std::cbrt(size.x * size.y * size.z / wanted), 1e-20);
-        for (int axis = 0; axis < 3; ++axis) {
-            const auto k = static_cast<std::size_t>(axis);
-            cells_[k] = static_cast<int>(std::clamp(size[axis] / side, 1.0, wanted));
-            cells_per_metre_[axis] = size[axis] > 0 ? static_cast<float>(cells_[k] / size[axis]) : 0.0f;
-        }
+        constexpr double cells_a_sphere = 64, numbers_a_sphere = 64;
+        double wanted = std::min(cells_a_sphere * double(spheres.size()), double(1 << 18));
+        set_cells(wanted);
+        while (wanted > 1 && touched_cells(spheres) > numbers_a_sphere * double(spheres.size()))
+            set_cells(wanted /= 2);
     }
     const auto for_each_cell = [&](const Sphere& sphere, const auto& act) {
         const Vec3f lower = sphere.centre - Vec3f(sphere.radius),
@@ -42,6 +38,28 @@ InstanceGrid::InstanceGrid(std::span<const Sphere> spheres, const Bounds& where)
     std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
     for (std::uint32_t i = 0; i < spheres.size(); ++i)
         for_each_cell(spheres[i], [&](std::size_t c) { sphere_[next[c]++] = i; });
+}
+
+void InstanceGrid::set_cells(double wanted) {
+    const Vec3d size(bounds_.upper - bounds_.lower);
+    const double side = std::max(std::cbrt(size.x * size.y * size.z / wanted), 1e-20);
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto k = static_cast<std::size_t>(axis);
+        cells_[k] = static_cast<int>(std::clamp(size[axis] / side, 1.0, wanted));
+        cells_per_metre_[axis] = size[axis] > 0 ? static_cast<float>(cells_[k] / size[axis]) : 0.0f;
+    }
+}
+
+double InstanceGrid::touched_cells(std::span<const Sphere> spheres) const {
+    double sum = 0;
+    for (const Sphere& sphere : spheres) {
+        double product = 1;
+        for (int axis = 0; axis < 3; ++axis)
+            product *= 1 + cell(sphere.centre[axis] + sphere.radius, axis) -
+                       cell(sphere.centre[axis] - sphere.radius, axis);
+        sum += product;
+    }
+    return sum;
 }
 
 int InstanceGrid::cell(float coordinate, int axis) const {

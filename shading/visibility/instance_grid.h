@@ -18,7 +18,8 @@ class InstanceGrid {
 public:
     /// where   the points that will be asked for, but for a few: the cells divide what of this box the
     ///         spheres reach.
-    /// memory  some 64 cells a sphere, and a number for each sphere that touches a cell.
+    /// memory  at most some 64 cells a sphere, and a number for each sphere that touches a cell: cells are as
+    ///         large as to have no more than some 64 of these a sphere, too, or else there is a single one.
     explicit InstanceGrid(std::span<const Sphere> spheres,
                           const Bounds& where = {Vec3f(-INFINITY), Vec3f(INFINITY)});
 
@@ -29,6 +30,8 @@ public:
     std::span<const std::uint32_t> near(const Vec3f& point) const;
 
 private:
+    void set_cells(double wanted);
+    double touched_cells(std::span<const Sphere> spheres) const;
     int cell(float coordinate, int axis) const;
 
     Bounds reached_,

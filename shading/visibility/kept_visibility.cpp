@@ -76,11 +76,11 @@ std::span<T> copied(std::span<const T> values, std::byte*& place) {
 const VertexSight* kept(const VertexVisibility& seen, PagedMemory& memory) {
     const VertexSight looked = seen.sight();
     const std::span<const VertexSight> sight(&looked, 1);
-    const std::span<const WideCubemap<std::uint8_t>> rasterized(seen.rasterized(), seen.rasterized() ? 1 : 0);
+    const std::span<const WideCubemap<std::uint8_t>> made(seen.made(), seen.made() ? 1 : 0);
     const std::span<const WideNode<std::uint8_t>> nodes =
-        seen.rasterized_nodes().subspan(0, seen.rasterized() ? seen.rasterized_nodes().size() : 0);
+        seen.made_nodes().subspan(0, seen.made() ? seen.made_nodes().size() : 0);
     std::size_t bytes = room_for(sight) + room_for(looked.trees) + room_for(looked.cones.sides) +
-                        room_for(looked.cones.end) + room_for(rasterized) + room_for(nodes);
+                        room_for(looked.cones.end) + room_for(made) + room_for(nodes);
     for (const auto& factor : looked.trees) bytes += room_for(factor.parts);
     std::byte* place = memory.allocate(bytes);
     if (!place) return nullptr;
@@ -88,7 +88,7 @@ const VertexSight* kept(const VertexVisibility& seen, PagedMemory& memory) {
     VertexSight& result = copied(sight, place)[0];
     const auto trees = copied(looked.trees, place);
     result = {trees, {copied(looked.cones.sides, place), copied(looked.cones.end, place)}};
-    const auto cubemap = copied(rasterized, place);
+    const auto cubemap = copied(made, place);
     const auto own_nodes = copied(nodes, place);
     for (WideCubemap<std::uint8_t>& faces : cubemap)
         for (auto& face : faces)
@@ -96,7 +96,7 @@ const VertexSight* kept(const VertexVisibility& seen, PagedMemory& memory) {
     for (auto& factor : trees) {
         const auto parts = copied(factor.parts, place);
         for (auto& part : parts)
-            if (part.tree == seen.rasterized()) part.tree = cubemap.data();
+            if (part.tree == seen.made()) part.tree = cubemap.data();
         factor.parts = parts;
     }
     return &result;

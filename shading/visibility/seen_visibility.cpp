@@ -6,15 +6,26 @@
 namespace haarfield {
 namespace {
 
-bool is_uniform(std::span<const std::uint8_t> counts) {
-    return std::memcmp(counts.data(), counts.data() + 1, counts.size() - 1) == 0;
+bool is_uniform(std::span<const std::uint8_t> open) {
+    return std::memcmp(open.data(), open.data() + 1, open.size() - 1) == 0;
 }
+
+/// Visibility from a count of open samples. [1/255]
+constexpr std::uint8_t open_in_bytes(std::uint8_t count) {
+    return static_cast<std::uint8_t>(32 * count - (count + 3) / 8);
+}
+static_assert([] {
+    for (std::uint8_t count = 0; count <= samples_per_texel; ++count)
+        if (open_in_bytes(count) != in_bytes(open_fraction(count))) return false;
+    return true;
+}());
 
 }  // namespace
 
 SeenVisibility::SeenVisibility(int face_size)
     : face_size_(face_size),
       rasterizer_(face_size),
+      open_(std::size_t(cubemap_faces * face_size) * std::size_t(face_size)),
       upper_(static_cast<std::size_t>(std::max(wide_levels(face_size), 1)) - 1) {
     for (std::size_t level = 0; level < upper_.size(); ++level) {
         upper_[level].open.resize(std::size_t(1) << (4 * level));
@@ -22,18 +33,27 @@ SeenVisibility::SeenVisibility(int face_size)
     }
 }
 
-const WideCubemap<std::uint8_t>& SeenVisibility::operator()(std::span<const OccluderView> views) {
-    const std::span<const std::uint8_t> open = rasterizer_.open_samples(views);
-    const std::size_t texels = open.size() / cubemap_faces;
+std::span<std::uint8_t> SeenVisibility::texels(std::span<const OccluderView> views) {
+    if (views.empty()) {
+        std::ranges::fill(open_, std::uint8_t(255));
+    } else {
+        const std::span<const std::uint8_t> counts = rasterizer_.open_samples(views);
+        std::ranges::transform(counts, open_.begin(), open_in_bytes);
+    }
+    return open_;
+}
+
+const WideCubemap<std::uint8_t>& SeenVisibility::tree() {
+    const std::size_t texels = open_.size() / cubemap_faces;
     nodes_.clear();
     std::array<std::size_t, cubemap_faces + 1> root{};
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
-        const std::span<const std::uint8_t> counts = open.subspan(face * texels, texels);
+        const std::span<const std::uint8_t> open = std::span(open_).subspan(face * texels, texels);
         root[face] = nodes_.size();
-        if (is_uniform(counts))
-            faces_[face].mean = open_fraction(counts[0]);
+        if (is_uniform(open))
+            faces_[face].mean = static_cast<float>(open[0]) / 255;
         else
-            add_face(face, counts);
+            add_face(face, open);
     }
     root[cubemap_faces] = nodes_.size();
     for (std::size_t face = 0; face < cubemap_faces; ++face)
@@ -42,8 +62,8 @@ const WideCubemap<std::uint8_t>& SeenVisibility::operator()(std::span<const Occl
 }
 
 /// Level by level, so that the children of a node lie side by side.
-void SeenVisibility::add_face(std::size_t face, std::span<const std::uint8_t> counts) {
-    sort_into_blocks(counts, face_size_, blocks_);
+void SeenVisibility::add_face(std::size_t face, std::span<const std::uint8_t> open) {
+    sort_into_blocks(open, face_size_, blocks_);
     for (std::size_t level = upper_.size(); level-- > 0;) gather_squares(level);
     faces_[face].mean = mean_of(0, 0);
     const std::size_t root = nodes_.size();
@@ -93,7 +113,7 @@ void SeenVisibility::fill_node(std::size_t index, std::size_t level, std::size_t
 
 float SeenVisibility::mean_of(std::size_t level, std::size_t path) {
     const std::size_t cells = std::size_t(1) << (4 * (upper_.size() + 1 - level));
-    return static_cast<float>(squares(level).open[path]) / static_cast<float>(samples_per_texel * cells);
+    return static_cast<float>(squares(level).open[path]) / static_cast<float>(255 * cells);
 }
 
 }  // namespace haarfield

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
+
+#include "shading/scene/light_sources.h"
 
 namespace haarfield {
 namespace {
@@ -12,19 +15,15 @@ constexpr float on_ground = 2e-3f;
 /// So many instances are rasterized at a vertex, if that is chosen automatically.
 constexpr std::size_t most_rasterized = 8;
 
-/// How far away what is seen exactly at any distance is seen at all: from there a ball blocks less than a
-/// thousandth of an irradiance. [radii]
-constexpr float exact_reach = 36;
-
 /// How far from a sampler's centre its entity is seen exactly: automatically, to the outer end of the last
 /// band whose error is above the tolerance. [m]
 template <class Sampler>
 float exact_distance(const Sampler& sampler, const SamplerError& error, Occlusion occlusion,
-                     float tolerance) {
+                     double tolerance) {
     if (occlusion == Occlusion::fields) return 0;
     std::size_t bands = SamplerError::bands;
     if (occlusion == Occlusion::automatic)
-        while (bands > 0 && error.band[bands - 1] <= tolerance) --bands;
+        while (bands > 0 && double(error.band[bands - 1]) <= tolerance) --bands;
     return static_cast<float>(
         distance_at(double(bands) / SamplerError::bands, sampler.outer_radius, sampler.growth));
 }
@@ -39,33 +38,41 @@ bool lies_below(const Bounds& bounds, const Vec3f& point, const Vec3f& normal) {
 }
 
 bool is_on_ground(const VisibilityField& field, const ShadedInstance& instance, const VertexView& view) {
-    const float height = instance.placement.point_to_object(view.position).y - field.planar.centre.y;
+    const float height = instance.placement.point_to_turned(view.position).y - field.planar.centre.y;
     return std::abs(height) <= on_ground * field.bounds.radius();
 }
 
-}  // namespace
-
-InstanceGrid influence_grid(const ShadedScene& scene, std::span<const ShadingGeometry::Entity> entities) {
-    std::vector<Sphere> spheres;
-    Bounds bounds;
-    for (const ShadedInstance& instance : scene.instances) {
-        const VisibilityField& field = *scene.entities[instance.entity].field;
-        const Vec3f &own = field.spherical.centre, centre = instance.placement.point_to_world(own);
-        const float scale = instance.placement.scale,
-                    samplers = fade_end * std::max(field.spherical.outer_radius, field.planar.outer_radius) +
-                               (field.planar.centre - own).length(),
-                    radius = entities[instance.entity].polygons.empty() ? samplers
-                                                                        : exact_reach * field.bounds.radius();
-        spheres.push_back({centre, radius * scale});
-        const Vec3f half(field.bounds.radius() * scale);
-        for (int axis = 0; axis < 3; ++axis) {
-            bounds.lower[axis] = std::min(bounds.lower[axis], centre[axis] - half[axis]);
-            bounds.upper[axis] = std::max(bounds.upper[axis], centre[axis] + half[axis]);
-        }
-    }
-    return InstanceGrid(spheres, bounds);
+/// An instance as it is placed.
+ShadingGeometry::Instance placed_instance(const ShadedEntity& entity, const ShadingGeometry::Entity& prepared,
+                                          const Placement& placement) {
+    const Bounds& bounds = entity.occlusion->coarse().bounds();
+    const bool is_turned = !is_identity(placement.rotate);
+    const bool by_impostors = is_turned && prepared.polygons.empty();
+    return {turned_polygons(prepared.polygons, placement.rotate), is_turned,
+            placement.point_to_world(bounds.centre()), bounds.radius() * placement.scale,
+            placement.scale *
+                (by_impostors ? Impostors::nearest * bounds.radius() : entity.field->spherical.outer_radius)};
 }
 
+/// Whether an instance of an entity may be seen by impostors from some other instance.
+bool needs_impostors(const ShadedScene& scene, const ShadingGeometry& geometry, std::size_t entity) {
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        if (scene.instances[i].entity != entity) continue;
+        const ShadingGeometry::Instance& seen = geometry.instances[i];
+        for (std::size_t k = 0; k < scene.instances.size(); ++k) {
+            const ShadingGeometry::Instance& from = geometry.instances[k];
+            const float distance = (from.middle - seen.middle).length();
+            if (k != i && distance + from.radius > seen.nearer &&
+                distance - from.radius < geometry.reach * seen.radius)
+                return true;
+        }
+        // More of those that are turned may be near than are rasterized.
+        if (seen.is_turned && geometry.entities[entity].polygons.empty()) return true;
+    }
+    return false;
+}
+
+/// How one entity blocks light.
 Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, const RenderSettings& settings,
                                                 const Progress& progress) {
     std::vector<std::uint32_t> order = spatial_order(entity.mesh->positions);
@@ -74,20 +81,15 @@ Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, cons
     std::vector<ConvexPolygon> polygons;
     if (entity.occlusion->coarse().triangles().size() <= settings.exact_triangles)
         polygons = convex_polygons(entity.occlusion->coarse());
-    const VisibilityField& field = *entity.field;
-    const auto exact_within = [&](const auto& sampler, const SamplerError& error) {
-        return polygons.empty() ? exact_distance(sampler, error, settings.occlusion, settings.occlusion_error)
-                                : std::numeric_limits<float>::infinity();
-    };
-    const float on_ground = exact_within(field.planar, field.error.planar),
-                around = exact_within(field.spherical, field.error.spherical);
     return ShadingGeometry::Entity{std::move(order),
                                    std::move(*visibility),
                                    std::move(polygons),
-                                   on_ground,
-                                   around,
+                                   0,
+                                   0,
                                    BuriedFill(*entity.mesh, entity.occlusion->samples().buried)};
 }
+
+}  // namespace
 
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          const Progress& progress) {
@@ -96,7 +98,11 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                              settings.occlusion == Occlusion::automatic
                                  ? most_rasterized
                                  : std::numeric_limits<std::size_t>::max(),
+                             settings.reach,
                              DirectionPyramid(settings.face_size),
+                             {},
+                             {},
+                             {},
                              InstanceGrid({}),
                              {}};
     geometry.rays.build(scene);
@@ -105,8 +111,60 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
         if (!made) return made.error();
         geometry.entities.push_back(std::move(*made));
     }
-    geometry.grid = influence_grid(scene, geometry.entities);
+    const bool is_automatic = settings.occlusion == Occlusion::automatic;
+    adapt_to_light(scene, settings,
+                   is_automatic ? unevenness(split_light(scene.environment, settings.sources).smooth) : 1,
+                   geometry);
+    if (const Result<Done> placed = place_instances(scene, geometry, progress); !placed)
+        return placed.error();
     return geometry;
+}
+
+void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, double uneven,
+                    ShadingGeometry& geometry) {
+    const double tolerance = double(settings.occlusion_error) / uneven;
+    for (std::size_t e = 0; e < scene.entities.size(); ++e) {
+        const VisibilityField& field = *scene.entities[e].field;
+        ShadingGeometry::Entity& entity = geometry.entities[e];
+        entity.exact_on_ground =
+            exact_distance(field.planar, field.error.planar, settings.occlusion, tolerance);
+        entity.exact_around =
+            exact_distance(field.spherical, field.error.spherical, settings.occlusion, tolerance);
+    }
+}
+
+Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry, const Progress& progress) {
+    Result<InstanceOccluders> occluders = InstanceOccluders::make(scene, &geometry.occluders, progress.stop);
+    if (!occluders) return occluders.error();
+    std::vector<ShadingGeometry::Instance> instances;
+    std::vector<Sphere> spheres;
+    Bounds bounds;
+    for (const ShadedInstance& instance : scene.instances) {
+        instances.push_back(placed_instance(scene.entities[instance.entity],
+                                            geometry.entities[instance.entity], instance.placement));
+        const auto& [middle, radius] = std::tie(instances.back().middle, instances.back().radius);
+        spheres.push_back({middle, geometry.reach * radius});
+        for (int axis = 0; axis < 3; ++axis) {
+            bounds.lower[axis] = std::min(bounds.lower[axis], middle[axis] - radius);
+            bounds.upper[axis] = std::max(bounds.upper[axis], middle[axis] + radius);
+        }
+    }
+    std::swap(geometry.instances, instances);
+    geometry.impostors.resize(scene.entities.size());
+    for (std::size_t e = 0; e < scene.entities.size(); ++e) {
+        if (geometry.impostors[e] || !needs_impostors(scene, geometry, e)) continue;
+        Result<Impostors> made =
+            Impostors::make(scene.entities[e].occlusion->coarse(), geometry.face_size, progress.stop);
+        if (!made) {
+            std::swap(geometry.instances, instances);
+            return made.error();
+        }
+        geometry.impostors[e] = std::move(*made);
+    }
+    geometry.occluders = std::move(*occluders);
+    geometry.grid = InstanceGrid(spheres, bounds);
+    geometry.rays.place(scene);
+    return Done{};
 }
 
 std::vector<std::span<const std::uint32_t>> ShadingGeometry::orders() const {
@@ -117,23 +175,37 @@ std::vector<std::span<const std::uint32_t>> ShadingGeometry::orders() const {
 
 FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& instance,
                          const VertexView& view) {
-    const Vec3f point = instance.placement.point_to_object(view.point);
+    const Vec3f point = instance.placement.point_to_turned(view.point);
     if (is_on_ground(field, instance, view)) return {true, field.planar.interpolation(point)};
     return {false, field.spherical.interpolation(point)};
 }
 
-bool is_below_horizon(const ShadedEntity& entity, const ShadedInstance& instance, const VertexView& view) {
-    return lies_below(entity.occlusion->coarse().bounds(), instance.placement.point_to_object(view.point),
-                      view.normal);
+bool is_below_horizon(const Occluder& coarse, const Placement& placement, const VertexView& view) {
+    return lies_below(coarse.bounds(), placement.point_to_turned(view.point), view.normal);
 }
 
-float squared_exact_distance(const ShadingGeometry::Entity& prepared, const VisibilityField& field,
-                             const ShadedInstance& instance, const VertexView& view) {
-    const Vec3f point = instance.placement.point_to_object(view.point);
-    const bool planar = is_on_ground(field, instance, view);
-    const Vec3f from_centre = point - (planar ? field.planar.centre : field.spherical.centre);
-    const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around;
-    return from_centre.length2() / (exact_distance * exact_distance);
+InstanceSight sight_of(const ShadedScene& scene, const ShadingGeometry& geometry, std::size_t instance,
+                       const VertexView& view) {
+    const ShadingGeometry::Instance& seen = geometry.instances[instance];
+    const ShadedInstance& placed = scene.instances[instance];
+    const Vec3f to_middle = seen.middle - view.point;
+    const float squared_distance = to_middle.length2(), reach = geometry.reach * seen.radius;
+    if (!(squared_distance < reach * reach) || to_middle.dot(view.normal) <= -seen.radius ||
+        is_below_horizon(geometry.occluders[instance].coarse(), placed.placement, view))
+        return {Sight::open};
+    const float share = squared_distance / (seen.nearer * seen.nearer);
+    if (share >= 1) return {Sight::distant};
+    if (seen.is_turned || !seen.polygons.empty()) return {Sight::exact, share};
+
+    const VisibilityField& field = *scene.entities[placed.entity].field;
+    const ShadingGeometry::Entity& prepared = geometry.entities[placed.entity];
+    const bool planar = is_on_ground(field, placed, view);
+    const Vec3f from_centre = placed.placement.point_to_object(view.point) -
+                              (planar ? field.planar.centre : field.spherical.centre);
+    const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around,
+                exact_share = from_centre.length2() / (exact_distance * exact_distance);
+    // Not below 1 if it is not a number.
+    return {exact_share < 1 ? Sight::exact : Sight::sampled, exact_share};
 }
 
 }  // namespace haarfield

@@ -1,11 +1,15 @@
 #pragma once
 /// What shading prepares once for a scene's objects, whatever the light and the view.
 
+#include <optional>
+
 #include "shading/scene/shaded_scene.h"
 #include "shading/scene/vertex_loop.h"
 #include "shading/visibility/buried_fill.h"
+#include "shading/visibility/impostors.h"
 #include "shading/visibility/instance_grid.h"
 #include "shading/visibility/shadow_rays.h"
+#include "shading/visibility/turned_occluders.h"
 #include "shading/walk/direction_pyramid.h"
 #include "shading/walk/near_occluders.h"
 #include "shading/walk/wide_visibility.h"
@@ -20,40 +24,60 @@ struct ShadingGeometry {
         WideVisibility visibility;
         std::vector<ConvexPolygon> polygons;  ///< Of occluders of few triangles; else empty.
         /// Within these distances of the samplers' centres the entity is seen exactly, from its ground plane
-        /// and from elsewhere; infinite if it has polygons. [m]
-        float exact_on_ground, exact_around;
+        /// and from elsewhere; see adapt_to_light. [m]
+        float exact_on_ground = 0, exact_around = 0;
         BuriedFill fill;  ///< Of the fine mesh.
     };
     std::vector<Entity> entities;  ///< As in the scene.
     int face_size;
     std::size_t most_rasterized;  ///< Instances, at a vertex.
+    float reach;                  ///< Of RenderSettings.
     DirectionPyramid directions;
-    InstanceGrid grid;  ///< Of the places from which the instances can be seen.
-    ShadowRays rays;    ///< For concentrated light.
+
+    /// @name By instance, as they are placed: see place_instances. @{
+    InstanceOccluders occluders;
+    /// What an instance contributes.
+    struct Instance {
+        std::vector<ConvexPolygon> polygons;  ///< Entity::polygons, turned.
+        bool is_turned;
+        Vec3f middle;          ///< Of its sphere, in the world. [m]
+        float radius, nearer;  ///< Of the sphere; and beyond this distance it is seen by its impostors. [m]
+    };
+    std::vector<Instance> instances;
+    std::vector<std::optional<Impostors>> impostors;  ///< By entity, of those that are seen from so far.
+    InstanceGrid grid;                                ///< Of the places from which the instances can be seen.
+    ShadowRays rays;                                  ///< For concentrated light.
+    /// @}
 
     /// By entity; see visit_vertices.
     std::vector<std::span<const std::uint32_t>> orders() const;
 };
 
-/// How one entity blocks light.
+/// The geometry holds for these instances as they are placed; when they change, see place_instances.
 ///
-/// cost    some 0.1 s a million nodes of the field, on all of oneTBB's threads.
-/// errors  interrupted.
-Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, const RenderSettings& settings,
-                                                const Progress& progress = {});
-
-/// The geometry holds for these instances: when they change, the grid must be made anew, and the rays placed.
-///
-/// cost    that of its entities.
+/// cost    some 0.1 s a million nodes of the fields, on all of oneTBB's threads, and see place_instances.
 /// errors  interrupted.
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          const Progress& progress = {});
 
-/// Of the places from which each instance hides anything: to where the samplers of its field fade, or as far
-/// as matters if it is seen exactly at any distance. entities: those of the scene.
-InstanceGrid influence_grid(const ShadedScene& scene, std::span<const ShadingGeometry::Entity> entities);
+/// Decides anew how far out entities are seen exactly, as the scene's light wants it: to the outer end of the
+/// last band of their field's samples where the error times the light's unevenness is above the tolerance.
+/// Only of Occlusion::automatic.
+///
+/// uneven  unevenness() of the light without its sources.
+void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, double uneven,
+                    ShadingGeometry& geometry);
 
-/// Where a vertex looks up what it sees past an instance: samples of the instance's field.
+/// Makes anew what depends on where the instances stand.
+///
+/// cost    that of InstanceOccluders, for rotations that are new; and that of Impostors, for entities that
+///         were not seen from so far before.
+/// errors  interrupted; then the geometry is as it was.
+Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry,
+                             const Progress& progress = {});
+
+/// Where a vertex looks up what it sees past an instance: samples of its field, which must be one of the
+/// instance as it is turned.
 struct FieldLookup {
     bool planar;  ///< Whose samples they are: the planar sampler's, for vertices on the instance's ground.
     Interpolation samples;
@@ -63,11 +87,23 @@ FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& ins
                          const VertexView& view);
 
 /// Whether an instance lies below a vertex's horizon, so that it hides nothing from it.
-bool is_below_horizon(const ShadedEntity& entity, const ShadedInstance& instance, const VertexView& view);
+///
+/// coarse  of the instance, as it is turned.
+bool is_below_horizon(const Occluder& coarse, const Placement& placement, const VertexView& view);
 
-/// How far a vertex is from an instance over the distance within which it is to see it exactly, squared.
-/// Where this is not below 1, be it not a number, it looks it up.
-float squared_exact_distance(const ShadingGeometry::Entity& prepared, const VisibilityField& field,
-                             const ShadedInstance& instance, const VertexView& view);
+/// How a vertex sees past an instance.
+enum class Sight : std::uint8_t {
+    open,     ///< Not at all: it is out of reach, or below the vertex's horizon.
+    exact,    ///< Its occluder.
+    sampled,  ///< Between samples of its field.
+    distant,  ///< By impostors.
+};
+struct InstanceSight {
+    Sight sight;
+    /// If it is seen exactly: how far it is, over the distance within which it is so; squared.
+    float distance = 0;
+};
+InstanceSight sight_of(const ShadedScene& scene, const ShadingGeometry& geometry, std::size_t instance,
+                       const VertexView& view);
 
 }  // namespace haarfield

@@ -50,20 +50,13 @@ void ShadowRays::add_entity(const ShadedEntity& entity) {
     entities_.push_back(std::move(made));
 }
 
-void ShadowRays::remove_entity(std::size_t entity) {
-    assert(entity < entities_.size());
-    entities_.erase(entities_.begin() + static_cast<std::ptrdiff_t>(entity));
-}
-
 void ShadowRays::place(const ShadedScene& scene) {
     assert(scene.entities.size() == entities_.size());
     std::shared_ptr<RTCSceneTy> made = new_scene(device_.get());
     for (const ShadedInstance& instance : scene.instances) {
         const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(geometry, entities_[instance.entity].get());
-        const float s = instance.placement.scale;
-        const Vec3f& t = instance.placement.translate;
-        const std::array<float, 12> columns{s, 0, 0, 0, s, 0, 0, 0, s, t.x, t.y, t.z};
+        const std::array<float, 12> columns = instance.placement.columns();
         rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.data());
         rtcCommitGeometry(geometry);
         rtcAttachGeometry(made.get(), geometry);

@@ -28,10 +28,6 @@ public:
     /// cost  some 0.3 us a triangle; 2 us an instance.
     void build(const ShadedScene& scene);
 
-    /// One more entity, the last of the scene's; or one fewer, later ones move up.
-    void add_entity(const ShadedEntity& entity);
-    void remove_entity(std::size_t entity);  ///< Later entities move up by one.
-
     /// The instances as they stand now.
     ///
     /// cost  2 us each.
@@ -49,6 +45,8 @@ public:
     bool is_blocked(const Vec3f& point, const Vec3f& direction) const;
 
 private:
+    void add_entity(const ShadedEntity& entity);
+
     std::shared_ptr<RTCDeviceTy> device_;
     std::vector<std::shared_ptr<RTCSceneTy>> entities_;
     std::shared_ptr<RTCSceneTy> scene_;

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
-
-#include "fields/rasterizer/visibility_rasterizer.h"
+#include <numeric>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "shading/visibility/texel_blocks.cpp"
@@ -20,14 +19,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 /// The cells of a block from its texels, row by row.
 alignas(16) constexpr std::uint8_t cells_of_rows[wide_cells] = {0, 1, 4,  5,  2,  3,  6,  7,
                                                                 8, 9, 12, 13, 10, 11, 14, 15};
-
-/// By count of open samples. [1/255]
-alignas(16) constexpr auto mean_of_count = [] {
-    std::array<std::uint8_t, wide_cells> means{};
-    for (std::uint8_t count = 0; count <= samples_per_texel; ++count)
-        means[count] = in_bytes(open_fraction(count));
-    return means;
-}();
 
 #if HWY_TARGET == HWY_SCALAR
 
@@ -47,15 +38,11 @@ Block quarter(const Block& cells, std::size_t q) {
     return result;
 }
 
-void write_block(const Block& counts, std::size_t index, TexelBlocks& blocks) {
-    std::uint32_t open = 0;
-    for (std::size_t cell = 0; cell < wide_cells; ++cell) {
-        blocks.mean[index][cell] = mean_of_count[counts[cell]];
-        open += counts[cell];
-    }
-    blocks.squares.open[index] = open;
+void write_block(const Block& open, std::size_t index, TexelBlocks& blocks) {
+    blocks.mean[index] = open;
+    blocks.squares.open[index] = std::accumulate(open.begin(), open.end(), 0u);
     blocks.squares.varies[index] =
-        std::all_of(counts.begin(), counts.end(), [&](std::uint8_t c) { return c == counts[0]; }) ? 0 : 1;
+        std::all_of(open.begin(), open.end(), [&](std::uint8_t o) { return o == open[0]; }) ? 0 : 1;
 }
 
 #else
@@ -91,14 +78,14 @@ HWY_INLINE Block quarter(const Block& cells, std::size_t q) {
     return hn::TableLookupBytes(cells, from);
 }
 
-HWY_INLINE void write_block(const Block& counts, std::size_t index, TexelBlocks& blocks) {
+HWY_INLINE void write_block(const Block& open, std::size_t index, TexelBlocks& blocks) {
     const Bytes d;
     const hn::Repartition<std::uint64_t, Bytes> sums;
-    hn::StoreU(hn::TableLookupBytes(hn::Load(d, mean_of_count.data()), counts), d, blocks.mean[index].data());
+    hn::StoreU(open, d, blocks.mean[index].data());
     blocks.squares.open[index] =
-        static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(sums, hn::SumsOf8(counts))));
-    const Block first = hn::TableLookupBytes(counts, hn::Zero(d));
-    blocks.squares.varies[index] = hn::AllTrue(d, hn::Eq(counts, first)) ? 0 : 1;
+        static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(sums, hn::SumsOf8(open))));
+    const Block first = hn::TableLookupBytes(open, hn::Zero(d));
+    blocks.squares.varies[index] = hn::AllTrue(d, hn::Eq(open, first)) ? 0 : 1;
 }
 
 #endif
@@ -145,9 +132,9 @@ namespace haarfield {
 
 HWY_EXPORT(write_face);
 
-void sort_into_blocks(std::span<const std::uint8_t> counts, int face_size, TexelBlocks& blocks) {
+void sort_into_blocks(std::span<const std::uint8_t> open, int face_size, TexelBlocks& blocks) {
     const auto size = static_cast<std::size_t>(face_size);
-    assert(size >= 2 && counts.size() == size * size);
+    assert(size >= 2 && open.size() == size * size);
     const bool is_quartered = std::countr_zero(size) % 2 != 0;
     const std::size_t count = is_quartered ? size * size / 4 : size * size / wide_cells;
     blocks.mean.resize(count);
@@ -158,11 +145,11 @@ void sort_into_blocks(std::span<const std::uint8_t> counts, int face_size, Texel
     std::array<std::uint8_t, least_stride * least_stride> widened{};
     if (size < least_stride) {
         for (std::size_t row = 0; row < size; ++row)
-            std::copy_n(&counts[row * size], size, &widened[row * least_stride]);
-        counts = widened;
+            std::copy_n(&open[row * size], size, &widened[row * least_stride]);
+        open = widened;
     }
     HWY_DYNAMIC_DISPATCH(write_face)
-    (counts.data(), std::max(size, least_stride), std::max(size / 4, std::size_t(1)), is_quartered, blocks);
+    (open.data(), std::max(size, least_stride), std::max(size / 4, std::size_t(1)), is_quartered, blocks);
 }
 
 }  // namespace haarfield

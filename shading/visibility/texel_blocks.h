@@ -10,7 +10,8 @@ namespace haarfield {
 
 /// Squares of one size on a face of visibility, in the order of their paths (wide_tree.h).
 struct VisibilitySquares {
-    std::vector<std::uint32_t> open;   ///< Sums of open samples; a texel of four cells counts four times.
+    std::vector<std::uint32_t>
+        open;  ///< Sums of visibility; a texel of four cells counts four times. [1/255]
     std::vector<std::uint8_t> varies;  ///< 1: the visibility differs within the square; else 0.
 };
 
@@ -23,9 +24,8 @@ struct TexelBlocks {
 
 /// Fills in the blocks of a face.
 ///
-/// counts  of open samples by texel, row by row, as VisibilityRasterizer has them; face_size^2 of them,
-///         face_size at least 2.
-/// cost    some 3 ns a block.
-void sort_into_blocks(std::span<const std::uint8_t> counts, int face_size, TexelBlocks& blocks);
+/// open  visibility by texel, row by row; face_size^2 of them, face_size at least 2. [1/255]
+/// cost  some 3 ns a block.
+void sort_into_blocks(std::span<const std::uint8_t> open, int face_size, TexelBlocks& blocks);
 
 }  // namespace haarfield

@@ -11,42 +11,78 @@ void VertexVisibility::add_tree(const WideCubemap<std::uint8_t>& tree, float wei
     trees_.back().parts = {parts_.data() + parts_.size() - count, count};
 }
 
-bool VertexVisibility::look(std::size_t instance_index, const WideCubemap<std::uint8_t>& own,
-                            const VertexView& view) {
+void VertexVisibility::clear(const VertexView& view) {
     trees_.clear();
     parts_.clear();
     cones_.clear();
     candidates_.clear();
     rasterized_.clear();
-    const std::span<const std::uint32_t> near = geometry_.grid.near(view.point);
-    parts_.reserve(2 + 8 * near.size());  // so that spans of them stay
+    distant_.clear();
+    parts_.reserve(2 + 8 * geometry_.grid.near(view.point).size());  // so that spans of them stay
+}
+
+bool VertexVisibility::look(std::size_t instance, std::uint32_t vertex, const VertexView& view) {
+    const ShadedInstance& placed = scene_.instances[instance];
+    if (!is_identity(placed.placement.rotate))
+        return look(instance, surface_point(scene_.entities[placed.entity], vertex), view);
+    clear(view);
     trees_.emplace_back();
-    add_tree(own, 1);
-    for (const std::uint32_t i : near)
-        if (i != instance_index && !look_past(i, view)) return false;
-    if (!candidates_.empty()) rasterize(view);
+    add_tree(geometry_.entities[placed.entity].visibility.local(vertex), 1);
+    return look_past_others(instance, view);
+}
+
+bool VertexVisibility::look(std::size_t instance, const SurfacePoint& point, const VertexView& view) {
+    clear(view);
+    rasterized_.push_back({&geometry_.occluders[instance].own(),
+                           scene_.instances[instance].placement.rotate(point.sample), &view.normal});
+    return look_past_others(instance, view);
+}
+
+bool VertexVisibility::look_past_others(std::size_t instance, const VertexView& view) {
+    for (const std::uint32_t i : geometry_.grid.near(view.point))
+        if (i != instance && i != without_ && !look_past(i, view)) return false;
+    choose_candidates(view);
+    is_made_ = !rasterized_.empty() || !distant_.empty();
+    if (!is_made_) return true;
+    const std::span<std::uint8_t> texels = seen_.texels(rasterized_);
+    for (const std::uint32_t i : distant_)
+        geometry_.impostors[scene_.instances[i].entity]->hide(scene_.instances[i].placement, view.point,
+                                                              texels);
+    trees_.emplace_back();
+    add_tree(seen_.tree(), 1);
     return true;
 }
 
 bool VertexVisibility::look_past(std::uint32_t instance, const VertexView& view) {
+    const auto [sight, share] = sight_of(scene_, geometry_, instance, view);
+    if (sight == Sight::open) return true;
+    if (sight == Sight::distant) {
+        look_from_afar(instance, view);
+        return true;
+    }
     const ShadedInstance& other = scene_.instances[instance];
-    const ShadedEntity& entity = scene_.entities[other.entity];
-    const ShadingGeometry::Entity& prepared = geometry_.entities[other.entity];
-    const VisibilityField& field = *entity.field;
-    if (is_below_horizon(entity, other, view)) return true;
-
-    const float distance = squared_exact_distance(prepared, field, other, view);
-    if (!(distance < 1) || (prepared.polygons.empty() && !rasterizes_)) {
+    const ShadingGeometry::Instance& seen = geometry_.instances[instance];
+    const bool by_cones = !seen.polygons.empty();
+    if (sight == Sight::sampled || (!rasterizes_ && !by_cones && !seen.is_turned)) {
         look_up(other, view);
         return true;
     }
-    const Vec3f point = other.placement.point_to_object(view.point);
-    if (entity.occlusion->coarse().one_sided() > 0 && entity.occlusion->in_coarse()(point)) return false;
-    if (prepared.polygons.empty())
-        candidates_.push_back({distance, instance});
+    const EntityOcclusion& occlusion = *scene_.entities[other.entity].occlusion;
+    if (occlusion.coarse().one_sided() > 0 &&
+        occlusion.in_coarse()(other.placement.point_to_object(view.point)))
+        return false;
+    if (by_cones)
+        add_cones(seen.polygons, other.placement.point_to_turned(view.point), cones_);
     else
-        add_cones(prepared.polygons, point, cones_);
+        candidates_.push_back({share, instance});
     return true;
+}
+
+void VertexVisibility::look_from_afar(std::uint32_t instance, const VertexView& view) {
+    if (geometry_.impostors[scene_.instances[instance].entity])
+        distant_.push_back(instance);
+    else
+        look_up(scene_.instances[instance], view);
 }
 
 void VertexVisibility::look_up(const ShadedInstance& other, const VertexView& view) {
@@ -59,7 +95,7 @@ void VertexVisibility::look_up(const ShadedInstance& other, const VertexView& vi
                  samples.weight[k]);
 }
 
-void VertexVisibility::rasterize(const VertexView& view) {
+void VertexVisibility::choose_candidates(const VertexView& view) {
     if (candidates_.size() > geometry_.most_rasterized) {
         const auto end = candidates_.begin() + std::ptrdiff_t(geometry_.most_rasterized);
         std::nth_element(candidates_.begin(), end, candidates_.end(),
@@ -70,19 +106,21 @@ void VertexVisibility::rasterize(const VertexView& view) {
         std::sort(end, candidates_.end(),
                   [](const Candidate& a, const Candidate& b) { return a.instance < b.instance; });
         for (auto farther = end; farther != candidates_.end(); ++farther)
-            look_up(scene_.instances[farther->instance], view);
+            if (geometry_.instances[farther->instance].is_turned)
+                look_from_afar(farther->instance, view);
+            else
+                look_up(scene_.instances[farther->instance], view);
         candidates_.erase(end, candidates_.end());
     }
-    for (const Candidate& candidate : candidates_) {
-        const ShadedInstance& other = scene_.instances[candidate.instance];
-        const Occluder& occluder = scene_.entities[other.entity].occlusion->coarse();
-        const Vec3f point = other.placement.point_to_object(view.point);
-        // Finding what lies below the horizon has a cost, too.
-        const bool mostly_below = (occluder.bounds().centre() - point).dot(view.normal) < 0;
-        rasterized_.push_back({&occluder, point, mostly_below ? &view.normal : nullptr});
-    }
-    trees_.emplace_back();
-    add_tree(seen_(rasterized_), 1);
+    for (const Candidate& candidate : candidates_) rasterize(candidate.instance, view);
+}
+
+void VertexVisibility::rasterize(std::uint32_t instance, const VertexView& view) {
+    const Occluder& occluder = geometry_.occluders[instance].coarse();
+    const Vec3f point = scene_.instances[instance].placement.point_to_turned(view.point);
+    // Finding what lies below the horizon has a cost, too.
+    const bool mostly_below = (occluder.bounds().centre() - point).dot(view.normal) < 0;
+    rasterized_.push_back({&occluder, point, mostly_below ? &view.normal : nullptr});
 }
 
 }  // namespace haarfield

@@ -71,6 +71,14 @@ std::vector<ConvexPolygon> convex_polygons(const Occluder& occluder) {
     return polygons;
 }
 
+std::vector<ConvexPolygon> turned_polygons(std::vector<ConvexPolygon> polygons, const Rotation& rotation) {
+    for (ConvexPolygon& polygon : polygons) {
+        for (Vec3f& corner : polygon.corners) corner = rotation(corner);
+        polygon.normal = rotation(polygon.normal);
+    }
+    return polygons;
+}
+
 void add_cones(std::span<const ConvexPolygon> polygons, const Vec3f& point, BlockedConeList& cones) {
     for (const ConvexPolygon& polygon : polygons) {
         const float height = (point - polygon.corners[0]).dot(polygon.normal);

@@ -20,6 +20,9 @@ struct ConvexPolygon {
 /// cost  cubic in the triangles; meant for some 64.
 std::vector<ConvexPolygon> convex_polygons(const Occluder& occluder);
 
+/// The same, turned about the origin.
+std::vector<ConvexPolygon> turned_polygons(std::vector<ConvexPolygon> polygons, const Rotation& rotation);
+
 /// What convex polygons cover, seen from a point: cones, each the intersection of half spaces through the
 /// point.
 struct BlockedCones {

@@ -148,7 +148,7 @@ struct Subject {
     /// and rays to all parts of the sun.
     double error() const {
         const DenseLight texels(room.scene.environment, Room::size);
-        DenseShader shader(room.scene, texels, room.geometry().rays);
+        DenseShader shader(room.scene, room.geometry().occluders, texels, room.geometry().rays);
         const TransferRows rows(room.scene, room.geometry());
         RelativeError sum;
         for (std::size_t row = 0; row < rows.count(); row += 5) {

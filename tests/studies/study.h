@@ -40,7 +40,7 @@ void study_occlusion(const std::string& file, std::size_t vertices);
 /// meshes as for study_occlusion.
 void study_frame(std::size_t vertices);
 
-/// Time per vertex of a thousand chairs on a floor of 40 m, against the shipped scene.
+/// Time per vertex of many chairs on a floor of 40 m, turned and not, against the shipped scene.
 void study_crowd(std::size_t vertices);
 
 /// Where studies keep visibility fields, for the next time.

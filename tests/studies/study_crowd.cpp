@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <random>
 
 #include "scenes/scene_entities.h"
@@ -13,10 +14,11 @@
 namespace haarfield::baseline {
 namespace {
 
-/// A thousand of the shipped scene's chairs, on a floor of 40 m.
-Scene crowd(const Scene& shipped) {
+/// Chairs of the shipped scene in rows and columns on a floor of 40 m.
+///
+/// turned  each about the vertical at random, some a little beside it, and scaled by 0.7 to 1.3.
+Scene crowd(const Scene& shipped, int rows, int columns, bool turned) {
     constexpr float floor_width = 40, shipped_floor_width = 6;
-    constexpr int rows = 25, columns = 40;
     std::mt19937 random(1);
     const auto number = [&] { return static_cast<float>(double(random()) * 0x1p-32 - 0.5); };
     Scene scene = shipped;
@@ -25,14 +27,27 @@ Scene crowd(const Scene& shipped) {
     const auto chair = std::ranges::find(scene.entities, "chair", &Entity::name) - scene.entities.begin();
     for (int row = 0; row < rows; ++row)
         for (int column = 0; column < columns; ++column) {
-            const float x = (static_cast<float>(column) + 0.5f) / columns - 0.5f + 0.3f * number() / columns,
-                        z = (static_cast<float>(row) + 0.5f) / rows - 0.5f + 0.3f * number() / rows;
-            scene.instances.push_back({fmt::format("chair_{}", scene.instances.size()),
-                                       std::size_t(chair),
-                                       {{x * floor_width, 0, z * floor_width}, 1},
-                                       {0, 0, 0}});
+            const float across = static_cast<float>(columns), along = static_cast<float>(rows),
+                        x = (static_cast<float>(column) + 0.5f + 0.3f * number()) / across - 0.5f,
+                        z = (static_cast<float>(row) + 0.5f + 0.3f * number()) / along - 0.5f;
+            Placement placement{{x * floor_width, 0, z * floor_width}, 1};
+            if (turned) {
+                placement.scale = 1 + 0.6f * number();
+                const float lean = (row + column) % 3 == 0 ? 0.2f * number() : 0;
+                placement.rotate = rotation_xyz({lean, 6.28f * number(), 0});
+            }
+            scene.instances.push_back(
+                {fmt::format("chair_{}", scene.instances.size()), std::size_t(chair), placement});
         }
     return scene;
+}
+
+/// Memory that the process holds. [MB]
+double resident_megabytes() {
+    std::ifstream file("/proc/self/statm");
+    double pages = 0;
+    file >> pages >> pages;
+    return pages * 4096 / 1e6;
 }
 
 /// Least time per vertex, of vertices spread evenly over the scene. [us]
@@ -67,17 +82,25 @@ void study_crowd(std::size_t vertices) {
     SceneEntityOptions options;
     options.fields_folder = study_fields_folder();
     double few[2] = {};
-    fmt::print("{:<44} {:>12} {:>18} {:>18}\n", "us a vertex, one thread", "instances", "fields", "auto");
-    for (const Scene& description : {shipped, crowd(shipped)}) {
+    fmt::print("{:<44} {:>12} {:>18} {:>18} {:>14} {:>10}\n", "us a vertex, one thread", "instances",
+               "fields", "auto", "precompute s", "MB");
+    const std::pair<const char*, Scene> scenes[] = {
+        {"table and chairs", shipped},
+        {"chairs on a floor of 40 m", crowd(shipped, 10, 20, false)},
+        {"the same, each turned and scaled", crowd(shipped, 10, 20, true)},
+        {"a thousand chairs there", crowd(shipped, 25, 40, false)}};
+    for (const auto& [name, description] : scenes) {
         const SceneEntities entities = value_or_exit(prepare_scene_entities(description, options));
         const ShadedScene scene =
             shaded_scene(description, entities, sky_environment(*description.environment.sky, 1024));
         const double times[2] = {vertex_microseconds(scene, Occlusion::fields, vertices),
                                  vertex_microseconds(scene, Occlusion::automatic, vertices)};
         if (few[0] == 0) std::copy_n(times, 2, few);
-        fmt::print("{:<44} {:>12} {:>8.1f} ({:>4.1f} x) {:>8.1f} ({:>4.1f} x)\n",
-                   scene.instances.size() > 10 ? "chairs on a floor of 40 m" : shipped.name,
-                   scene.instances.size(), times[0], times[0] / few[0], times[1], times[1] / few[1]);
+        double seconds = 0;
+        for (const auto& entity : entities.entities) seconds += entity->mesh_seconds + entity->field_seconds;
+        fmt::print("{:<44} {:>12} {:>8.1f} ({:>4.1f} x) {:>8.1f} ({:>4.1f} x) {:>14.1f} {:>10.0f}\n", name,
+                   scene.instances.size(), times[0], times[0] / few[0], times[1], times[1] / few[1], seconds,
+                   resident_megabytes());
     }
 }
 

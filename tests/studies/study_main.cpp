@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
     meshes->add_option("--environment", mesh_options.environment,
                        "A lat-long image; default: the scene's sky");
     meshes->add_option("--exposure", mesh_options.exposure, "In stops");
-    CLI::App* const crowd = app.add_subcommand("crowd", "Time per vertex among a thousand chairs");
+    CLI::App* const crowd = app.add_subcommand("crowd", "Time per vertex among many chairs, turned and not");
     CLI::App* const frame = app.add_subcommand("frame", "Time of whole frames, all threads");
     std::string scene;
     CLI::App* const occlusion =
