@@ -54,12 +54,13 @@ struct RenderSettings {
     int light_coefficients = 300;  ///< Wavelets kept a face; 0: all.
     SourceRule sources;            ///< What of the light is concentrated, and served by rays.
     Occlusion occlusion = Occlusion::automatic;
-    float occlusion_error = 0.45f;  ///< Tolerance of `automatic`, for SamplerError::band times unevenness().
+    float occlusion_error = 0.2f;  ///< Tolerance of `automatic`, for SamplerError::band times unevenness().
     /// Occluders of at most so many triangles are seen exactly from near.
     std::uint32_t exact_triangles = 64;
     /// How far objects cast shadows: radii of the object from its middle. What is cut off is at most
-    /// 1 / reach^2 of the irradiance an object, that of a ball straight above.
-    float reach = 50;
+    /// 1 / reach^2 of the irradiance an object, that of a ball straight above; shadows of concentrated light
+    /// end nowhere.
+    float reach = 20;
     /// For KeptVisibility, where a scene is shaded again and again.
     std::size_t kept_bytes = std::size_t(1) << 30;
 };

@@ -9,8 +9,10 @@
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "fields/wavelets/haar_transform.h"
 #include "scenes/scene_reader.h"
+#include "shading/scene/light_sources.h"
 #include "shading/scene/lighting.h"
 #include "shading/scene/lobes.h"
+#include "shading/scene/sky.h"
 #include "shading/scene/vertex_loop.h"
 #include "tests/oracles/pixel_reference.h"
 
@@ -117,7 +119,7 @@ Scene with_vertices(Scene scene, std::size_t vertices) {
     return scene;
 }
 
-TexelIntegrals texel_integrals(int face_size, std::size_t count) {
+TexelIntegrals texel_integrals(int face_size, std::size_t count, StudiedLight light) {
     const ShadedScene& scene = shipped_scene().shaded;
     std::vector<VertexIndex> all;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
@@ -126,7 +128,11 @@ TexelIntegrals texel_integrals(int face_size, std::size_t count) {
     }
     TexelIntegrals integrals;
     integrals.face_size = face_size;
-    integrals.light = lighting_texels(scene.environment.image, face_size);
+    integrals.light = lighting_texels(
+        light == StudiedLight::whole
+            ? scene.environment.image
+            : split_light(sky_environment(*shipped_scene().description.environment.sky, 1024)).smooth,
+        face_size);
     VertexSampler sampler(scene, face_size);
     for (std::size_t k = 0; integrals.vertices.size() < count && k < all.size(); ++k) {
         // The golden ratio spreads any number of them evenly.
@@ -138,6 +144,24 @@ TexelIntegrals texel_integrals(int face_size, std::size_t count) {
         integrals.vertices.push_back(std::move(vertex));
     }
     return integrals;
+}
+
+TexelIntegrals coarser(const TexelIntegrals& integrals) {
+    const auto half = [size = std::size_t(integrals.face_size)]<class T>(const std::vector<T>& texels) {
+        std::vector<T> means;
+        means.reserve(texels.size() / 4);
+        // Faces follow each other: their rows are those of one tall picture.
+        for (std::size_t row = 0; row < cubemap_faces * size; row += 2)
+            for (std::size_t column = 0; column < size; column += 2) {
+                const T* upper = &texels[row * size + column];
+                means.push_back((upper[0] + upper[1] + upper[size] + upper[size + 1]) * 0.25f);
+            }
+        return means;
+    };
+    TexelIntegrals made{integrals.face_size / 2, half(integrals.light), integrals.vertices};
+    for (VertexTexels& vertex : made.vertices)
+        for (std::vector<float>& factor : vertex.factors) factor = half(factor);
+    return made;
 }
 
 TreeIntegrals tree_integrals(const TexelIntegrals& integrals, int functions, const KeptWavelets& kept) {

@@ -57,9 +57,18 @@ struct TreeIntegrals {
 /// diffuse / pi + specular (shininess + 2) / (2 pi) max(0, mirror.w)^shininess. [1/sr]
 inline constexpr float brdf_diffuse = 0.5f, brdf_specular = 0.3f, brdf_shininess = 60;
 
+/// What of the sky's light is multiplied.
+enum class StudiedLight {
+    whole,   ///< All of it, the sun spread over its pixels.
+    smooth,  ///< Without what the library takes out of it and serves by rays: the sun (light_sources.h).
+};
+
 /// `count` vertices spread evenly over the scene's. Visibility is exact: rasterized at the vertex. Vertices
 /// that no light reaches are passed over, as their products would measure nothing.
-TexelIntegrals texel_integrals(int face_size, std::size_t count);
+TexelIntegrals texel_integrals(int face_size, std::size_t count, StudiedLight light = StudiedLight::whole);
+
+/// The same with half as many texels along an edge: means of four.
+TexelIntegrals coarser(const TexelIntegrals& integrals);
 
 /// The wavelets of each face that are largest, so many; 0: all. `functions` counts the lighting: 2 to 7.
 struct KeptWavelets {
