@@ -10,15 +10,16 @@
 
 namespace haarfield {
 
-Result<Done> write_movie(const std::filesystem::path& pictures, const std::filesystem::path& movie,
+Result<Done> write_movie(const std::filesystem::path& pictures, int count, const std::filesystem::path& movie,
                          int frames_per_second, const Progress& progress, const std::string& program) {
     std::error_code ignored;
     // Of the same ending, which tells ffmpeg the container.
     const std::filesystem::path temporary =
         movie.parent_path() / fmt::format(".{}", movie.filename().string());
-    const std::vector<std::string> arguments{"-nostdin", "-y", "-loglevel", "error", "-framerate",
-                                             std::to_string(frames_per_second), "-i",
-                                             std::filesystem::absolute(pictures).string(),
+    const std::vector<std::string> arguments{"-nostdin", "-y", "-loglevel", "error", "-start_number", "1",
+                                             "-framerate", std::to_string(frames_per_second), "-i",
+                                             std::filesystem::absolute(pictures).string(), "-frames:v",
+                                             std::to_string(count),
                                              // yuv420p wants even sizes.
                                              "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p",
                                              std::filesystem::absolute(temporary).string()};

@@ -12,10 +12,11 @@ namespace haarfield {
 /// Encodes numbered pictures as a movie that any player shows (its ending decides the container; yuv420p).
 ///
 /// pictures           the files, with the number as printf has it: `frames/frame_%04d.png`, from 1 on.
+/// count              of them; more may lie there.
 /// frames_per_second  > 0.
 /// program            a path, or a name to be looked up in PATH.
 /// errors             ffmpeg is not installed; its own words if it fails; interrupted. No half movie stays.
-Result<Done> write_movie(const std::filesystem::path& pictures, const std::filesystem::path& movie,
+Result<Done> write_movie(const std::filesystem::path& pictures, int count, const std::filesystem::path& movie,
                          int frames_per_second, const Progress& progress = {},
                          const std::string& program = "ffmpeg");
 

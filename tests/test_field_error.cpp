@@ -41,7 +41,7 @@ TEST(FieldError, IsOneWhereTheFieldKnowsOfNoOcclusion) {
     EXPECT_NEAR(error.spherical.relative, 1, 1e-6);
 }
 
-TEST(FieldError, OfASphereThatIsMissingIsItsSolidAngle) {
+TEST(FieldError, OfASphereThatIsMissingIsItsSolidAngleToThatOfTheRest) {
     const PreparedMesh mesh = prepared_as_is(sphere_mesh({0, 0, 0}, 1, 40));
     const EntityOcclusion occlusion(mesh);
     const VisibilityField field = open_field(field_of(mesh, occlusion, 0, 0));
@@ -54,9 +54,24 @@ TEST(FieldError, OfASphereThatIsMissingIsItsSolidAngle) {
             return (1 - std::sqrt(1 - 1 / (distance * distance))) / 2;
         };
         const double square = double(error.band[band]) * double(error.band[band]);
-        EXPECT_LT(square, 1.05 * share(band)) << band;
-        EXPECT_GT(square, 0.85 * share(band + 1)) << band;
+        const auto to_open = [](double blocked) { return blocked / (1 - blocked); };
+        EXPECT_LT(square, 1.05 * to_open(share(band))) << band;
+        EXPECT_GT(square, 0.85 * to_open(share(band + 1))) << band;
     }
+}
+
+TEST(FieldError, InsideARoomIsToTheLittleThatIsOpen) {
+    // Walls of a room that is open on one side only, seen from its middle.
+    Mesh walls = box_mesh({-1, -1, -1}, {1, 1, 1});
+    for (auto& triangle : walls.triangles) std::swap(triangle[0], triangle[1]);
+    std::erase_if(walls.triangles, [&](const auto& t) {
+        return std::ranges::all_of(t, [&](std::uint32_t v) { return walls.positions[v].x > 0.9f; });
+    });
+    const PreparedMesh mesh = prepared_as_is(walls);
+    const EntityOcclusion occlusion(mesh);
+    const SamplerError error = field_error(field_of(mesh, occlusion, 0.5f, 500), occlusion).spherical;
+    // In its middle a sixth is open.
+    EXPECT_GT(error.band[2], error.relative * std::sqrt(5.0f) * 0.5f);
 }
 
 TEST(FieldError, FallsWithMoreSamplesAndLessTruncation) {

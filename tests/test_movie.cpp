@@ -41,7 +41,7 @@ protected:
 TEST_F(MovieTest, PassesPicturesAndRateAndLeavesTheWholeMovie) {
     // The last argument is the output; all of them go into it.
     const std::string encoder = program("for last; do :; done; echo \"$@\" > \"$last\"\n");
-    const auto written = write_movie(folder / "frame_%04d.png", folder / "spin.mp4", 30, {}, encoder);
+    const auto written = write_movie(folder / "frame_%04d.png", 24, folder / "spin.mp4", 30, {}, encoder);
     ASSERT_TRUE(written) << written.error().message();
     EXPECT_EQ(files(), std::vector<std::string>{"spin.mp4"});
     std::ifstream file(folder / "spin.mp4");
@@ -49,13 +49,15 @@ TEST_F(MovieTest, PassesPicturesAndRateAndLeavesTheWholeMovie) {
     std::getline(file, arguments);
     EXPECT_NE(arguments.find("-framerate 30"), std::string::npos) << arguments;
     EXPECT_NE(arguments.find("-i " + (folder / "frame_%04d.png").string()), std::string::npos) << arguments;
+    EXPECT_NE(arguments.find("-start_number 1 "), std::string::npos) << arguments;
+    EXPECT_NE(arguments.find("-frames:v 24 "), std::string::npos) << "others may lie there: " << arguments;
     EXPECT_NE(arguments.find("yuv420p"), std::string::npos) << arguments;
     EXPECT_EQ(arguments.substr(arguments.size() - 4), ".mp4") << arguments;
 }
 
 TEST_F(MovieTest, SaysWhenThereIsNoEncoder) {
     const auto written =
-        write_movie(folder / "frame_%04d.png", folder / "spin.mp4", 24, {}, "no-such-ffmpeg");
+        write_movie(folder / "frame_%04d.png", 24, folder / "spin.mp4", 24, {}, "no-such-ffmpeg");
     ASSERT_FALSE(written);
     EXPECT_NE(written.error().message().find("there is no no-such-ffmpeg"), std::string::npos);
     EXPECT_TRUE(files().empty());
@@ -64,7 +66,7 @@ TEST_F(MovieTest, SaysWhenThereIsNoEncoder) {
 TEST_F(MovieTest, PassesOnItsWordsAndLeavesNothing) {
     const std::string encoder =
         program("for last; do :; done; echo half > \"$last\"; echo 'Unknown encoder' >&2; exit 1\n");
-    const auto written = write_movie(folder / "frame_%04d.png", folder / "spin.mp4", 24, {}, encoder);
+    const auto written = write_movie(folder / "frame_%04d.png", 24, folder / "spin.mp4", 24, {}, encoder);
     ASSERT_FALSE(written);
     EXPECT_NE(written.error().message().find("Unknown encoder"), std::string::npos)
         << written.error().message();
@@ -76,7 +78,7 @@ TEST_F(MovieTest, StopsWhenAsked) {
     std::stop_source stop;
     stop.request_stop();
     const auto written =
-        write_movie(folder / "frame_%04d.png", folder / "spin.mp4", 24, {{}, stop.get_token()}, encoder);
+        write_movie(folder / "frame_%04d.png", 24, folder / "spin.mp4", 24, {{}, stop.get_token()}, encoder);
     ASSERT_FALSE(written);
     EXPECT_EQ(written.error().what, interrupted);
     EXPECT_TRUE(files().empty());

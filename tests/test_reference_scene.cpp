@@ -130,7 +130,7 @@ TEST(ReferenceScene, CastsShadowsAtAnyScale) {
         const float above = 0.2f;
         const std::vector<ReferenceInstance> instances{
             {"wall", &mesh, {&material, 1}, {{0, 0, 0}, size}},
-            {"blocker", &mesh, {&material, 1}, Vec3f(0, 0.3f, above) * size, 0.2f * size}};
+            {"blocker", &mesh, {&material, 1}, {Vec3f(0, 0.3f, above) * size, 0.2f * size}}};
         const TestFolder folder;
         Camera camera = frontal_camera(3, 40);
         camera.position *= size;

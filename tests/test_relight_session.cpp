@@ -224,7 +224,8 @@ TEST(RelightSession, ShowsLightsThatAreEncodedAlready) {
     ASSERT_TRUE(session.frame());
     const SceneRadiance bright = session.radiance();
     const DenseCoefficients one =
-        dense_coefficients(lighting_tree(sky(0.4), ExampleScene::size, {300}), ExampleScene::size);
+        dense_coefficients(lighting_tree(sky(0.4), ExampleScene::size, {RenderSettings().light_coefficients}),
+                           ExampleScene::size);
     const DenseCoefficients* const lights[] = {&one};
     const float weights[] = {0.25f};
     session.show_light(weighted_sum(lights, weights));

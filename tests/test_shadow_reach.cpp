@@ -100,9 +100,11 @@ TEST(ShadowReach, OfACubeEndsNowhere) {
 }
 
 TEST(ShadowReach, OfAChairHasNoSeams) {
-    FarFloor scene(read_mesh(HAARFIELD_SOURCE_DIR "/scenes/meshes/chair.obj")->mesh);
-    for (const float elevation : {5.0f, 10.0f}) scene.expect_right(elevation, 30);
-    scene.expect_right(15, 30, 2e-3);  // The sun's few directions show in the penumbrae of the chair's slats.
+    Mesh chair = read_mesh(HAARFIELD_SOURCE_DIR "/scenes/meshes/chair.obj")->mesh;
+    std::ranges::fill(chair.vertex_materials, std::uint16_t(0));
+    FarFloor scene(chair);
+    // The sun's few directions show in the penumbrae of the chair's slats.
+    for (const float elevation : {5.0f, 10.0f, 15.0f}) scene.expect_right(elevation, 30, 2e-3);
 }
 
 }  // namespace

@@ -126,7 +126,7 @@ TEST(VertexShading, MetallicHighlightsEqualTheSumOverTexels) {
         }
 }
 
-TEST(VertexShading, NearOccludersAreExact) {
+TEST(VertexShading, BlockedConesAreExact) {
     std::mt19937 random(3);
     const VertexExample example(9);
     const Mesh meshes[] = {square_mesh(2, -0.5f), box_mesh({-0.5f, 0.3f, -0.5f}, {0.5f, 1, 0.6f}),

@@ -3,6 +3,7 @@
 #include "bridge/preview.h"
 #include "bridge/reference_scene.h"
 #include "fields/base/random_choice.h"
+#include "fields/file/write_file.h"
 #include "shading/transfer/turned_light.h"
 #include "tools/command.h"
 #include "tools/number_option.h"
@@ -139,6 +140,8 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
     const Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
+    // Before minutes of work: fields may lie elsewhere.
+    if (const Result<Done> made = make_folder(output); !made) return made.error();
     const Result<Environment> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
     const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);

@@ -19,16 +19,18 @@ struct ReferenceOptions {
     bool radiosity = false;     // instead of lights
 };
 
-/// The number of lights that the wanted error needs, from two small pictures.
+/// The number of lights that the wanted error needs, from small pictures.
 Result<int> chosen_lights(const std::filesystem::path& folder, const std::string& stem, const Camera& camera,
                           std::span<const ReferenceInstance> instances, const Environment& environment,
                           const PovrayOptions& options, double wanted, CommandContext& context) {
-    constexpr std::array<int, 2> tried{256, 1024};
+    constexpr std::array<int, 3> tried{64, 256, 1024};
+    // One difference of two pictures tells their error only roughly.
+    constexpr double surely = 0.7;
     PovrayOptions small = options;
     small.width = std::max(1, options.width / 4);
     small.height = std::max(1, options.height / 4);
     small.antialiasing = 0;
-    std::array<double, 2> error{};
+    std::array<double, tried.size()> error{};
     for (std::size_t k = 0; k < tried.size(); ++k) {
         const Result<ReferenceFiles> files =
             write_reference_scene(folder, stem, camera, instances, environment, tried[k]);
@@ -36,8 +38,11 @@ Result<int> chosen_lights(const std::filesystem::path& folder, const std::string
         const Result<ReferencePicture> picture = rendered_reference(files->scene, small, context.progress);
         if (!picture) return picture.error();
         error[k] = double(*picture->image.relative_error);
+        if (!(error[k] <= surely * wanted)) continue;
+        fmt::print("lights {}, for an expected relative error of {:.4f}\n", tried[k], error[k]);
+        return tried[k];
     }
-    const LightEstimate estimate = estimated_lights(tried[0], error[0], tried[1], error[1], wanted);
+    const LightEstimate estimate = estimated_lights(tried[1], error[1], tried[2], error[2], wanted);
     fmt::print("lights {}, for an expected relative error of {:.4f}\n", estimate.lights,
                estimate.relative_error);
     if (estimate.relative_error > wanted)

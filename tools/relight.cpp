@@ -204,7 +204,7 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     if (has_rest) fmt::print("rest   {:.2f} s for the last frame, in full\n", frame_seconds - moving_seconds);
 
     if (!options.movie.empty()) {
-        const Result<Done> movie = write_movie(output / "frame_%04d.png", options.movie,
+        const Result<Done> movie = write_movie(output / "frame_%04d.png", options.frames, options.movie,
                                                options.frames_per_second, context.progress);
         if (!movie) return movie.error();
         context.report["movie"] = options.movie;

@@ -17,7 +17,7 @@ namespace {
 
 /// Sums over the sphere of directions.
 struct SquaredNorms {
-    double error = 0, occlusion = 0;
+    double error = 0, occlusion = 0, open = 0;
 };
 
 /// Of the texels of one face, row by row. [sr]
@@ -39,6 +39,7 @@ SquaredNorms squared_norms(const CubemapTree& found, std::span<const std::uint8_
                          error = double(visibility[i]) - exact;
             norms.error += error * error * solid_angle[i];
             norms.occlusion += (1 - exact) * (1 - exact) * solid_angle[i];
+            norms.open += exact * exact * solid_angle[i];
         }
     }
     return norms;
@@ -81,15 +82,14 @@ SamplerError sampler_error(const VisibilityField& field, const Sampler& sampler,
     SquaredNorms all;
     for (std::size_t band = 0; band < SamplerError::bands; ++band) {
         SquaredNorms sum;
-        int count = 0;
         for (std::size_t i = band * points_a_band; i < (band + 1) * points_a_band; ++i) {
             if (!norms[i]) continue;
             sum.error += norms[i]->error;
             sum.occlusion += norms[i]->occlusion;
-            ++count;
+            sum.open += norms[i]->open;
         }
         result.band[band] =
-            count > 0 ? static_cast<float>(std::min(1.0, std::sqrt(sum.error / (4 * pi * count)))) : 1.0f;
+            sum.open > 0 ? static_cast<float>(std::min(1.0, std::sqrt(sum.error / sum.open))) : 1.0f;
         all.error += sum.error;
         all.occlusion += sum.occlusion;
     }

@@ -16,7 +16,7 @@ namespace haarfield {
 namespace {
 
 /// Raised whenever the same mesh and settings would give another field.
-constexpr std::uint32_t field_version = 8;
+constexpr std::uint32_t field_version = 9;
 
 template <class T>
 void hash_vector(XXH3_state_t& state, const std::vector<T>& values) {

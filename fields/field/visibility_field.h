@@ -34,9 +34,11 @@ struct FieldSettings {
 struct SamplerError {
     static constexpr std::size_t bands = 16;
 
-    float relative = 0;               ///< To the RMS of the occlusion (1 - visibility) that is really there.
-    std::array<float, bands> band{};  ///< In each sixteenth of the radial position (samplers.h), by itself:
-                                      ///< in [0, 1]; 1 where nothing could be measured.
+    float relative = 0;  ///< To the RMS of the occlusion (1 - visibility) that is really there.
+    /// In each sixteenth of the radial position (samplers.h), by itself, to the RMS of the visibility that is
+    /// really there: inside a room, where little is open, a small error is large. In [0, 1]; 1 where nothing
+    /// could be measured, or nothing is open.
+    std::array<float, bands> band{};
 
     bool operator==(const SamplerError&) const = default;  ///< Equal in all bits.
 };

@@ -48,11 +48,11 @@ enum class Occlusion {
 
 /// How exactly a scene is shaded.
 struct RenderSettings {
-    int face_size = 64;            ///< As in the fields (asserted).
-    int depth = full_depth;        ///< Traversal depth, product_integral.
-    float tolerance = 0;           ///< Of a vertex's radiance, for ending walks early; see outgoing_radiance.
-    int light_coefficients = 300;  ///< Wavelets kept a face; 0: all.
-    SourceRule sources;            ///< What of the light is concentrated, and served by rays.
+    int face_size = 64;      ///< As in the fields (asserted).
+    int depth = full_depth;  ///< Traversal depth, product_integral.
+    float tolerance = 0;     ///< Of a vertex's radiance, for ending walks early; see outgoing_radiance.
+    int light_coefficients = 1000;  ///< Wavelets kept a face; 0: all.
+    SourceRule sources;             ///< What of the light is concentrated, and served by rays.
     Occlusion occlusion = Occlusion::automatic;
     float occlusion_error = 0.2f;  ///< Tolerance of `automatic`, for SamplerError::band times unevenness().
     /// Occluders of at most so many triangles are seen exactly from near.

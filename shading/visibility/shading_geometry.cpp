@@ -72,6 +72,42 @@ bool needs_impostors(const ShadedScene& scene, const ShadingGeometry& geometry, 
     return false;
 }
 
+/// What of the cosine-weighted directions over the scene's surfaces is open, on average: by rays from a
+/// few vertices. 1 if there are none.
+double mean_openness(const ShadedScene& scene, const ShadowRays& rays) {
+    constexpr std::size_t wanted = 256;
+    constexpr int directions = 64;
+    const double golden = 0.6180339887498949;
+    std::size_t vertices = 0, asked = 0, open = 0;
+    for (const ShadedInstance& instance : scene.instances)
+        vertices += scene.entities[instance.entity].mesh->positions.size();
+    const double step = std::max(1.0, double(vertices) / wanted);
+    double next = step / 2;
+    std::size_t first = 0;
+    for (const ShadedInstance& instance : scene.instances) {
+        const ShadedEntity& entity = scene.entities[instance.entity];
+        const LocalSamples& samples = entity.occlusion->samples();
+        for (; next < double(first + samples.points.size()); next += step) {
+            const std::size_t vertex = static_cast<std::size_t>(next) - first;
+            if (samples.buried[vertex]) continue;
+            const Vec3f from = instance.placement.point_to_world(samples.points[vertex]);
+            const Vec3d normal(instance.placement.direction_to_world(entity.mesh->normals[vertex]));
+            const Vec3d any = std::abs(normal.y) < 0.9 ? Vec3d(0, 1, 0) : Vec3d(1, 0, 0),
+                        across = any.cross(normal).normalized(), up = normal.cross(across);
+            for (int k = 0; k < directions; ++k) {
+                const double azimuth = 2 * pi * golden * k, height = (k + 0.5) / directions,
+                             sine = std::sqrt(1 - height);
+                const Vec3d direction =
+                    normal * std::sqrt(height) + (across * std::cos(azimuth) + up * std::sin(azimuth)) * sine;
+                open += !rays.is_blocked(from, Vec3f(direction));
+                ++asked;
+            }
+        }
+        first += samples.points.size();
+    }
+    return asked > 0 ? double(open) / double(asked) : 1;
+}
+
 /// How one entity blocks light.
 Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, const RenderSettings& settings,
                                                 const Progress& progress) {
@@ -122,7 +158,10 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
 
 void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, double uneven,
                     ShadingGeometry& geometry) {
-    const double tolerance = double(settings.occlusion_error) / uneven;
+    // Through a window comes all of the light: an error in its directions weighs as much as it is small.
+    constexpr double half_open = 0.5;
+    const double tolerance = double(settings.occlusion_error) / uneven *
+                             std::min(1.0, mean_openness(scene, geometry.rays) / half_open);
     for (std::size_t e = 0; e < scene.entities.size(); ++e) {
         const VisibilityField& field = *scene.entities[e].field;
         ShadingGeometry::Entity& entity = geometry.entities[e];

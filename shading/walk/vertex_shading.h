@@ -1,9 +1,9 @@
 #pragma once
 /// The radiance of one vertex: lighting, BRDF, cosine and all visibilities in one walk.
 
+#include "shading/walk/blocked_cones.h"
 #include "shading/walk/direction_pyramid.h"
 #include "shading/walk/light_pyramid.h"
-#include "shading/walk/near_occluders.h"
 #include "shading/walk/wavelet_blocks.h"
 #include "shading/walk/wide_walk.h"
 

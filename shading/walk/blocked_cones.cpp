@@ -1,4 +1,4 @@
-#include "shading/walk/near_occluders.h"
+#include "shading/walk/blocked_cones.h"
 
 #include <algorithm>
 #include <optional>

@@ -1,4 +1,4 @@
-#include "shading/walk/near_occluders.h"
+#include "shading/walk/blocked_cones.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace haarfield {
 namespace {
 
-TEST(NearOccluders, RectanglesBecomeOnePolygonHoweverTheyAreCut) {
+TEST(BlockedCones, RectanglesBecomeOnePolygonHoweverTheyAreCut) {
     for (const int cells : {1, 2, 3, 5}) {
         const auto polygons = convex_polygons(make_occluder(square_mesh(2, 0, cells)));
         ASSERT_EQ(polygons.size(), 1u) << cells;
@@ -21,7 +21,7 @@ TEST(NearOccluders, RectanglesBecomeOnePolygonHoweverTheyAreCut) {
     }
 }
 
-TEST(NearOccluders, BoxesBecomeSixOneSidedPolygons) {
+TEST(BlockedCones, BoxesBecomeSixOneSidedPolygons) {
     const auto polygons = convex_polygons(make_occluder(box_mesh({-1, -1, -1}, {1, 2, 3})));
     ASSERT_EQ(polygons.size(), 6u);
     for (const ConvexPolygon& polygon : polygons) {
@@ -30,7 +30,7 @@ TEST(NearOccluders, BoxesBecomeSixOneSidedPolygons) {
     }
 }
 
-TEST(NearOccluders, DoNotMergeWhatIsNotConvexTogether) {
+TEST(BlockedCones, DoNotMergeWhatIsNotConvexTogether) {
     // An L of three squares.
     Mesh mesh;
     const float corners[][2] = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
@@ -63,7 +63,7 @@ bool is_blocked(const BlockedCones& cones, const Vec3f& direction) {
     return false;
 }
 
-TEST(NearOccluders, ConesBlockWhatTheRasterizerBlocks) {
+TEST(BlockedCones, ConesBlockWhatTheRasterizerBlocks) {
     const Mesh meshes[] = {square_mesh(2, 0, 2), box_mesh({-1, -1, -1}, {1, 2, 3}),
                            box_mesh({-0.2f, 0, -4}, {0.2f, 0.1f, 4})};
     const Vec3f points[] = {
@@ -90,7 +90,7 @@ TEST(NearOccluders, ConesBlockWhatTheRasterizerBlocks) {
     EXPECT_GT(all_blocked, 5000);
 }
 
-TEST(NearOccluders, FromThePlaneOfAPolygonNothingIsBlocked) {
+TEST(BlockedCones, FromThePlaneOfAPolygonNothingIsBlocked) {
     BlockedConeList cones;
     add_cones(convex_polygons(make_occluder(square_mesh(2, 0))), {5, 0, 0}, cones);
     EXPECT_TRUE(cones.end.empty());
