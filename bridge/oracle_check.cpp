@@ -63,26 +63,22 @@ Result<OracleCheck> oracle_check(const ShadedScene& scene, const Camera& camera,
     const Image& image = reference.image;
     assert(camera.width == image.width && camera.height == image.height && !image.coverage.empty());
     std::vector<CheckedPixel> pixels = random_pixels(scene, camera, image, points);
-    const DenseLight light(scene.environment, face_size);
-    const Result<InstanceOccluders> occluders = InstanceOccluders::make(scene, nullptr, progress.stop);
-    if (!occluders) return occluders.error();
-    ShadowRays rays;
-    rays.build(scene);
+    const Result<DenseScene> dense = DenseScene::make(scene, face_size, {}, progress.stop);
+    if (!dense) return dense.error();
     const Result<Done> shaded = parallel_loop(
         {pixels.size()},
         [&]() -> LoopBody {
-            return
-                [&, shader = std::make_shared<DenseShader>(scene, *occluders, light, rays)](std::size_t k) {
-                    const MeshPoint& at = pixels[k].at;
-                    const auto point = surface_point(scene.entities[scene.instances[at.instance].entity], at);
-                    if (!point) return;
-                    // From the point itself: on large objects what vertex_view draws it by would be seen.
-                    const ShadedInstance& instance = scene.instances[at.instance];
-                    VertexView view = vertex_view(scene, instance, *point);
-                    view.point = instance.placement.point_to_world(point->sample);
-                    pixels[k].oracle = shader->radiance(at.instance, *point, view);
-                    pixels[k].counts = true;
-                };
+            return [&, shader = std::make_shared<DenseShader>(*dense)](std::size_t k) {
+                const MeshPoint& at = pixels[k].at;
+                const auto point = surface_point(scene.entities[scene.instances[at.instance].entity], at);
+                if (!point) return;
+                // From the point itself: on large objects what vertex_view draws it by would be seen.
+                const ShadedInstance& instance = scene.instances[at.instance];
+                VertexView view = vertex_view(scene, instance, *point);
+                view.point = instance.placement.point_to_world(point->sample);
+                pixels[k].oracle = shader->radiance(at.instance, *point, view);
+                pixels[k].counts = true;
+            };
         },
         "oracle", progress);
     if (!shaded) return shaded.error();

@@ -6,6 +6,7 @@
 
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "fields/wavelets/cubemap.h"
+#include "tests/fixtures/cone_oracle.h"
 #include "tests/fixtures/example_meshes.h"
 
 namespace haarfield {
@@ -50,17 +51,6 @@ TEST(BlockedCones, DoNotMergeWhatIsNotConvexTogether) {
                         c = polygon.corners[(i + 2) % n];
             EXPECT_GT((b - a).cross(c - b).dot(polygon.normal), 0);
         }
-}
-
-bool is_blocked(const BlockedCones& cones, const Vec3f& direction) {
-    std::size_t first = 0;
-    for (const std::uint32_t end : cones.end) {
-        bool inside = true;
-        for (std::size_t i = first; i < end; ++i) inside &= cones.sides[i].dot(direction) > 0;
-        if (inside) return true;
-        first = end;
-    }
-    return false;
 }
 
 TEST(BlockedCones, ConesBlockWhatTheRasterizerBlocks) {

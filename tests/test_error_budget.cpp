@@ -123,11 +123,8 @@ TEST(ErrorBudget, AllTogetherIsTheBakeAgainstTheFinestOracle) {
     const auto baked = *scene_radiance(room().scene, room().settings());
     RenderSettings fine = room().settings();
     fine.face_size *= 4;
-    const DenseLight light(room().scene.environment, fine.face_size);
-    const InstanceOccluders occluders = *InstanceOccluders::make(room().scene);
-    ShadowRays rays;
-    rays.build(room().scene);
-    DenseShader shader(room().scene, occluders, light, rays);
+    const DenseScene dense = *DenseScene::make(room().scene, fine.face_size);
+    DenseShader shader(dense);
     ASSERT_EQ(budget.vertices.size(), 60u);
     float worst_before = INFINITY;
     double error = 0, energy = 0;
@@ -174,11 +171,8 @@ TEST(InterpolationError, IsThatBetweenTheCorners) {
     plain.scene.eye = {0, 1, 0};
     const MeshPoint at{0, 0, 0.5f, 0};
     const ShadedEntity& entity = plain.scene.entities[0];
-    const DenseLight light(plain.scene.environment, settings.face_size);
-    const InstanceOccluders occluders = *InstanceOccluders::make(plain.scene);
-    ShadowRays rays;
-    rays.build(plain.scene);
-    DenseShader shader(plain.scene, occluders, light, rays);
+    const DenseScene dense = *DenseScene::make(plain.scene, settings.face_size);
+    DenseShader shader(dense);
     const auto corner = [&](std::size_t c) {
         return shader.radiance(0, surface_point(entity, entity.mesh->triangles[0][c]));
     };

@@ -2,11 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "fields/mesh/mesh_reader.h"
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "tests/fixtures/example_meshes.h"
+#include "tests/fixtures/random_numbers.h"
 
 namespace haarfield {
 namespace {
@@ -80,12 +79,6 @@ private:
     const Impostors impostors_;
     VisibilityRasterizer rasterizer_{size};
 };
-
-Vec3f random_direction(std::mt19937& random) {
-    const auto number = [&] { return double(random()) * 0x1p-31 - 1; };
-    const double z = number(), azimuth = pi * number(), across = std::sqrt(1 - z * z);
-    return Vec3f(Vec3d(across * std::cos(azimuth), z, across * std::sin(azimuth)));
-}
 
 TEST(Impostors, HideWhatTheOccluderDoesFromAnywhere) {
     const Rotation turned = rotation_xyz({0.4f, 1.1f, -0.3f});

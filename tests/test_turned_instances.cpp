@@ -3,7 +3,7 @@
 #include "shading/bake/renderer.h"
 #include "shading/scene/lighting.h"
 #include "shading/transfer/relight_session.h"
-#include "tests/fixtures/example_scene.h"
+#include "tests/fixtures/furnished_room.h"
 
 namespace haarfield {
 namespace {
@@ -113,13 +113,7 @@ TEST(TurnedInstances, FramesFollowWhatVaries) {
         ASSERT_TRUE(session.frame()) << what;
         const SceneRadiance frame = session.radiance();
         ASSERT_TRUE(session.commit());
-        double error = 0, norm = 0;
-        for (std::size_t i = 0; i < frame.size(); ++i)
-            for (std::size_t v = 0; v < frame[i].size(); ++v) {
-                error += squared(frame[i][v] - session.radiance()[i][v]);
-                norm += squared(session.radiance()[i][v]);
-            }
-        EXPECT_LT(std::sqrt(error / norm), tolerance) << what;
+        EXPECT_LT(furnished::relative_rmse(frame, session.radiance()), tolerance) << what;
     };
     ASSERT_TRUE(session.vary_light());
     session.turn_environment(rotation_about({0, 1, 0}, 1.3));

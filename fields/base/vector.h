@@ -42,4 +42,17 @@ inline Rgb without_negative(const Rgb& c) {
     return Rgb(std::max(c.x, 0.0f), std::max(c.y, 0.0f), std::max(c.z, 0.0f));
 }
 
+/// Two unit vectors at right angles to a third and to each other.
+template <class V>
+struct Axes {
+    V across, up;  ///< across x up is the third.
+};
+template <class V>
+Axes<V> axes_across(const V& direction) {
+    using Number = decltype(direction.x);
+    const V any = std::abs(direction.y) < Number(0.9) ? V(0, 1, 0) : V(1, 0, 0),
+            across = any.cross(direction).normalized();
+    return {across, direction.cross(across)};
+}
+
 }  // namespace haarfield

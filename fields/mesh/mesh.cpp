@@ -15,11 +15,7 @@ std::string counted(std::uint64_t count, const char* one, const char* many) {
 
 Bounds bounds_of(std::span<const Vec3f> points) {
     Bounds bounds;
-    for (const Vec3f& p : points)
-        for (int axis = 0; axis < 3; ++axis) {
-            bounds.lower[axis] = std::min(bounds.lower[axis], p[axis]);
-            bounds.upper[axis] = std::max(bounds.upper[axis], p[axis]);
-        }
+    for (const Vec3f& p : points) bounds.add(p);
     return bounds;
 }
 

@@ -18,6 +18,14 @@ struct Bounds {
 
     Vec3f centre() const { return (lower + upper) * 0.5f; }           ///< The box's middle. [m]
     float radius() const { return (upper - lower).length() * 0.5f; }  ///< Of the sphere round the box.
+
+    /// Grows to hold a point, or a sphere round it.
+    void add(const Vec3f& point, float around = 0) {
+        for (int axis = 0; axis < 3; ++axis) {
+            lower[axis] = std::min(lower[axis], point[axis] - around);
+            upper[axis] = std::max(upper[axis], point[axis] + around);
+        }
+    }
 };
 
 /// A triangle mesh with one normal and one material per vertex: where normals or materials part,

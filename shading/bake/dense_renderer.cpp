@@ -37,47 +37,52 @@ Vec3d radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowR
     return radiance;
 }
 
-DenseShader::DenseShader(const ShadedScene& scene, const InstanceOccluders& occluders,
-                         const DenseLight& light, const ShadowRays& rays)
-    : scene_(scene), occluders_(occluders), light_(light), rays_(rays), rasterizer_(light.face_size) {}
+Result<DenseScene> DenseScene::make(const ShadedScene& scene, int face_size, const SourceRule& rule,
+                                    const std::stop_token& stop) {
+    Result<InstanceOccluders> occluders = InstanceOccluders::make(scene, nullptr, stop);
+    if (!occluders) return occluders.error();
+    DenseScene made{scene, DenseLight(scene.environment, face_size, rule), std::move(*occluders), {}};
+    made.rays.build(scene);
+    return made;
+}
+
+DenseShader::DenseShader(const DenseScene& dense) : dense_(dense), rasterizer_(dense.light.face_size) {}
 
 Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point) {
-    return radiance(instance, point, vertex_view(scene_, scene_.instances[instance], point));
+    return radiance(instance, point, vertex_view(dense_.scene, dense_.scene.instances[instance], point));
 }
 
 Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const VertexView& view) {
-    const ShadedInstance& placed = scene_.instances[instance];
-    const ShadedEntity& entity = scene_.entities[placed.entity];
-    visibility_.assign(light_.directions.size(), 1.0f);
+    const auto& [scene, light, occluders, rays] = dense_;
+    const ShadedInstance& placed = scene.instances[instance];
+    const ShadedEntity& entity = scene.entities[placed.entity];
+    visibility_.assign(light.directions.size(), 1.0f);
     multiply_by_open(visibility_,
-                     rasterizer_.open_samples(occluders_[instance].own(),
+                     rasterizer_.open_samples(occluders[instance].own(),
                                               placed.placement.rotate(point.sample), &view.normal));
-    for (std::size_t other = 0; other < scene_.instances.size(); ++other) {
+    for (std::size_t other = 0; other < scene.instances.size(); ++other) {
         if (other == instance) continue;
-        const Placement& placement = scene_.instances[other].placement;
-        const EntityOcclusion& occlusion = *scene_.entities[scene_.instances[other].entity].occlusion;
+        const Placement& placement = scene.instances[other].placement;
+        const EntityOcclusion& occlusion = *scene.entities[scene.instances[other].entity].occlusion;
         if (occlusion.in_coarse()(placement.point_to_object(view.point))) return Rgb(0.0f);
-        multiply_by_open(visibility_, rasterizer_.open_samples(occluders_[other].coarse(),
+        multiply_by_open(visibility_, rasterizer_.open_samples(occluders[other].coarse(),
                                                                placement.point_to_turned(view.point)));
     }
     Vec3d radiance(0.0);
     for (std::size_t i = 0; i < visibility_.size(); ++i)
         if (visibility_[i] > 0)
             radiance +=
-                light_.radiance_from(i, entity.materials[point.material], view) * double(visibility_[i]);
-    const ShadedInstance& at = scene_.instances[instance];
+                light.radiance_from(i, entity.materials[point.material], view) * double(visibility_[i]);
     return Rgb(
-        Vec3f(radiance + radiance_from_parts(light_.parts, rays_, at.placement.point_to_world(point.sample),
+        Vec3f(radiance + radiance_from_parts(light.parts, rays, placed.placement.point_to_world(point.sample),
                                              entity.materials[point.material], view)));
 }
 
 Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
                                            const Progress& progress) {
-    const DenseLight light(scene.environment, settings.face_size, settings.sources);
-    ShadowRays rays;
-    rays.build(scene);
-    const Result<InstanceOccluders> occluders = InstanceOccluders::make(scene, nullptr, progress.stop);
-    if (!occluders) return occluders.error();
+    const Result<DenseScene> dense =
+        DenseScene::make(scene, settings.face_size, settings.sources, progress.stop);
+    if (!dense) return dense.error();
     std::vector<std::vector<std::uint32_t>> orders;
     for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
     const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
@@ -85,8 +90,8 @@ Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const Rende
     const Result<Done> visited = visit_vertices(
         scene, order_spans,
         [&]() -> VertexVisitor {
-            return [&, shader = std::make_shared<DenseShader>(scene, *occluders, light, rays)](
-                       std::size_t instance, std::uint32_t vertex) {
+            return [&, shader = std::make_shared<DenseShader>(*dense)](std::size_t instance,
+                                                                       std::uint32_t vertex) {
                 radiance[instance][vertex] = shader->radiance(
                     instance, surface_point(scene.entities[scene.instances[instance].entity], vertex));
             };

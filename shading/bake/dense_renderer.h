@@ -23,15 +23,27 @@ struct DenseLight {
     Vec3d radiance_from(std::size_t texel, const Material& material, const VertexView& view) const;
 };
 
+/// What the oracle sums over, and what blocks it.
+struct DenseScene {
+    /// The scene must outlive it, and stay as it is.
+    ///
+    /// errors  interrupted.
+    static Result<DenseScene> make(const ShadedScene& scene, int face_size, const SourceRule& rule = {},
+                                   const std::stop_token& stop = {});
+
+    const ShadedScene& scene;
+    DenseLight light;
+    InstanceOccluders occluders;
+    ShadowRays rays;
+};
+
 /// Shades single points of a scene, as scene_radiance shades vertices, but: every occluder, the point's own
 /// entity included, is rasterized at the point; lobes are evaluated at the texels; the lighting is not
 /// truncated, and of what is concentrated every part has a ray of its own; sums are in double. Of one thread;
 /// keeps its buffers.
 class DenseShader {
 public:
-    /// Scene, light, occluders and rays, which are placed as the scene is, must outlive it.
-    DenseShader(const ShadedScene& scene, const InstanceOccluders& occluders, const DenseLight& light,
-                const ShadowRays& rays);
+    explicit DenseShader(const DenseScene& dense);  ///< Which must outlive it.
 
     /// cost  some milliseconds for faces of 64 texels.
     Rgb radiance(std::size_t instance, const SurfacePoint& point);
@@ -40,10 +52,7 @@ public:
     Rgb radiance(std::size_t instance, const SurfacePoint& point, const VertexView& view);
 
 private:
-    const ShadedScene& scene_;
-    const InstanceOccluders& occluders_;
-    const DenseLight& light_;
-    const ShadowRays& rays_;
+    const DenseScene& dense_;
     VisibilityRasterizer rasterizer_;
     std::vector<float> visibility_;
 };

@@ -138,11 +138,9 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
 
 Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<const MeshPoint> points,
                                         const RenderSettings& settings, const Progress& progress) {
-    const DenseLight light(scene.environment, settings.face_size, settings.sources);
-    ShadowRays rays;
-    rays.build(scene);
-    const Result<InstanceOccluders> occluders = InstanceOccluders::make(scene, nullptr, progress.stop);
-    if (!occluders) return occluders.error();
+    const Result<DenseScene> dense =
+        DenseScene::make(scene, settings.face_size, settings.sources, progress.stop);
+    if (!dense) return dense.error();
     struct Radiances {
         Rgb interpolated{0.0f}, exact{0.0f};
         bool counts = false;
@@ -151,20 +149,19 @@ Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<cons
     const Result<Done> measured = parallel_loop(
         {points.size()},
         [&]() -> LoopBody {
-            return
-                [&, shader = std::make_shared<DenseShader>(scene, *occluders, light, rays)](std::size_t k) {
-                    const ShadedEntity& entity = scene.entities[scene.instances[points[k].instance].entity];
-                    const std::optional<SurfacePoint> point = surface_point(entity, points[k]);
-                    if (!point) return;
-                    radiances[k].exact = shader->radiance(points[k].instance, *point);
-                    for (std::size_t c = 0; c < 3; ++c)
-                        radiances[k].interpolated +=
-                            shader->radiance(
-                                points[k].instance,
-                                surface_point(entity, entity.mesh->triangles[points[k].triangle][c])) *
-                            points[k].weights()[c];
-                    radiances[k].counts = true;
-                };
+            return [&, shader = std::make_shared<DenseShader>(*dense)](std::size_t k) {
+                const ShadedEntity& entity = scene.entities[scene.instances[points[k].instance].entity];
+                const std::optional<SurfacePoint> point = surface_point(entity, points[k]);
+                if (!point) return;
+                radiances[k].exact = shader->radiance(points[k].instance, *point);
+                for (std::size_t c = 0; c < 3; ++c)
+                    radiances[k].interpolated +=
+                        shader->radiance(
+                            points[k].instance,
+                            surface_point(entity, entity.mesh->triangles[points[k].triangle][c])) *
+                        points[k].weights()[c];
+                radiances[k].counts = true;
+            };
         },
         "interpolation error", progress);
     if (!measured) return measured.error();

@@ -85,8 +85,7 @@ Environment turned_environment(const Environment& environment, double rotation, 
 std::vector<Vec3f> disc_directions(const SunDisc& disc, int count, double turn) {
     assert(count >= 1 && disc.angular_radius > 0 && disc.angular_radius <= 0.1f);
     const Vec3d middle = Vec3d(disc.direction).normalized();
-    const Vec3d any = std::abs(middle.y) < 0.9 ? Vec3d(0, 1, 0) : Vec3d(1, 0, 0);
-    const Vec3d right = any.cross(middle).normalized(), up = middle.cross(right);
+    const auto [right, up] = axes_across(middle);
     const double golden_angle = pi * (3 - std::sqrt(5.0));
     std::vector<Vec3f> directions;
     for (int i = 0; i < count; ++i) {

@@ -68,17 +68,20 @@ std::vector<DirectionalLight> RelightSession::source_lights(FrameQuality quality
 }
 
 Result<const ShadingGeometry*> RelightSession::current_geometry(const Progress& progress) {
+    const bool is_automatic = settings_.occlusion == Occlusion::automatic;
+    if (is_automatic && !unevenness_) unevenness_ = unevenness(split().smooth);
     if (!geometry_) {
-        Result<ShadingGeometry> made = shading_geometry(scene_, settings_, progress);
+        Result<ShadingGeometry> made =
+            shading_geometry(scene_, settings_, is_automatic ? *unevenness_ : 1, progress);
         if (!made) return made.error();
         geometry_ = std::move(*made);
-    } else if (const Result<Done> placed = place_instances(scene_, *geometry_, progress); !placed) {
-        return placed.error();
+    } else {
+        if (!is_placed_)
+            if (const Result<Done> placed = place_instances(scene_, *geometry_, progress); !placed)
+                return placed.error();
+        if (is_automatic) adapt_to_light(scene_, settings_, *unevenness_, *geometry_);
     }
-    if (settings_.occlusion == Occlusion::automatic) {
-        if (!unevenness_) unevenness_ = unevenness(split().smooth);
-        adapt_to_light(scene_, settings_, *unevenness_, *geometry_);
-    }
+    is_placed_ = true;
     return &*geometry_;
 }
 
@@ -136,6 +139,7 @@ void RelightSession::light_changes() {
 }
 
 void RelightSession::instances_change() {
+    is_placed_ = false;
     transfer_ = {};
     kept_.reset();
 }
@@ -174,6 +178,7 @@ void RelightSession::place(std::size_t instance, const Placement& placement) {
     const auto* motion = std::get_if<MotionTransfer>(&transfer_);
     if (!motion || motion->instance != instance || placed.placement.rotate != placement.rotate)
         transfer_ = {};
+    is_placed_ = false;
     kept_.reset();
     placed.placement = placement;
 }

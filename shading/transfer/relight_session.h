@@ -120,6 +120,7 @@ private:
     TransferSettings transfer_settings_;
     ShadedScene scene_;
     std::optional<ShadingGeometry> geometry_;  ///< Of scene_'s entities, once needed.
+    bool is_placed_ = false;                   ///< geometry_'s instances are where scene_'s are.
     std::optional<KeptVisibility> kept_;       ///< Of scene_'s instances, once needed.
 
     Environment environment_;                   ///< Not turned.

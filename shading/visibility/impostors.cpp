@@ -1,12 +1,10 @@
 #include "shading/visibility/impostors.h"
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cassert>
+#include <memory>
 
-#include "fields/base/progress.h"
+#include "fields/base/parallel_loop.h"
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "fields/wavelets/cubemap.h"
 
@@ -19,9 +17,10 @@ namespace {
 constexpr int map_size = 24;
 constexpr std::size_t directions = std::size_t(map_size) * map_size;
 
-/// A direction, and what is across and up for its viewer: a right-handed frame.
+/// A direction, and what is across and up for its viewer.
 struct Viewpoint {
-    Vec3f direction, across, up;
+    Vec3f direction;
+    Axes<Vec3f> axes;
 };
 
 float with_sign_of(float value, float sign) {
@@ -34,11 +33,8 @@ Viewpoint viewpoint(std::size_t number) {
     const Vec3f direction =
         y >= 0 ? Vec3f(x, y, z)
                : Vec3f(with_sign_of(1 - std::abs(z), x), y, with_sign_of(1 - std::abs(x), z));
-    Viewpoint made{direction.normalized(), {}, {}};
-    const Vec3f& d = made.direction;
-    made.across = (std::abs(d.y) < 0.9f ? Vec3f(0, 1, 0) : Vec3f(1, 0, 0)).cross(d).normalized();
-    made.up = d.cross(made.across);
-    return made;
+    const Vec3f unit = direction.normalized();
+    return {unit, axes_across(unit)};
 }
 
 const std::vector<Viewpoint>& viewpoints() {
@@ -130,8 +126,8 @@ struct Impostors::Maker {
             for (int column = 0; column < finest; ++column) {
                 int blocked = 0;
                 for (int k = 0; k < 4; ++k) {
-                    const Vec3f at =
-                        viewpoint.across * place(2 * column + k % 2) + viewpoint.up * place(2 * row + k / 2);
+                    const Vec3f at = viewpoint.axes.across * place(2 * column + k % 2) +
+                                     viewpoint.axes.up * place(2 * row + k / 2);
                     blocked += samples_per_texel - open[texel(at - to_viewer)];
                 }
                 mask[index(levels[0], column, row)] = static_cast<std::uint8_t>(
@@ -166,13 +162,16 @@ Result<Impostors> Impostors::make(const Occluder& occluder, int face_size, const
     made.centre_ = occluder.bounds().centre();
     made.radius_ = occluder.bounds().radius();
     made.masks_.assign(directions * distances.size() * mask_bytes, 0);
-    tbb::enumerable_thread_specific<Maker> makers([&] { return Maker(made, occluder); });
-    tbb::parallel_for(std::size_t(0), directions * distances.size(), [&](std::size_t k) {
-        if (stop.stop_requested()) return;
-        makers.local().make(viewpoints()[k / distances.size()], distances[k % distances.size()],
-                            std::span(made.masks_).subspan(k * mask_bytes, mask_bytes));
-    });
-    if (stop.stop_requested()) return Error{"", interrupted};
+    const Result<Done> all =
+        parallel_loop({directions * distances.size()},
+                      [&]() -> LoopBody {
+                          return [&, maker = std::make_shared<Maker>(made, occluder)](std::size_t k) {
+                              maker->make(viewpoints()[k / distances.size()], distances[k % distances.size()],
+                                          std::span(made.masks_).subspan(k * mask_bytes, mask_bytes));
+                          };
+                      },
+                      "impostors", {{}, stop});
+    if (!all) return all.error();
     return made;
 }
 
@@ -199,7 +198,7 @@ void Impostors::hide(const Placement& placement, const Vec3f& point, std::span<s
     if (!(distance > radius)) return;
     const Vec3f axis = to_viewer / distance;
     const std::size_t number = nearest_viewpoint(placement.direction_to_object(axis));
-    Vec3f across = placement.direction_to_world(viewpoints()[number].across);
+    Vec3f across = placement.direction_to_world(viewpoints()[number].axes.across);
     across = (across - axis * axis.dot(across)).normalized();
     const Vec3f up = axis.cross(across);
 

@@ -5,11 +5,7 @@
 namespace haarfield {
 
 InstanceGrid::InstanceGrid(std::span<const Sphere> spheres, const Bounds& where) {
-    for (const Sphere& sphere : spheres)
-        for (int axis = 0; axis < 3; ++axis) {
-            bounds_.lower[axis] = std::min(bounds_.lower[axis], sphere.centre[axis] - sphere.radius);
-            bounds_.upper[axis] = std::max(bounds_.upper[axis], sphere.centre[axis] + sphere.radius);
-        }
+    for (const Sphere& sphere : spheres) bounds_.add(sphere.centre, sphere.radius);
     reached_ = bounds_;
     if (!spheres.empty())
         for (int axis = 0; axis < 3; ++axis) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <tuple>
 
 #include "shading/scene/light_sources.h"
 
@@ -92,8 +91,7 @@ double mean_openness(const ShadedScene& scene, const ShadowRays& rays) {
             if (samples.buried[vertex]) continue;
             const Vec3f from = instance.placement.point_to_world(samples.points[vertex]);
             const Vec3d normal(instance.placement.direction_to_world(entity.mesh->normals[vertex]));
-            const Vec3d any = std::abs(normal.y) < 0.9 ? Vec3d(0, 1, 0) : Vec3d(1, 0, 0),
-                        across = any.cross(normal).normalized(), up = normal.cross(across);
+            const auto [across, up] = axes_across(normal);
             for (int k = 0; k < directions; ++k) {
                 const double azimuth = 2 * pi * golden * k, height = (k + 0.5) / directions,
                              sine = std::sqrt(1 - height);
@@ -129,6 +127,15 @@ Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, cons
 
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          const Progress& progress) {
+    // Nothing but the automatic choice asks for it.
+    const double uneven = settings.occlusion == Occlusion::automatic
+                              ? unevenness(split_light(scene.environment, settings.sources).smooth)
+                              : 1;
+    return shading_geometry(scene, settings, uneven, progress);
+}
+
+Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
+                                         double uneven, const Progress& progress) {
     ShadingGeometry geometry{{},
                              settings.face_size,
                              settings.occlusion == Occlusion::automatic
@@ -140,6 +147,7 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                              {},
                              {},
                              InstanceGrid({}),
+                             {},
                              {}};
     geometry.rays.build(scene);
     for (const ShadedEntity& entity : scene.entities) {
@@ -147,12 +155,9 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
         if (!made) return made.error();
         geometry.entities.push_back(std::move(*made));
     }
-    const bool is_automatic = settings.occlusion == Occlusion::automatic;
-    adapt_to_light(scene, settings,
-                   is_automatic ? unevenness(split_light(scene.environment, settings.sources).smooth) : 1,
-                   geometry);
     if (const Result<Done> placed = place_instances(scene, geometry, progress); !placed)
         return placed.error();
+    adapt_to_light(scene, settings, uneven, geometry);
     return geometry;
 }
 
@@ -160,8 +165,11 @@ void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, do
                     ShadingGeometry& geometry) {
     // Through a window comes all of the light: an error in its directions weighs as much as it is small.
     constexpr double half_open = 0.5;
-    const double tolerance = double(settings.occlusion_error) / uneven *
-                             std::min(1.0, mean_openness(scene, geometry.rays) / half_open);
+    double tolerance = 0;
+    if (settings.occlusion == Occlusion::automatic) {
+        if (!geometry.openness) geometry.openness = mean_openness(scene, geometry.rays);
+        tolerance = double(settings.occlusion_error) / uneven * std::min(1.0, *geometry.openness / half_open);
+    }
     for (std::size_t e = 0; e < scene.entities.size(); ++e) {
         const VisibilityField& field = *scene.entities[e].field;
         ShadingGeometry::Entity& entity = geometry.entities[e];
@@ -181,12 +189,9 @@ Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry
     for (const ShadedInstance& instance : scene.instances) {
         instances.push_back(placed_instance(scene.entities[instance.entity],
                                             geometry.entities[instance.entity], instance.placement));
-        const auto& [middle, radius] = std::tie(instances.back().middle, instances.back().radius);
-        spheres.push_back({middle, geometry.reach * radius});
-        for (int axis = 0; axis < 3; ++axis) {
-            bounds.lower[axis] = std::min(bounds.lower[axis], middle[axis] - radius);
-            bounds.upper[axis] = std::max(bounds.upper[axis], middle[axis] + radius);
-        }
+        const ShadingGeometry::Instance& placed = instances.back();
+        spheres.push_back({placed.middle, geometry.reach * placed.radius});
+        bounds.add(placed.middle, placed.radius);
     }
     std::swap(geometry.instances, instances);
     geometry.impostors.resize(scene.entities.size());
@@ -203,6 +208,7 @@ Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry
     geometry.occluders = std::move(*occluders);
     geometry.grid = InstanceGrid(spheres, bounds);
     geometry.rays.place(scene);
+    geometry.openness.reset();
     return Done{};
 }
 

@@ -47,6 +47,7 @@ struct ShadingGeometry {
     std::vector<std::optional<Impostors>> impostors;  ///< By entity, of those that are seen from so far.
     InstanceGrid grid;                                ///< Of the places from which the instances can be seen.
     ShadowRays rays;                                  ///< For concentrated light.
+    std::optional<double> openness;                   ///< See adapt_to_light; once it was needed.
     /// @}
 
     /// By entity; see visit_vertices.
@@ -60,13 +61,17 @@ struct ShadingGeometry {
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          const Progress& progress = {});
 
-/// Decides anew how far out entities are seen exactly, as the scene's light wants it: to the outer end of the
-/// last band of their field's samples where the error times the unevenness of what light arrives is above the
-/// tolerance. Where less than half of the directions over the scene's surfaces is open, as in a room, that is
-/// larger than the light's own. Only of Occlusion::automatic. The geometry's rays are placed as the scene is.
+/// The same where the light's unevenness is known; see adapt_to_light.
+Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
+                                         double uneven, const Progress& progress = {});
+
+/// Decides anew how far out entities are seen exactly. With Occlusion::automatic that is as the light wants
+/// it: to the outer end of the last band of their field's samples where the error times the unevenness of what
+/// light arrives is above the tolerance. Where less than half of the directions over the scene's surfaces is
+/// open, as in a room, that is larger than the light's own. The geometry is placed as the scene is.
 ///
-/// uneven  unevenness() of the light without its sources.
-/// cost    some 10 ms.
+/// uneven  unevenness() of the light without its sources; of Occlusion::automatic.
+/// cost    some 10 ms, the first time after instances were placed; only of Occlusion::automatic.
 void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, double uneven,
                     ShadingGeometry& geometry);
 

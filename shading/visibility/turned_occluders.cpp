@@ -1,9 +1,9 @@
 #include "shading/visibility/turned_occluders.h"
 
-#include <tbb/parallel_for.h>
-
 #include <map>
 #include <tuple>
+
+#include "fields/base/parallel_loop.h"
 
 namespace haarfield {
 
@@ -38,12 +38,16 @@ Result<InstanceOccluders> InstanceOccluders::make(const ShadedScene& scene, cons
         const auto [entry, is_new] = known.emplace(result.keys_.back(), nullptr);
         if (is_new) missing.push_back(&*entry);
     }
-    tbb::parallel_for(std::size_t(0), missing.size(), [&](std::size_t k) {
-        if (stop.stop_requested()) return;
-        const Key& key = missing[k]->first;
-        missing[k]->second = std::make_shared<const TurnedOccluders>(*key.occlusion, key.rotation);
-    });
-    if (stop.stop_requested()) return Error{"", interrupted};
+    const Result<Done> turned = parallel_loop(
+        {missing.size()},
+        [&]() -> LoopBody {
+            return [&](std::size_t k) {
+                const Key& key = missing[k]->first;
+                missing[k]->second = std::make_shared<const TurnedOccluders>(*key.occlusion, key.rotation);
+            };
+        },
+        "turned occluders", {{}, stop});
+    if (!turned) return turned.error();
     for (const Key& key : result.keys_) result.occluders_.push_back(known.at(key));
     return result;
 }

@@ -14,6 +14,7 @@
 #include "shading/scene/lobes.h"
 #include "shading/scene/sky.h"
 #include "shading/scene/vertex_loop.h"
+#include "tests/fixtures/relative_error.h"
 #include "tests/oracles/pixel_reference.h"
 
 namespace haarfield::baseline {
@@ -206,12 +207,9 @@ std::vector<Vec3d> texel_sums(const TreeIntegrals& integrals, int depth) {
 }
 
 double relative_rmse(std::span<const Rgb> found, std::span<const Vec3d> wanted) {
-    double difference = 0, norm = 0;
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-        difference += (Vec3d(found[i]) - wanted[i]).length2();
-        norm += wanted[i].length2();
-    }
-    return std::sqrt(difference / norm);
+    RelativeError sum;
+    for (std::size_t i = 0; i < wanted.size(); ++i) sum.add(Vec3d(found[i]), wanted[i]);
+    return sum.rmse();
 }
 
 }  // namespace haarfield::baseline

@@ -74,9 +74,7 @@ public:
         std::vector<Rgb> integrals(vertex_count, Rgb(0.0f));
         for (std::size_t vertex = 0; vertex < vertex_count; ++vertex) {
             multiply(vertex);
-            for (const WaveletBlock<3>& block : product_)
-                if (block.level == 0)
-                    for (int c = 0; c < 3; ++c) integrals[vertex][c] += block.amplitude[std::size_t(c)][0];
+            integrals[vertex] = bench::integral_of(product_);
         }
         return error_of(integrals);
     }

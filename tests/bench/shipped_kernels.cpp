@@ -8,6 +8,7 @@
 #include "shading/transfer/view_transfer.h"
 #include "tests/fixtures/furnished_room.h"
 #include "tests/fixtures/random_numbers.h"
+#include "tests/fixtures/relative_error.h"
 #include "tests/fixtures/vertex_example.h"
 
 namespace haarfield::bench {
@@ -15,18 +16,6 @@ namespace {
 
 using furnished::Room;
 using furnished::settings;
-
-/// Sums of squares.
-struct RelativeError {
-    double error = 0, norm = 0;
-
-    void add(const Rgb& found, const Vec3d& wanted) {
-        const Vec3d difference = Vec3d(found) - wanted;
-        error += difference.dot(difference);
-        norm += wanted.dot(wanted);
-    }
-    double rmse() const { return std::sqrt(error / norm); }
-};
 
 /// Glossy vertices of one place, turned in all directions; every other one is near an occluder.
 class TurnedVertices {
@@ -49,19 +38,19 @@ public:
     void multiply() {
         for_each([&](const ShadedVertex& vertex) {
             radiance_integrand(*example_.light, vertex, memory_, product_);
-            return integral();
+            return integral_of(product_);
         });
     }
     void multiply_highlights() {
         for_each([&](const ShadedVertex& vertex) {
             const Rgb diffuse = highlight_integrand(*example_.light, vertex, memory_, product_).diffuse;
-            return diffuse + integral();
+            return diffuse + integral_of(product_);
         });
     }
     double error() const {
         RelativeError sum;
         for (std::size_t i = 0; i < brdfs_.size(); ++i)
-            sum.add(radiance_[i], example_.expected(brdfs_[i], cones(i)));
+            sum.add(Vec3d(radiance_[i]), example_.expected(brdfs_[i], cones(i)));
         return sum.rmse();
     }
     std::size_t count() const { return brdfs_.size(); }
@@ -73,15 +62,6 @@ private:
     void for_each(const Radiance& radiance) {
         for (std::size_t i = 0; i < brdfs_.size(); ++i)
             radiance_[i] = radiance(example_.shaded(brdfs_[i], cones(i)));
-    }
-
-    /// Of the product at hand: the sum of its faces' means.
-    Rgb integral() const {
-        Rgb sum(0.0f);
-        for (const WaveletBlock<3>& block : product_)
-            if (block.level == 0)
-                for (int c = 0; c < 3; ++c) sum[c] += block.amplitude[std::size_t(c)][0];
-        return sum;
     }
 
     VertexExample example_{1};
@@ -147,15 +127,15 @@ struct Subject {
     /// Of the radiance at hand, at one vertex in five, against sums over the texels of rasterized visibility,
     /// and rays to all parts of the sun.
     double error() const {
-        const DenseLight texels(room.scene.environment, Room::size);
-        DenseShader shader(room.scene, room.geometry().occluders, texels, room.geometry().rays);
+        const DenseScene dense = *DenseScene::make(room.scene, Room::size);
+        DenseShader shader(dense);
         const TransferRows rows(room.scene, room.geometry());
         RelativeError sum;
         for (std::size_t row = 0; row < rows.count(); row += 5) {
             const auto [instance, vertex] = rows[row];
             if (rows.is_buried({instance, vertex})) continue;
             const ShadedEntity& entity = room.scene.entities[room.scene.instances[instance].entity];
-            sum.add(radiance[instance][vertex],
+            sum.add(Vec3d(radiance[instance][vertex]),
                     Vec3d(shader.radiance(instance, surface_point(entity, vertex))));
         }
         return sum.rmse();
@@ -189,6 +169,14 @@ ShippedKernel of_room(const char* name, void (Subject::*run)(), void (Subject::*
 }
 
 }  // namespace
+
+Rgb integral_of(std::span<const WaveletBlock<3>> product) {
+    Rgb sum(0.0f);
+    for (const WaveletBlock<3>& block : product)
+        if (block.level == 0)
+            for (int c = 0; c < 3; ++c) sum[c] += block.amplitude[std::size_t(c)][0];
+    return sum;
+}
 
 std::vector<ShippedKernel> shipped_kernels() {
     return {of_vertices("outgoing_radiance", &TurnedVertices::shade),

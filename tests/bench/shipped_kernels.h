@@ -3,8 +3,11 @@
 /// before.
 
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
+
+#include "shading/walk/wavelet_blocks.h"
 
 namespace haarfield::bench {
 
@@ -26,5 +29,8 @@ struct ShippedKernel {
 ///     light_frame          and a frame by them; and so on:
 ///     view_vectors, view_frame, motion_vectors, motion_frame
 std::vector<ShippedKernel> shipped_kernels();
+
+/// Of a product in wavelets: the sum of its faces' means.
+Rgb integral_of(std::span<const WaveletBlock<3>> product);
 
 }  // namespace haarfield::bench
