@@ -92,7 +92,7 @@ TEST(Impostors, HideWhatTheOccluderDoesFromAnywhere) {
                   std::array{6.0f, 12.0f, 0.00025f}, std::array{12.0f, 50.0f, 0.0001f},
                   std::array{50.0f, 300.0f, 0.00005f}}) {
                 double squares = 0;
-                constexpr int count = 30;
+                constexpr int count = 120;
                 for (int k = 0; k < count; ++k) {
                     const Vec3f direction = random_direction(random);
                     const auto found =

@@ -66,9 +66,9 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                                          double uneven, const Progress& progress = {});
 
 /// Decides anew how far out entities are seen exactly. With Occlusion::automatic that is as the light wants
-/// it: to the outer end of the last band of their field's samples where the error times the unevenness of what
-/// light arrives is above the tolerance. Where less than half of the directions over the scene's surfaces is
-/// open, as in a room, that is larger than the light's own. The geometry is placed as the scene is.
+/// it: to the outer end of the last band of their field's samples where the error times the unevenness of the
+/// light that arrives is above the tolerance. Where less than half of the directions over the scene is open,
+/// as in a room, that is larger than the light's own. The geometry is placed as the scene is.
 ///
 /// uneven  unevenness() of the light without its sources; of Occlusion::automatic.
 /// cost    some 10 ms, the first time after instances were placed; only of Occlusion::automatic.
