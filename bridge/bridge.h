@@ -61,6 +61,7 @@
 ///     const Result<SceneEntities> entities =
 ///         prepare_scene_entities(*scene, {.fields_folder = "bridge_fields"});
 ///     if (!entities) return fail(entities.error());
+///     scene->camera = scene_camera(*scene, *entities);
 ///
 ///     const Environment sky = turned_environment(
 ///         sky_environment(scene->environment.sky.value_or(AnalyticSky()), 512),

@@ -1,8 +1,8 @@
 #include "bridge/povray_scene.h"
 
-#include "bridge/camera_frame.h"
 #include "bridge/image.h"
 #include "fields/base/range.h"
+#include "scenes/camera_frame.h"
 
 #include <fmt/format.h>
 

@@ -8,7 +8,7 @@
 #include <bit>
 #include <cmath>
 
-#include "bridge/camera_frame.h"
+#include "scenes/camera_frame.h"
 
 namespace haarfield {
 namespace {

@@ -44,7 +44,7 @@ struct Entity {
 
 /// One object of the scene.
 struct Instance {
-    std::string name;        ///< The entity's, with a number if it has several: `chair_2`.
+    std::string name;        ///< Its own, or the entity's, with a number if that has several: `chair_2`.
     std::size_t entity = 0;  ///< Index in Scene::entities.
     Placement placement;     ///< The file's `rotate` is rotation_xyz.
 };
@@ -53,6 +53,7 @@ struct Instance {
 struct Scene {
     std::string name;  ///< The file's, without its ending.
     Camera camera;
+    bool finds_camera = false;  ///< The camera's position and target are not known: see scene_camera.
     EnvironmentDescription environment;
     std::map<std::string, Material> materials;
     std::vector<Entity> entities;     ///< In the order of the file.

@@ -9,6 +9,7 @@
 #include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/thin_sheets.h"
+#include "scenes/scene_camera.h"
 
 namespace haarfield {
 namespace {
@@ -154,7 +155,7 @@ ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Envi
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
         shaded.instances.push_back({entities.entity_of_instance[i], scene.instances[i].placement});
     shaded.environment = std::move(environment);
-    shaded.eye = scene.camera.position;
+    shaded.eye = scene_camera(scene, entities).position;
     return shaded;
 }
 

@@ -24,9 +24,13 @@ void take_angle(TomlTable& table, std::string_view key, float& angle, const Rang
     if (table.has(key)) angle = radians(taken);
 }
 
-void take_camera(TomlTable table, Camera& camera) {
-    table.require("position");
-    table.require("target");
+// Returns whether it says where the camera is.
+bool take_camera(TomlTable table, Camera& camera) {
+    const bool is_placed = table.has("position") || table.has("target");
+    if (is_placed) {
+        table.require("position");
+        table.require("target");
+    }
     table.take("position", camera.position, coordinates);
     table.take("target", camera.target, coordinates);
     take_angle(table, "vertical_fov", camera.vertical_fov, {0.01, 179, false, false});
@@ -35,9 +39,10 @@ void take_camera(TomlTable table, Camera& camera) {
     table.take("resolution", resolution, {1, 16384});
     camera.width = static_cast<int>(resolution[0]);
     camera.height = static_cast<int>(resolution[1]);
-    if (!((camera.target - camera.position).length() > 1e-6f))
+    if (is_placed && !((camera.target - camera.position).length() > 1e-6f))
         table.refuse("target", "camera.target is camera.position; wanted another place to look at");
     table.finish();
+    return is_placed;
 }
 
 AnalyticSky taken_sky(TomlTable table) {
@@ -118,7 +123,7 @@ Material taken_material(TomlTable table) {
     return material;
 }
 
-// Entities name files of fields and of POV-Ray, so their names must be able to.
+// Entities and instances name files of fields and of POV-Ray, so their names must be able to.
 bool is_file_name(std::string_view name) {
     return !name.empty() && name.size() <= 100 && name.front() != '.' && name.front() != '-' &&
            std::ranges::none_of(
@@ -152,16 +157,28 @@ Entity taken_entity(TomlTable table, const std::string& name, const std::filesys
     return entity;
 }
 
-Instance taken_instance(TomlTable table, const std::vector<Entity>& entities) {
+// Its name is empty if it has none.
+Instance taken_instance(TomlTable table, const std::vector<Entity>& entities,
+                        const std::vector<Instance>& before) {
     Instance instance;
     table.require("entity");
-    table.take("entity", instance.name);
-    const auto entity = std::ranges::find(entities, instance.name, &Entity::name);
+    std::string entity_name;
+    table.take("entity", entity_name);
+    const auto entity = std::ranges::find(entities, entity_name, &Entity::name);
     if (entity != entities.end())
         instance.entity = static_cast<std::size_t>(entity - entities.begin());
     else if (table.has("entity"))
-        table.refuse("entity", fmt::format("{}.entity is \"{}\"; there is no such entity", table.name(),
-                                           instance.name));
+        table.refuse("entity",
+                     fmt::format("{}.entity is \"{}\"; there is no such entity", table.name(), entity_name));
+    table.take("name", instance.name);
+    if (table.has("name") && !is_file_name(instance.name))
+        table.refuse("name", fmt::format("{}.name is \"{}\", which can not be that of a file", table.name(),
+                                         instance.name));
+    const auto same = std::ranges::find(before, instance.name, &Instance::name);
+    if (table.has("name") && same != before.end())
+        table.refuse("name",
+                     fmt::format("{}.name is \"{}\", which is the name of instances[{}]; wanted another",
+                                 table.name(), instance.name, same - before.begin()));
     table.take("translate", instance.placement.translate, coordinates);
     table.take("scale", instance.placement.scale, {1e-6, 1e6});
     Vec3f degrees(0, 0, 0);
@@ -171,20 +188,28 @@ Instance taken_instance(TomlTable table, const std::vector<Entity>& entities) {
     return instance;
 }
 
-// `chair` alone, else chair_1, chair_2 and so on, leaving out names that another entity has.
+// Those without a name: `chair` alone, else chair_1, chair_2 and so on, leaving out names that another
+// instance or entity has. One with a name uses up its number, so that the others keep theirs.
 void name_instances(Scene& scene) {
-    std::vector<std::size_t> count(scene.entities.size(), 0), named(scene.entities.size(), 0);
-    for (const Instance& instance : scene.instances) ++count[instance.entity];
+    std::vector<std::size_t> count(scene.entities.size(), 0), numbered(scene.entities.size(), 0);
     std::set<std::string> taken;
+    for (const Instance& instance : scene.instances) {
+        ++count[instance.entity];
+        taken.insert(instance.name);
+    }
+    const std::set<std::string> given = taken;
     for (const Entity& entity : scene.entities) taken.insert(entity.name);
     for (Instance& instance : scene.instances) {
         const std::string& entity = scene.entities[instance.entity].name;
-        if (count[instance.entity] == 1) {
+        std::size_t& number = numbered[instance.entity];
+        if (!instance.name.empty()) {
+            ++number;
+        } else if (count[instance.entity] == 1 && !given.contains(entity)) {
             instance.name = entity;
-            continue;
+        } else {
+            do instance.name = fmt::format("{}_{}", entity, ++number);
+            while (!taken.insert(instance.name).second);
         }
-        do instance.name = fmt::format("{}_{}", entity, ++named[instance.entity]);
-        while (!taken.insert(instance.name).second);
     }
 }
 
@@ -222,10 +247,11 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
     const std::filesystem::path folder = path.parent_path();
     TomlFile file{path.string(), std::nullopt};
     TomlTable root(*parsed, "", file);
-    for (const char* key : {"camera", "environment", "materials", "entities", "instances"}) root.require(key);
+    for (const char* key : {"environment", "materials", "entities", "instances"}) root.require(key);
 
+    scene.finds_camera = true;
     if (const toml::table* camera = root.take_table("camera"))
-        take_camera(TomlTable(*camera, "camera", file), scene.camera);
+        scene.finds_camera = !take_camera(TomlTable(*camera, "camera", file), scene.camera);
     if (const toml::table* environment = root.take_table("environment"))
         take_environment(TomlTable(*environment, "environment", file), folder, scene.environment);
     if (const toml::table* materials = root.take_table("materials"))
@@ -248,7 +274,8 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
                 break;
             }
             scene.instances.push_back(
-                taken_instance(TomlTable(*instance, fmt::format("instances[{}]", i), file), scene.entities));
+                taken_instance(TomlTable(*instance, fmt::format("instances[{}]", i), file), scene.entities,
+                               scene.instances));
         }
     }
     root.finish();

@@ -24,6 +24,7 @@
 /// | prepare_scene_entities, SceneEntities, SceneEntityOptions | scenes/scene_entities.h |
 /// | shaded_scene | scenes/scene_entities.h |
 /// | fine_meshes, surface_meshes | scenes/scene_entities.h |
+/// | scene_camera: the camera, if the file leaves it to be found | scenes/scene_camera.h |
 ///
 /// A Scene is plain data: a program may as well fill it in itself. Lengths are metres and angles radians; the
 /// file has degrees. Images are read by bridge/image.h, as this library knows of none.
@@ -73,6 +74,7 @@
 /// }
 /// ```
 
+#include "scenes/scene_camera.h"
 #include "scenes/scene_entities.h"
 #include "scenes/scene_reader.h"
 #include "shading/shading.h"

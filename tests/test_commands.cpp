@@ -158,6 +158,7 @@ TEST_F(Commands, BadUsageExitsWithTwo) {
                                        {"bake", "room.toml", "-o", "out", "--occlusion-error", "nan"},
                                        {"bake", "room.toml", "-o", "out", "--view", "1,2"},
                                        {"bake", "room.toml", "-o", "out", "--view", "1,nan,2"},
+                                       {"bake", "room.toml", "-o", "out", "--view", "1,1,2", "--frame"},
                                        {"reference", "room.toml", "-o", "out", "--lights", "0"},
                                        {"compare", "a.exr", "-o", "out"},
                                        {"compare", "a.exr", "b.exr", "-o", "out", "--min-psnr", "much"},
@@ -416,6 +417,38 @@ TEST_F(Commands, ViewMovesTheCameraAndDenseAgreesWithTree) {
     // Diffuse: the same from everywhere.
     EXPECT_EQ(text_of(folder_ / "tree/room_Box.inc"), text_of(folder_ / "moved/room_Box.inc"));
     EXPECT_NE(text_of(folder_ / "tree/room_Box.inc"), text_of(folder_ / "dense/room_Box.inc"));
+}
+
+TEST_F(Commands, ACameraIsFoundWhereTheSceneHasNoneOrWhereItIsAskedFor) {
+    write_scene();
+    const auto camera_of = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.end(), {"-o", "out", "--report", "report.json"});
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return report("report.json")["camera"];
+    };
+    const auto bake = [&](const std::string& option) {
+        return camera_of({"bake", "room.toml", "--face-size", "16", "--no-render", option});
+    };
+    const nlohmann::json given = bake("--quiet"), framed = bake("--frame");
+    EXPECT_EQ(given["found"], false);
+    EXPECT_EQ(given["position"], (std::vector<double>{2.5, 2, 3}));
+    EXPECT_EQ(framed["found"], true);
+    EXPECT_NE(framed["position"], given["position"]);
+
+    const std::string scene = text_of(folder_ / "room.toml");
+    std::ofstream(folder_ / "room.toml")
+        << std::regex_replace(scene, std::regex("(position|target) = .*\n"), "");
+    EXPECT_EQ(bake("--quiet"), framed);
+    EXPECT_EQ(camera_of({"reference", "room.toml", "--lights", "16"}), framed);
+    const nlohmann::json moved = bake("--view=1,5,2");
+    EXPECT_EQ(moved["position"], (std::vector<double>{1, 5, 2}));
+    EXPECT_EQ(moved["target"], framed["target"]);
+    const std::string outside = report("report.json")["warnings"].dump();
+    EXPECT_EQ(outside.find("camera"), std::string::npos) << outside;
+    bake("--view=0.2,0.5,0.1");
+    const nlohmann::json inside = report("report.json");
+    EXPECT_EQ(inside["warnings"].back(), "the camera is inside box");
 }
 
 TEST_F(Commands, CtrlCEndsABakeWithNothingHalfWritten) {

@@ -39,7 +39,9 @@ std::string made_small(std::string text) {
     text = std::regex_replace(text, std::regex("\n *resolution = [^\n]*"), "");
     text = std::regex_replace(
         text, std::regex("\n *(fine_vertices|planar_samples|spherical_samples) = [^\n]*"), "");
-    text = std::regex_replace(text, std::regex("(\n *\\[camera\\]\n)"), "$1resolution = [80, 60]\n");
+    const std::regex camera("(\n *\\[camera\\]\n)");
+    text = std::regex_search(text, camera) ? std::regex_replace(text, camera, "$1resolution = [80, 60]\n")
+                                           : "[camera]\nresolution = [80, 60]\n" + text;
     return std::regex_replace(text, std::regex("(\\[entities\\.[a-z]+\\]\n)"),
                               "$1fine_vertices = 2000\nplanar_samples = 1000\nspherical_samples = 1000\n");
 }
@@ -124,6 +126,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
     const std::map<std::string, std::set<std::string>> meant{
         {"--help", all},
         {"--report", all},
+        {"--frame", {"bake", "budget", "reference", "relight"}},
         {"--visibility-error", make_fields},
         {"--allow-unsealed", {"bake", "budget", "precompute", "relight", "info", "verify"}},
         {"--occlusion", {"bake", "relight"}},

@@ -164,6 +164,53 @@ TEST_F(SceneReader, GivesEveryInstanceItsOwnName) {
     EXPECT_EQ(scene->instances[3].name, "chair_1");
 }
 
+TEST_F(SceneReader, TakesNamesOfInstancesAndLeavesThemToNoOther) {
+    std::string text = valid_scene;
+    text +=
+        "name = \"left chair\"\n[[instances]]\nentity = \"chair\"\n[[instances]]\nentity = \"chair\"\n"
+        "name = \"table\"\n[[instances]]\nentity = \"unused\"\nname = \"chair_3\"\n";
+    const Result<Scene> scene = read(text);
+    ASSERT_TRUE(scene) << scene.error().message();
+    std::vector<std::string> names;
+    for (const Instance& instance : scene->instances) names.push_back(instance.name);
+    // The second chair's number is not used, and the third's name is another instance's.
+    EXPECT_EQ(names,
+              (std::vector<std::string>{"table_1", "chair_1", "left chair", "chair_4", "table", "chair_3"}));
+    EXPECT_EQ(scene->instances[2].entity, 1u);
+}
+
+TEST_F(SceneReader, RefusesNamesThatInstancesCanNotHave) {
+    constexpr const char* second = "[[instances]]\nentity = \"chair\"\n[[instances]]";
+    const auto named = [&](const std::string& first, const std::string& name) {
+        return message_with(
+            second, "[[instances]]\nentity = \"chair\"\n" + first + "name = " + name + "\n[[instances]]");
+    };
+    EXPECT_EQ(named("", "\"a chair\""), "accepted");
+    EXPECT_EQ(
+        named("name = \"a\"\n[[instances]]\nentity = \"table\"\n", "\"a\""),
+        "room.toml:47:8: instances[2].name is \"a\", which is the name of instances[1]; wanted another");
+    for (const char* name : {"", "a/b", "../a", ".a", "-a"})
+        EXPECT_EQ(named("", fmt::format("\"{}\"", name)),
+                  fmt::format("room.toml:44:8: instances[1].name is \"{}\", which can not be that of a file",
+                              name));
+    EXPECT_EQ(named("", "3"), "room.toml:44:8: instances[1].name is 3; wanted a text");
+}
+
+TEST_F(SceneReader, LeavesTheCameraToBeFoundIfItHasNoPlace) {
+    EXPECT_FALSE(read(valid_scene)->finds_camera);
+    const std::string scene = valid_scene;
+    const auto [start, end] = std::pair(scene.find("position ="), scene.find("vertical_fov"));
+    const Result<Scene> lens = read(scene.substr(0, start) + scene.substr(end));
+    ASSERT_TRUE(lens) << lens.error().message();
+    EXPECT_TRUE(lens->finds_camera);
+    EXPECT_EQ(lens->camera.height, 480);
+    EXPECT_NEAR(lens->camera.vertical_fov, 35 * pi / 180, 1e-6);
+    const Result<Scene> none = read(scene.substr(scene.find("[environment]")));
+    ASSERT_TRUE(none) << none.error().message();
+    EXPECT_TRUE(none->finds_camera);
+    EXPECT_EQ(message_with("target = [0.0, 0.5, 0.0]", ""), "room.toml:1:1: camera.target is missing");
+}
+
 TEST_F(SceneReader, ReadsFinishesAsPovrayMeansThem) {
     const auto lacquer = [this](const std::string& text) {
         std::string scene = valid_scene;

@@ -94,12 +94,14 @@ Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
         return Error{"--evaluator dense",
                      "knows vertices only; wanted neither --refine nor --colours fitted"};
     const std::filesystem::path output = options.output;
-    const Result<Scene> scene = opened_scene(options.scene);
+    Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
     Result<Environment> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
     const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
+    if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
+        return placed.error();
 
     const ShadedScene shaded = shaded_scene(*scene, *entities, std::move(*environment));
     RenderSettings settings = options.settings;

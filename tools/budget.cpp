@@ -1,9 +1,9 @@
 #include "bridge/budget_report.h"
-#include "bridge/camera_frame.h"
 #include "bridge/preview.h"
 #include "bridge/reference_scene.h"
 #include "fields/base/random_choice.h"
 #include "fields/file/write_file.h"
+#include "scenes/camera_frame.h"
 #include "shading/transfer/turned_light.h"
 #include "tools/command.h"
 #include "tools/number_option.h"
@@ -138,7 +138,7 @@ void report_check(const OracleCheck& check, CommandContext& context) {
 
 Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
-    const Result<Scene> scene = opened_scene(options.scene);
+    Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
     // Before minutes of work: fields may lie elsewhere.
     if (const Result<Done> made = make_folder(output); !made) return made.error();
@@ -146,6 +146,8 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     if (!environment) return environment.error();
     const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
+    if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
+        return placed.error();
     const ShadedScene shaded = shaded_scene(*scene, *entities, *environment);
     RenderSettings settings = options.settings;
     settings.face_size = options.fields.face_size;

@@ -73,13 +73,15 @@ Result<ExitCode> render_by_radiosity(const ReferenceFiles& files, const std::fil
 
 Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
-    const Result<Scene> scene = opened_scene(options.scene);
+    Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
     const Result<Environment> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
 
     const Result<SceneEntities> entities = original_entities(*scene, context);
     if (!entities) return entities.error();
+    if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
+        return placed.error();
     const std::vector<ReferenceInstance> instances = reference_instances(*scene, *entities);
     if (context.progress.stop.stop_requested()) return Error{"", interrupted};
     const std::string stem = file_stem(*scene) + "_reference";

@@ -144,6 +144,8 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     if (!environments) return environments.error();
     const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
+    if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
+        return placed.error();
 
     if (const Result<Done> made = make_folder(output); !made) return made.error();
     RelightStage stage{options, std::move(*scene), {}, std::move(*environments), {}, {}, {}, nullptr};

@@ -1,5 +1,6 @@
 #include "tools/scene_options.h"
 
+#include "scenes/scene_camera.h"
 #include "scenes/scene_reader.h"
 #include "tools/number_option.h"
 
@@ -16,6 +17,14 @@ constexpr int sky_width = 1024;  // pixels; the sun's disc is spread over those 
 
 constexpr Range shares{0, 1, false, true};
 
+Result<Done> apply_view(const SceneOptions& options, Camera& camera) {
+    if (options.view.empty()) return Done{};
+    camera.position = Vec3f(options.view[0], options.view[1], options.view[2]);
+    if (!((camera.target - camera.position).length() > 1e-6f))
+        return Error{"--view", "is the camera's target; wanted another place"};
+    return Done{};
+}
+
 }  // namespace
 
 void add_scene_option(CLI::App& command, SceneOptions& options) {
@@ -30,11 +39,15 @@ void add_view_options(CLI::App& command, SceneOptions& options) {
     add_number(command, "--exposure", options.exposure,
                "Instead of the scene's: the light is multiplied by 2^STOPS", {-60, 60})
         ->type_name("STOPS");
-    add_number(command, "--view", options.view, "Move the camera here; it keeps looking at its target",
-               coordinates)
-        ->delimiter(',')
-        ->expected(3)
-        ->type_name("X,Y,Z");
+    CLI::Option* view = add_number(command, "--view", options.view,
+                                   "Move the camera here; it keeps looking at its target", coordinates)
+                            ->delimiter(',')
+                            ->expected(3)
+                            ->type_name("X,Y,Z");
+    command
+        .add_flag("--frame", options.frame,
+                  "Show all objects from the front right, as without a camera in the scene")
+        ->excludes(view);
 }
 
 void add_picture_options(CLI::App& command, SceneOptions& options) {
@@ -53,12 +66,29 @@ Result<Scene> opened_scene(const SceneOptions& options) {
         scene->environment.sky.reset();
     }
     if (options.exposure) scene->environment.exposure = *options.exposure;
-    if (options.view.size() == 3) {
-        scene->camera.position = Vec3f(options.view[0], options.view[1], options.view[2]);
-        if (!((scene->camera.target - scene->camera.position).length() > 1e-6f))
-            return Error{"--view", "is the camera's target; wanted another place"};
-    }
+    if (options.frame) scene->finds_camera = true;
+    if (!scene->finds_camera)
+        if (const Result<Done> good = apply_view(options, scene->camera); !good) return good.error();
     return scene;
+}
+
+Result<Done> place_camera(Scene& scene, const SceneEntities& entities, const SceneOptions& options,
+                          CommandContext& context) {
+    const bool is_found = scene.finds_camera;
+    Camera& camera = scene.camera;
+    if (is_found) {
+        camera = scene_camera(scene, entities);
+        scene.finds_camera = false;
+        if (const Result<Done> good = apply_view(options, camera); !good) return good;
+        fmt::print("camera position = [{:.6g}, {:.6g}, {:.6g}], target = [{:.6g}, {:.6g}, {:.6g}]\n",
+                   camera.position.x, camera.position.y, camera.position.z, camera.target.x, camera.target.y,
+                   camera.target.z);
+    }
+    for (const std::string& trouble : camera_troubles(scene, entities)) context.warn(trouble);
+    context.report["camera"] = {{"position", {camera.position.x, camera.position.y, camera.position.z}},
+                                {"target", {camera.target.x, camera.target.y, camera.target.z}},
+                                {"found", is_found}};
+    return Done{};
 }
 
 Result<Environment> opened_environment(const Scene& scene, CommandContext& context) {

@@ -19,20 +19,26 @@ struct SceneOptions {
     std::string environment;        ///< Instead of the scene's own, if not empty.
     std::optional<float> exposure;  ///< Instead of the scene's own. [stops]
     std::vector<float> view;        ///< Instead of the camera's position, if not empty: x, y, z. [m]
+    bool frame = false;             ///< The camera's place is found, whatever the scene says.
     int antialiasing = 3;           ///< As PovrayOptions has it.
 };
 
 /// Adds SCENE.
 void add_scene_option(CLI::App& command, SceneOptions& options);
 
-/// Adds --environment, --exposure and --view.
+/// Adds --environment, --exposure, --view and --frame.
 void add_view_options(CLI::App& command, SceneOptions& options);
 
 /// Adds --antialiasing, too.
 void add_picture_options(CLI::App& command, SceneOptions& options);
 
-/// Reads the scene and applies the options.
+/// Reads the scene and applies the options: those of the camera, if it is to be found, in place_camera.
 Result<Scene> opened_scene(const SceneOptions& options);
+
+/// Finds the scene's camera if it is to be found; warns where it sees nothing, and of what it is inside. The
+/// report's `camera`; a line on stdout if it was found.
+Result<Done> place_camera(Scene& scene, const SceneEntities& entities, const SceneOptions& options,
+                          CommandContext& context);
 
 /// The scene's light: read or made, cleaned (with a warning that counts), turned and exposed.
 Result<Environment> opened_environment(const Scene& scene, CommandContext& context);

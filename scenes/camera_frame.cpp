@@ -1,4 +1,4 @@
-#include "bridge/camera_frame.h"
+#include "scenes/camera_frame.h"
 
 #include <cassert>
 
