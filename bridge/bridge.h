@@ -63,9 +63,10 @@
 ///     if (!entities) return fail(entities.error());
 ///     scene->camera = scene_camera(*scene, *entities);
 ///
+///     const Environment light = sky_environment(scene->environment.sky.value_or(AnalyticSky()), 512);
 ///     const Environment sky = turned_environment(
-///         sky_environment(scene->environment.sky.value_or(AnalyticSky()), 512),
-///         double(scene->environment.rotation), double(scene->environment.exposure));
+///         light, double(scene->environment.rotation),
+///         double(scene->environment.exposure.value_or(automatic_exposure(light))));
 ///     const ShadedScene shaded = shaded_scene(*scene, *entities, sky);
 ///     const Result<SceneRadiance> radiance = scene_radiance(shaded, {});
 ///     if (!radiance) return fail(radiance.error());

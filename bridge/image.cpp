@@ -97,6 +97,18 @@ std::string lower_case(std::string text) {
 
 }  // namespace
 
+double clipped_share(const Image& image) {
+    std::size_t counted = 0, clipped = 0;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const float coverage = image.coverage.empty() ? 1 : image.coverage[i];
+        if (coverage < 0.5f) continue;
+        ++counted;
+        const Rgb& pixel = image.pixels[i];
+        clipped += std::max({pixel.x, pixel.y, pixel.z}) > coverage;
+    }
+    return counted > 0 ? static_cast<double>(clipped) / static_cast<double>(counted) : 0;
+}
+
 float srgb_encoded(float linear) {
     if (!(linear > 0.0f)) return 0.0f;
     if (linear >= 1.0f) return 1.0f;

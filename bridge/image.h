@@ -49,6 +49,10 @@ Result<std::string> png_bytes(const Image& image);
 /// The image in front of a background of the same size (asserted); without coverage, the image itself.
 Image over(const Image& image, const Image& background);
 
+/// How much of a picture 8 bits can not show: of the pixels that objects cover by half or more, the share in
+/// which these shine brighter than 1 in a channel. Without coverage, of all pixels; 0 if there are none.
+double clipped_share(const Image& image);
+
 /// sRGB encoding of a linear value, both in [0, 1] (clamped; NaN becomes 0).
 float srgb_encoded(float linear);
 

@@ -26,8 +26,8 @@ struct Camera {
 struct EnvironmentDescription {
     std::filesystem::path image;  ///< Lat-long; empty if `sky` is set.
     std::optional<AnalyticSky> sky;
-    float rotation = 0;  ///< About +y, see turned_environment. [rad]
-    float exposure = 0;  ///< [stops]
+    float rotation = 0;                    ///< About +y, see turned_environment. [rad]
+    std::optional<float> exposure = 0.0f;  ///< None: automatic_exposure. [stops]
 };
 
 /// One kind of object, and how it is prepared.

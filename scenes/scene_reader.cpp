@@ -66,7 +66,7 @@ void take_environment(TomlTable table, const std::filesystem::path& folder,
                      table.has("sky") ? "environment has both image and sky; wanted one of them"
                                       : "environment has neither image nor sky; wanted one of them");
     take_angle(table, "rotation", environment.rotation, turns);
-    table.take("exposure", environment.exposure, {-60, 60});
+    table.take("exposure", environment.exposure, {-60, 60}, "auto");
     table.finish();
 }
 

@@ -154,6 +154,21 @@ void TomlTable::take(std::string_view key, float& value, const Range& range) {
     if (const auto taken = number(*found, key_name(key), range)) value = static_cast<float>(*taken);
 }
 
+void TomlTable::take(std::string_view key, std::optional<float>& value, const Range& range,
+                     std::string_view word) {
+    const toml::node* found = node(key);
+    if (found == nullptr) return;
+    const auto* text = found->as_string();
+    if (text != nullptr && text->get() == word) {
+        value.reset();
+    } else if (text != nullptr) {
+        refuse(key, fmt::format("{} is {}; wanted \"{}\" or a number in {}", key_name(key),
+                                description(*found), word, range.text()));
+    } else if (const auto taken = number(*found, key_name(key), range)) {
+        value = static_cast<float>(*taken);
+    }
+}
+
 void TomlTable::take(std::string_view key, Vec3f& value, const Range& range) {
     if (const auto taken = numbers<3>(key, range, false))
         value = Vec3f(static_cast<float>((*taken)[0]), static_cast<float>((*taken)[1]),

@@ -54,7 +54,9 @@ public:
     /// Whether the table has this key.
     bool has(std::string_view key) const { return table_->contains(key); }
 
-    void take(std::string_view key, float& value, const Range& range);          ///< Integers will do.
+    void take(std::string_view key, float& value, const Range& range);  ///< Integers will do.
+    /// A number, or a word that leaves none.
+    void take(std::string_view key, std::optional<float>& value, const Range& range, std::string_view word);
     void take(std::string_view key, Vec3f& value, const Range& range);          ///< Three numbers.
     void take(std::string_view key, Rgb& value, const Range& range);            ///< Three numbers.
     void take(std::string_view key, std::uint32_t& value, const Range& range);  ///< A whole number.

@@ -34,6 +34,7 @@
 /// | cubemap_tree: a function product as quadtrees | shading/walk/wavelet_blocks.h |
 /// | lighting_tree: where the solid angle enters | shading/scene/lighting.h |
 /// | Environment, sky_environment | shading/scene/environment.h, shading/scene/sky.h |
+/// | automatic_exposure: from the light alone | shading/scene/exposure.h |
 /// | lobe_texels, Material: what surfaces do | shading/scene/lobes.h, shading/scene/material.h |
 /// | ShadedScene, RenderSettings | shading/scene/shaded_scene.h |
 /// | scene_radiance, point_radiance | shading/bake/renderer.h |
@@ -113,6 +114,7 @@
 #include "shading/bake/error_budget.h"
 #include "shading/bake/mesh_refinement.h"
 #include "shading/bake/renderer.h"
+#include "shading/scene/exposure.h"
 #include "shading/scene/lighting.h"
 #include "shading/scene/lobes.h"
 #include "shading/scene/sky.h"

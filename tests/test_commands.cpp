@@ -159,6 +159,7 @@ TEST_F(Commands, BadUsageExitsWithTwo) {
                                        {"bake", "room.toml", "-o", "out", "--view", "1,2"},
                                        {"bake", "room.toml", "-o", "out", "--view", "1,nan,2"},
                                        {"bake", "room.toml", "-o", "out", "--view", "1,1,2", "--frame"},
+                                       {"bake", "room.toml", "-o", "out", "--exposure", "automatic"},
                                        {"reference", "room.toml", "-o", "out", "--lights", "0"},
                                        {"compare", "a.exr", "-o", "out"},
                                        {"compare", "a.exr", "b.exr", "-o", "out", "--min-psnr", "much"},
@@ -449,6 +450,34 @@ TEST_F(Commands, ACameraIsFoundWhereTheSceneHasNoneOrWhereItIsAskedFor) {
     bake("--view=0.2,0.5,0.1");
     const nlohmann::json inside = report("report.json");
     EXPECT_EQ(inside["warnings"].back(), "the camera is inside box");
+}
+
+TEST_F(Commands, BakeAndReferenceFindTheSameExposureAndSayWhatIsClipped) {
+    write_scene();
+    const auto made = [&](std::vector<std::string> arguments, const std::string& exposure) {
+        arguments.insert(arguments.end(), {"room.toml", "-o", "out", "--report", "report.json"});
+        if (!exposure.empty()) arguments.push_back("--exposure=" + exposure);
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return std::pair(report("report.json"), outcome.err);
+    };
+    const std::vector<std::string> bake{"bake", "--face-size", "16", "--antialiasing", "0"},
+        trace{"reference", "--lights", "16", "--antialiasing", "0"};
+    const auto [baked, words] = made(bake, "auto");
+    EXPECT_EQ(baked["environments"][0]["found"], true);
+    EXPECT_EQ(baked["environments"][0]["from"], "sky");
+    EXPECT_LT(baked["clipped_share"], 0.02);
+    EXPECT_EQ(words.find("brighter than 1"), std::string::npos) << words;
+    const nlohmann::json traced = made(trace, "auto").first;
+    EXPECT_EQ(traced["environments"], baked["environments"]);
+    EXPECT_TRUE(traced.contains("clipped_share"));
+
+    const auto [bright, complaint] = made(bake, "6");
+    EXPECT_EQ(bright["environments"][0]["found"], false);
+    EXPECT_EQ(bright["environments"][0]["exposure"], 6);
+    EXPECT_GT(bright["clipped_share"], 0.9);
+    EXPECT_NE(complaint.find("brighter than 1"), std::string::npos) << complaint;
+    EXPECT_EQ(made(bake, "").first["environments"][0]["exposure"], 0);
 }
 
 TEST_F(Commands, CtrlCEndsABakeWithNothingHalfWritten) {

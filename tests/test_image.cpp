@@ -147,5 +147,16 @@ TEST(Image, AnEnvironmentIsTwiceAsWideAsHigh) {
     EXPECT_FALSE(read_environment_image(folder / "bad.exr"));
 }
 
+TEST(ClippedShare, CountsWhatObjectsCoverAndIsBrighterThanOneInAChannel) {
+    const Image image{3,
+                      2,
+                      {Rgb(9, 9, 9), Rgb(0.5f, 0.55f, 0.5f), Rgb(0.9f, 0.2f, 1.1f), Rgb(1, 1, 1),
+                       Rgb(0.2f, 0.6f, 0.2f), Rgb(0.5f, 0.4f, 0.5f)},
+                      {0.4f, 0.5f, 1, 1, 0.7f, 0.5f}};
+    EXPECT_DOUBLE_EQ(clipped_share(image), 2 / 5.0);
+    EXPECT_DOUBLE_EQ(clipped_share({2, 1, {Rgb(0, 2, 0), Rgb(1, 1, 1)}, {}}), 0.5);
+    EXPECT_EQ(clipped_share({1, 1, {Rgb(5, 5, 5)}, {0}}), 0);
+}
+
 }  // namespace
 }  // namespace haarfield

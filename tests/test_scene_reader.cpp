@@ -196,6 +196,19 @@ TEST_F(SceneReader, RefusesNamesThatInstancesCanNotHave) {
     EXPECT_EQ(named("", "3"), "room.toml:44:8: instances[1].name is 3; wanted a text");
 }
 
+TEST_F(SceneReader, TakesAnExposureOrLeavesItToBeFound) {
+    std::string text = valid_scene;
+    text.replace(text.find("exposure = -1.5"), 15, "exposure = \"auto\"");
+    const Result<Scene> found = read(text);
+    ASSERT_TRUE(found) << found.error().message();
+    EXPECT_EQ(found->environment.exposure, std::nullopt);
+    text.replace(text.find("exposure = \"auto\""), 17, "");
+    EXPECT_EQ(read(text)->environment.exposure, 0.0f);
+    EXPECT_EQ(message_with("-1.5", "\"dim\""),
+              "room.toml:10:12: environment.exposure is \"dim\"; wanted \"auto\" or a number in [-60, 60]");
+    EXPECT_EQ(message_with("-1.5", "61"), "room.toml:10:12: environment.exposure is 61; wanted [-60, 60]");
+}
+
 TEST_F(SceneReader, LeavesTheCameraToBeFoundIfItHasNoPlace) {
     EXPECT_FALSE(read(valid_scene)->finds_camera);
     const std::string scene = valid_scene;

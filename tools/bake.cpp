@@ -141,7 +141,7 @@ Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
     const Result<RenderedScene> rendered =
         render_scene(files->scene, exr, povray_options(*scene, options.scene, context), context.progress);
     if (!rendered) return rendered.error();
-    report_picture(exr, {&rendered->run, 1}, context);
+    report_picture(exr, rendered->image, {&rendered->run, 1}, context);
     return ExitCode::done;
 }
 

@@ -48,4 +48,8 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, co
         ->check(number_check(range, std::is_integral_v<typename OptionNumber<T>::Type>));
 }
 
+/// Adds an option whose value is a number of the range, or a word instead of one; kept as text.
+CLI::Option* add_number_or_word(CLI::App& command, const std::string& name, std::string& text,
+                                const std::string& description, const Range& range, const std::string& word);
+
 }  // namespace haarfield

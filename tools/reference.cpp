@@ -66,7 +66,7 @@ Result<ExitCode> render_by_radiosity(const ReferenceFiles& files, const std::fil
             write_with_background(picture->image, files.scene, exr, povray, context.progress);
         !written)
         return written.error();
-    report_picture(exr, {&picture->run, 1}, context);
+    report_picture(exr, picture->image, {&picture->run, 1}, context);
     context.report["scene"] = files.scene.string();
     return ExitCode::done;
 }
@@ -105,7 +105,7 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
             write_with_background(picture->image, files->scene, exr, povray, context.progress);
         !written)
         return written.error();
-    report_picture(exr, picture->run, context);
+    report_picture(exr, picture->image, picture->run, context);
     const double error = double(*picture->image.relative_error);
     fmt::print("error  {:.4f}, relative, of the reference itself\n", error);
     context.report["lights"] = files->lights;

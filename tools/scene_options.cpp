@@ -2,6 +2,7 @@
 
 #include "scenes/scene_camera.h"
 #include "scenes/scene_reader.h"
+#include "shading/scene/exposure.h"
 #include "tools/number_option.h"
 
 #include <fmt/format.h>
@@ -16,6 +17,10 @@ constexpr double antialiasing_threshold = 0.05;
 constexpr int sky_width = 1024;  // pixels; the sun's disc is spread over those that it covers
 
 constexpr Range shares{0, 1, false, true};
+constexpr Range exposures{-60, 60};  // [stops]
+constexpr const char* automatic = "auto";
+
+constexpr double much_clipped = 0.02;  // share of the objects' pixels
 
 Result<Done> apply_view(const SceneOptions& options, Camera& camera) {
     if (options.view.empty()) return Done{};
@@ -36,8 +41,10 @@ void add_view_options(CLI::App& command, SceneOptions& options) {
         .add_option("--environment", options.environment,
                     "Light from this lat-long image instead of the scene's")
         ->type_name("FILE");
-    add_number(command, "--exposure", options.exposure,
-               "Instead of the scene's: the light is multiplied by 2^STOPS", {-60, 60})
+    add_number_or_word(command, "--exposure", options.exposure,
+                       "Instead of the scene's: the light is multiplied by 2^STOPS; auto: so that white "
+                       "paint is just not clipped",
+                       exposures, automatic)
         ->type_name("STOPS");
     CLI::Option* view = add_number(command, "--view", options.view,
                                    "Move the camera here; it keeps looking at its target", coordinates)
@@ -65,7 +72,10 @@ Result<Scene> opened_scene(const SceneOptions& options) {
         scene->environment.image = options.environment;
         scene->environment.sky.reset();
     }
-    if (options.exposure) scene->environment.exposure = *options.exposure;
+    if (options.exposure == automatic)
+        scene->environment.exposure.reset();
+    else if (const std::optional<double> stops = number_in(exposures, options.exposure))
+        scene->environment.exposure = static_cast<float>(*stops);
     if (options.frame) scene->finds_camera = true;
     if (!scene->finds_camera)
         if (const Result<Done> good = apply_view(options, scene->camera); !good) return good.error();
@@ -91,11 +101,11 @@ Result<Done> place_camera(Scene& scene, const SceneEntities& entities, const Sce
     return Done{};
 }
 
-Result<Environment> opened_environment(const Scene& scene, CommandContext& context) {
-    const EnvironmentDescription& description = scene.environment;
-    if (description.sky)
-        return turned_environment(sky_environment(*description.sky, sky_width), description.rotation,
-                                  description.exposure);
+namespace {
+
+Result<Environment> unexposed_environment(const EnvironmentDescription& description,
+                                          CommandContext& context) {
+    if (description.sky) return sky_environment(*description.sky, sky_width);
     Result<LatLongImage> image = read_environment_image(description.image);
     if (!image) return image.error();
     const EnvironmentFindings findings = clean_environment(*image);
@@ -103,7 +113,21 @@ Result<Environment> opened_environment(const Scene& scene, CommandContext& conte
         context.warn(fmt::format("{}: {} negative and {} non-finite values clamped",
                                  description.image.string(), findings.negative_values,
                                  findings.non_finite_values));
-    return turned_environment(Environment(std::move(*image)), description.rotation, description.exposure);
+    return Environment(std::move(*image));
+}
+
+}  // namespace
+
+Result<Environment> opened_environment(const Scene& scene, CommandContext& context) {
+    const EnvironmentDescription& description = scene.environment;
+    const Result<Environment> light = unexposed_environment(description, context);
+    if (!light) return light;
+    const bool is_found = !description.exposure;
+    const float exposure = is_found ? automatic_exposure(*light) : *description.exposure;
+    const std::string from = description.sky ? "sky" : description.image.string();
+    context.report["environments"].push_back({{"from", from}, {"exposure", exposure}, {"found", is_found}});
+    if (is_found) fmt::print("light  {}, exposure {:.2f} stops\n", from, exposure);
+    return turned_environment(*light, double(description.rotation), double(exposure));
 }
 
 PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const CommandContext& context) {
@@ -116,7 +140,7 @@ PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, co
     return povray;
 }
 
-void report_picture(const std::filesystem::path& exr, std::span<const PovrayRun> runs,
+void report_picture(const std::filesystem::path& exr, const Image& objects, std::span<const PovrayRun> runs,
                     CommandContext& context) {
     double parse_seconds = 0, trace_seconds = 0;
     for (const PovrayRun& run : runs) {
@@ -125,6 +149,13 @@ void report_picture(const std::filesystem::path& exr, std::span<const PovrayRun>
     }
     for (const std::string& warning : runs.back().warnings) context.warn("POV-Ray: " + warning);
     context.report["image"] = exr.string();
+    const double clipped = clipped_share(objects);
+    context.report["clipped_share"] = clipped;
+    if (clipped > much_clipped)
+        context.message(
+            fmt::format("{:.1f} % of the objects' pixels are brighter than 1, and clipped in the "
+                        ".png; --exposure changes that",
+                        100 * clipped));
     context.report["povray"] = {{"command_line", runs.back().command_line},
                                 {"parse_seconds", parse_seconds},
                                 {"trace_seconds", trace_seconds}};

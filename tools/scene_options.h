@@ -15,12 +15,12 @@
 namespace haarfield {
 
 struct SceneOptions {
-    std::string scene;              ///< The file.
-    std::string environment;        ///< Instead of the scene's own, if not empty.
-    std::optional<float> exposure;  ///< Instead of the scene's own. [stops]
-    std::vector<float> view;        ///< Instead of the camera's position, if not empty: x, y, z. [m]
-    bool frame = false;             ///< The camera's place is found, whatever the scene says.
-    int antialiasing = 3;           ///< As PovrayOptions has it.
+    std::string scene;        ///< The file.
+    std::string environment;  ///< Instead of the scene's own, if not empty.
+    std::string exposure;     ///< Instead of the scene's own, if not empty: a number, or `auto`. [stops]
+    std::vector<float> view;  ///< Instead of the camera's position, if not empty: x, y, z. [m]
+    bool frame = false;       ///< The camera's place is found, whatever the scene says.
+    int antialiasing = 3;     ///< As PovrayOptions has it.
 };
 
 /// Adds SCENE.
@@ -40,15 +40,18 @@ Result<Scene> opened_scene(const SceneOptions& options);
 Result<Done> place_camera(Scene& scene, const SceneEntities& entities, const SceneOptions& options,
                           CommandContext& context);
 
-/// The scene's light: read or made, cleaned (with a warning that counts), turned and exposed.
+/// The scene's light: read or made, cleaned (with a warning that counts), turned and exposed. Into the
+/// report's `environments` goes where it is from, and its exposure; onto stdout, if that is found.
 Result<Environment> opened_environment(const Scene& scene, CommandContext& context);
 
 /// How POV-Ray is to render a scene: with its resolution.
 PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const CommandContext& context);
 
-/// Says where a picture is, and what POV-Ray said; into the report go `image` and `povray`: the times of all
-/// runs together, and the command line of the last.
-void report_picture(const std::filesystem::path& exr, std::span<const PovrayRun> runs,
+/// Says where a picture is, what POV-Ray said, and that much of it is clipped, if so; into the report go
+/// `image`, `clipped_share`, and `povray`: the times of all runs together, and the command line of the last.
+///
+/// objects  the picture, with coverage.
+void report_picture(const std::filesystem::path& exr, const Image& objects, std::span<const PovrayRun> runs,
                     CommandContext& context);
 
 /// The scene's name as POV-Ray's files take it: letters, digits, `_`, `-` and `.`; others become `_`.

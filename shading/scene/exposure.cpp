@@ -1,0 +1,62 @@
+#include "shading/scene/exposure.h"
+
+#include "shading/scene/light_sources.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haarfield {
+
+namespace {
+
+constexpr double white = 0.8;  // albedo
+constexpr int columns = 64, rows = 32, normals = 1024;
+
+/// Light from a direction, in luminance.
+struct Ray {
+    Vec3d direction;
+    double irradiance;
+};
+
+/// The environment's light, gathered from cells of its image.
+std::vector<Ray> gathered_light(const Environment& environment) {
+    const LatLongImage& image = environment.image;
+    std::vector<Vec3d> cells(std::size_t(columns * rows), Vec3d(0, 0, 0));  // irradiance * direction
+    for (int row = 0; row < image.height; ++row) {
+        const double solid_angle = lat_long_pixel_solid_angle(row, image.width, image.height);
+        for (int column = 0; column < image.width; ++column) {
+            const Rgb& radiance =
+                image.pixels[std::size_t(row) * std::size_t(image.width) + std::size_t(column)];
+            const Vec3d direction =
+                lat_long_direction((column + 0.5) / image.width, (row + 0.5) / image.height);
+            cells[std::size_t(row * rows / image.height * columns + column * columns / image.width)] +=
+                direction * (double(luminance(radiance)) * solid_angle);
+        }
+    }
+    std::vector<Ray> light;
+    for (const Vec3d& cell : cells)
+        if (cell.length() > 0) light.push_back({cell.normalized(), cell.length()});
+    for (const SunDisc& sun : environment.suns)
+        light.push_back({Vec3d(sun.direction), double(luminance(sun.irradiance))});
+    return light;
+}
+
+}  // namespace
+
+float automatic_exposure(const Environment& environment) {
+    const std::vector<Ray> light = gathered_light(environment);
+    double brightest = 0;  // irradiance
+    for (int i = 0; i < normals; ++i) {
+        // Spread evenly over the sphere, in a spiral from pole to pole.
+        const double y = 1 - (2 * i + 1.0) / normals, around = std::sqrt(1 - y * y),
+                     turn = pi * (3 - std::sqrt(5.0)) * i;
+        const Vec3d normal(around * std::cos(turn), y, around * std::sin(turn));
+        double irradiance = 0;
+        for (const Ray& ray : light) irradiance += ray.irradiance * std::max(0.0, normal.dot(ray.direction));
+        brightest = std::max(brightest, irradiance);
+    }
+    if (!(brightest > 0)) return 0;
+    return static_cast<float>(std::clamp(-std::log2(brightest * white / pi), -60.0, 60.0));
+}
+
+}  // namespace haarfield
