@@ -1,8 +1,8 @@
 #pragma once
 /// A scene as its author writes it, in metres and radians; its file, in TOML, has degrees.
 
-#include "fields/base/placement.h"
 #include "fields/base/vector.h"
+#include "scenes/shape.h"
 #include "shading/scene/material.h"
 #include "shading/scene/sky.h"
 
@@ -47,6 +47,7 @@ struct Instance {
     std::string name;        ///< Its own, or the entity's, with a number if that has several: `chair_2`.
     std::size_t entity = 0;  ///< Index in Scene::entities.
     Placement placement;     ///< The file's `rotate` is rotation_xyz.
+    Shape shape{};           ///< Of its mesh, before it is placed.
 };
 
 /// A whole scene.

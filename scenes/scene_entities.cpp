@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
-#include <map>
 
 #include "fields/file/write_file.h"
 #include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_subdivision.h"
+#include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/thin_sheets.h"
 #include "scenes/scene_camera.h"
 
@@ -30,9 +31,19 @@ std::vector<Material> mesh_materials(const Scene& scene, const Entity& entity, c
     return materials;
 }
 
-Result<PreparedMesh> prepared_mesh(const Entity& entity, const Progress& progress) {
+/// An entity, of which a shape is wanted.
+struct Variant {
+    std::size_t entity;  // in Scene::entities
+    Shape shape;
+};
+
+Result<PreparedMesh> prepared_mesh(const Entity& entity, const Shape& shape, const Progress& progress) {
     Result<ImportedMesh> imported = read_mesh(entity.mesh);
     if (!imported) return imported.error();
+    if (shape != Shape()) {
+        imported->mesh = shaped_mesh(std::move(imported->mesh), shape);
+        leave_out_bad_triangles(imported->mesh, imported->findings);  // rounded flat
+    }
     Result<PreparedMesh> prepared =
         prepare_mesh(std::move(*imported), {entity.fine_vertices, entity.coarse_triangles}, progress);
     if (!prepared) return Error{entity.mesh.string(), prepared.error().message()};
@@ -84,23 +95,30 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         if (const Result<Done> made = make_folder(options.fields_folder); !made) return made.error();
         remove_abandoned_files(options.fields_folder);
     }
-    std::map<std::size_t, std::size_t> known;
+    std::vector<Variant> known;  // by result.entities
     for (const Instance& instance : scene.instances) {
-        const auto [entry, is_new] = known.emplace(instance.entity, result.entities.size());
-        result.entity_of_instance.push_back(entry->second);
-        if (!is_new) continue;
+        const auto same = std::ranges::find_if(known, [&instance](const Variant& variant) {
+            return variant.entity == instance.entity && is_same_shape(variant.shape, instance.shape);
+        });
+        result.entity_of_instance.push_back(static_cast<std::size_t>(same - known.begin()));
+        if (same != known.end()) continue;
+        known.push_back({instance.entity, instance.shape});
         if (progress.stop.stop_requested()) return Error{"", interrupted};
 
         const Entity& description = scene.entities[instance.entity];
         auto entity = std::make_unique<SceneEntity>();
         entity->name = description.name;
+        if (instance.shape != Shape()) entity->name += "~" + shape_name(instance.shape);
         if (progress.report) progress.report("mesh of " + entity->name, 0, 1);
         const Clock::time_point mesh_start = Clock::now();
-        Result<PreparedMesh> prepared = prepared_mesh(description, progress);
+        Result<PreparedMesh> prepared = prepared_mesh(description, instance.shape, progress);
         if (!prepared) return prepared.error();
         entity->mesh = std::move(*prepared);
-        if (const std::string findings = entity->mesh.findings.summary(); !findings.empty())
-            result.warnings.push_back(fmt::format("{}: {}", description.mesh.string(), findings));
+        if (const std::string findings = entity->mesh.findings.summary(); !findings.empty()) {
+            const std::string warning = fmt::format("{}: {}", description.mesh.string(), findings);
+            if (std::ranges::find(result.warnings, warning) == result.warnings.end())
+                result.warnings.push_back(warning);
+        }
         entity->occlusion.emplace(entity->mesh);
         entity->materials = mesh_materials(scene, description, entity->mesh.fine);
         entity->mesh_seconds = seconds_since(mesh_start);

@@ -14,9 +14,9 @@
 
 namespace haarfield {
 
-/// An entity of which a scene has instances, however they are placed.
+/// An entity of which a scene has instances, in one shape, however these are placed.
 struct SceneEntity {
-    std::string name;
+    std::string name;  ///< The entity's; of instances that are stretched or mirrored with `~` and shape_name.
     PreparedMesh mesh;
     std::optional<EntityOcclusion> occlusion;  ///< Of the mesh; always there once prepared.
     VisibilityField field;
@@ -29,8 +29,8 @@ struct SceneEntity {
 
 /// A scene's entities, prepared.
 struct SceneEntities {
-    std::vector<std::unique_ptr<SceneEntity>> entities;
-    std::vector<std::size_t> entity_of_instance;  ///< Index in `entities`, by Scene::instances.
+    std::vector<std::unique_ptr<SceneEntity>> entities;  ///< In the order of the first instances.
+    std::vector<std::size_t> entity_of_instance;         ///< Index in `entities`, by Scene::instances.
     std::vector<std::string> warnings;
 };
 
@@ -45,6 +45,10 @@ struct SceneEntityOptions {
 };
 
 /// Reads and prepares the meshes, then makes each field, or reads it from the folder if its key fits.
+///
+/// Instances of one entity share mesh and field if is_same_shape holds for the shape of the first of them.
+/// Meshes are stretched and mirrored as they were read, before they are subdivided and simplified, so that
+/// numbers of vertices, triangles and samples are of every shape.
 ///
 /// Each field is in the folder, whole, as soon as it is made: a run that was killed goes on where it was, and
 /// removes what the killed one left half-written. Of several processes that want the same field one makes it

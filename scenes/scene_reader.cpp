@@ -157,6 +157,42 @@ Entity taken_entity(TomlTable table, const std::string& name, const std::filesys
     return entity;
 }
 
+// Either a matrix; or a scale, then a rotation, then a translation.
+void take_place(TomlTable& table, Instance& instance) {
+    std::array<std::array<double, 4>, 3> matrix{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+    Vec3d scale(1, 1, 1);
+    Vec3f translate(0, 0, 0), degrees(0, 0, 0);
+    table.take_matrix("matrix", matrix, coordinates);
+    table.take("translate", translate, coordinates);
+    table.take_factors("scale", scale, {least_stretch, most_stretch});
+    table.take("rotate", degrees, turns);
+    const bool is_matrix = table.has("matrix");
+    for (const char* key : {"translate", "scale", "rotate"})
+        if (is_matrix && table.has(key))
+            table.refuse(key, fmt::format("{}.{} stands beside matrix; wanted either a matrix, or translate, "
+                                          "scale and rotate",
+                                          table.name(), key));
+
+    std::array<Vec3d, 3> linear{Vec3d(scale.x, 0, 0), Vec3d(0, scale.y, 0), Vec3d(0, 0, scale.z)};
+    if (is_matrix)
+        for (std::size_t i = 0; i < 3; ++i) {
+            linear[i] = {matrix[i][0], matrix[i][1], matrix[i][2]};
+            translate[int(i)] = static_cast<float>(matrix[i][3]);
+        }
+    const Result<LinearParts> parts = linear_parts(linear);
+    if (!parts) {
+        const char* key = is_matrix ? "matrix" : "scale";
+        return table.refuse(key, fmt::format("{}.{} {}", table.name(), key, parts.error().what));
+    }
+    instance.placement = parts->placement;
+    instance.placement.translate = translate;
+    // Two negative factors are half a turn, which comes before the others.
+    const Rotation rotate = rotation_xyz({radians(degrees.x), radians(degrees.y), radians(degrees.z)});
+    instance.placement.rotate =
+        is_identity(parts->placement.rotate) ? rotate : rotate * parts->placement.rotate;
+    instance.shape = parts->shape;
+}
+
 // Its name is empty if it has none.
 Instance taken_instance(TomlTable table, const std::vector<Entity>& entities,
                         const std::vector<Instance>& before) {
@@ -179,11 +215,7 @@ Instance taken_instance(TomlTable table, const std::vector<Entity>& entities,
         table.refuse("name",
                      fmt::format("{}.name is \"{}\", which is the name of instances[{}]; wanted another",
                                  table.name(), instance.name, same - before.begin()));
-    table.take("translate", instance.placement.translate, coordinates);
-    table.take("scale", instance.placement.scale, {1e-6, 1e6});
-    Vec3f degrees(0, 0, 0);
-    table.take("rotate", degrees, turns);
-    instance.placement.rotate = rotation_xyz({radians(degrees.x), radians(degrees.y), radians(degrees.z)});
+    take_place(table, instance);
     table.finish();
     return instance;
 }

@@ -20,6 +20,7 @@
 /// | declaration | is in |
 /// |---|---|
 /// | Scene, Entity, Instance, Camera, EnvironmentDescription | scenes/scene.h |
+/// | Shape, linear_parts: what stretches and mirrors | scenes/shape.h |
 /// | read_scene | scenes/scene_reader.h |
 /// | prepare_scene_entities, SceneEntities, SceneEntityOptions | scenes/scene_entities.h |
 /// | shaded_scene | scenes/scene_entities.h |

@@ -123,19 +123,17 @@ std::optional<double> TomlTable::number(const toml::node& node, const std::strin
 }
 
 template <std::size_t n>
-std::optional<std::array<double, n>> TomlTable::numbers(std::string_view key, const Range& range,
-                                                        bool whole) {
-    const toml::node* found = node(key);
-    if (found == nullptr) return std::nullopt;
-    const toml::array* list = found->as_array();
+std::optional<std::array<double, n>> TomlTable::numbers(const toml::node& node, const std::string& key,
+                                                        const Range& range, bool whole) {
+    const toml::array* list = node.as_array();
     if (list == nullptr || list->size() != n) {
-        refuse(key, fmt::format("{} is {}; wanted {} {}numbers in {}", key_name(key), description(*found), n,
-                                whole ? "whole " : "", range.text()));
+        file_->refuse(node.source(), fmt::format("{} is {}; wanted {} {}numbers in {}", key,
+                                                 description(node), n, whole ? "whole " : "", range.text()));
         return std::nullopt;
     }
     std::array<double, n> values{};
     for (std::size_t i = 0; i < n; ++i) {
-        const std::string name = fmt::format("{}[{}]", key_name(key), i);
+        const std::string name = fmt::format("{}[{}]", key, i);
         if (whole && !list->get(i)->is_integer()) {
             file_->refuse(list->get(i)->source(), fmt::format("{} is {}; wanted a whole number in {}", name,
                                                               description(*list->get(i)), range.text()));
@@ -170,7 +168,9 @@ void TomlTable::take(std::string_view key, std::optional<float>& value, const Ra
 }
 
 void TomlTable::take(std::string_view key, Vec3f& value, const Range& range) {
-    if (const auto taken = numbers<3>(key, range, false))
+    const toml::node* found = node(key);
+    if (found == nullptr) return;
+    if (const auto taken = numbers<3>(*found, key_name(key), range, false))
         value = Vec3f(static_cast<float>((*taken)[0]), static_cast<float>((*taken)[1]),
                       static_cast<float>((*taken)[2]));
 }
@@ -193,8 +193,56 @@ void TomlTable::take(std::string_view key, std::uint32_t& value, const Range& ra
 }
 
 void TomlTable::take(std::string_view key, std::array<std::uint32_t, 2>& value, const Range& range) {
-    if (const auto taken = numbers<2>(key, range, true))
+    const toml::node* found = node(key);
+    if (found == nullptr) return;
+    if (const auto taken = numbers<2>(*found, key_name(key), range, true))
         value = {static_cast<std::uint32_t>((*taken)[0]), static_cast<std::uint32_t>((*taken)[1])};
+}
+
+void TomlTable::take_factors(std::string_view key, Vec3d& value, const Range& magnitudes) {
+    const toml::node* found = node(key);
+    if (found == nullptr) return;
+    const auto take_one = [&](const toml::node& from, const std::string& name, double& factor) {
+        const std::optional<double> taken = from.is_number() ? from.value<double>() : std::nullopt;
+        if (taken && magnitudes.contains(std::abs(*taken)))
+            factor = *taken;
+        else
+            file_->refuse(from.source(), fmt::format("{} is {}; wanted {} with either sign", name,
+                                                     description(from), magnitudes.text()));
+    };
+    if (found->is_number()) {
+        take_one(*found, key_name(key), value.x);
+        value.y = value.z = value.x;
+    } else if (const toml::array* list = found->as_array(); list != nullptr && list->size() == 3) {
+        for (int axis = 0; axis < 3; ++axis)
+            take_one(*list->get(std::size_t(axis)), fmt::format("{}[{}]", key_name(key), axis), value[axis]);
+    } else {
+        refuse(key, fmt::format("{} is {}; wanted a number or 3 numbers in {} with either sign",
+                                key_name(key), description(*found), magnitudes.text()));
+    }
+}
+
+void TomlTable::take_matrix(std::string_view key, std::array<std::array<double, 4>, 3>& value,
+                            const Range& range) {
+    const toml::node* found = node(key);
+    if (found == nullptr) return;
+    const toml::array* list = found->as_array();
+    if (list == nullptr || (list->size() != 3 && list->size() != 4))
+        return refuse(key,
+                      fmt::format("{} is {}; wanted 3 rows of 4 numbers in {}, and 0 0 0 1 below them or "
+                                  "nothing",
+                                  key_name(key), description(*found), range.text()));
+    for (std::size_t row = 0; row < list->size(); ++row) {
+        const std::string name = fmt::format("{}[{}]", key_name(key), row);
+        const auto taken = numbers<4>(*list->get(row), name, range, false);
+        if (!taken) return;
+        if (row < 3)
+            value[row] = *taken;
+        else if (*taken != std::array<double, 4>{0, 0, 0, 1})
+            file_->refuse(list->get(row)->source(),
+                          fmt::format("{} is {} {} {} {}; wanted 0 0 0 1: the matrix stands before columns",
+                                      name, (*taken)[0], (*taken)[1], (*taken)[2], (*taken)[3]));
+    }
 }
 
 void TomlTable::take(std::string_view key, std::string& value) {

@@ -60,6 +60,10 @@ public:
     void take(std::string_view key, Vec3f& value, const Range& range);          ///< Three numbers.
     void take(std::string_view key, Rgb& value, const Range& range);            ///< Three numbers.
     void take(std::string_view key, std::uint32_t& value, const Range& range);  ///< A whole number.
+    /// Three numbers of these magnitudes and any signs, or one that stands for all three.
+    void take_factors(std::string_view key, Vec3d& value, const Range& magnitudes);
+    /// Three rows of four numbers; a fourth, if there is one, must be 0 0 0 1.
+    void take_matrix(std::string_view key, std::array<std::array<double, 4>, 3>& value, const Range& range);
     /// Two whole numbers.
     void take(std::string_view key, std::array<std::uint32_t, 2>& value, const Range& range);
     void take(std::string_view key, std::string& value);  ///< Any text.
@@ -84,7 +88,8 @@ private:
     std::string key_name(std::string_view key) const;
     std::optional<double> number(const toml::node& node, const std::string& key, const Range& range);
     template <std::size_t n>
-    std::optional<std::array<double, n>> numbers(std::string_view key, const Range& range, bool whole);
+    std::optional<std::array<double, n>> numbers(const toml::node& node, const std::string& key,
+                                                 const Range& range, bool whole);
 
     const toml::table* table_;
     std::string name_;

@@ -147,6 +147,65 @@ TEST_F(SceneEntitiesTest, TurnedInstancesShareTheEntity) {
     }
 }
 
+Shape stretched(double x, double y, double z) {
+    return linear_parts({Vec3d(x, 0, 0), Vec3d(0, y, 0), Vec3d(0, 0, z)})->shape;
+}
+
+TEST_F(SceneEntitiesTest, EachShapeOfAnEntityHasAFieldOfItsOwn) {
+    const Shape flat = stretched(2, 0.5, 1), mirrored = stretched(-1, 1, 1);
+    Shape nearly_flat = flat;
+    nearly_flat.row[0].y = 1e-6;
+    for (const Shape& shape : {flat, mirrored, nearly_flat, mirrored, Shape()})
+        scene.instances.push_back({"box", 0, {{0, 0, 5}, 1, rotation_about({1, 0, 1}, 0.3)}, shape});
+    const auto first = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(first) << first.error().message();
+    EXPECT_EQ(first->entity_of_instance, (std::vector<std::size_t>{0, 0, 1, 2, 1, 2, 0}));
+    ASSERT_EQ(first->entities.size(), 3u);
+    EXPECT_EQ(first->entities[0]->field_file, options.fields_folder / "box.vdb");
+    EXPECT_EQ(first->entities[1]->name, "box~" + shape_name(flat));
+    EXPECT_EQ(first->entities[1]->field_file, options.fields_folder / ("box~" + shape_name(flat) + ".vdb"));
+    EXPECT_EQ(first->entities[2]->name, "box~" + shape_name(mirrored));
+    const auto extent = [](const Mesh& mesh) { return mesh_bounds(mesh).upper - mesh_bounds(mesh).lower; };
+    for (const auto& entity : first->entities)
+        EXPECT_GE(entity->mesh.fine.positions.size(), 50u) << "what is wanted of vertices is of every shape";
+    EXPECT_EQ(extent(first->entities[0]->mesh.original), Vec3f(1, 1, 2));
+    for (const Mesh* mesh : {&first->entities[1]->mesh.original, &first->entities[1]->mesh.fine,
+                             &first->entities[1]->mesh.coarse})
+        EXPECT_EQ(extent(*mesh), Vec3f(1, 0.25f, 1));
+    EXPECT_EQ(mesh_bounds(first->entities[2]->mesh.original).lower.x, -1);
+    const auto second = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(second) << second.error().message();
+    for (const auto& entity : second->entities) EXPECT_TRUE(entity->reused) << entity->name;
+}
+
+TEST_F(SceneEntitiesTest, SaysOfAMeshOnceWhatWasFound) {
+    for (const Shape& shape : {stretched(2, 0.5, 1), stretched(-1, 1, 1)})
+        scene.instances.push_back({"box", 0, {}, shape});
+    options.fields = false;
+    const auto entities = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(entities);
+    EXPECT_EQ(entities->entities.size(), 3u);
+    EXPECT_EQ(entities->warnings.size(), 1u) << "6 n-gons triangulated";
+}
+
+TEST_F(SceneEntitiesTest, WhatRoundingFlattensIsLeftOut) {
+    // A fine step in the middle of a face, which a slanting stretch that flattens makes one place.
+    std::ofstream(folder / "box.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1.00001 0.00001 0\n"
+                                         "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 5\nf 5 3 4\nf 2 5 4\n";
+    const Rotation slant = rotation_about({0, 0, 1}, -pi / 4);
+    std::array<Vec3d, 3> map;
+    for (std::size_t i = 0; i < 3; ++i) map[i] = slant.row[i] * (i == 0 ? 2e-4 : 1);
+    scene.instances.resize(1);
+    scene.instances[0].shape = linear_parts(map)->shape;
+    options.fields = false;
+    const auto entities = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(entities) << entities.error().message();
+    const PreparedMesh& mesh = entities->entities[0]->mesh;
+    EXPECT_EQ(mesh.findings.degenerate_triangles, 2u);
+    EXPECT_EQ(mesh.original.triangles.size(), 4u);
+    EXPECT_EQ(mesh.findings.boundary_edges, 0u);
+}
+
 TEST_F(SceneEntitiesTest, MaterialsOfTheMeshAreMappedByName) {
     const auto entities = prepare_scene_entities(scene, options);
     ASSERT_TRUE(entities);

@@ -224,6 +224,45 @@ TEST_F(SceneReader, LeavesTheCameraToBeFoundIfItHasNoPlace) {
     EXPECT_EQ(message_with("target = [0.0, 0.5, 0.0]", ""), "room.toml:1:1: camera.target is missing");
 }
 
+TEST_F(SceneReader, TakesAnyAffinePlace) {
+    const auto placed = [this](const std::string& keys) {
+        std::string text = valid_scene;
+        const std::size_t begin = text.find("translate = "), end = text.find("[[instances]]", begin);
+        const Result<Scene> scene = read(text.replace(begin, end - begin, keys + "\n"));
+        EXPECT_TRUE(scene) << keys << '\n' << scene.error().message();
+        return scene->instances[0];
+    };
+    const auto world = [](const Instance& instance, const Vec3d& point) {
+        return instance.placement.point_to_world(instance.shape(point));
+    };
+    const Instance plain = placed("scale = 0.3\nrotate = [20, -30, 50]\ntranslate = [1, 2, 3]");
+    EXPECT_EQ(plain.placement,
+              (Placement{{1, 2, 3}, 0.3f, rotation_xyz(Vec3f(20, -30, 50) * float(pi / 180))}));
+    EXPECT_EQ(plain.shape, Shape());
+    const Instance alike = placed("scale = [0.3, 0.3, 0.3]\nrotate = [20, -30, 50]\ntranslate = [1, 2, 3]");
+    EXPECT_EQ(alike.placement, plain.placement) << "to the last bit";
+    EXPECT_EQ(alike.shape, Shape());
+    const Instance diagonal = placed("matrix = [[0.3, 0, 0, 1], [0, 0.3, 0, 2], [0, 0, 0.3, 3]]");
+    EXPECT_EQ(diagonal.placement, (Placement{{1, 2, 3}, 0.3f}));
+    EXPECT_EQ(diagonal.shape, Shape());
+
+    const Vec3d point(0.3, -0.7, 1.1);
+    const Rotation turn = rotation_xyz(Vec3f(20, -30, 50) * float(pi / 180));
+    EXPECT_LT((world(placed("scale = [2, -0.5, 1]\nrotate = [20, -30, 50]\ntranslate = [1, 2, 3]"), point) -
+               (turn(Vec3d(0.6, 0.35, 1.1)) + Vec3d(1, 2, 3)))
+                  .length(),
+              1e-6)
+        << "scaled, then turned, then translated";
+    EXPECT_LT((world(placed("scale = -2"), point) + point * 2).length(), 1e-6);
+    for (const char* last : {"", ", [0, 0, 0, 1.0]"})
+        EXPECT_LT((world(placed(std::string("matrix = [[1, 2, 0, -4], [0, 0.5, 3, 5], [0, 0, 1, 6.5]") +
+                                last + "]"),
+                         point) -
+                   Vec3d(0.3 - 1.4 - 4, -0.35 + 3.3 + 5, 1.1 + 6.5))
+                      .length(),
+                  1e-6);
+}
+
 TEST_F(SceneReader, ReadsFinishesAsPovrayMeansThem) {
     const auto lacquer = [this](const std::string& text) {
         std::string scene = valid_scene;
@@ -265,6 +304,7 @@ TEST_F(SceneReader, SaysWhereWhatWasFoundAndWhatWasWanted) {
 
 TEST_F(SceneReader, RefusesWhatIsWrong) {
     constexpr const char* cloth = "diffuse = [1, 0, 0.5]";
+    constexpr const char* place = "translate = [0.0, -1, 0.5]\nscale = 2\nrotate = [0, 90, 0]";
     struct Case {
         const char *from, *to, *message;
     };
@@ -297,8 +337,27 @@ TEST_F(SceneReader, RefusesWhatIsWrong) {
              Case{"[3.2, 1.8, 4]", "[nan, 1.8, 4]",
                   "2:13: camera.position[0] is nan; wanted [-1000000, 1000000]"},
              Case{"scale = 2", "scale = inf", "40:9: instances[0].scale is inf"},
-             Case{"scale = 2", "scale = 0", "40:9: instances[0].scale is 0"},
-             Case{"scale = 2", "scale = -1.5", "40:9: instances[0].scale is -1.5"},
+             Case{"scale = 2", "scale = 0",
+                  "40:9: instances[0].scale is 0; wanted [1e-06, 1000000] with either sign"},
+             Case{"scale = 2", "scale = -1e7", "40:9: instances[0].scale is -10000000"},
+             Case{"scale = 2", "scale = [1, 2]",
+                  "40:9: instances[0].scale is a list of 2; wanted a number or 3 numbers in [1e-06,"},
+             Case{"scale = 2", "scale = [1, 2, 0]", "40:16: instances[0].scale[2] is 0; wanted [1e-06,"},
+             Case{"scale = 2", "scale = [1, \"2\", 1]", "40:13: instances[0].scale[1] is \"2\"; wanted"},
+             Case{"scale = 2", "scale = [1, 1e-5, 1]",
+                  "40:9: instances[0].scale stretches lengths by 1e-05 to 1; wanted"},
+             Case{"scale = 2", "matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]",
+                  "39:13: instances[0].translate stands beside matrix; wanted either a matrix, or"},
+             Case{place, "matrix = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]",
+                  "39:10: instances[0].matrix is a list of 12; wanted 3 rows of 4 numbers in [-1000000,"},
+             Case{place, "matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
+                  "39:11: instances[0].matrix[0] is a list of 3; wanted 4 numbers"},
+             Case{place, "matrix = [[1, 0, 0, 0], [0, 1, nan, 0], [0, 0, 1, 0]]",
+                  "39:32: instances[0].matrix[1][2] is nan; wanted [-1000000, 1000000]"},
+             Case{place, "matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 2, 0, 1]]",
+                  "39:53: instances[0].matrix[3] is 0 2 0 1; wanted 0 0 0 1"},
+             Case{place, "matrix = [[1, 2, 0, 0], [2, 4, 0, 0], [0, 0, 1, 0]]",
+                  "39:10: instances[0].matrix stretches lengths by"},
              Case{"scale = 2", "scale = nan", "40:9: instances[0].scale is nan"},
              Case{"[640, 480]", "[640, 0]", "5:20: camera.resolution[1] is 0; wanted [1, 16384]"},
              Case{"[640, 480]", "[16385, 480]", "5:15: camera.resolution[0] is 16385"},

@@ -229,36 +229,6 @@ Result<Gatherer> gathered_faces(const std::filesystem::path& file) {
     return gatherer;
 }
 
-/// Triangles are the same if they join the same places, whichever way round.
-void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings) {
-    const MergedPositions merged = merged_positions(mesh.positions);
-    std::vector<std::pair<Triangle, std::uint32_t>> sorted;
-    std::vector<bool> keep(mesh.triangles.size(), true);
-    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-        Triangle t = mesh.triangles[i];
-        const Vec3d p(mesh.positions[t[0]]);
-        const Vec3d area = (Vec3d(mesh.positions[t[1]]) - p).cross(Vec3d(mesh.positions[t[2]]) - p);
-        if (area.length2() == 0) {
-            ++findings.degenerate_triangles;
-            keep[i] = false;
-            continue;
-        }
-        for (std::uint32_t& corner : t) corner = merged.index[corner];
-        std::sort(t.begin(), t.end());
-        sorted.emplace_back(t, i);
-    }
-    std::sort(sorted.begin(), sorted.end());
-    for (std::size_t i = 1; i < sorted.size(); ++i)
-        if (sorted[i].first == sorted[i - 1].first) {
-            ++findings.duplicate_triangles;
-            keep[sorted[i].second] = false;
-        }
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-        if (keep[i]) mesh.triangles[kept++] = mesh.triangles[i];
-    mesh.triangles.resize(kept);
-}
-
 /// Corners at one position whose triangles face one way.
 struct FacetGroup {
     Vec3d normal;                      ///< Unit normal of the first.

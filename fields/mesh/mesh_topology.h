@@ -18,6 +18,13 @@ struct MergedPositions {
 /// cost  linear.
 MergedPositions merged_positions(std::span<const Vec3f> positions);
 
+/// Leaves out triangles without area, and all but the first of those that join the same places, whichever way
+/// round.
+///
+/// findings  adds to degenerate_triangles and duplicate_triangles.
+/// cost      n log n.
+void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings);
+
 /// Makes triangles agree with their neighbours and face outwards, and counts what it finds.
 ///
 /// Triangles agree across edges that exactly two of them share. A part that is closed then faces

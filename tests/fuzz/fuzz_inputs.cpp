@@ -293,6 +293,10 @@ scale = 2
 rotate = [0, 90, 0]
 [[instances]]
 entity = "table"
+scale = [2, -0.5, 1]
+[[instances]]
+entity = "table"
+matrix = [[1, 0.5, 0, 2], [0, 1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]]
 )",
             R"(camera.position = [0, 1, 2]
 camera.target = [0, 0, 0]

@@ -183,7 +183,10 @@ public:
         if (!scene) return scene.error().where.empty() ? "refused without a place" : "";
         accepted = true;
         for (const Instance& instance : scene->instances)
-            if (instance.entity >= scene->entities.size()) return "an instance without an entity";
+            if (instance.entity >= scene->entities.size())
+                return "an instance without an entity";
+            else if (!(instance.placement.scale > 0) || !is_same_shape(instance.shape, instance.shape))
+                return "an instance without a place";
         return {};
     }
 
