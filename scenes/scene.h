@@ -50,6 +50,14 @@ struct Instance {
     Shape shape{};           ///< Of its mesh, before it is placed.
 };
 
+/// Where an instance is at one time of a film; of what is not given, see its keyframes before and after.
+struct Keyframe {
+    float time = 0;                  ///< From 0, when all is as the instances say. [s]
+    std::size_t instance = 0;        ///< Index in Scene::instances.
+    std::optional<Vec3f> translate;  ///< Of its placement then. [m]
+    std::optional<Vec3f> rotate;  ///< Angles by which it is turned beyond its placement: rotation_xyz. [rad]
+};
+
 /// A whole scene.
 struct Scene {
     std::string name;  ///< The file's, without its ending.
@@ -59,6 +67,7 @@ struct Scene {
     std::map<std::string, Material> materials;
     std::vector<Entity> entities;     ///< In the order of the file.
     std::vector<Instance> instances;  ///< In the order of the file.
+    std::vector<Keyframe> keyframes;  ///< In the order of the file; times of one instance grow.
 };
 
 }  // namespace haarfield

@@ -50,6 +50,28 @@ Result<PreparedMesh> prepared_mesh(const Entity& entity, const Shape& shape, con
     return prepared;
 }
 
+/// Whether all of a mesh lies in one plane, to 1e-5 of its size: a floor, or a wall.
+bool is_flat(const Mesh& mesh) {
+    Vec3d normal(0, 0, 0);
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const Vec3d from(mesh.positions[a]);
+        const Vec3d area = (Vec3d(mesh.positions[b]) - from).cross(Vec3d(mesh.positions[c]) - from);
+        normal += area.dot(normal) < 0 ? -area : area;
+    }
+    normal.normalize();
+    const double thickness = 1e-5 * double(mesh_bounds(mesh).radius());
+    return std::ranges::all_of(mesh.positions, [&](const Vec3f& position) {
+        return std::abs((Vec3d(position) - Vec3d(mesh.positions[0])).dot(normal)) <= thickness;
+    });
+}
+
+/// What a person should know of the mesh. That a flat sheet is open, and has two sides, is no surprise.
+std::string notable_findings(const PreparedMesh& mesh) {
+    MeshFindings findings = mesh.findings;
+    if (is_flat(mesh.original)) findings.boundary_edges = findings.backs = findings.parted_vertices = 0;
+    return findings.summary();
+}
+
 /// Reads the field if the file is there, may be used, and has the key.
 bool reuse_field(SceneEntity& entity, const ContentHash& key, Unsealed unsealed) {
     std::error_code ignored;
@@ -114,7 +136,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         Result<PreparedMesh> prepared = prepared_mesh(description, instance.shape, progress);
         if (!prepared) return prepared.error();
         entity->mesh = std::move(*prepared);
-        if (const std::string findings = entity->mesh.findings.summary(); !findings.empty()) {
+        if (const std::string findings = notable_findings(entity->mesh); !findings.empty()) {
             const std::string warning = fmt::format("{}: {}", description.mesh.string(), findings);
             if (std::ranges::find(result.warnings, warning) == result.warnings.end())
                 result.warnings.push_back(warning);

@@ -31,7 +31,7 @@ struct SceneEntity {
 struct SceneEntities {
     std::vector<std::unique_ptr<SceneEntity>> entities;  ///< In the order of the first instances.
     std::vector<std::size_t> entity_of_instance;         ///< Index in `entities`, by Scene::instances.
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings;  ///< Of what was found in meshes; not that flat sheets are open.
 };
 
 /// How fields are made, and where they are kept.

@@ -245,6 +245,50 @@ void name_instances(Scene& scene) {
     }
 }
 
+// instances  named.
+Keyframe taken_keyframe(TomlTable table, const Scene& scene) {
+    Keyframe keyframe;
+    std::string name;
+    table.require("time");
+    table.require("instance");
+    table.take("time", keyframe.time, {0, 1e6});
+    table.take("instance", name);
+    const auto instance = std::ranges::find(scene.instances, name, &Instance::name);
+    if (instance != scene.instances.end())
+        keyframe.instance = static_cast<std::size_t>(instance - scene.instances.begin());
+    else if (table.has("instance"))
+        table.refuse("instance",
+                     fmt::format("{}.instance is \"{}\"; there is no such instance", table.name(), name));
+    Vec3f translate(0, 0, 0), degrees(0, 0, 0);
+    table.take("translate", translate, coordinates);
+    table.take("rotate", degrees, turns);
+    if (table.has("translate")) keyframe.translate = translate;
+    if (table.has("rotate"))
+        keyframe.rotate = Vec3f(radians(degrees.x), radians(degrees.y), radians(degrees.z));
+    if (!keyframe.translate && !keyframe.rotate)
+        table.refuse("", fmt::format("{} has neither translate nor rotate", table.name()));
+    for (const Keyframe& before : scene.keyframes)
+        if (before.instance == keyframe.instance && !(keyframe.time > before.time))
+            table.refuse("time", fmt::format("{}.time is {}; wanted more than {}, as {} has before",
+                                             table.name(), keyframe.time, before.time, name));
+    table.finish();
+    return keyframe;
+}
+
+// The tables of a list of them, such as [[instances]].
+std::vector<TomlTable> tables_of(const toml::array& list, const std::string& name, TomlFile& file) {
+    std::vector<TomlTable> tables;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+        const toml::table* table = list.get(i)->as_table();
+        if (table != nullptr)
+            tables.emplace_back(*table, fmt::format("{}[{}]", name, i), file);
+        else
+            file.refuse(list.get(i)->source(),
+                        fmt::format("{0}[{1}] is not a table; wanted [[{0}]]", name, i));
+    }
+    return tables;
+}
+
 // The parts of a table of tables, in the order of the file: toml++ sorts by name.
 std::vector<std::pair<std::string, const toml::table*>> parts_in_order(const toml::table& table,
                                                                        const std::string& name,
@@ -298,21 +342,17 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
         }
     if (const toml::array* instances = root.take_array("instances")) {
         if (instances->empty()) root.refuse("instances", "instances is empty; wanted at least one");
-        for (std::size_t i = 0; i < instances->size(); ++i) {
-            const toml::table* instance = instances->get(i)->as_table();
-            if (instance == nullptr) {
-                root.refuse("instances",
-                            fmt::format("instances[{}] is not a table; wanted [[instances]]", i));
-                break;
-            }
-            scene.instances.push_back(
-                taken_instance(TomlTable(*instance, fmt::format("instances[{}]", i), file), scene.entities,
-                               scene.instances));
-        }
+        for (TomlTable& instance : tables_of(*instances, "instances", file))
+            scene.instances.push_back(taken_instance(std::move(instance), scene.entities, scene.instances));
     }
+    const toml::array* keyframes = root.take_array("keyframes");
     root.finish();
     if (file.error) return *file.error;
     name_instances(scene);
+    if (keyframes != nullptr)
+        for (TomlTable& keyframe : tables_of(*keyframes, "keyframes", file))
+            scene.keyframes.push_back(taken_keyframe(std::move(keyframe), scene));
+    if (file.error) return *file.error;
     return scene;
 }
 

@@ -452,6 +452,27 @@ TEST_F(Commands, ACameraIsFoundWhereTheSceneHasNoneOrWhereItIsAskedFor) {
     EXPECT_EQ(inside["warnings"].back(), "the camera is inside box");
 }
 
+TEST_F(Commands, QuietSaysOnlyWhatJsonAsksFor) {
+    write_scene();
+    using Arguments = std::vector<std::string>;
+    for (Arguments arguments :
+         {Arguments{"bake", "room.toml", "-o", "out", "--face-size", "16", "--antialiasing", "0", "--frame",
+                    "--exposure", "auto"},
+          {"reference", "room.toml", "-o", "out", "--lights", "16", "--antialiasing", "0"},
+          {"compare", "out/baked.exr", "out/reference.exr", "-o", "out"},
+          {"relight", "room.toml", "-o", "out", "--face-size", "16", "--spin-light", "--frames", "1"},
+          {"info", "out/fields/box.vdb"},
+          {"verify", "out/fields/box.vdb"}}) {
+        arguments.emplace_back("--quiet");
+        const Outcome outcome = run(arguments);
+        EXPECT_EQ(outcome.code, 0) << arguments[0] << outcome.err;
+        EXPECT_EQ(outcome.out + outcome.err, "") << arguments[0];
+    }
+    const Outcome asked = run({"info", "out/fields/box.vdb", "--quiet", "--json"});
+    EXPECT_EQ(nlohmann::json::parse(asked.out, nullptr, false).value("entity", ""), "box") << asked.out;
+    EXPECT_NE(run({"info", "missing.vdb", "--quiet"}).err, "");
+}
+
 TEST_F(Commands, BakeAndReferenceFindTheSameExposureAndSayWhatIsClipped) {
     write_scene();
     const auto made = [&](std::vector<std::string> arguments, const std::string& exposure) {

@@ -243,6 +243,14 @@ TEST(MeshReader, RefusesWhatIsNoMesh) {
         const TextFile file(name, text);
         EXPECT_FALSE(read_mesh(file.path)) << name;
     }
+    for (const auto& [name, found] :
+         {std::pair("words.xyzzy", "has the ending .xyzzy, "), {"words", "has no ending, "}}) {
+        const TextFile file(name, "hello");
+        const std::string message = read_mesh(file.path).error().message();
+        EXPECT_NE(message.find(found + std::string("which nothing here reads; wanted .obj, .ply, .gltf,")),
+                  std::string::npos)
+            << message;
+    }
 }
 
 TEST(MeshReader, AFileCutShortAnywhereIsAnErrorOrAMesh) {

@@ -126,6 +126,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
     const std::map<std::string, std::set<std::string>> meant{
         {"--help", all},
         {"--report", all},
+        {"--quiet", all},
         {"--frame", {"bake", "budget", "reference", "relight"}},
         {"--visibility-error", make_fields},
         {"--allow-unsealed", {"bake", "budget", "precompute", "relight", "info", "verify"}},
@@ -138,6 +139,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--spin-light", {"relight"}},
         {"--orbit", {"relight"}},
         {"--move", {"relight"}},
+        {"--keyframes", {"relight"}},
         {"--pruning-error", {"relight"}}};
     std::map<std::string, std::string> help;
     for (const std::string& command : all) help[command] = help_of(command);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -9,8 +10,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
+#include <tuple>
 
 #include "bridge/image.h"
+#include "tests/fixtures/test_folder.h"
 
 namespace haarfield {
 namespace {
@@ -158,6 +161,72 @@ TEST_F(RelightCommand, WritesScenesForPovray) {
         EXPECT_TRUE(std::filesystem::exists(folder / "out" / file)) << file;
 }
 
+TEST_F(RelightCommand, MovesAndTurnsSeveralInstancesAtOnce) {
+    ASSERT_EQ(run("--move column_2 0,0,1:-1,0.4,0.5 --rotate column_2 0,0,90 --rotate column_1 20,0,0 "
+                  "--move column_1 0.5,0.2,0 --report report.json"),
+              0)
+        << words;
+    std::ifstream file(folder / "report.json");
+    EXPECT_EQ(nlohmann::json::parse(file)["mode"], "move");
+    const Image start = frame(1), end = frame(4);
+    EXPECT_FALSE(is_near(frame(2), start, 0.005));
+    EXPECT_FALSE(is_near(frame(3), frame(2), 0.005));
+
+    ASSERT_EQ(run("--spin-light"), 0) << words;
+    EXPECT_TRUE(is_near(start, frame(1), 0.006));
+    const std::string scene = text_of(folder / "room.toml");
+    const std::string columns = "[[instances]]\nentity = \"column\"\n";
+    std::ofstream(folder / "room.toml") << scene.substr(0, scene.find(columns))
+                                        << columns + "translate = [0.5, 0.2, 0]\nrotate = [20, 0, 0]\n" +
+                                               columns + "translate = [-1, 0.4, 0.5]\nrotate = [0, 0, 90]\n";
+    ASSERT_EQ(run("--spin-light"), 0) << words;
+    EXPECT_TRUE(is_near(end, frame(1), 0.006));
+}
+
+TEST_F(RelightCommand, FollowsKeyframes) {
+    EXPECT_EQ(run("--keyframes"), 1);
+    EXPECT_NE(words.find("--keyframes: the scene has no [[keyframes]] after time 0"), std::string::npos)
+        << words;
+    EXPECT_EQ(run("--keyframes --orbit"), 2);
+    // In frames 1 to 4 column_1 is turned by 0, 45, 90 and 90 degrees, and column_2 at x = -1, -1, 0 and 1.
+    const std::string scene = text_of(folder / "room.toml");
+    std::ofstream(folder / "room.toml", std::ios::app) << R"(
+[[keyframes]]
+time = 2
+instance = "column_1"
+rotate = [0, 0, 90]
+[[keyframes]]
+time = 0
+instance = "column_2"
+translate = [-1, 0, 0.3]
+[[keyframes]]
+time = 1
+instance = "column_2"
+translate = [-1, 0, 0.3]
+[[keyframes]]
+time = 3
+instance = "column_2"
+translate = [1, 0, 0.3]
+)";
+    ASSERT_EQ(run("--keyframes"), 0) << words;
+    const std::array<Image, 4> frames{frame(1), frame(2), frame(3), frame(4)};
+    for (const auto& [number, turn, x] : {std::tuple(0u, 0, -1), {1u, 45, -1}, {2u, 90, 0}, {3u, 90, 1}}) {
+        std::ofstream(folder / "room.toml")
+            << scene.substr(0, scene.find("[[instances]]\nentity = \"column\"\n"))
+            << fmt::format(R"([[instances]]
+entity = "column"
+rotate = [0, 0, {}]
+[[instances]]
+entity = "column"
+translate = [{}, 0, 0.3]
+)",
+                           turn, x);
+        ASSERT_EQ(run("--spin-light"), 0) << words;
+        EXPECT_TRUE(is_near(frames[number], frame(1), 0.006)) << number;
+    }
+    EXPECT_FALSE(is_near(frames[2], frames[3], 0.01));
+}
+
 TEST_F(RelightCommand, SaysThatThereIsNoFfmpeg) {
     EXPECT_EQ(run("--orbit --movie spin.mp4", "PATH=/nowhere"), 1);
     EXPECT_NE(words.find("there is no ffmpeg"), std::string::npos) << words;
@@ -179,7 +248,15 @@ TEST_F(RelightCommand, RefusesWhatItCanNotDo) {
     fails("--spin-light --axis 0,0,0", "no length");
     fails("--lights a.exr", "two or more");
     fails("--lights a.exr,b.exr", "a.exr");
-    fails("--move chair 0,0,0", "column_1, column_2");
+    fails("--move chair 0,0,0",
+          "--move: there is no instance chair; wanted one of floor, column_1, column_2");
+    fails("--rotate chair 0,0,0", "--rotate: there is no instance chair");
+    fails("--move column_1 0,0,0 --move floor 1,0,0 --move column_1 1,0,0", "--move: moves column_1 twice");
+    fails("--rotate floor 0,0,0 --rotate floor 1,0,0", "--rotate: moves floor twice");
+    EXPECT_EQ(run("--orbit --rotate column_1 0,90,0"), 2);
+    EXPECT_EQ(run("--move floor 1,0,0 --spin-light"), 2);
+    EXPECT_EQ(run("--rotate column_1 0,90"), 2);
+    EXPECT_NE(words.find("--rotate: is 0,90; wanted degrees X,Y,Z"), std::string::npos) << words;
     for (const char* path : {"0,0", "0,0,0:", "0,0,nan", "0,0,inf", "0,0,0,0", "0,0,1000001", "0,,0"}) {
         EXPECT_EQ(run(std::string("--move column_1 ") + path), 2) << path;
         EXPECT_NE(words.find(std::string("--move: is ") + path + "; wanted places X,Y,Z"), std::string::npos)

@@ -67,6 +67,21 @@ TEST_F(SceneEntitiesTest, MakesOneFieldPerEntityAndReusesItByHash) {
     EXPECT_EQ(second->entities[0]->field.local_handles, first->entities[0]->field.local_handles);
 }
 
+TEST_F(SceneEntitiesTest, WarnsOfOpenEdgesUnlessTheMeshIsFlat) {
+    options.fields = false;
+    const auto warnings = [&](const char* corner) {
+        std::ofstream(folder / "box.obj")
+            << "v 0 0 0\nv 4 1 0\nv 4 1 3\nv " << corner << "\nf 1 2 3\nf 1 3 4\n";
+        const auto entities = prepare_scene_entities(scene, options);
+        EXPECT_TRUE(entities) << entities.error().message();
+        std::string all;
+        for (const std::string& warning : entities->warnings) all += warning;
+        return all;
+    };
+    EXPECT_EQ(warnings("0 0 3"), "");
+    EXPECT_NE(warnings("0 0.01 3").find("4 open edges in its only piece"), std::string::npos);
+}
+
 TEST_F(SceneEntitiesTest, RemakesAStaleOrDamagedFieldAndSaysWhy) {
     ASSERT_TRUE(prepare_scene_entities(scene, options));
     write_box(2.0f);

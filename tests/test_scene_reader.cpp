@@ -196,6 +196,42 @@ TEST_F(SceneReader, RefusesNamesThatInstancesCanNotHave) {
     EXPECT_EQ(named("", "3"), "room.toml:44:8: instances[1].name is 3; wanted a text");
 }
 
+TEST_F(SceneReader, ReadsKeyframesAndRefusesWhatCanNotBe) {
+    const std::string first = "[[keyframes]]\ntime = 1\ninstance = \"chair_2\"\ntranslate = [1, 2, 3]\n",
+                      second = "[[keyframes]]\ntime = 2.5\ninstance = \"chair_2\"\nrotate = [0, 720, 90]\n";
+    EXPECT_TRUE(read(valid_scene)->keyframes.empty());
+    const Result<Scene> scene = read(first + second + valid_scene);
+    ASSERT_TRUE(scene) << scene.error().message();
+    ASSERT_EQ(scene->keyframes.size(), 2u);
+    const auto& [one, two] = std::pair(scene->keyframes[0], scene->keyframes[1]);
+    EXPECT_EQ(one.time, 1);
+    EXPECT_EQ(one.instance, 2u);
+    EXPECT_EQ(one.translate, Vec3f(1, 2, 3));
+    EXPECT_EQ(one.rotate, std::nullopt);
+    EXPECT_EQ(two.time, 2.5f);
+    EXPECT_EQ(two.translate, std::nullopt);
+    EXPECT_NEAR(two.rotate->y, 4 * pi, 1e-5);
+    EXPECT_NEAR(two.rotate->z, pi / 2, 1e-6);
+
+    const auto message = [&](const std::string& text) {
+        const Result<Scene> read_back = read(text + valid_scene);
+        if (read_back) return std::string("accepted");
+        return read_back.error().message().substr(folder_.string().size() + 1);
+    };
+    EXPECT_EQ(message("[[keyframes]]\ntime = 1\ninstance = \"chair\"\ntranslate = [1, 2, 3]\n"),
+              "room.toml:3:12: keyframes[0].instance is \"chair\"; there is no such instance");
+    EXPECT_EQ(message(second + first),
+              "room.toml:6:8: keyframes[1].time is 1; wanted more than 2.5, as chair_2 has before");
+    EXPECT_EQ(message("[[keyframes]]\ntime = 1\ninstance = \"chair_1\"\n"),
+              "room.toml:1:1: keyframes[0] has neither translate nor rotate");
+    EXPECT_EQ(message("[[keyframes]]\ninstance = \"chair_1\"\nrotate = [1, 2, 3]\n"),
+              "room.toml:1:1: keyframes[0].time is missing");
+    EXPECT_EQ(message("[[keyframes]]\ntime = -1\ninstance = \"chair_1\"\nrotate = [1, 2, 3]\n"),
+              "room.toml:2:8: keyframes[0].time is -1; wanted [0, 1000000]");
+    EXPECT_EQ(message("keyframes = [1]\n"),
+              "room.toml:1:14: keyframes[0] is not a table; wanted [[keyframes]]");
+}
+
 TEST_F(SceneReader, TakesAnExposureOrLeavesItToBeFound) {
     std::string text = valid_scene;
     text.replace(text.find("exposure = -1.5"), 15, "exposure = \"auto\"");
@@ -433,7 +469,8 @@ TEST_F(SceneReader, RefusesNumbersThatAreNotFiniteForEveryKey) {
         {"[materials.cloth]", {{"pigment", "[1, 1, 1]"}}},
         {"[materials.cloth.finish]", {}},
         {"[entities.table]", {{"mesh", "\"box.obj\""}, {"material", "\"cloth\""}}},
-        {"[[instances]]", {{"entity", "\"table\""}}}};
+        {"[[instances]]", {{"entity", "\"table\""}}},
+        {"[[keyframes]]", {{"time", "1"}, {"instance", "\"table\""}, {"translate", "[0, 0, 0]"}}}};
     const auto message_with_key = [&](std::size_t changed, const std::string& key, const std::string& value) {
         std::vector<Table> all = tables;
         all[changed].keys[key] = value;

@@ -119,7 +119,8 @@ Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
     context.report["shade_seconds"] = shade_seconds;
     context.report["evaluator"] = options.evaluator;
     context.report["occlusion"] = options.occlusion.choice;
-    fmt::print("baked  {} vertices of {} instances in {:.2f} s\n", vertices, instances.size(), shade_seconds);
+    context.print("baked  {} vertices of {} instances in {:.2f} s\n", vertices, instances.size(),
+                  shade_seconds);
 
     if (context.progress.stop.stop_requested()) return Error{"", interrupted};
     const LatLongImage background = image_with_suns(shaded.environment);
@@ -133,8 +134,8 @@ Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
     if (const Result<Done> written = write_baked_ply(ply, instances); !written) return written.error();
     context.report["scene"] = files->scene.string();
     context.report["mesh"] = ply.string();
-    fmt::print("scene  {} with {} includes\nmesh   {}\n", files->scene.string(), files->includes.size(),
-               ply.string());
+    context.print("scene  {} with {} includes\nmesh   {}\n", files->scene.string(), files->includes.size(),
+                  ply.string());
 
     if (options.no_render) return ExitCode::done;
     const std::filesystem::path exr = output / "baked.exr";

@@ -107,12 +107,13 @@ Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& sc
 }
 
 void report_entries(const std::vector<BudgetEntry>& entries, CommandContext& context) {
-    fmt::print("{:<20} {:>10} {:>9} {:>9} {:>7}\n", "approximation", "rel. RMSE", "99 %", "bias", "points");
+    context.print("{:<20} {:>10} {:>9} {:>9} {:>7}\n", "approximation", "rel. RMSE", "99 %", "bias",
+                  "points");
     context.report["budget"] = nlohmann::json::array();
     for (const BudgetEntry& entry : entries) {
-        fmt::print("{:<20} {:>8.3f} % {:>7.2f} % {:>+7.3f} % {:>7}  {}\n", entry.name,
-                   100 * entry.relative_rmse, 100 * entry.relative_99, 100 * entry.bias, entry.points,
-                   entry.meaning);
+        context.print("{:<20} {:>8.3f} % {:>7.2f} % {:>+7.3f} % {:>7}  {}\n", entry.name,
+                      100 * entry.relative_rmse, 100 * entry.relative_99, 100 * entry.bias, entry.points,
+                      entry.meaning);
         context.report["budget"].push_back({{"approximation", entry.name},
                                             {"meaning", entry.meaning},
                                             {"relative_rmse", entry.relative_rmse},
@@ -123,7 +124,7 @@ void report_entries(const std::vector<BudgetEntry>& entries, CommandContext& con
 }
 
 void report_check(const OracleCheck& check, CommandContext& context) {
-    fmt::print(
+    context.print(
         "oracle  agrees with POV-Ray at {} of {} points ({:.1f} %): relative RMSE {:.4f}, bias {:+.4f}; of "
         "POV-Ray's own {:.4f}\n",
         check.agreeing, check.points,
@@ -188,7 +189,7 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     }
     if (const Result<Done> written = write_budget_report(page, output / "budget.html"); !written)
         return written.error();
-    fmt::print("report  {}\n", (output / "budget.html").string());
+    context.print("report  {}\n", (output / "budget.html").string());
     return ExitCode::done;
 }
 

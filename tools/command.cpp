@@ -36,7 +36,7 @@ void CommandContext::warn(const std::string& text) {
 void add_common_options(CLI::App& command, CommonOptions& options) {
     add_number(command, "--threads", options.threads, "Threads to use (default: one per core)", {1, 1024})
         ->type_name("N");
-    command.add_flag("--quiet", options.quiet, "No progress and no messages but errors");
+    command.add_flag("--quiet", options.quiet, "Say nothing but errors, and what --json asks for");
     command.add_option("--report", options.report, "Write what was done as JSON, with counts and times")
         ->type_name("FILE.json");
 }
@@ -52,6 +52,7 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
 
     CommandContext context;
     context.threads = threads;
+    context.quiet = options.quiet;
     context.progress.stop = stop.get_token();
     context.progress.report = [&bar](std::string_view stage, std::uint64_t done, std::uint64_t total) {
         bar.report(stage, done, total);

@@ -4,6 +4,7 @@
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
 
+#include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
@@ -29,6 +30,13 @@ struct CommandContext {
     std::string command_line;                              ///< As a person would type it.
     nlohmann::ordered_json report;                         ///< What --report writes; commands add their keys.
     std::function<void(const std::string& text)> message;  ///< To stderr; nothing if --quiet.
+    bool quiet = false;                                    ///< --quiet
+
+    /// A result, to stdout; nothing if --quiet.
+    template <class... Values>
+    void print(fmt::format_string<Values...> format, Values&&... values) const {
+        if (!quiet) fmt::print(format, std::forward<Values>(values)...);
+    }
 
     /// To stderr and into the report.
     void warn(const std::string& text);
@@ -37,7 +45,7 @@ struct CommandContext {
 /// A subcommand: its options are parsed into what `run` holds.
 struct Command {
     CLI::App* app = nullptr;
-    /// Does the work; results go to stdout. An Error is reported by the caller.
+    /// Does the work. An Error is reported by the caller.
     std::function<Result<ExitCode>(CommandContext&)> run;
 };
 

@@ -93,13 +93,13 @@ Result<ExitCode> run(const CompareOptions& options, CommandContext& context) {
     context.report["flip"] = difference->flip;
     context.report["flip_99"] = difference->flip_99;
     if (reference->relative_error) context.report["reference_relative_error"] = *reference->relative_error;
-    fmt::print(
+    context.print(
         "psnr           {:.2f} dB\nrelative rmse  {:.4f}\nrmse           {:.6f}\nbias           {:+.4f}\n"
         "ssim           {:.4f}\nflip           {:.4f}\npixels         {}\nreport         {}\n",
         difference->psnr_db, difference->relative_rmse, difference->rmse, difference->bias, difference->ssim,
         difference->flip, difference->pixels, (output / "report.html").string());
     if (reference->relative_error)
-        fmt::print("reference      has a relative error of {:.4f} itself\n", *reference->relative_error);
+        context.print("reference      has a relative error of {:.4f} itself\n", *reference->relative_error);
     if (difference->psnr_db >= options.min_psnr) return ExitCode::done;
     context.message(
         fmt::format("PSNR is {:.2f} dB; wanted {} dB or more", difference->psnr_db, options.min_psnr));

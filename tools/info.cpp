@@ -54,39 +54,42 @@ nlohmann::ordered_json summary_json(const FieldSummary& field) {
 
 /// Every other band: how far out, and the error of visibility there.
 template <class Sampler>
-void print_bands(const char* name, const Sampler& sampler, const SamplerError& error) {
-    fmt::print("\n  {}    ", name);
+void print_bands(const CommandContext& context, const char* name, const Sampler& sampler,
+                 const SamplerError& error) {
+    context.print("\n  {}    ", name);
     for (std::size_t band = 1; band < SamplerError::bands; band += 2)
-        fmt::print(" {:.1f} % to {:.2g} m{}", 100 * std::max(error.band[band - 1], error.band[band]),
-                   distance_at(double(band + 1) / SamplerError::bands, sampler.outer_radius, sampler.growth),
-                   band + 1 < SamplerError::bands ? "," : "");
+        context.print(
+            " {:.1f} % to {:.2g} m{}", 100 * std::max(error.band[band - 1], error.band[band]),
+            distance_at(double(band + 1) / SamplerError::bands, sampler.outer_radius, sampler.growth),
+            band + 1 < SamplerError::bands ? "," : "");
 }
 
-void print_summary(const FieldSummary& field) {
+void print_summary(const FieldSummary& field, const CommandContext& context) {
     const Vec3f size = field.bounds.upper - field.bounds.lower;
-    fmt::print("entity      {}\n", field.entity);
-    fmt::print("size        {:.3g} x {:.3g} x {:.3g} m\n", size.x, size.y, size.z);
-    fmt::print("planar      {} samples: {} rings of {}, to {:.3g} m\n", field.planar.sample_count(),
-               field.planar.rings, field.planar.angles, field.planar.outer_radius);
-    fmt::print("spherical   {} samples: {} shells of {} x {}, to {:.3g} m\n", field.spherical.sample_count(),
-               field.spherical.shells, field.spherical.polar, field.spherical.azimuths,
-               field.spherical.outer_radius);
-    fmt::print("local       {} samples\n", field.local_samples);
-    fmt::print("cubemaps    {} different ones, of {} different faces, with {} nodes\n", field.cubemaps,
-               field.faces, field.nodes);
-    fmt::print("kept        {} of {} wavelets a face",
-               field.settings.coefficients == 0 ? std::string("all")
-                                                : fmt::format("at most {}", field.settings.coefficients),
-               field.settings.face_size * field.settings.face_size - 1);
+    context.print("entity      {}\n", field.entity);
+    context.print("size        {:.3g} x {:.3g} x {:.3g} m\n", size.x, size.y, size.z);
+    context.print("planar      {} samples: {} rings of {}, to {:.3g} m\n", field.planar.sample_count(),
+                  field.planar.rings, field.planar.angles, field.planar.outer_radius);
+    context.print("spherical   {} samples: {} shells of {} x {}, to {:.3g} m\n",
+                  field.spherical.sample_count(), field.spherical.shells, field.spherical.polar,
+                  field.spherical.azimuths, field.spherical.outer_radius);
+    context.print("local       {} samples\n", field.local_samples);
+    context.print("cubemaps    {} different ones, of {} different faces, with {} nodes\n", field.cubemaps,
+                  field.faces, field.nodes);
+    context.print("kept        {} of {} wavelets a face",
+                  field.settings.coefficients == 0 ? std::string("all")
+                                                   : fmt::format("at most {}", field.settings.coefficients),
+                  field.settings.face_size * field.settings.face_size - 1);
     if (field.settings.relative_l2_error > 0)
-        fmt::print(", dropping up to {:g} of the L2 norm of what is blocked or open, whichever is less",
-                   field.settings.relative_l2_error);
-    fmt::print("\nerror       {:.1f} % of occlusion on the ground, {:.1f} % around (RMS between samples)",
-               100 * field.error.planar.relative, 100 * field.error.spherical.relative);
-    print_bands("ground", field.planar, field.error.planar);
-    print_bands("around", field.spherical, field.error.spherical);
-    fmt::print("\nfile        {:.2f} MB, {}\nhash        {}\n", static_cast<double>(field.file_bytes) / 1e6,
-               field.sealed ? "sealed" : "not sealed", field.key.hex());
+        context.print(", dropping up to {:g} of the L2 norm of what is blocked or open, whichever is less",
+                      field.settings.relative_l2_error);
+    context.print("\nerror       {:.1f} % of occlusion on the ground, {:.1f} % around (RMS between samples)",
+                  100 * field.error.planar.relative, 100 * field.error.spherical.relative);
+    print_bands(context, "ground", field.planar, field.error.planar);
+    print_bands(context, "around", field.spherical, field.error.spherical);
+    context.print("\nfile        {:.2f} MB, {}\nhash        {}\n",
+                  static_cast<double>(field.file_bytes) / 1e6, field.sealed ? "sealed" : "not sealed",
+                  field.key.hex());
 }
 
 Result<ExitCode> run(const InfoOptions& options, CommandContext& context) {
@@ -98,7 +101,7 @@ Result<ExitCode> run(const InfoOptions& options, CommandContext& context) {
     if (options.json)
         fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     else
-        print_summary(*field);
+        print_summary(*field, context);
     return ExitCode::done;
 }
 

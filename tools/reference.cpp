@@ -39,12 +39,12 @@ Result<int> chosen_lights(const std::filesystem::path& folder, const std::string
         if (!picture) return picture.error();
         error[k] = double(*picture->image.relative_error);
         if (!(error[k] <= surely * wanted)) continue;
-        fmt::print("lights {}, for an expected relative error of {:.4f}\n", tried[k], error[k]);
+        context.print("lights {}, for an expected relative error of {:.4f}\n", tried[k], error[k]);
         return tried[k];
     }
     const LightEstimate estimate = estimated_lights(tried[1], error[1], tried[2], error[2], wanted);
-    fmt::print("lights {}, for an expected relative error of {:.4f}\n", estimate.lights,
-               estimate.relative_error);
+    context.print("lights {}, for an expected relative error of {:.4f}\n", estimate.lights,
+                  estimate.relative_error);
     if (estimate.relative_error > wanted)
         context.warn(
             fmt::format("a relative error of {} needs more than {} lights", wanted, estimate.lights));
@@ -97,7 +97,7 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     for (const std::string& warning : files->warnings) context.warn(warning);
     const std::filesystem::path exr = output / "reference.exr";
     if (options.radiosity) return render_by_radiosity(*files, exr, instances, povray, context);
-    fmt::print("scene  {} with {} lights\n", files->scene.string(), files->lights);
+    context.print("scene  {} with {} lights\n", files->scene.string(), files->lights);
 
     const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, context.progress);
     if (!picture) return picture.error();
@@ -107,7 +107,7 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
         return written.error();
     report_picture(exr, picture->image, picture->run, context);
     const double error = double(*picture->image.relative_error);
-    fmt::print("error  {:.4f}, relative, of the reference itself\n", error);
+    context.print("error  {:.4f}, relative, of the reference itself\n", error);
     context.report["lights"] = files->lights;
     context.report["scene"] = files->scene.string();
     context.report["relative_error"] = error;

@@ -42,13 +42,14 @@ public:
 
     /// Shades and writes a frame.
     ///
-    /// by_vertex  shades only what the picture shows.
-    Result<Done> write(int frame, bool by_vertex, FrameQuality quality, const Progress& progress) {
+    /// mode  that made the change: how it is shaded.
+    Result<Done> write(int frame, const RelightMode& mode, FrameQuality quality, const Progress& progress) {
         const std::filesystem::path output = stage_.options.output;
         const bool is_picture = stage_.options.format != "povray";
         RelightSession& session = *stage_.session;
-        if (!is_picture || !by_vertex) {
-            const Result<Done> shaded = timed([&] { return session.frame(quality, progress); });
+        if (!is_picture || !mode.by_vertex) {
+            const Result<Done> shaded = timed(
+                [&] { return mode.in_full ? session.commit(progress) : session.frame(quality, progress); });
             if (!shaded) return shaded;
         }
         if (!is_picture) return write_povray(output / fmt::format("frame_{:04}", frame));
@@ -64,7 +65,7 @@ public:
         const Image image = preview_.draw(
             stage_.scene.camera, instances,
             [this](const Vec3f& direction) { return stage_.background(direction); },
-            by_vertex ? shade_seen : BeforeReading());
+            mode.by_vertex ? shade_seen : BeforeReading());
         preview_seconds_ += seconds_since(start) - (shading_seconds_ - shading_before);
         if (!shaded) return shaded;
         return write_image(image, output / fmt::format("frame_{:04}.{}", frame, stage_.options.format));
@@ -178,8 +179,8 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
         mode->change(double(frame) / steps);
         change_seconds += seconds_since(start_of_frame);
         const Result<Done> written = writer.write(
-            frame + 1, mode->by_vertex,
-            mode->rests && !is_at_rest ? FrameQuality::moving : FrameQuality::still, context.progress);
+            frame + 1, *mode, mode->rests && !is_at_rest ? FrameQuality::moving : FrameQuality::still,
+            context.progress);
         if (!written) return written.error();
         if (context.progress.report)
             context.progress.report("frames", std::uint64_t(frame) + 1, std::uint64_t(options.frames));
@@ -198,25 +199,30 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     context.report["frames_per_second"] = frames_per_second;
     if (has_rest) context.report["rest_seconds"] = frame_seconds - moving_seconds;
     context.report["preview_seconds"] = preview_seconds;
-    fmt::print(
+    context.print(
         "setup  {:.2f} s: {:.2f} s for the scene, {:.2f} s for {:.1f} MB of transfer vectors\n"
         "frames {} in {}, {:.1f} a second, {:.0f} ms a picture\n",
         setup_seconds, scene_seconds, vector_seconds, double(relight.transfer_bytes()) / 1e6, options.frames,
         output.string(), frames_per_second, preview_seconds * 1e3);
-    if (has_rest) fmt::print("rest   {:.2f} s for the last frame, in full\n", frame_seconds - moving_seconds);
+    if (has_rest)
+        context.print("rest   {:.2f} s for the last frame, in full\n", frame_seconds - moving_seconds);
 
     if (!options.movie.empty()) {
         const Result<Done> movie = write_movie(output / "frame_%04d.png", options.frames, options.movie,
                                                options.frames_per_second, context.progress);
         if (!movie) return movie.error();
         context.report["movie"] = options.movie;
-        fmt::print("movie  {}\n", options.movie);
+        context.print("movie  {}\n", options.movie);
     }
     return ExitCode::done;
 }
 
 std::string path_trouble(const std::string& text) {
     return path_points(text) ? "" : fmt::format("is {}; wanted places X,Y,Z, with : between them", text);
+}
+
+std::string turn_trouble(const std::string& text) {
+    return place_in(text) ? "" : fmt::format("is {}; wanted degrees X,Y,Z", text);
 }
 
 }  // namespace
@@ -231,7 +237,8 @@ Command relight_command(CLI::App& program) {
         "fields";  // what moves is seen by its field while it does, and set-up is short
     add_occlusion_options(*app, options->occlusion);
     add_view_options(*app, options->scene);
-    CLI::Option_group* modes = app->add_option_group("Modes", "What varies; one of them");
+    CLI::Option_group* modes =
+        app->add_option_group("Modes", "What varies; one of them, or --move and --rotate");
     CLI::Option* spin =
         modes->add_flag("--spin-light", options->spin_light, "Turn the environment once round");
     modes->add_option("--lights", options->lights, "Fade from one lat-long image to the next")
@@ -239,11 +246,23 @@ Command relight_command(CLI::App& program) {
         ->excludes(app->get_option("--environment"))
         ->type_name("A,B,...");
     modes->add_flag("--orbit", options->orbit, "Move the camera once round its target");
-    modes->add_option("--move", options->move, "Move an instance from its place to others: X,Y,Z:X,Y,Z:...")
-        ->expected(2)
+    modes
+        ->add_option("--move", options->moves,
+                     "Move an instance from its place to others: X,Y,Z:X,Y,Z:... Once for each that moves")
         ->check(CLI::Validator(path_trouble, "").application_index(1))
         ->type_name("INSTANCE PATH");
-    modes->require_option(1);
+    modes
+        ->add_option("--rotate", options->turns,
+                     "Turn an instance by so many degrees in all, about x, then y, then z: X,Y,Z. Together "
+                     "with --move, too. What turns, or is more than one, is shaded in full in each frame")
+        ->check(CLI::Validator(turn_trouble, "").application_index(1))
+        ->type_name("INSTANCE DEGREES");
+    modes->add_flag("--keyframes", options->keyframes,
+                    "Let instances move as the scene's [[keyframes]] say, from time 0 to the last of them");
+    for (const char* one : {"--spin-light", "--lights", "--orbit", "--keyframes"})
+        for (const char* other : {"--spin-light", "--lights", "--orbit", "--keyframes", "--move", "--rotate"})
+            if (std::string_view(one) != other) modes->get_option(one)->excludes(modes->get_option(other));
+    modes->require_option(1, 2);
     add_number(*app, "--axis", options->axis, "What --spin-light turns about (default: 0,1,0)", coordinates)
         ->needs(spin)
         ->delimiter(',')
@@ -269,7 +288,7 @@ Command relight_command(CLI::App& program) {
     app->footer(
         "Example:\n  haarfield relight scenes/table_and_chairs.toml -o out/spin --spin-light --frames 24\n"
         "leaves out/spin/frame_0001.png and so on; --move chair_1 0,0.5,0:1,0,0 lifts a chair and sets it "
-        "down.");
+        "down,\nand --rotate chair_1 0,90,0 beside it turns it meanwhile.");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 

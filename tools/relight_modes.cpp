@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <span>
 
 namespace haarfield {
 
@@ -81,43 +82,151 @@ RelightMode orbiting_eye(RelightStage& stage) {
             .by_vertex = true};
 }
 
-/// Along a path of straight lines, at an even pace.
-RelightMode moving_instance(RelightStage& stage, std::size_t instance, std::vector<Vec3f> path) {
+/// A value at a time; the film lasts from 0 to 1.
+struct Stop {
+    double time;
+    Vec3f value;
+};
+
+/// Between stops, in the order of their times, in proportion; before the first and after the last as there.
+Vec3f value_at(std::span<const Stop> stops, double time) {
+    const auto next = std::ranges::find_if(stops, [time](const Stop& stop) { return stop.time >= time; });
+    if (next == stops.end()) return stops.back().value;
+    if (next == stops.begin()) return next->value;
+    const Stop& last = next[-1];
+    const double share = (time - last.time) / (next->time - last.time);
+    return last.value + (next->value - last.value) * static_cast<float>(share);
+}
+
+/// How an instance moves.
+struct Motion {
+    std::size_t instance;
+    Placement start;
+    std::vector<Stop> places;  ///< From that of the start on. [m]
+    std::vector<Stop> turns;   ///< Beyond the start's: angles of rotation_xyz; empty if it never turns. [rad]
+
+    Placement at(double time) const {
+        Placement placement = start;
+        placement.translate = value_at(places, time);
+        if (!turns.empty()) placement.rotate = rotation_xyz(value_at(turns, time)) * start.rotate;
+        return placement;
+    }
+};
+
+/// Straight lines at an even pace.
+std::vector<Stop> even_pace(std::span<const Vec3f> path) {
+    std::vector<Stop> stops;
+    double length = 0;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+        if (i > 0) length += double((path[i] - path[i - 1]).length());
+        stops.push_back({length, path[i]});
+    }
+    if (length > 0)
+        for (Stop& stop : stops) stop.time /= length;
+    return stops;
+}
+
+void place(RelightStage& stage, const Motion& motion, double share) {
+    Placement& placement = stage.scene.instances[motion.instance].placement;
+    placement = motion.at(share);
+    stage.session->place(motion.instance, placement);
+}
+
+/// One that keeps its turn: transfer vectors follow it.
+RelightMode moving_instance(RelightStage& stage, Motion motion) {
     return {
         .name = "move",
-        .prepare = [&stage, instance](
+        .prepare = [&stage, instance = motion.instance](
                        const Progress& progress) { return stage.session->vary_instance(instance, progress); },
-        .change =
-            [&stage, instance, path = std::move(path)](double share) {
-                float length = 0;
-                for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).length();
-                float left = static_cast<float>(share) * length;
-                std::size_t i = 1;
-                while (i + 1 < path.size() && left > (path[i] - path[i - 1]).length())
-                    left -= (path[i] - path[i - 1]).length(), ++i;
-                const Vec3f step = path[i] - path[i - 1];
-                const float along = step.length() > 0 ? std::min(1.0f, left / step.length()) : 0;
-                Placement& moving = stage.scene.instances[instance].placement;
-                moving.translate = path[i - 1] + step * along;
-                stage.session->place(instance, moving);
-            },
+        .change = [&stage, motion = std::move(motion)](double share) { place(stage, motion, share); },
         .rests = true};
 }
 
-Result<RelightMode> moving_instance(RelightStage& stage) {
-    const std::string& name = stage.options.move[0];
+RelightMode moving_instances(RelightStage& stage, std::vector<Motion> motions) {
+    return {.name = "move",
+            .prepare = [](const Progress&) -> Result<Done> { return Done{}; },
+            .change =
+                [&stage, motions = std::move(motions)](double share) {
+                    for (const Motion& motion : motions) place(stage, motion, share);
+                },
+            .in_full = true};
+}
+
+Result<std::size_t> instance_named(const std::string& name, const char* option, const RelightStage& stage) {
     const auto& instances = stage.scene.instances;
     const auto instance = std::ranges::find(instances, name, &Instance::name);
-    if (instance == instances.end()) {
-        std::string names;
-        for (const Instance& other : instances) names += (names.empty() ? "" : ", ") + other.name;
-        return Error{"--move", fmt::format("there is no instance {}; wanted one of {}", name, names)};
+    if (instance != instances.end()) return static_cast<std::size_t>(instance - instances.begin());
+    std::string names;
+    for (const Instance& other : instances) names += (names.empty() ? "" : ", ") + other.name;
+    return Error{option, fmt::format("there is no instance {}; wanted one of {}", name, names)};
+}
+
+/// The motion of an instance, of those that are known or a new one.
+Motion& motion_of(std::size_t instance, std::vector<Motion>& motions, const RelightStage& stage) {
+    const auto known = std::ranges::find(motions, instance, &Motion::instance);
+    if (known != motions.end()) return *known;
+    const Placement& start = stage.scene.instances[instance].placement;
+    motions.push_back({instance, start, {Stop{0, start.translate}}, {}});
+    return motions.back();
+}
+
+/// Those of --move and --rotate.
+Result<std::vector<Motion>> asked_motions(const RelightStage& stage) {
+    std::vector<Motion> motions;
+    const auto given_twice = [](const char* option, const std::string& name) {
+        return Error{option, fmt::format("moves {} twice; wanted each instance once", name)};
+    };
+    for (const auto& [name, text] : stage.options.moves) {
+        const Result<std::size_t> instance = instance_named(name, "--move", stage);
+        if (!instance) return instance.error();
+        Motion& motion = motion_of(*instance, motions, stage);
+        if (motion.places.size() > 1) return given_twice("--move", name);
+        std::optional<std::vector<Vec3f>> path = path_points(text);
+        assert(path);
+        path->insert(path->begin(), motion.start.translate);
+        motion.places = even_pace(*path);
     }
-    std::vector<Vec3f> path{instance->placement.translate};
-    const std::optional<std::vector<Vec3f>> points = path_points(stage.options.move[1]);
-    assert(points);
-    path.insert(path.end(), points->begin(), points->end());
-    return moving_instance(stage, static_cast<std::size_t>(instance - instances.begin()), std::move(path));
+    for (const auto& [name, text] : stage.options.turns) {
+        const Result<std::size_t> instance = instance_named(name, "--rotate", stage);
+        if (!instance) return instance.error();
+        Motion& motion = motion_of(*instance, motions, stage);
+        if (!motion.turns.empty()) return given_twice("--rotate", name);
+        const std::optional<Vec3f> degrees = place_in(text);
+        assert(degrees);
+        motion.turns = {{0, Vec3f(0, 0, 0)}, {1, *degrees * static_cast<float>(pi / 180)}};
+    }
+    return motions;
+}
+
+/// Those of the scene's keyframes.
+Result<std::vector<Motion>> keyframe_motions(const RelightStage& stage) {
+    double last = 0;
+    for (const Keyframe& keyframe : stage.scene.keyframes) last = std::max(last, double(keyframe.time));
+    if (!(last > 0)) return Error{"--keyframes", "the scene has no [[keyframes]] after time 0"};
+    std::vector<Motion> motions;
+    // One at time 0 takes the start's place.
+    const auto add = [last](std::vector<Stop>& stops, double time, const Vec3f& value) {
+        if (!(time > 0)) stops.clear();
+        stops.push_back({time / last, value});
+    };
+    for (const Keyframe& keyframe : stage.scene.keyframes) {
+        Motion& motion = motion_of(keyframe.instance, motions, stage);
+        if (keyframe.translate) add(motion.places, double(keyframe.time), *keyframe.translate);
+        if (keyframe.rotate) {
+            if (motion.turns.empty()) motion.turns = {{0, Vec3f(0, 0, 0)}};
+            add(motion.turns, double(keyframe.time), *keyframe.rotate);
+        }
+    }
+    return motions;
+}
+
+Result<RelightMode> moving_instances(RelightStage& stage) {
+    Result<std::vector<Motion>> motions =
+        stage.options.keyframes ? keyframe_motions(stage) : asked_motions(stage);
+    if (!motions) return motions.error();
+    if (motions->size() == 1 && motions->front().turns.empty())
+        return moving_instance(stage, std::move(motions->front()));
+    return moving_instances(stage, std::move(*motions));
 }
 
 }  // namespace
@@ -146,7 +255,7 @@ Result<RelightMode> chosen_mode(RelightStage& stage) {
     if (stage.options.spin_light) return spinning_light(stage);
     if (!stage.options.lights.empty()) return fading_lights(stage);
     if (stage.options.orbit) return orbiting_eye(stage);
-    return moving_instance(stage);
+    return moving_instances(stage);
 }
 
 }  // namespace haarfield

@@ -1,5 +1,5 @@
 #pragma once
-/// What `relight` changes from frame to frame: the light, the view or the place of an instance.
+/// What `relight` changes from frame to frame: the light, the view or where instances stand.
 
 #include "scenes/scene.h"
 #include "shading/transfer/relight_session.h"
@@ -13,9 +13,11 @@ struct RelightOptions {
     OcclusionOptions occlusion;
     std::string output;
     bool spin_light = false, orbit = false;
-    std::vector<float> axis{0, 1, 0};  ///< Of the spin.
-    std::vector<std::string> lights;   ///< Files.
-    std::vector<std::string> move;     ///< Instance and path, which has path_points.
+    std::vector<float> axis{0, 1, 0};                        ///< Of the spin.
+    std::vector<std::string> lights;                         ///< Files.
+    std::vector<std::pair<std::string, std::string>> moves;  ///< Instance and path, which has path_points.
+    std::vector<std::pair<std::string, std::string>> turns;  ///< Instance and degrees, which are a place_in.
+    bool keyframes = false;                                  ///< The scene's.
     int frames = 48;
     std::string format = "png";
     std::string movie;
@@ -48,11 +50,12 @@ struct RelightMode {
     bool closed = false;     ///< The frame after the last would be the first one again.
     bool by_vertex = false;  ///< Frames of fewer vertices cost less: see RelightSession::frame_of.
     bool rests = false;      ///< All frames but the last may be coarser: see FrameQuality.
+    bool in_full = false;    ///< Without transfer vectors: every frame is RelightSession::commit.
 };
 
 /// The mode that the options ask for. The stage must outlive it, and its session be there.
 ///
-/// errors  --move names no instance.
+/// errors  --move or --rotate names no instance, or one twice; there are no keyframes.
 Result<RelightMode> chosen_mode(RelightStage& stage);
 
 }  // namespace haarfield

@@ -90,9 +90,9 @@ Result<Done> place_camera(Scene& scene, const SceneEntities& entities, const Sce
         camera = scene_camera(scene, entities);
         scene.finds_camera = false;
         if (const Result<Done> good = apply_view(options, camera); !good) return good;
-        fmt::print("camera position = [{:.6g}, {:.6g}, {:.6g}], target = [{:.6g}, {:.6g}, {:.6g}]\n",
-                   camera.position.x, camera.position.y, camera.position.z, camera.target.x, camera.target.y,
-                   camera.target.z);
+        context.print("camera position = [{:.6g}, {:.6g}, {:.6g}], target = [{:.6g}, {:.6g}, {:.6g}]\n",
+                      camera.position.x, camera.position.y, camera.position.z, camera.target.x,
+                      camera.target.y, camera.target.z);
     }
     for (const std::string& trouble : camera_troubles(scene, entities)) context.warn(trouble);
     context.report["camera"] = {{"position", {camera.position.x, camera.position.y, camera.position.z}},
@@ -126,7 +126,7 @@ Result<Environment> opened_environment(const Scene& scene, CommandContext& conte
     const float exposure = is_found ? automatic_exposure(*light) : *description.exposure;
     const std::string from = description.sky ? "sky" : description.image.string();
     context.report["environments"].push_back({{"from", from}, {"exposure", exposure}, {"found", is_found}});
-    if (is_found) fmt::print("light  {}, exposure {:.2f} stops\n", from, exposure);
+    if (is_found) context.print("light  {}, exposure {:.2f} stops\n", from, exposure);
     return turned_environment(*light, double(description.rotation), double(exposure));
 }
 
@@ -159,7 +159,7 @@ void report_picture(const std::filesystem::path& exr, const Image& objects, std:
     context.report["povray"] = {{"command_line", runs.back().command_line},
                                 {"parse_seconds", parse_seconds},
                                 {"trace_seconds", trace_seconds}};
-    fmt::print("image  {} (and .png), traced in {:.1f} s\n", exr.string(), trace_seconds);
+    context.print("image  {} (and .png), traced in {:.1f} s\n", exr.string(), trace_seconds);
 }
 
 std::string file_stem(const Scene& scene) {
@@ -259,9 +259,9 @@ Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& op
                                             {"mesh_seconds", entity->mesh_seconds},
                                             {"remade_because", entity->remade_because},
                                             {"file", entity->field_file.string()}});
-        fmt::print("field  {:<24} {}  {} samples, {} nodes, {:.1f} MB, {:.2f} s\n", entity->name,
-                   entity->reused ? "reused" : "made  ", samples, node_count(field.pool),
-                   unknown ? 0.0 : static_cast<double>(bytes) / 1e6, entity->field_seconds);
+        context.print("field  {:<24} {}  {} samples, {} nodes, {:.1f} MB, {:.2f} s\n", entity->name,
+                      entity->reused ? "reused" : "made  ", samples, node_count(field.pool),
+                      unknown ? 0.0 : static_cast<double>(bytes) / 1e6, entity->field_seconds);
     }
     return entities;
 }

@@ -13,14 +13,14 @@ struct VerifyOptions {
     bool allow_unsealed = false;
 };
 
-Result<ExitCode> run(const VerifyOptions& options) {
+Result<ExitCode> run(const VerifyOptions& options, const CommandContext& context) {
     const Result<FieldVerdict> verdict =
         verify_field(options.field, options.allow_unsealed ? Unsealed::allowed : Unsealed::refused);
     if (!verdict) return verdict.error();
-    fmt::print("{}: good\n", options.field);
-    if (!verdict->sealed) fmt::print("not sealed: another program saved it; its own checksums hold\n");
+    context.print("{}: good\n", options.field);
+    if (!verdict->sealed) context.print("not sealed: another program saved it; its own checksums hold\n");
     if (!verdict->grids_compared)
-        fmt::print(
+        context.print(
             "its grids for viewers were written by another OpenVDB, and not compared with the field\n");
     return ExitCode::done;
 }
@@ -35,7 +35,7 @@ Command verify_command(CLI::App& program) {
     app->footer(
         "Exit code 1, with the reason, if anything is off.\n"
         "Example:\n  haarfield verify out/chair/fields/chair.vdb");
-    return {app, [options](CommandContext&) { return run(*options); }};
+    return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 
 }  // namespace haarfield

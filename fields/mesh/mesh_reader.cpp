@@ -68,6 +68,9 @@ std::unique_ptr<Assimp::IOSystem> file_system_for(const std::filesystem::path& f
     return std::make_unique<ObjIoSystem>(file, std::move(mended));
 }
 
+constexpr const char* wanted_endings =
+    ", which nothing here reads; wanted .obj, .ply, .gltf, .glb, .stl, .off or another of assimp's formats";
+
 Vec3f vector_from(const aiVector3D& v) {
     return {v.x, v.y, v.z};
 }
@@ -219,6 +222,9 @@ Result<Gatherer> gathered_faces(const std::filesystem::path& file) {
             if (!has_whole_chunks(mapped->bytes)) return Error{"", "a chunk is longer than the file"};
         }
         Assimp::Importer importer;
+        if (!importer.IsExtensionSupported(ending))
+            return Error{"",
+                         (ending.empty() ? "has no ending" : "has the ending " + ending) + wanted_endings};
         importer.SetIOHandler(file_system_for(file).release());  // the importer's own from here on
         // no post-processing: it would take indices and coordinates on trust
         const aiScene* scene = importer.ReadFile(file.string(), 0);
