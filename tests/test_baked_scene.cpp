@@ -266,6 +266,27 @@ TEST(BakedScene, RefusesWhatPovrayWouldShowWronglyAndWritesNothing) {
     EXPECT_TRUE(folder.files().empty());
 }
 
+TEST(BakedScene, AnIncludeIsAMeshThatReadMeshTakes) {
+    const TestFolder folder;
+    const Mesh mesh = upright_square_mesh(1, 4);
+    std::vector<Rgb> radiance(mesh.positions.size());
+    for (std::size_t i = 0; i < radiance.size(); ++i) radiance[i] = Rgb(float(i), 1, 0);
+    const Placement placement{{1, 2, 3}, 2, rotation_xyz({0.3f, 0.4f, 0.5f})};
+    const std::vector<BakedInstance> instances{{"a", &mesh, placement, radiance}};
+    const Result<BakedFiles> files =
+        write_baked_scene(folder.path(), "s", frontal_camera(3, 8), instances, {});
+    ASSERT_TRUE(files) << files.error().message();
+    const Result<ImportedMesh> back = read_mesh(files->includes[0]);
+    ASSERT_TRUE(back) << back.error().message();
+    ASSERT_EQ(back->mesh.triangles.size(), mesh.triangles.size());
+    EXPECT_EQ(back->mesh.material_names, std::vector<std::string>{""});
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3f expected = placement.point_to_world(mesh.positions[mesh.triangles[t][k]]);
+            EXPECT_LT((back->mesh.positions[back->mesh.triangles[t][k]] - expected).length(), 2e-6f) << t;
+        }
+}
+
 TEST(BakedPly, HoldsWorldPositionsAndBothKindsOfColour) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 1);

@@ -4,6 +4,7 @@
 
 #include "bridge/povray_process.h"
 #include "fields/file/write_file.h"
+#include "fields/mesh/mesh2_file.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
 namespace haarfield {
@@ -72,6 +73,29 @@ TEST(ColouredMesh, LooksTheSameHoweverItsColoursAreStored) {
                 EXPECT_GT(covered, 500u);
             }
         }
+    }
+}
+
+TEST(ColouredMesh, IsReadBackWhereItWas) {
+    Mesh mesh = wavy_mesh(0.004f);  // turned and magnified for POV-Ray
+    for (Vec3f& p : mesh.positions) p += Vec3f(0.01f, 0.02f, -0.03f);
+    const std::vector<Rgb> colours = random_colours(mesh.positions.size(), true);
+    for (const ColourStorage storage :
+         {ColourStorage::textures, ColourStorage::grey_textures, ColourStorage::atlas}) {
+        const std::string text = "#declare Glow = finish { emission 1 }\n#declare M = " +
+                                 coloured_mesh(mesh, colours, storage, "Glow", "a.exr").text +
+                                 "scale 2 translate <1, 2, 3> }\n";
+        const Result<Mesh2File> file = read_mesh2(text);
+        ASSERT_TRUE(file) << file.error().message();
+        ASSERT_EQ(file->meshes.size(), 1u);
+        const Mesh2& back = file->meshes[0];
+        EXPECT_EQ(back.name, "M");
+        ASSERT_EQ(back.positions.size(), mesh.positions.size());
+        for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+            EXPECT_LT((back.positions[i] - (mesh.positions[i] * 2.0f + Vec3f(1, 2, 3))).length(), 1e-6f) << i;
+        ASSERT_EQ(back.faces.size(), mesh.triangles.size());
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+            EXPECT_EQ(back.faces[i].positions, mesh.triangles[i]) << i;
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include "fields/base/range.h"
 #include "fields/file/mapped_file.h"
+#include "fields/mesh/mesh2_file.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/obj_leading_zeros.h"
 #include "fields/mesh/polygon_file.h"
@@ -137,7 +138,73 @@ struct Gatherer {
         }
     }
 
+    /// Each mesh where it stands, every corner a vertex of its own.
+    void add(const Mesh2File& file) {
+        for (const PlacedMesh2& placed : file.placed) {
+            const Mesh2& part = file.meshes[placed.mesh];
+            if (!has_room_for(3 * part.faces.size())) return;
+            Mesh2Materials named(file, placed);
+            const bool mirrored = placed.transform.is_mirrored();
+            for (const Mesh2Face& face : part.faces) {
+                const std::uint16_t material = named.of(face, *this);
+                if (!has_room_for(0)) return;
+                const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const Vec3d position(part.positions[face.positions[k]]);
+                    Vec3d normal(0, 0, 0);
+                    if (face.normals[k] != Mesh2Face::none)
+                        normal = placed.transform.normal(Vec3d(part.normals[face.normals[k]]));
+                    add_vertex(Vec3f(placed.transform.point(position)), normal, material);
+                }
+                constexpr std::array<std::uint32_t, 3> as_it_is{0, 1, 2}, turned{0, 2, 1};
+                add_face(mirrored ? turned : as_it_is, first);
+            }
+        }
+    }
+
 private:
+    /// What the faces of a mesh2 are made of, found once for each texture.
+    class Mesh2Materials {
+    public:
+        Mesh2Materials(const Mesh2File& file, const PlacedMesh2& placed)
+            : mesh_(file.meshes[placed.mesh]), is_alone_(file.meshes.size() == 1) {
+            whole_ = !mesh_.material.empty()    ? mesh_.material
+                     : !placed.material.empty() ? placed.material
+                     : is_alone_                ? ""
+                                                : mesh_.name;
+            const auto is_blended = [](const Mesh2Face& face) {
+                return face.textures[1] != face.textures[0] || face.textures[2] != face.textures[0];
+            };
+            // Colours of vertices, not materials.
+            has_colours_ = std::any_of(mesh_.faces.begin(), mesh_.faces.end(), is_blended);
+            is_plain_ = mesh_.textures.size() == 1;
+            of_texture_.assign(mesh_.textures.size(), unknown);
+        }
+
+        std::uint16_t of(const Mesh2Face& face, Gatherer& gatherer) {
+            const std::uint32_t texture = face.textures[0];
+            std::uint32_t& known = texture == Mesh2Face::none ? of_whole_ : of_texture_[texture];
+            if (known == unknown) known = gatherer.material_named(name_of(texture));
+            return static_cast<std::uint16_t>(known);
+        }
+
+    private:
+        static constexpr std::uint32_t unknown = UINT32_MAX;
+
+        std::string name_of(std::uint32_t texture) const {
+            if (texture == Mesh2Face::none) return whole_;
+            if (!mesh_.textures[texture].empty()) return mesh_.textures[texture];
+            if (has_colours_ || is_plain_) return whole_;
+            return (is_alone_ ? "" : mesh_.name + " ") + std::to_string(texture);
+        }
+
+        const Mesh2& mesh_;
+        bool is_alone_, has_colours_ = false, is_plain_ = false;
+        std::string whole_;
+        std::vector<std::uint32_t> of_texture_;
+        std::uint32_t of_whole_ = unknown;
+    };
+
     std::vector<Vec3f> polygon_;
 };
 
@@ -204,11 +271,25 @@ bool has_whole_chunks(std::string_view glb) {
     return true;
 }
 
+/// By the ending of its name; where no reader knows that, by a look into the file.
+bool holds_mesh2(const std::filesystem::path& file, const std::string& ending) {
+    if (ending == ".inc" || ending == ".pov" || ending == ".mesh2") return true;
+    if (Assimp::Importer().IsExtensionSupported(ending)) return false;
+    const Result<MappedFile> mapped = mapped_file(file);
+    return mapped && mentions_mesh2(mapped->bytes);
+}
+
 /// All faces of a file. errors (with an empty `where`) what its reader says.
 Result<Gatherer> gathered_faces(const std::filesystem::path& file) {
     Gatherer gatherer;
     const std::string ending = ending_of(file);
-    if (ending == ".ply" || ending == ".off") {
+    if (holds_mesh2(file, ending)) {
+        const Result<MappedFile> mapped = mapped_file(file);
+        if (!mapped) return Error{"", mapped.error().what};
+        const Result<Mesh2File> meshes = read_mesh2(mapped->bytes);
+        if (!meshes) return meshes.error();
+        gatherer.add(*meshes);
+    } else if (ending == ".ply" || ending == ".off") {
         const Result<MappedFile> mapped = mapped_file(file);
         if (!mapped) return Error{"", mapped.error().what};
         const Result<PolygonFile> polygons =

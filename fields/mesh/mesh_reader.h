@@ -1,5 +1,6 @@
 #pragma once
-/// Mesh files in: PLY and OFF with readers of our own (polygon_file.h), all others through assimp.
+/// Mesh files in: PLY, OFF and POV-Ray's mesh2 with readers of our own (polygon_file.h, mesh2_file.h), all
+/// others through assimp.
 
 #include "fields/base/result.h"
 #include "fields/mesh/mesh.h"
@@ -27,6 +28,14 @@ struct MeshReaderOptions {
 /// faces with the crease angle. N-gons are triangulated; degenerate and duplicate triangles and
 /// non-finite vertices are left out and counted. Vertices are shared where position, normal and
 /// material are equal.
+///
+/// Of a POV-Ray file (.inc, .pov, .mesh2, or another ending that assimp does not know) all mesh2 objects are
+/// read, where the file places them. A face is of the material that its first texture is named for in the
+/// texture_list: NAME of `texture { NAME }`; else its number there, from 0, after the mesh's name and a blank
+/// if there are several meshes. A face without a texture, and one of a mesh whose only texture has no name or
+/// whose unnamed textures blend (as colours of vertices do), is of the material that the mesh or the object
+/// round it has, or that is named as the mesh if there are several, or "". Coordinates are taken as they are
+/// written: a scene for POV-Ray's usual left-handed camera is read as its mirror image.
 ///
 /// errors  no such file, not a mesh that can be read (with its reader's words), no triangle left,
 ///         coordinates beyond 1e6 m.

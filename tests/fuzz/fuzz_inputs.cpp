@@ -204,6 +204,20 @@ std::vector<std::string> example_mesh_files(std::string_view ending) {
         return {gltf_json(R"(,"uri":"data:application/octet-stream;base64,)"
                           R"(AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIAAAA=")")};
     if (ending == "glb") return {glb()};
+    if (ending == "inc")
+        return {
+            "#ifndef (Done)\n#declare Done = 1;\n#declare Box = mesh2 {\nvertex_vectors { 4, <0,0,0>, x, <0, "
+            "1.0, 0>, "
+            "<0,0,1e0> }\nnormal_vectors { 1 <0,-.5,2> }\n#declare Red = texture { pigment { rgb x } }\n"
+            "texture_list { 2, texture { Red }, texture { pigment { rgb 1 } } }\nface_indices { 4, "
+            "<0,2,1>,0, "
+            "<0,1,3>,1, <1,2,3>,0,1,0, <2,0,3> }\nnormal_indices { 1 <0,0,0> }\nhollow off rotate -30*y\n"
+            "matrix <1,0,0, 0,0,1, 0,-1,0, 1,2,3> }\n#end\nunion { object { Box scale -1 material { M } } "
+            "object "
+            "{ Box }\n/* a /* b */ c */ translate <1,2,3> }\n",
+            "mesh2 { vertex_vectors { 3 <0,0,0> <1,0,0> <0,1,0> } uv_vectors { 3 <0,0> <1,0> <0,1> } // "
+            "plain\n"
+            "face_indices { 1 <0,1,2> } }\n"};
     return {};
 }
 
@@ -224,6 +238,16 @@ const std::vector<std::string_view>& mesh_words() {
                                                      "OFF",
                                                      "4OFF",
                                                      "STOFF",
+                                                     "mesh2 {",
+                                                     "object { Box",
+                                                     "#declare Box = union {",
+                                                     "scale 0",
+                                                     "#if (1)",
+                                                     "#end",
+                                                     "#ifdef (Box)",
+                                                     "/*",
+                                                     "*/",
+                                                     "}",
                                                      "\"uri\":\"/dev/zero\"",
                                                      "\"byteOffset\":4294967295",
                                                      "\"byteStride\":0",

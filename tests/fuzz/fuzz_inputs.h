@@ -22,7 +22,7 @@ void damage(std::string& bytes, FuzzRandom& random, std::string_view other,
             const std::vector<std::string_view>& dictionary, std::size_t first = 0, bool same_size = false);
 
 /// Small, good files of a format that read_mesh takes, by the ending of the name: "obj", "ply", "stl", "off",
-/// "gltf", "glb"; text and binary ones.
+/// "gltf", "glb", "inc"; text and binary ones.
 std::vector<std::string> example_mesh_files(std::string_view ending);
 
 /// What readers of meshes and scenes look for, and numbers that none expects.

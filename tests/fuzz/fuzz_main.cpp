@@ -194,9 +194,9 @@ private:
     std::vector<std::string> files_ = example_scene_files();
 };
 
-constexpr std::array<std::string_view, 14> subject_names{"field", "forged", "obj",   "ply",   "stl",
+constexpr std::array<std::string_view, 15> subject_names{"field", "forged", "obj",   "ply",   "stl",
                                                          "off",   "gltf",   "glb",   "scene", "forged",
-                                                         "field", "obj",    "scene", "ply"};
+                                                         "field", "obj",    "scene", "ply",   "inc"};
 
 std::unique_ptr<Subject> subject(std::string_view name) {
     if (name == "field") return std::make_unique<DamagedFields>();
@@ -320,7 +320,7 @@ int main(int argument_count, char** arguments) {
     program.add_option("--first", options.first, "Index of the first")->capture_default_str();
     program.add_option("--seed", options.seed, "Other files")->capture_default_str();
     program.add_option("--only", options.only,
-                       "One kind: field, forged, obj, ply, stl, off, gltf, glb, scene");
+                       "One kind: field, forged, obj, ply, stl, off, gltf, glb, inc, scene");
     program.add_option("--keep", options.keep, "Folder for the files that failed")
         ->check(CLI::ExistingDirectory);
     CLI11_PARSE(program, argument_count, arguments);
