@@ -22,7 +22,8 @@
 /// |---|---|
 /// | read_image, write_image, read_environment_image | bridge/image.h |
 /// | BakedInstance, write_baked_scene | bridge/baked_scene.h |
-/// | write_baked_ply: the colours for any viewer | bridge/mesh_file.h |
+/// | write_baked_ply, write_baked_csv: the colours for any viewer, as a table | bridge/mesh_file.h |
+/// | write_baked_glb: the objects and their colours for Blender and engines | bridge/glb_file.h |
 /// | run_povray, render_scene | bridge/povray_process.h |
 /// | write_reference_scene | bridge/reference_scene.h |
 /// | rendered_reference | bridge/reference_picture.h |
@@ -94,6 +95,7 @@
 #include "bridge/baked_scene.h"
 #include "bridge/budget_report.h"
 #include "bridge/comparison_report.h"
+#include "bridge/glb_file.h"
 #include "bridge/light_dome.h"
 #include "bridge/mesh_file.h"
 #include "bridge/movie.h"

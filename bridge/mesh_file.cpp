@@ -18,6 +18,14 @@ void append_bytes(std::string& text, T value) {
     text.append(bytes, sizeof(T));
 }
 
+/// As RFC 4180 has it.
+std::string csv_text(const std::string& text) {
+    if (text.find_first_of("\",\r\n") == text.npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + '"';
+}
+
 }  // namespace
 
 Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const BakedInstance> instances) {
@@ -39,10 +47,12 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
         "property float nx\nproperty float ny\nproperty float nz\n"
         "property uchar red\nproperty uchar green\nproperty uchar blue\n"
         "property float radiance_r\nproperty float radiance_g\nproperty float radiance_b\n"
+        "property int instance\n"
         "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
         vertices, triangles);
-    text.reserve(text.size() + 39 * vertices + 13 * triangles);
-    for (const BakedInstance& instance : instances)
+    text.reserve(text.size() + 43 * vertices + 13 * triangles);
+    std::int32_t number = 0;
+    for (const BakedInstance& instance : instances) {
         for (std::size_t i = 0; i < instance.mesh->positions.size(); ++i) {
             const Vec3f position = instance.placement.point_to_world(instance.mesh->positions[i]);
             for (int axis = 0; axis < 3; ++axis) append_bytes(text, position[axis]);
@@ -52,7 +62,10 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
                 append_bytes(
                     text, static_cast<std::uint8_t>(srgb_encoded(instance.radiance[i][c]) * 255.0f + 0.5f));
             for (int c = 0; c < 3; ++c) append_bytes(text, instance.radiance[i][c]);
+            append_bytes(text, number);
         }
+        ++number;
+    }
     std::int32_t first = 0;
     for (const BakedInstance& instance : instances) {
         for (const auto& triangle : instance.mesh->triangles) {
@@ -60,6 +73,24 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
             for (std::uint32_t index : triangle) append_bytes(text, first + static_cast<std::int32_t>(index));
         }
         first += static_cast<std::int32_t>(instance.mesh->positions.size());
+    }
+    return write_file(file, text);
+}
+
+Result<Done> write_baked_csv(const std::filesystem::path& file, std::span<const BakedInstance> instances) {
+    if (Result<Done> good = check_baked_instances(instances); !good) return good.error();
+    std::string text = "instance,vertex,x,y,z,nx,ny,nz,radiance_r,radiance_g,radiance_b\n";
+    auto out = std::back_inserter(text);
+    for (const BakedInstance& instance : instances) {
+        assert(instance.mesh->normals.size() == instance.mesh->positions.size());
+        const std::string name = csv_text(instance.name);
+        for (std::size_t i = 0; i < instance.mesh->positions.size(); ++i) {
+            const Vec3f p = instance.placement.point_to_world(instance.mesh->positions[i]),
+                        n = instance.placement.direction_to_world(instance.mesh->normals[i]);
+            const Rgb& c = instance.radiance[i];
+            fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{}\n", name, i, p.x, p.y, p.z, n.x, n.y, n.z,
+                           c.x, c.y, c.z);
+        }
     }
     return write_file(file, text);
 }

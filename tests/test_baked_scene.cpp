@@ -1,5 +1,6 @@
 #include "bridge/baked_scene.h"
 
+#include "bridge/glb_file.h"
 #include "bridge/image.h"
 #include "bridge/mesh_file.h"
 #include "bridge/povray_process.h"
@@ -8,7 +9,9 @@
 #include "tests/fixtures/bridge_fixtures.h"
 
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <random>
+#include <sstream>
 
 namespace haarfield {
 namespace {
@@ -296,7 +299,7 @@ TEST(BakedPly, HoldsWorldPositionsAndBothKindsOfColour) {
     ASSERT_TRUE(write_baked_ply(folder / "a.ply", instances));
     const std::string text = text_of(folder / "a.ply");
     const std::size_t data = text.find("end_header\n") + 11;
-    ASSERT_EQ(text.size(), data + 8 * 39 + 4 * 13);
+    ASSERT_EQ(text.size(), data + 8 * 43 + 4 * 13);
     float position[3], linear[3];
     std::memcpy(position, &text[data], 12);
     std::memcpy(linear, &text[data + 27], 12);
@@ -305,9 +308,121 @@ TEST(BakedPly, HoldsWorldPositionsAndBothKindsOfColour) {
     EXPECT_EQ(static_cast<unsigned char>(text[data + 24]), 128);
     EXPECT_EQ(static_cast<unsigned char>(text[data + 25]), 255);
     EXPECT_EQ(static_cast<unsigned char>(text[data + 26]), 0);
+    for (std::size_t v = 0; v < 8; ++v) {
+        std::int32_t instance = -1;
+        std::memcpy(&instance, &text[data + 43 * v + 39], 4);
+        EXPECT_EQ(instance, v < 4 ? 0 : 1) << v;
+    }
     const Result<ImportedMesh> back = read_mesh(folder / "a.ply");
     ASSERT_TRUE(back) << back.error().message();
     EXPECT_EQ(back->mesh.triangles.size(), 4u);
+}
+
+/// Of a GLB file; the chunk of JSON and the binary one.
+std::pair<nlohmann::json, std::string> chunks_of(const std::string& glb) {
+    const auto number_at = [&](std::size_t at) {
+        std::uint32_t number = 0;
+        std::memcpy(&number, &glb.at(at), 4);
+        return std::size_t(number);
+    };
+    EXPECT_EQ(glb.substr(0, 4), "glTF");
+    EXPECT_EQ(number_at(4), 2u);
+    EXPECT_EQ(number_at(8), glb.size());
+    const std::size_t json = number_at(12);
+    EXPECT_EQ(json % 4, 0u);
+    EXPECT_EQ(glb.substr(16, 4), "JSON");
+    EXPECT_EQ(number_at(20 + json) + 28 + json, glb.size());
+    EXPECT_EQ(glb.substr(24 + json, 4), std::string("BIN\0", 4));
+    return {nlohmann::json::parse(glb.substr(20, json)), glb.substr(28 + json)};
+}
+
+std::vector<float> floats_of(const nlohmann::json& scene, const std::string& bytes, std::size_t accessor) {
+    const nlohmann::json& view =
+        scene["bufferViews"][scene["accessors"][accessor]["bufferView"].get<std::size_t>()];
+    std::vector<float> floats(view["byteLength"].get<std::size_t>() / 4);
+    EXPECT_EQ(scene["accessors"][accessor]["count"].get<std::size_t>() * 3, floats.size());
+    std::memcpy(floats.data(), &bytes.at(view["byteOffset"].get<std::size_t>()), 4 * floats.size());
+    return floats;
+}
+
+TEST(BakedGlb, HoldsEachInstanceWithUnclampedRadiance) {
+    const TestFolder folder;
+    const Mesh mesh = upright_square_mesh(1, 1);
+    const std::vector<Rgb> first(mesh.positions.size(), Rgb(0.2f, 7, -1)),
+        second(mesh.positions.size(), Rgb(3, 0, 0));
+    const Placement placement{{1, 2, 3}, 2, rotation_xyz({0.3f, 0.4f, 0.5f})};
+    const std::vector<BakedInstance> instances{{"left \"a\" \xff", &mesh, {}, first},
+                                               {"b", &mesh, placement, second}};
+    ASSERT_TRUE(write_baked_glb(folder / "a.glb", instances));
+    const auto [scene, bytes] = chunks_of(text_of(folder / "a.glb"));
+    ASSERT_EQ(scene["nodes"].size(), 2u);
+    EXPECT_EQ(scene["nodes"][0]["name"], "left \"a\" \xef\xbf\xbd");
+    EXPECT_EQ(scene["nodes"][1]["name"], "b");
+    EXPECT_FALSE(scene["nodes"][0].contains("matrix"));
+    EXPECT_TRUE(scene["materials"][0]["extensions"].contains("KHR_materials_unlit"));
+    EXPECT_EQ(scene["extensionsUsed"], nlohmann::json::array({"KHR_materials_unlit"}));
+    EXPECT_EQ(scene["scenes"][0]["nodes"], nlohmann::json::array({0, 1}));
+    const nlohmann::json& a = scene["meshes"][0]["primitives"][0];
+    const nlohmann::json& b = scene["meshes"][1]["primitives"][0];
+    EXPECT_EQ(a["indices"], b["indices"]) << "shared";
+    EXPECT_EQ(a["attributes"]["POSITION"], b["attributes"]["POSITION"]);
+    EXPECT_EQ(a["attributes"]["_RADIANCE"], a["attributes"]["COLOR_0"]);
+    EXPECT_NE(a["attributes"]["_RADIANCE"], b["attributes"]["_RADIANCE"]);
+    const std::vector<float> positions = floats_of(scene, bytes, a["attributes"]["POSITION"]),
+                             normals = floats_of(scene, bytes, a["attributes"]["NORMAL"]),
+                             red = floats_of(scene, bytes, a["attributes"]["COLOR_0"]),
+                             other = floats_of(scene, bytes, b["attributes"]["COLOR_0"]);
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+        EXPECT_EQ(Vec3f(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]), mesh.positions[i]);
+        EXPECT_EQ(Vec3f(normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]), mesh.normals[i]);
+        EXPECT_EQ(Rgb(red[3 * i], red[3 * i + 1], red[3 * i + 2]), first[i]);
+        EXPECT_EQ(Rgb(other[3 * i], other[3 * i + 1], other[3 * i + 2]), second[i]);
+    }
+    EXPECT_EQ(scene["accessors"][a["attributes"]["POSITION"].get<std::size_t>()]["min"],
+              nlohmann::json::array({-1, -1, 0}));
+
+    // assimp has a reader of its own: upright, turned and in its place.
+    const Result<ImportedMesh> back = read_mesh(folder / "a.glb");
+    ASSERT_TRUE(back) << back.error().message();
+    ASSERT_EQ(back->mesh.triangles.size(), 2 * mesh.triangles.size());
+    for (std::size_t t = 0; t < back->mesh.triangles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3f corner = mesh.positions[mesh.triangles[t % mesh.triangles.size()][k]];
+            const Vec3f expected = t < mesh.triangles.size() ? corner : placement.point_to_world(corner);
+            EXPECT_LT((back->mesh.positions[back->mesh.triangles[t][k]] - expected).length(), 1e-5f) << t;
+        }
+}
+
+TEST(BakedCsv, NamesEveryVertexOnce) {
+    const TestFolder folder;
+    const Mesh mesh = upright_square_mesh(1, 1);
+    const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.1f, 7, -1));
+    const std::vector<BakedInstance> instances{{"a", &mesh, {}, radiance},
+                                               {"say \"b\", twice", &mesh, {{1, 2, 3}, 2}, radiance}};
+    ASSERT_TRUE(write_baked_csv(folder / "a.csv", instances));
+    std::istringstream lines(text_of(folder / "a.csv"));
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_EQ(line, "instance,vertex,x,y,z,nx,ny,nz,radiance_r,radiance_g,radiance_b");
+    std::getline(lines, line);
+    EXPECT_EQ(line, "a,0,-1,-1,0,0,0,1,0.1,7,-1");
+    for (int i = 1; i < 4; ++i) std::getline(lines, line);
+    std::getline(lines, line);
+    EXPECT_EQ(line, "\"say \"\"b\"\", twice\",0,-1,0,3,0,0,1,0.1,7,-1");
+    for (int i = 1; i < 4; ++i) std::getline(lines, line);
+    EXPECT_TRUE(line.starts_with("\"say \"\"b\"\", twice\",3,"));
+    EXPECT_FALSE(std::getline(lines, line));
+}
+
+TEST(BakedFilesForOthers, RefuseWhatIsNotFiniteAndWriteNothing) {
+    const TestFolder folder;
+    const Mesh mesh = upright_square_mesh(1, 1);
+    const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(NAN, 0, 0));
+    const std::vector<BakedInstance> instances{{"a", &mesh, {}, radiance}};
+    EXPECT_FALSE(write_baked_glb(folder / "a.glb", instances));
+    EXPECT_FALSE(write_baked_csv(folder / "a.csv", instances));
+    EXPECT_FALSE(write_baked_glb(folder / "a.glb", {}));
+    EXPECT_TRUE(folder.files().empty());
 }
 
 TEST(InterpolationRotation, TurnsNoTriangleEdgeOn) {

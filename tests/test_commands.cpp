@@ -153,6 +153,8 @@ TEST_F(Commands, BadUsageExitsWithTwo) {
                                        {"bake", "room.toml", "-o", "out", "--depth", "-1"},
                                        {"bake", "room.toml", "-o", "out", "--evaluator", "magic"},
                                        {"bake", "room.toml", "-o", "out", "--colours", "loud"},
+                                       {"bake", "room.toml", "-o", "out", "--format", "fbx"},
+                                       {"bake", "room.toml", "-o", "out", "--format", ""},
                                        {"bake", "room.toml", "-o", "out", "--refine", "0"},
                                        {"bake", "room.toml", "-o", "out", "--occlusion", "magic"},
                                        {"bake", "room.toml", "-o", "out", "--occlusion-error", "nan"},
@@ -386,14 +388,14 @@ TEST_F(Commands, ABudgetSaysWhatIsApproximatedAndWhetherTheOracleIsRight) {
 TEST_F(Commands, ThePictureDoesNotDependOnTheNumberOfThreads) {
     write_scene();
     for (const char* threads : {"1", "3"}) {
-        const Outcome outcome = run({"bake", "room.toml", "-o", threads, "--face-size", "16", "--no-render",
-                                     "--quiet", "--threads", threads});
+        const Outcome outcome = run({"bake", "-o", threads, "--face-size", "16", "--no-render", "--quiet",
+                                     "--threads", threads, "--format", "ply,glb,csv", "room.toml"});
         ASSERT_EQ(outcome.code, 0) << outcome.err;
         EXPECT_EQ(outcome.err, "");
         EXPECT_FALSE(std::filesystem::exists(folder_ / threads / "baked.exr"));
     }
-    for (const char* file :
-         {"room_Box.inc", "room_Floor.inc", "room.ply", "fields/box.vdb", "fields/floor.vdb"})
+    for (const char* file : {"room_Box.inc", "room_Floor.inc", "room.ply", "room.glb", "room.csv",
+                             "fields/box.vdb", "fields/floor.vdb"})
         EXPECT_TRUE(text_of(folder_ / "1" / file) == text_of(folder_ / "3" / file) &&
                     !text_of(folder_ / "1" / file).empty())
             << file;

@@ -1,4 +1,5 @@
 #include "bridge/baked_scene.h"
+#include "bridge/glb_file.h"
 #include "bridge/mesh_file.h"
 #include "shading/bake/colour_fit.h"
 #include "shading/bake/dense_renderer.h"
@@ -24,6 +25,7 @@ struct BakeOptions {
     std::optional<float> refine;
     std::size_t vertex_budget = RefinementSettings().vertex_budget;
     std::string colours = "sampled";
+    std::vector<std::string> formats{"ply"};
     bool no_render = false;
 };
 
@@ -130,12 +132,17 @@ Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
     if (files->clamped_vertices > 0)
         context.warn(
             fmt::format("the radiance of {} vertices is clamped to [0, 65000]", files->clamped_vertices));
-    const std::filesystem::path ply = output / (file_stem(*scene) + ".ply");
-    if (const Result<Done> written = write_baked_ply(ply, instances); !written) return written.error();
     context.report["scene"] = files->scene.string();
-    context.report["mesh"] = ply.string();
-    context.print("scene  {} with {} includes\nmesh   {}\n", files->scene.string(), files->includes.size(),
-                  ply.string());
+    context.print("scene  {} with {} includes\n", files->scene.string(), files->includes.size());
+    for (const std::string& format : options.formats) {
+        const std::filesystem::path mesh = output / (file_stem(*scene) + "." + format);
+        const auto write = format == "glb"   ? write_baked_glb
+                           : format == "csv" ? write_baked_csv
+                                             : write_baked_ply;
+        if (const Result<Done> written = write(mesh, instances); !written) return written.error();
+        context.report["meshes"].push_back(mesh.string());
+        context.print("mesh   {}\n", mesh.string());
+    }
 
     if (options.no_render) return ExitCode::done;
     const std::filesystem::path exr = output / "baked.exr";
@@ -153,7 +160,7 @@ Command bake_command(CLI::App& program) {
     const auto options = std::make_shared<BakeOptions>();
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output,
-                    "Folder for NAME.pov, its includes, NAME.ply and the picture")
+                    "Folder for NAME.pov, its includes, the mesh and the picture")
         ->required()
         ->type_name("DIR");
     add_field_options(*app, options->fields);
@@ -178,6 +185,15 @@ Command bake_command(CLI::App& program) {
                     "sampled: radiance at the vertices; fitted: what interpolates best between them, too")
         ->check(CLI::IsMember({"sampled", "fitted"}))
         ->capture_default_str();
+    app->add_option(
+           "--format", options->formats,
+           "The mesh for other programs, separated by commas: ply; glb: glTF with linear radiance as "
+           "COLOR_0; csv: a table")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember({"ply", "glb", "csv"}))
+        ->default_str("ply")
+        ->type_name("FORMAT");
     app->footer(
         "Example:\n  haarfield bake scenes/single_chair.toml -o out/chair\n"
         "ends with out/chair/baked.png, and out/chair/single_chair_Chair.inc for a scene of your own.");

@@ -70,7 +70,8 @@ std::unique_ptr<Assimp::IOSystem> file_system_for(const std::filesystem::path& f
 }
 
 constexpr const char* wanted_endings =
-    ", which nothing here reads; wanted .obj, .ply, .gltf, .glb, .stl, .off or another of assimp's formats";
+    ", which nothing here reads; wanted .obj, .ply, .gltf, .glb, .stl, .off, .inc, .pov or another of "
+    "assimp's formats";
 
 Vec3f vector_from(const aiVector3D& v) {
     return {v.x, v.y, v.z};
