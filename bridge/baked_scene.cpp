@@ -1,20 +1,32 @@
 #include "bridge/baked_scene.h"
 
-#include "bridge/coloured_mesh.h"
+#include "bridge/textured_mesh.h"
 #include "fields/file/write_file.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <optional>
 #include <set>
 
 namespace haarfield {
 namespace {
 
+/// Declares the images that an instance shows.
+std::string image_declarations(const BakedInstance& instance, const TextureFiles& textures) {
+    std::string text;
+    std::set<const Texture*> declared;
+    for (const Surface& surface : instance.surfaces)
+        if (surface.texture && declared.insert(surface.texture.get()).second)
+            text += textures.at(surface.texture.get()).text;
+    return text;
+}
+
 /// The include file of one object. The usage comment stands first: it is the manual.
 std::string include_text(const BakedInstance& instance, const ColouredMesh& coloured,
-                         const std::string& object, const std::string& file_name) {
+                         const std::string& object, const std::string& file_name,
+                         const TextureFiles& textures) {
     std::string text = fmt::format(
         "// {0}: {1}, baked to vertex colours by haarfield.\n"
         "// {2} vertices, {3} triangles, {4} textures; linear radiance, right-handed, +y up, metres.\n"
@@ -35,9 +47,10 @@ std::string include_text(const BakedInstance& instance, const ColouredMesh& colo
         "#declare {1}_Version = version;\n"
         "#version 3.7;\n\n"
         "#declare {1}_Finish = finish {{ emission 1 ambient 0 diffuse 0 }}\n"
+        "{5}"
         "#ifndef ({1}_In_Place) #declare {1} = #end\n",
         file_name, object, instance.mesh->positions.size(), instance.mesh->triangles.size(),
-        coloured.textures);
+        coloured.textures, image_declarations(instance, textures));
     text += coloured.text;
     if (!is_identity(instance.placement.rotate)) text += povray_rotation(instance.placement.rotate) + "\n";
     fmt::format_to(std::back_inserter(text),
@@ -52,14 +65,22 @@ std::string include_text(const BakedInstance& instance, const ColouredMesh& colo
 
 /// With its atlas, if it has one. Returns how many vertices were clamped.
 Result<std::uint64_t> write_include(const BakedInstance& instance, const std::string& object,
-                                    const std::filesystem::path& file) {
+                                    const std::filesystem::path& file, const TextureFiles& textures) {
+    const std::string name = file.filename().string();
+    if (has_textures(instance.surfaces)) {
+        const ColouredMesh textured = textured_mesh(*instance.mesh, instance.surfaces, instance.radiance,
+                                                    instance.over, textures, object + "_Finish");
+        const std::string text = include_text(instance, textured, object, name, textures);
+        if (Result<Done> written = write_file(file, text); !written) return written.error();
+        return textured.clamped_vertices;
+    }
     const std::filesystem::path atlas = std::filesystem::path(file).replace_extension(".exr");
     const ColouredMesh coloured =
         coloured_mesh(*instance.mesh, instance.radiance, colour_storage(instance.radiance),
                       object + "_Finish", atlas.filename().string());
     if (!coloured.atlas.pixels.empty())
         if (Result<Done> written = write_image(coloured.atlas, atlas); !written) return written.error();
-    const std::string text = include_text(instance, coloured, object, file.filename().string());
+    const std::string text = include_text(instance, coloured, object, name, textures);
     if (Result<Done> written = write_file(file, text); !written) return written.error();
     return coloured.clamped_vertices;
 }
@@ -74,10 +95,26 @@ Result<Done> check_instance(const BakedInstance& instance) {
     for (std::size_t i = 0; i < instance.radiance.size(); ++i)
         if (!is_finite(instance.radiance[i]))
             return Error{where, fmt::format("the radiance of vertex {} is not finite", i)};
+    if (!instance.over.empty() && instance.over.size() != instance.radiance.size())
+        return Error{where, fmt::format("{} values over the textures for {} vertices", instance.over.size(),
+                                        instance.radiance.size())};
+    for (std::size_t i = 0; i < instance.over.size(); ++i)
+        if (!is_finite(instance.over[i]))
+            return Error{where, fmt::format("the highlight of vertex {} is not finite", i)};
+    if (has_textures(instance.surfaces) && instance.mesh->uvs.size() != instance.mesh->positions.size())
+        return Error{where, "has a texture, but no texture coordinates"};
     return check_placement(where, instance.placement);
 }
 
 }  // namespace
+
+Rgb seen_at(const BakedInstance& instance, std::size_t vertex) {
+    if (instance.surfaces.empty()) return instance.radiance[vertex];
+    const Texture* texture = instance.surfaces[instance.mesh->vertex_materials[vertex]].texture.get();
+    if (!texture) return instance.radiance[vertex];
+    const Rgb under = instance.radiance[vertex] * texture->colour_at(instance.mesh->uvs[vertex]);
+    return instance.over.empty() ? under : under + instance.over[vertex];
+}
 
 Result<Done> check_baked_instances(std::span<const BakedInstance> instances) {
     std::set<std::string_view> names;
@@ -109,11 +146,19 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
     for (const std::string& object : files.objects)
         files.includes.push_back(folder / (scene_name + "_" + object.substr(prefix) + ".inc"));
 
+    std::vector<const Texture*> shown;
+    for (const BakedInstance& instance : instances)
+        for (const Surface& surface : instance.surfaces) shown.push_back(surface.texture.get());
+    const Result<TextureFiles> textures = write_textures(folder, scene_name, shown);
+    if (!textures) return textures.error();
+    for (const auto& [texture, file] : *textures) files.images.push_back(file.file);
+    std::ranges::sort(files.images);
+
     std::vector<std::optional<Error>> errors(instances.size());
     std::vector<std::uint64_t> clamped(instances.size());
     tbb::parallel_for(std::size_t{0}, instances.size(), [&](std::size_t i) {
         const Result<std::uint64_t> written =
-            write_include(instances[i], files.objects[i], files.includes[i]);
+            write_include(instances[i], files.objects[i], files.includes[i], *textures);
         if (written)
             clamped[i] = *written;
         else

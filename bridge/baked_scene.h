@@ -2,6 +2,7 @@
 /// Shaded meshes as a POV-Ray scene: colours at the vertices, no light.
 
 #include "bridge/povray_scene.h"
+#include "scenes/surface.h"
 
 #include <span>
 
@@ -13,13 +14,20 @@ struct BakedInstance {
     const Mesh* mesh = nullptr;  ///< The fine one.
     Placement placement;
     std::span<const Rgb> radiance;  ///< Outgoing, one per vertex of the mesh. [W/(m^2 sr)]
+    /// What lies over textures, one per vertex, or none; then `radiance` is what they multiply: SeenRadiance.
+    std::span<const Rgb> over{};
+    std::span<const Surface> surfaces{};  ///< By the mesh's materials; none: plain ones.
 };
+
+/// The radiance of a vertex, with the colour of its texture there.
+Rgb seen_at(const BakedInstance& instance, std::size_t vertex);
 
 /// What write_baked_scene wrote.
 struct BakedFiles {
     std::filesystem::path scene;                  ///< `NAME.pov`
     std::vector<std::filesystem::path> includes;  ///< `NAME_<instance>.inc`, by instance.
     std::vector<std::string> objects;             ///< What each declares: `Name_Instance`, by instance.
+    std::vector<std::filesystem::path> images;    ///< Of textures; see write_textures.
     std::uint64_t clamped_vertices = 0;           ///< Radiance below 0 or above 65000, set to the limit.
 };
 
@@ -31,13 +39,15 @@ Result<Done> check_baked_instances(std::span<const BakedInstance> instances);
 /// An include declares one object, in world coordinates, that a POV-Ray user can place in a scene of
 /// their own: it is guarded, keeps their `#version`, prefixes its names, has no camera, light or global
 /// settings, and says at its top how to use it. Colours are stored as suits their number, see
-/// colour_storage; an atlas lies beside the include, as `NAME_<instance>.exr`. The scene file sets what an
+/// colour_storage; an atlas lies beside the include, as `NAME_<instance>.exr`, and so do the images of
+/// textures. The scene file sets what an
 /// include can not: assumed_gamma 1, and adc_bailout 0, without which POV-Ray drops the dim corners of a
 /// triangle.
 ///
 /// scene_name  the stem of the files: letters, digits, `_`, `-`, `.`.
 /// errors      non-finite radiance or positions (with instance and vertex); radiance and mesh of
-///             different lengths; scale not in (0, inf); two instances of one name; what the disk says.
+///             different lengths; a texture on a mesh without uvs; scale not in (0, inf); two instances of
+///             one name; what the disk says.
 /// cost        1 s and 160 bytes of text per 150K vertices; all instances are written in parallel.
 Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const std::string& scene_name,
                                      const Camera& camera, std::span<const BakedInstance> instances,

@@ -20,7 +20,6 @@
 ///
 /// | declaration | is in |
 /// |---|---|
-/// | read_image, write_image, read_environment_image | bridge/image.h |
 /// | BakedInstance, write_baked_scene | bridge/baked_scene.h |
 /// | write_baked_ply, write_baked_csv: the colours for any viewer, as a table | bridge/mesh_file.h |
 /// | write_baked_glb: the objects and their colours for Blender and engines | bridge/glb_file.h |

@@ -1,6 +1,6 @@
 #include "bridge/coloured_mesh.h"
 
-#include "bridge/povray_scene.h"
+#include "bridge/povray_frame.h"
 
 #include <Imath/half.h>
 #include <fmt/format.h>
@@ -12,30 +12,13 @@
 namespace haarfield {
 namespace {
 
-constexpr float largest_radiance = 65000;  // POV-Ray keeps colours as floats, but its EXR holds halves
-
-using Colour = std::array<float, 3>;
-
 struct ColourHash {
     std::size_t operator()(const Colour& c) const {
         std::size_t hash = 0;
-        for (float channel : c) hash = (hash ^ std::bit_cast<std::uint32_t>(channel)) * 0x9e3779b97f4a7c15u;
+        for (float channel : c) hash = mixed_hash(hash, std::bit_cast<std::uint32_t>(channel));
         return hash ^ (hash >> 29);
     }
 };
-
-/// What a picture can hold, each colour by itself.
-std::vector<Colour> clamped(std::span<const Rgb> colours, std::uint64_t& count) {
-    std::vector<Colour> result;
-    result.reserve(colours.size());
-    for (const Rgb& value : colours) {
-        Colour colour;
-        for (int c = 0; c < 3; ++c) colour[c] = std::clamp(value[c], 0.0f, largest_radiance) + 0.0f;
-        if (Rgb(colour[0], colour[1], colour[2]) != value) ++count;
-        result.push_back(colour);
-    }
-    return result;
-}
 
 /// Each colour once, in the order of their first vertex.
 struct Palette {
@@ -55,27 +38,6 @@ Palette palette(const std::vector<Colour>& of_vertices) {
     }
     return result;
 }
-
-/// A mesh as POV-Ray interpolates well over it: turned, and magnified.
-struct PovrayFrame {
-    double magnified;
-    Rotation rotation;
-
-    explicit PovrayFrame(const Mesh& mesh)
-        : magnified(small_triangle_scale(mesh)), rotation(interpolation_rotation(mesh)) {}
-
-    void append_vertices(std::string& text, const Mesh& mesh) const {
-        std::vector<Vec3f> positions;
-        positions.reserve(mesh.positions.size());
-        for (const Vec3f& p : mesh.positions) positions.emplace_back(rotation(Vec3d(p)) + Vec3d(0.0));
-        append_povray_vectors(text, "vertex_vectors", positions, static_cast<float>(magnified));
-    }
-
-    /// Takes turning and magnification back.
-    void append_inverse(std::string& text) const {
-        text += fmt::format("{}\nscale {:.17g}\n", povray_rotation(rotation.inverse()), 1 / magnified);
-    }
-};
 
 void append_textured_faces(std::string& text, const Mesh& mesh, const Palette& colours, double magnified,
                            const std::string& finish) {
@@ -159,7 +121,7 @@ ColourStorage colour_storage(std::span<const Rgb> colours) {
 ColouredMesh coloured_mesh(const Mesh& mesh, std::span<const Rgb> colours, ColourStorage storage,
                            const std::string& finish, const std::string& atlas_file) {
     ColouredMesh result;
-    std::vector<Colour> of_vertices = clamped(colours, result.clamped_vertices);
+    std::vector<Colour> of_vertices = clamped_colours(colours, result.clamped_vertices);
     const PovrayFrame frame(mesh);
     std::string& text = result.text;
     text.reserve(128 * mesh.positions.size() + 32 * mesh.triangles.size());

@@ -1,8 +1,8 @@
 #pragma once
 /// A mesh with a colour at each vertex, in POV-Ray's words.
 
-#include "bridge/image.h"
 #include "fields/mesh/mesh.h"
+#include "scenes/image.h"
 
 #include <span>
 #include <string>

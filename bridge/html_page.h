@@ -1,7 +1,7 @@
 #pragma once
 /// What the pages that we write have in common: looks, pictures in the text, commands.
 
-#include "bridge/image.h"
+#include "scenes/image.h"
 
 namespace haarfield {
 

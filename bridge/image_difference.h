@@ -1,7 +1,7 @@
 #pragma once
 /// How far two pictures are apart, as numbers and as a picture.
 
-#include "bridge/image.h"
+#include "scenes/image.h"
 
 #include <array>
 

@@ -1,7 +1,7 @@
 #include "bridge/mesh_file.h"
 
-#include "bridge/image.h"
 #include "fields/file/write_file.h"
+#include "scenes/image.h"
 
 #include <fmt/format.h>
 
@@ -58,10 +58,10 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
             for (int axis = 0; axis < 3; ++axis) append_bytes(text, position[axis]);
             const Vec3f normal = instance.placement.direction_to_world(instance.mesh->normals[i]);
             for (int axis = 0; axis < 3; ++axis) append_bytes(text, normal[axis]);
+            const Rgb radiance = seen_at(instance, i);
             for (int c = 0; c < 3; ++c)
-                append_bytes(
-                    text, static_cast<std::uint8_t>(srgb_encoded(instance.radiance[i][c]) * 255.0f + 0.5f));
-            for (int c = 0; c < 3; ++c) append_bytes(text, instance.radiance[i][c]);
+                append_bytes(text, static_cast<std::uint8_t>(srgb_encoded(radiance[c]) * 255.0f + 0.5f));
+            for (int c = 0; c < 3; ++c) append_bytes(text, radiance[c]);
             append_bytes(text, number);
         }
         ++number;
@@ -87,7 +87,7 @@ Result<Done> write_baked_csv(const std::filesystem::path& file, std::span<const 
         for (std::size_t i = 0; i < instance.mesh->positions.size(); ++i) {
             const Vec3f p = instance.placement.point_to_world(instance.mesh->positions[i]),
                         n = instance.placement.direction_to_world(instance.mesh->normals[i]);
-            const Rgb& c = instance.radiance[i];
+            const Rgb c = seen_at(instance, i);
             fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{}\n", name, i, p.x, p.y, p.z, n.x, n.y, n.z,
                            c.x, c.y, c.z);
         }

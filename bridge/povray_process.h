@@ -1,8 +1,8 @@
 #pragma once
 /// Running POV-Ray: a child process without a window, watched, and stopped when asked.
 
-#include "bridge/image.h"
 #include "fields/base/progress.h"
+#include "scenes/image.h"
 
 namespace haarfield {
 

@@ -1,8 +1,8 @@
 #include "bridge/povray_scene.h"
 
-#include "bridge/image.h"
 #include "fields/base/range.h"
 #include "scenes/camera_frame.h"
+#include "scenes/image.h"
 
 #include <fmt/format.h>
 
@@ -60,6 +60,13 @@ void append_povray_vectors(std::string& text, std::string_view keyword, std::spa
     fmt::format_to(out, "{} {{ {}", keyword, vectors.size());
     for (const Vec3f& v : vectors)
         fmt::format_to(out, ",\n<{},{},{}>", v.x * scale, v.y * scale, v.z * scale);
+    text += " }\n";
+}
+
+void append_povray_uvs(std::string& text, std::span<const Vec2f> uvs) {
+    auto out = std::back_inserter(text);
+    fmt::format_to(out, "uv_vectors {{ {}", uvs.size());
+    for (const Vec2f& uv : uvs) fmt::format_to(out, ",\n<{},{}>", uv.x, uv.y);
     text += " }\n";
 }
 

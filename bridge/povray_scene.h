@@ -54,6 +54,9 @@ std::string povray_rotation(const Rotation& rotation);
 void append_povray_vectors(std::string& text, std::string_view keyword, std::span<const Vec3f> vectors,
                            float scale = 1);
 
+/// Appends `uv_vectors { n, <u, v>, ... }`, exact.
+void append_povray_uvs(std::string& text, std::span<const Vec2f> uvs);
+
 /// The names of a scene's objects, each given once, in the order of `names`: the scene's identifier, `_`,
 /// and the instance's, numbered where two would be equal.
 std::vector<std::string> povray_object_names(std::string_view scene_name, std::span<const std::string> names);

@@ -35,6 +35,34 @@ struct PixelPlace {
     float x, y;
 };
 
+/// The image over a triangle; null if there is none.
+const Texture* texture_of(const PreviewInstance& instance, const std::array<std::uint32_t, 3>& triangle) {
+    if (instance.surfaces.empty()) return nullptr;
+    return instance.surfaces[instance.mesh->vertex_materials[triangle[0]]].texture.get();
+}
+
+/// Passes rays through texels that are less than half opaque.
+void pass_cut_outs(const RTCFilterFunctionNArguments* arguments) {
+    const auto& instance = *static_cast<const PreviewInstance*>(arguments->geometryUserPtr);
+    for (unsigned i = 0; i < arguments->N; ++i) {
+        if (arguments->valid[i] == 0) continue;
+        const auto& triangle = instance.mesh->triangles[RTCHitN_primID(arguments->hit, arguments->N, i)];
+        const Texture* texture = texture_of(instance, triangle);
+        if (!texture || !texture->has_alpha) continue;
+        const float u = RTCHitN_u(arguments->hit, arguments->N, i),
+                    v = RTCHitN_v(arguments->hit, arguments->N, i);
+        const std::vector<Vec2f>& uvs = instance.mesh->uvs;
+        const Vec2f at = uvs[triangle[0]] * (1 - u - v) + uvs[triangle[1]] * u + uvs[triangle[2]] * v;
+        if (texture->opacity_at(at) < 0.5f) arguments->valid[i] = 0;
+    }
+}
+
+bool has_cut_outs(const PreviewInstance& instance) {
+    return std::ranges::any_of(instance.surfaces, [](const Surface& surface) {
+        return surface.texture && surface.texture->has_alpha;
+    });
+}
+
 bool differs(const Sample& a, const Sample& b) {
     if (a.object != b.object) return true;
     if (a.object == RTC_INVALID_GEOMETRY_ID) return false;  // the background is smooth enough
@@ -54,12 +82,15 @@ struct Preview::Rays {
     std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device{rtcNewDevice(nullptr),
                                                                      &rtcReleaseDevice};
     std::map<const Mesh*, OwnedScene> meshes;
+    /// What pass_cut_outs is told: the mesh, and surfaces that live as long as it.
+    std::map<const Mesh*, PreviewInstance> cut_outs;
 
-    const OwnedScene& scene_of(const Mesh& mesh);
+    const OwnedScene& scene_of(const PreviewInstance& instance);
     OwnedScene scene_of(std::span<const PreviewInstance> instances);
 };
 
-const OwnedScene& Preview::Rays::scene_of(const Mesh& mesh) {
+const OwnedScene& Preview::Rays::scene_of(const PreviewInstance& instance) {
+    const Mesh& mesh = *instance.mesh;
     const auto known = meshes.find(&mesh);
     if (known != meshes.end()) return known->second;
     OwnedScene scene(rtcNewScene(device.get()), &rtcReleaseScene);
@@ -73,6 +104,12 @@ const OwnedScene& Preview::Rays::scene_of(const Mesh& mesh) {
                                 3 * sizeof(std::uint32_t), mesh.triangles.size()));
     for (const auto& triangle : mesh.triangles)
         indices = std::copy(triangle.begin(), triangle.end(), indices);
+    if (has_cut_outs(instance)) {
+        PreviewInstance& told = cut_outs.insert_or_assign(&mesh, instance).first->second;
+        told.radiance = told.over = {};
+        rtcSetGeometryUserData(geometry, &told);
+        rtcSetGeometryIntersectFilterFunction(geometry, pass_cut_outs);
+    }
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene.get(), geometry);
     rtcReleaseGeometry(geometry);
@@ -85,7 +122,7 @@ OwnedScene Preview::Rays::scene_of(std::span<const PreviewInstance> instances) {
     for (std::size_t i = 0; i < instances.size(); ++i) {
         const PreviewInstance& instance = instances[i];
         const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE);
-        rtcSetGeometryInstancedScene(geometry, scene_of(*instance.mesh).get());
+        rtcSetGeometryInstancedScene(geometry, scene_of(instance).get());
         const std::array<float, 12> columns = instance.placement.columns();
         rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.data());
         rtcCommitGeometry(geometry);
@@ -231,9 +268,15 @@ private:
         if (!seen) return {background_(along), RTC_INVALID_GEOMETRY_ID};
         const PreviewInstance& instance = instances_[seen->instance];
         const auto& triangle = instance.mesh->triangles[seen->triangle];
-        return {instance.radiance[triangle[0]] * (1 - seen->u - seen->v) +
-                    instance.radiance[triangle[1]] * seen->u + instance.radiance[triangle[2]] * seen->v,
-                seen->instance};
+        const auto mean = [&](const auto& values) {
+            return values[triangle[0]] * (1 - seen->u - seen->v) + values[triangle[1]] * seen->u +
+                   values[triangle[2]] * seen->v;
+        };
+        Rgb radiance = mean(instance.radiance);
+        const Texture* texture = texture_of(instance, triangle);
+        if (texture) radiance *= texture->colour_at(mean(instance.mesh->uvs));
+        if (texture && !instance.over.empty()) radiance += mean(instance.over);
+        return {radiance, seen->instance};
     }
 
     VertexMask vertices_of(std::span<const std::optional<MeshPoint>> seen) const {

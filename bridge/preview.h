@@ -6,9 +6,10 @@
 #include <memory>
 #include <span>
 
-#include "bridge/image.h"
 #include "fields/mesh/mesh.h"
+#include "scenes/image.h"
 #include "scenes/scene.h"
+#include "scenes/surface.h"
 #include "shading/bake/mesh_point.h"
 #include "shading/scene/vertex_loop.h"
 
@@ -19,6 +20,10 @@ struct PreviewInstance {
     const Mesh* mesh = nullptr;  ///< The fine one.
     Placement placement;
     std::span<const Rgb> radiance;  ///< One per vertex. [W/(m^2 sr)]
+    /// As BakedInstance has them. Where an image is less than half opaque there is no surface. Those of one
+    /// mesh are the same in all of its instances.
+    std::span<const Rgb> over{};
+    std::span<const Surface> surfaces{};
 };
 
 /// Radiance from a direction (of any length but zero). Called from many threads at once.

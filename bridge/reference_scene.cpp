@@ -1,5 +1,7 @@
 #include "bridge/reference_scene.h"
 
+#include "bridge/textured_mesh.h"
+
 #include "fields/file/write_file.h"
 
 #include <fmt/format.h>
@@ -27,27 +29,76 @@ float diffuse_share(const Material& material) {
     return share;
 }
 
-/// A material as a POV-Ray texture.
+/// A pigment of one colour, or of an image times it.
+///
+/// POV-Ray can not multiply an image with a colour; but it has functions of an image's channels, colour maps
+/// that make them colours, and means of pigments: of the three channels', and of what the image lets through.
+std::string pigment_text(const Rgb& colour, const TextureFile* image) {
+    if (!image) return fmt::format("rgb {}", povray_vector(colour));
+    if (colour == Rgb(1.0f)) return image->pigment;
+    std::string text = "average pigment_map {";
+    const int pigments = image->transmission.empty() ? 3 : 4;
+    for (int c = 0; c < 3; ++c) {
+        Rgb channel(0.0f);
+        channel[c] = float(pigments) * colour[c];
+        text += fmt::format(
+            " [1 function {{ {}_Function(x, y, z).{} }} color_map {{ [0 rgb 0] [1 rgb {}] }}]",
+            image->pigment, std::array{"red", "green", "blue"}[std::size_t(c)], povray_vector(channel));
+    }
+    if (pigments == 4)
+        text += fmt::format(" [1 {} color_map {{ [0 rgb 0] [1 rgbt <0, 0, 0, 4>] }}]", image->transmission);
+    return text + " }";
+}
+
+/// A surface as a POV-Ray texture.
 ///
 /// POV-Ray's highlight has the colour of the light, or of the pigment if it is metallic. To give it another,
 /// it lies under a layer that shines by nothing itself and lets the tint through; what is diffuse below that
 /// layer is divided by the tint. A channel without highlight keeps 1e-4 of the strongest one, so that the
 /// division is defined.
-std::string texture_text(const Material& material) {
-    const bool physical = material.convention == LobeConvention::physical, grey = is_grey(material.specular);
-    const float strongest = std::max({material.specular.x, material.specular.y, material.specular.z});
+///
+/// colour  of the vertex.
+/// image   of the surface's texture; null if it has none.
+std::string texture_text(const Surface& surface, const Rgb& colour, const TextureFile* image) {
+    const Material& material = surface.material;
+    Rgb highlight = material.specular;
+    if (image) {
+        const Rgb white(1.0f), mean = surface.texture->mean * colour;
+        highlight *= white + (mean - white) * surface.tinted_highlights;
+    }
+    const bool physical = material.convention == LobeConvention::physical, grey = is_grey(highlight);
+    const float strongest = std::max({highlight.x, highlight.y, highlight.z});
     const float phong = strongest * (physical ? 0.5f * (material.shininess + 2) : material.phong),
                 blinn = physical ? 0 : strongest * material.blinn,
                 metallic = physical ? 0 : material.metallic;
+    const bool glows = surface.emission != Rgb(0.0f);
     Rgb tint(1, 1, 1), pigment = metallic > 0 ? material.pigment : material.diffuse;
+    float diffuse = metallic > 0 ? diffuse_share(material) : 1;
+    if (glows && pigment == Rgb(0.0f)) {
+        pigment = Rgb(1.0f);
+        diffuse = 0;
+    }
+    // An image is shown as it is where its factor is grey.
+    if (image && metallic == 0 && is_grey(pigment)) {
+        diffuse *= pigment.x;
+        pigment = Rgb(1.0f);
+    }
+    const float dimmest = dimmest_tint * std::max({pigment.x, pigment.y, pigment.z});
+    Rgb emission(0.0f);
+    if (glows)
+        for (int c = 0; c < 3; ++c) {
+            pigment[c] = std::max(pigment[c], dimmest);
+            emission[c] = surface.emission[c] / pigment[c];
+        }
+    pigment *= colour;
     if (!grey)
         for (int c = 0; c < 3; ++c) {
-            tint[c] = std::max(material.specular[c] / strongest, dimmest_tint);
+            tint[c] = std::max(highlight[c] / strongest, dimmest_tint);
             pigment[c] /= tint[c];
         }
     std::string text =
-        fmt::format("texture {{ pigment {{ rgb {} }} finish {{ ambient 0 emission 0 diffuse {}",
-                    povray_vector(pigment), metallic > 0 ? diffuse_share(material) : 1);
+        fmt::format("texture {{ pigment {{ {} }} finish {{ ambient 0 emission {} diffuse {}",
+                    pigment_text(pigment, image), glows ? "rgb " + povray_vector(emission) : "0", diffuse);
     if (phong > 0) text += fmt::format(" phong {} phong_size {}", phong, material.shininess);
     if (blinn > 0) text += fmt::format(" specular {} roughness {}", blinn, material.roughness);
     if (metallic > 0) text += fmt::format(" metallic {}", metallic);
@@ -118,12 +169,56 @@ Result<Done> check_instances(std::span<const ReferenceInstance> instances) {
                 return Error{where, fmt::format("the normal of vertex {} is not finite", i)};
         if (Result<Done> good = check_materials(instance, where); !good) return good.error();
         if (Result<Done> good = check_placement(where, instance.placement); !good) return good.error();
+        if (!instance.surfaces.empty() && instance.surfaces.size() != instance.materials.size())
+            return Error{where, "has other surfaces than materials"};
+        if (has_textures(instance.surfaces) && instance.mesh->uvs.size() != instance.mesh->positions.size())
+            return Error{where, "has a texture, but no texture coordinates"};
         if (!names.insert(instance.name).second) return Error{where, "there are two of this name"};
     }
     return Done{};
 }
 
-std::string mesh_text(const ReferenceInstance& instance, const std::string& object) {
+/// The textures of a mesh, and which of them each vertex has.
+class MeshTextures {
+public:
+    MeshTextures(const ReferenceInstance& instance, const TextureFiles& files) {
+        const Mesh& mesh = *instance.mesh;
+        std::map<std::pair<std::uint16_t, std::array<float, 3>>, std::size_t> known;
+        for (std::uint16_t m = 0; m < instance.materials.size(); ++m) {
+            known.emplace(std::pair(m, std::array{1.0f, 1.0f, 1.0f}), texts.size());
+            texts.push_back(text_of(instance, m, Rgb(1.0f), files));
+        }
+        of_vertex.assign(mesh.vertex_materials.begin(), mesh.vertex_materials.end());
+        for (std::size_t v = 0; v < of_vertex.size(); ++v) {
+            const std::uint16_t m = mesh.vertex_materials[v];
+            if (!is_coloured(instance, m)) continue;
+            const Rgb& colour = mesh.colours[v];
+            const auto [entry, is_new] =
+                known.emplace(std::pair(m, std::array{colour.x, colour.y, colour.z}), texts.size());
+            if (is_new) texts.push_back(text_of(instance, m, colour, files));
+            of_vertex[v] = entry->second;
+        }
+    }
+
+    static bool is_coloured(const ReferenceInstance& instance, std::uint16_t material) {
+        return !instance.surfaces.empty() && instance.surfaces[material].coloured;
+    }
+
+    std::vector<std::string> texts;
+    std::vector<std::size_t> of_vertex;
+
+private:
+    static std::string text_of(const ReferenceInstance& instance, std::uint16_t material, const Rgb& colour,
+                               const TextureFiles& files) {
+        Surface plain;
+        plain.material = instance.materials[material];
+        const Surface& surface = instance.surfaces.empty() ? plain : instance.surfaces[material];
+        return texture_text(surface, colour, surface.texture ? &files.at(surface.texture.get()) : nullptr);
+    }
+};
+
+std::string mesh_text(const ReferenceInstance& instance, const std::string& object,
+                      const TextureFiles& files) {
     const Mesh& mesh = *instance.mesh;
     const double magnified = small_triangle_scale(mesh);
     std::string text;
@@ -133,19 +228,25 @@ std::string mesh_text(const ReferenceInstance& instance, const std::string& obje
                    "#ifndef ({2}_Included)\n#declare {2}_Included = 1;\n"
                    "#declare {2}_Version = version;\n#version 3.7;\n\n",
                    mesh.positions.size(), mesh.triangles.size(), object);
-    for (std::size_t k = 0; k < instance.materials.size(); ++k)
-        fmt::format_to(out, "#declare {}_Material_{} =\n  {}\n", object, k,
-                       texture_text(instance.materials[k]));
+    const MeshTextures textures(instance, files);
+    for (std::size_t k = 0; k < textures.texts.size(); ++k)
+        fmt::format_to(out, "#declare {}_Material_{} =\n  {}\n", object, k, textures.texts[k]);
     fmt::format_to(out, "#declare {} = mesh2 {{\n", object);
     append_povray_vectors(text, "vertex_vectors", mesh.positions, static_cast<float>(magnified));
     append_povray_vectors(text, "normal_vectors", mesh.normals);
-    fmt::format_to(out, "texture_list {{ {}", instance.materials.size());
-    for (std::size_t k = 0; k < instance.materials.size(); ++k)
+    const bool has_images = has_textures(instance.surfaces);
+    if (has_images) append_povray_uvs(text, mesh.uvs);
+    fmt::format_to(out, "texture_list {{ {}", textures.texts.size());
+    for (std::size_t k = 0; k < textures.texts.size(); ++k)
         fmt::format_to(out, ", texture {{ {}_Material_{} }}", object, k);
     fmt::format_to(out, " }}\nface_indices {{ {}", mesh.triangles.size());
-    for (const auto& [a, b, c] : mesh.triangles)  // the corners of a triangle agree in material
-        fmt::format_to(out, ",\n<{},{},{}>,{}", a, b, c, mesh.vertex_materials[a]);
-    fmt::format_to(out, " }}\nscale {:.17g}\n}}\n\n#version {}_Version;\n#end\n", 1 / magnified, object);
+    for (const auto& [a, b, c] : mesh.triangles) {  // the corners of a triangle agree in material
+        fmt::format_to(out, ",\n<{},{},{}>,{}", a, b, c, textures.of_vertex[a]);
+        if (MeshTextures::is_coloured(instance, mesh.vertex_materials[a]))
+            fmt::format_to(out, ",{},{}", textures.of_vertex[b], textures.of_vertex[c]);
+    }
+    fmt::format_to(out, " }}\n{}scale {:.17g}\n}}\n\n#version {}_Version;\n#end\n",
+                   has_images ? "uv_mapping\n" : "", 1 / magnified, object);
     return text;
 }
 
@@ -180,6 +281,12 @@ void add_warnings(std::vector<std::string>& warnings, std::span<const ReferenceI
                     "phong {} "
                     "and will be too bright at grazing light",
                     material.shininess, luminance(material.specular) * 0.5f * (material.shininess + 2)));
+    for (const ReferenceInstance& instance : instances)
+        for (const Surface& surface : instance.surfaces)
+            if (surface.texture && surface.tinted_highlights > 0 && surface.material.specular != Rgb(0.0f))
+                said.insert(
+                    fmt::format("{}: POV-Ray can not tint highlights by an image: {}'s have its mean colour",
+                                instance.name, surface.texture->name));
     warnings.assign(said.begin(), said.end());
 }
 
@@ -204,6 +311,13 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     const Result<std::string> background_text = write_background(folder, scene_name, {&background});
     if (!background_text) return background_text.error();
     add_warnings(files.warnings, instances);
+    std::vector<const Texture*> shown;
+    for (const ReferenceInstance& instance : instances)
+        for (const Surface& surface : instance.surfaces) shown.push_back(surface.texture.get());
+    const Result<TextureFiles> textures = write_textures(folder, scene_name, shown);
+    if (!textures) return textures.error();
+    for (const auto& [texture, file] : *textures) files.images.push_back(file.file);
+    std::ranges::sort(files.images);
 
     std::string text = fmt::format(
         "// {0}: the reference for haarfield's baked scene, lit by a dome of parallel lights.\n"
@@ -220,6 +334,13 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "#ifndef ({6})\n",
         scene_name, camera.width, camera.height, files.world_scale, *camera_text, *background_text,
         background_alone, by_radiosity);
+    std::vector<std::string> declarations;
+    for (const auto& [texture, file] : *textures)
+        declarations.push_back(
+            file.text +
+            fmt::format("#declare {0}_Function = function {{ pigment {{ {0} }} }}\n", file.pigment));
+    std::ranges::sort(declarations);
+    for (const std::string& declaration : declarations) text += declaration;
 
     using Shared = std::pair<const Mesh*, const Material*>;
     std::map<Shared, std::size_t> mesh_number;
@@ -230,7 +351,8 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         const std::string object = fmt::format("{}_Mesh_{}", povray_identifier(scene_name), entry->second);
         if (is_new) {
             files.includes.push_back(folder / fmt::format("{}_mesh_{}.inc", scene_name, entry->second));
-            if (Result<Done> written = write_file(files.includes.back(), mesh_text(instance, object));
+            if (Result<Done> written =
+                    write_file(files.includes.back(), mesh_text(instance, object, *textures));
                 !written)
                 return written.error();
             text += fmt::format("#include \"{}\"\n", files.includes.back().filename().string());

@@ -3,6 +3,7 @@
 
 #include "bridge/light_dome.h"
 #include "bridge/povray_scene.h"
+#include "scenes/surface.h"
 
 #include <span>
 
@@ -15,6 +16,8 @@ struct ReferenceInstance {
     const Mesh* mesh = nullptr;           ///< PreparedMesh::original, with its normals.
     std::span<const Material> materials;  ///< By the mesh's material index.
     Placement placement;
+    /// By the mesh's materials, which are theirs; none: plain ones. Must outlive the call.
+    std::span<const Surface> surfaces{};
 };
 
 /// What a scene file may be told by a declaration: to be lit by one of its two sets of lights, twice as
@@ -29,6 +32,7 @@ inline constexpr const char* by_radiosity = "By_Radiosity";
 struct ReferenceFiles {
     std::filesystem::path scene;                  ///< `NAME.pov`
     std::vector<std::filesystem::path> includes;  ///< The meshes, one file each.
+    std::vector<std::filesystem::path> images;    ///< Of textures; see write_textures.
     int lights = 0;                               ///< Written, of both sets; black ones are not.
     double world_scale = 1;                       ///< POV-Ray units per metre, a power of two.
     std::vector<std::string> warnings;            ///< Where POV-Ray can not show a material as meant.
@@ -43,7 +47,8 @@ struct ReferenceFiles {
 /// materials   POV-Ray's own terms: `diffuse`, `phong` and `phong_size`, `specular` (blinn) and `roughness`,
 ///             `metallic`. In the povray convention that is exact. In the physical one the highlight is
 ///             scaled by (n+2)/2 and lacks the cosine: a warning says so. A coloured highlight is
-///             exact: see reference_scene.cpp.
+///             exact: see reference_scene.cpp. Textures, colours of vertices and emission are POV-Ray's own;
+///             highlights that a texture tints have its mean colour, with a warning.
 /// scale       the world is magnified, so that POV-Ray's absolute shadow tolerance (1e-3 units) does
 ///             not matter: the median object is 10 to 1000 units.
 /// errors      as write_baked_scene; a material index that `materials` does not have; material values out of

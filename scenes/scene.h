@@ -30,11 +30,19 @@ struct EnvironmentDescription {
     std::optional<float> exposure = 0.0f;  ///< None: automatic_exposure. [stops]
 };
 
+/// A material as the scene describes it.
+struct SceneMaterial : Material {
+    std::filesystem::path image;  ///< Multiplies what is diffuse, and the emission; empty: none.
+    Rgb emission{0, 0, 0};        ///< Radiance of its own, which lights nothing else. [W/(m^2 sr)]
+};
+
 /// One kind of object, and how it is prepared.
 struct Entity {
     std::string name;
     std::filesystem::path mesh;
-    std::string material;                          ///< Of everything that `materials` does not name.
+    std::string part;  ///< Of the file, by its name (ModelParts), in its own frame; empty: all, as it stands.
+    /// Of everything that `materials` does not name; empty: as the mesh's file has it.
+    std::string material;
     std::map<std::string, std::string> materials;  ///< By the material's name in the mesh file.
     std::uint32_t fine_vertices = 25000;
     std::uint32_t coarse_triangles = 4000;  ///< 0: as it is.
@@ -64,7 +72,7 @@ struct Scene {
     Camera camera;
     bool finds_camera = false;  ///< The camera's position and target are not known: see scene_camera.
     EnvironmentDescription environment;
-    std::map<std::string, Material> materials;
+    std::map<std::string, SceneMaterial> materials;
     std::vector<Entity> entities;     ///< In the order of the file.
     std::vector<Instance> instances;  ///< In the order of the file.
     std::vector<Keyframe> keyframes;  ///< In the order of the file; times of one instance grow.

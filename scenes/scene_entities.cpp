@@ -4,12 +4,17 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
+#include <set>
 
 #include "fields/file/write_file.h"
 #include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/mesh_topology.h"
+#include "fields/mesh/model_file.h"
+#include "fields/mesh/shared_vertices.h"
 #include "fields/mesh/thin_sheets.h"
+#include "scenes/entity_surfaces.h"
 #include "scenes/scene_camera.h"
 
 namespace haarfield {
@@ -21,34 +26,11 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-std::vector<Material> mesh_materials(const Scene& scene, const Entity& entity, const Mesh& mesh) {
-    std::vector<Material> materials;
-    for (const std::string& name : mesh.material_names) {
-        const auto mapped = entity.materials.find(name);
-        materials.push_back(
-            scene.materials.at(mapped != entity.materials.end() ? mapped->second : entity.material));
-    }
-    return materials;
-}
-
 /// An entity, of which a shape is wanted.
 struct Variant {
     std::size_t entity;  // in Scene::entities
     Shape shape;
 };
-
-Result<PreparedMesh> prepared_mesh(const Entity& entity, const Shape& shape, const Progress& progress) {
-    Result<ImportedMesh> imported = read_mesh(entity.mesh);
-    if (!imported) return imported.error();
-    if (shape != Shape()) {
-        imported->mesh = shaped_mesh(std::move(imported->mesh), shape);
-        leave_out_bad_triangles(imported->mesh, imported->findings);  // rounded flat
-    }
-    Result<PreparedMesh> prepared =
-        prepare_mesh(std::move(*imported), {entity.fine_vertices, entity.coarse_triangles}, progress);
-    if (!prepared) return Error{entity.mesh.string(), prepared.error().message()};
-    return prepared;
-}
 
 /// Whether all of a mesh lies in one plane, to 1e-5 of its size: a floor, or a wall.
 bool is_flat(const Mesh& mesh) {
@@ -70,6 +52,78 @@ std::string notable_findings(const PreparedMesh& mesh) {
     MeshFindings findings = mesh.findings;
     if (is_flat(mesh.original)) findings.boundary_edges = findings.backs = findings.parted_vertices = 0;
     return findings.summary();
+}
+
+/// Files of which parts are wanted, so that each is read once. Others are not kept.
+class ModelShelf {
+public:
+    explicit ModelShelf(const Scene& scene) {
+        for (const Entity& entity : scene.entities)
+            if (!entity.part.empty()) shared_.insert(entity.mesh);
+    }
+
+    /// Valid until the next.
+    Result<const ModelFile*> file(const std::filesystem::path& path) {
+        const auto known = models_.find(path);
+        if (known != models_.end()) return &known->second;
+        Result<ModelFile> opened = ModelFile::open(path);
+        if (!opened) return opened.error();
+        if (!shared_.contains(path)) return &last_.emplace(std::move(*opened));
+        return &models_.emplace(path, std::move(*opened)).first->second;
+    }
+
+private:
+    std::set<std::filesystem::path> shared_;
+    std::map<std::filesystem::path, ModelFile> models_;
+    std::optional<ModelFile> last_;
+};
+
+/// The part that an entity names; nothing if it is the whole file.
+Result<std::optional<std::size_t>> part_of(const ModelFile& model, const Entity& entity) {
+    if (entity.part.empty()) return std::optional<std::size_t>();
+    const std::vector<std::string>& names = model.parts().names;
+    const auto found = std::ranges::find(names, entity.part);
+    if (found != names.end()) return std::optional(static_cast<std::size_t>(found - names.begin()));
+    constexpr std::size_t most_listed = 20;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(names.size(), most_listed); ++i)
+        list += fmt::format("{}\"{}\"", i == 0 ? "" : ", ", names[i]);
+    if (names.size() > most_listed) list += fmt::format(" and {} more", names.size() - most_listed);
+    return Error{model.file().string(), fmt::format("has no part \"{}\", as entity {} wants it; it has {}",
+                                                    entity.part, entity.name, list)};
+}
+
+/// Reads and prepares the mesh, and makes its surfaces.
+Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shape& shape, ModelShelf& models,
+                       TextureShelf& shelf, std::vector<std::string>& warnings, const Progress& progress,
+                       SceneEntity& entity) {
+    const Result<const ModelFile*> model = models.file(description.mesh);
+    if (!model) return model.error();
+    const Result<std::optional<std::size_t>> part = part_of(**model, description);
+    if (!part) return part.error();
+    Result<ImportedMesh> imported = read_mesh(**model, *part, {.appearance = true});
+    if (!imported) return imported.error();
+    Result<std::vector<Surface>> surfaces = entity_surfaces(scene, description, *imported, shelf, warnings);
+    if (!surfaces) return surfaces.error();
+    WantedAppearance wanted;
+    for (const Surface& surface : *surfaces) {
+        wanted.uvs.push_back(surface.texture != nullptr);
+        wanted.colours.push_back(surface.coloured);
+    }
+    imported->mesh = with_shared_vertices(imported->mesh, wanted);
+    if (shape != Shape()) {
+        imported->mesh = shaped_mesh(std::move(imported->mesh), shape);
+        leave_out_bad_triangles(imported->mesh, imported->findings);  // rounded flat
+    }
+    Result<PreparedMesh> prepared = prepare_mesh(
+        std::move(*imported), {description.fine_vertices, description.coarse_triangles}, progress);
+    if (!prepared) return Error{description.mesh.string(), prepared.error().message()};
+    entity.mesh = std::move(*prepared);
+    if (const std::string findings = notable_findings(entity.mesh); !findings.empty())
+        warnings.push_back(fmt::format("{}: {}", description.mesh.string(), findings));
+    entity.surfaces = std::move(*surfaces);
+    entity.materials = materials_of(entity.surfaces);
+    return Done{};
 }
 
 /// Reads the field if the file is there, may be used, and has the key.
@@ -118,6 +172,8 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         remove_abandoned_files(options.fields_folder);
     }
     std::vector<Variant> known;  // by result.entities
+    TextureShelf shelf;
+    ModelShelf models(scene);
     for (const Instance& instance : scene.instances) {
         const auto same = std::ranges::find_if(known, [&instance](const Variant& variant) {
             return variant.entity == instance.entity && is_same_shape(variant.shape, instance.shape);
@@ -133,16 +189,15 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         if (instance.shape != Shape()) entity->name += "~" + shape_name(instance.shape);
         if (progress.report) progress.report("mesh of " + entity->name, 0, 1);
         const Clock::time_point mesh_start = Clock::now();
-        Result<PreparedMesh> prepared = prepared_mesh(description, instance.shape, progress);
-        if (!prepared) return prepared.error();
-        entity->mesh = std::move(*prepared);
-        if (const std::string findings = notable_findings(entity->mesh); !findings.empty()) {
-            const std::string warning = fmt::format("{}: {}", description.mesh.string(), findings);
+        std::vector<std::string> warnings;
+        if (const Result<Done> taken =
+                take_mesh(scene, description, instance.shape, models, shelf, warnings, progress, *entity);
+            !taken)
+            return taken.error();
+        for (std::string& warning : warnings)  // those of another shape's mesh are the same
             if (std::ranges::find(result.warnings, warning) == result.warnings.end())
-                result.warnings.push_back(warning);
-        }
+                result.warnings.push_back(std::move(warning));
         entity->occlusion.emplace(entity->mesh);
-        entity->materials = mesh_materials(scene, description, entity->mesh.fine);
         entity->mesh_seconds = seconds_since(mesh_start);
         if (progress.report) progress.report("mesh of " + entity->name, 1, 1);
         if (options.fields) {
@@ -185,6 +240,21 @@ std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vert
         part_thin_sheets(meshes.back(), entity->mesh.original);
     }
     return meshes;
+}
+
+bool parts_highlights(const SceneEntities& entities) {
+    return std::ranges::any_of(entities.entities, [](const auto& entity) {
+        return std::ranges::any_of(entity->surfaces, &Surface::parts_highlights);
+    });
+}
+
+std::vector<std::vector<bool>> parted_materials(const SceneEntities& entities) {
+    std::vector<std::vector<bool>> parted;
+    for (const auto& entity : entities.entities) {
+        parted.emplace_back();
+        for (const Surface& surface : entity->surfaces) parted.back().push_back(surface.parts_highlights());
+    }
+    return parted;
 }
 
 ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Environment environment) {

@@ -6,6 +6,7 @@
 #include "fields/field/field_file.h"
 #include "fields/field/field_precompute.h"
 #include "scenes/scene.h"
+#include "scenes/surface.h"
 #include "shading/bake/renderer.h"
 
 #include <filesystem>
@@ -20,7 +21,8 @@ struct SceneEntity {
     PreparedMesh mesh;
     std::optional<EntityOcclusion> occlusion;  ///< Of the mesh; always there once prepared.
     VisibilityField field;
-    std::vector<Material> materials;  ///< By the mesh's material index.
+    std::vector<Surface> surfaces;    ///< By the mesh's material index,
+    std::vector<Material> materials;  ///< and their materials.
     std::filesystem::path field_file;
     bool reused = false;
     std::string remade_because;  ///< Why a file that was there was not used; empty if none was there.
@@ -44,7 +46,8 @@ struct SceneEntityOptions {
     Unsealed unsealed = Unsealed::refused;  ///< Files without a seal.
 };
 
-/// Reads and prepares the meshes, then makes each field, or reads it from the folder if its key fits.
+/// Reads and prepares the meshes with their materials and images, then makes each field, or reads it from the
+/// folder if its key fits.
 ///
 /// Instances of one entity share mesh and field if is_same_shape holds for the shape of the first of them.
 /// Meshes are stretched and mirrored as they were read, before they are subdivided and simplified, so that
@@ -62,6 +65,12 @@ std::vector<Mesh> fine_meshes(const SceneEntities& entities);
 /// Meshes of the entities' surfaces, by SceneEntities::entities, with so many vertices in all instances
 /// together, shared out as those of the fine meshes are. A mesh that has more in its file keeps them.
 std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vertices);
+
+/// Whether highlights must be known apart from the rest of the radiance: Surface::parts_highlights.
+bool parts_highlights(const SceneEntities& entities);
+
+/// Of which materials they must be; by SceneEntities::entities and material.
+std::vector<std::vector<bool>> parted_materials(const SceneEntities& entities);
 
 /// Puts the parts together for scene_radiance. `entities` must outlive the result.
 ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Environment environment);

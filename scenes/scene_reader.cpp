@@ -12,6 +12,7 @@ namespace {
 
 constexpr Range turns{-3600, 3600};  // [degrees]
 constexpr Range albedos{0, 1};
+constexpr Range emissions{0, 65000};
 
 constexpr float radians(float degrees) {
     return static_cast<float>(degrees * (pi / 180));
@@ -71,12 +72,13 @@ void take_environment(TomlTable table, const std::filesystem::path& folder,
 }
 
 // What POV-Ray users write, with POV-Ray's own defaults.
-void take_finish(TomlTable finish, Material& material) {
+void take_finish(TomlTable finish, SceneMaterial& material) {
     constexpr Range weights{0, 100};
-    float diffuse = 0.6f, brilliance = 1;
+    float diffuse = 0.6f, brilliance = 1, emission = 0;
     material.phong = 0;
     material.shininess = 40;
     finish.take("diffuse", diffuse, albedos);
+    finish.take("emission", emission, emissions);
     finish.take("phong", material.phong, weights);
     finish.take("phong_size", material.shininess, {1, 1000});
     finish.take("specular", material.blinn, weights);
@@ -88,22 +90,37 @@ void take_finish(TomlTable finish, Material& material) {
                                                 finish.name(), brilliance));
     finish.finish();
     material.diffuse = material.pigment * diffuse;
+    material.emission = material.pigment * emission;
     if (material.phong > 0 || material.blinn > 0) material.specular = Rgb(1.0f);
 }
 
-Material taken_material(TomlTable table) {
-    Material material;
+// A colour, or an image that is multiplied with one.
+void take_pigment(TomlTable& table, const std::filesystem::path& folder, SceneMaterial& material) {
+    const toml::node* pigment = table.table().get("pigment");
+    if (pigment == nullptr || !pigment->is_table()) {
+        table.take("pigment", material.pigment, albedos);
+        return;
+    }
+    TomlTable parts(*table.take_table("pigment"), table.name() + ".pigment", table.file());
+    parts.require("image");
+    parts.take("image", material.image, folder);
+    parts.take("colour", material.pigment, albedos);
+    parts.finish();
+}
+
+SceneMaterial taken_material(TomlTable table, const std::filesystem::path& folder) {
+    SceneMaterial material;
     if (table.has("pigment") || table.has("finish")) {
-        for (const char* key : {"diffuse", "specular", "shininess", "convention"})
+        for (const char* key : {"diffuse", "specular", "shininess", "convention", "image", "emission"})
             if (table.has(key))
                 table.refuse(key,
-                             fmt::format("{}.{} stands beside pigment or finish; wanted either these two, "
-                                         "or diffuse, specular, shininess and convention",
+                             fmt::format("{}.{} stands beside pigment or finish; wanted either these two, or "
+                                         "diffuse, specular, shininess, convention, image and emission",
                                          table.name(), key));
         material.convention = LobeConvention::povray;
         table.require("pigment");
         table.require("finish");
-        table.take("pigment", material.pigment, albedos);
+        take_pigment(table, folder, material);
         if (const toml::table* finish = table.take_table("finish"))
             take_finish(TomlTable(*finish, table.name() + ".finish", table.file()), material);
         table.finish();
@@ -112,6 +129,8 @@ Material taken_material(TomlTable table) {
     table.take("diffuse", material.diffuse, albedos);
     table.take("specular", material.specular, albedos);
     table.take("shininess", material.shininess, {1, 1000});
+    table.take("image", material.image, folder);
+    table.take("emission", material.emission, emissions);
     std::string convention = "physical";
     table.take("convention", convention);
     if (convention == "povray")
@@ -131,7 +150,7 @@ bool is_file_name(std::string_view name) {
 }
 
 Entity taken_entity(TomlTable table, const std::string& name, const std::filesystem::path& folder,
-                    const std::map<std::string, Material>& materials) {
+                    const std::map<std::string, SceneMaterial>& materials) {
     Entity entity;
     entity.name = name;
     const auto take_material = [&materials](TomlTable& from, std::string_view key, std::string& material) {
@@ -141,8 +160,8 @@ Entity taken_entity(TomlTable table, const std::string& name, const std::filesys
                 key, fmt::format("{}.{} is \"{}\"; there is no such material", from.name(), key, material));
     };
     table.require("mesh");
-    table.require("material");
     table.take("mesh", entity.mesh, folder);
+    table.take("part", entity.part);
     take_material(table, "material", entity.material);
     if (const toml::table* by_name = table.take_table("materials")) {
         TomlTable parts(*by_name, table.name() + ".materials", table.file());
@@ -323,7 +342,7 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
     const std::filesystem::path folder = path.parent_path();
     TomlFile file{path.string(), std::nullopt};
     TomlTable root(*parsed, "", file);
-    for (const char* key : {"environment", "materials", "entities", "instances"}) root.require(key);
+    for (const char* key : {"environment", "entities", "instances"}) root.require(key);
 
     scene.finds_camera = true;
     if (const toml::table* camera = root.take_table("camera"))
@@ -332,7 +351,7 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
         take_environment(TomlTable(*environment, "environment", file), folder, scene.environment);
     if (const toml::table* materials = root.take_table("materials"))
         for (const auto& [name, material] : parts_in_order(*materials, "materials", file))
-            scene.materials[name] = taken_material(TomlTable(*material, "materials." + name, file));
+            scene.materials[name] = taken_material(TomlTable(*material, "materials." + name, file), folder);
     if (const toml::table* entities = root.take_table("entities"))
         for (const auto& [name, entity] : parts_in_order(*entities, "entities", file)) {
             if (!is_file_name(name))

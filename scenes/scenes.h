@@ -24,11 +24,14 @@
 /// | read_scene | scenes/scene_reader.h |
 /// | prepare_scene_entities, SceneEntities, SceneEntityOptions | scenes/scene_entities.h |
 /// | shaded_scene | scenes/scene_entities.h |
-/// | fine_meshes, surface_meshes | scenes/scene_entities.h |
-/// | scene_camera: the camera, if the file leaves it to be found | scenes/scene_camera.h |
+/// | scene_text: a scene's file; scene_of_models: a scene that shows models | scenes/scene_writer.h,
+/// scenes/scene_import.h | | Surface, seen_radiance: materials with images | scenes/surface.h | | read_image,
+/// write_image, read_environment_image | scenes/image.h | | fine_meshes, surface_meshes |
+/// scenes/scene_entities.h | | scene_camera: the camera, if the file leaves it to be found |
+/// scenes/scene_camera.h |
 ///
 /// A Scene is plain data: a program may as well fill it in itself. Lengths are metres and angles radians; the
-/// file has degrees. Images are read by bridge/image.h, as this library knows of none.
+/// file has degrees. Images are read by scenes/image.h.
 ///
 /// A complete program: a scene held open, with its light turned. Its argument is a scene, such as the
 /// installed scenes/single_chair.toml; linked with haarfield::scenes.
@@ -75,7 +78,10 @@
 /// }
 /// ```
 
+#include "scenes/image.h"
 #include "scenes/scene_camera.h"
 #include "scenes/scene_entities.h"
+#include "scenes/scene_import.h"
 #include "scenes/scene_reader.h"
+#include "scenes/scene_writer.h"
 #include "shading/shading.h"

@@ -1,11 +1,11 @@
 #include "bridge/baked_scene.h"
 
 #include "bridge/glb_file.h"
-#include "bridge/image.h"
 #include "bridge/mesh_file.h"
 #include "bridge/povray_process.h"
 #include "fields/file/write_file.h"
 #include "fields/mesh/mesh_reader.h"
+#include "scenes/image.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
 #include <cstring>

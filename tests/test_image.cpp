@@ -1,4 +1,4 @@
-#include "bridge/image.h"
+#include "scenes/image.h"
 
 #include "fields/file/write_file.h"
 #include "tests/fixtures/bridge_fixtures.h"

@@ -12,7 +12,7 @@
 #include <sstream>
 #include <tuple>
 
-#include "bridge/image.h"
+#include "scenes/image.h"
 #include "tests/fixtures/test_folder.h"
 
 namespace haarfield {

@@ -68,6 +68,7 @@ TEST_F(SceneEntitiesTest, MakesOneFieldPerEntityAndReusesItByHash) {
 }
 
 TEST_F(SceneEntitiesTest, WarnsOfOpenEdgesUnlessTheMeshIsFlat) {
+    scene.entities[0].materials.clear();
     options.fields = false;
     const auto warnings = [&](const char* corner) {
         std::ofstream(folder / "box.obj")
@@ -207,6 +208,7 @@ TEST_F(SceneEntitiesTest, WhatRoundingFlattensIsLeftOut) {
     // A fine step in the middle of a face, which a slanting stretch that flattens makes one place.
     std::ofstream(folder / "box.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1.00001 0.00001 0\n"
                                          "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 5\nf 5 3 4\nf 2 5 4\n";
+    scene.entities[0].materials.clear();
     const Rotation slant = rotation_about({0, 0, 1}, -pi / 4);
     std::array<Vec3d, 3> map;
     for (std::size_t i = 0; i < 3; ++i) map[i] = slant.row[i] * (i == 0 ? 2e-4 : 1);

@@ -11,6 +11,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace haarfield {
 
 namespace {
@@ -31,39 +33,21 @@ struct BakeOptions {
 
 /// The scene's instances as they are written, with what they refer to.
 struct BakedScene {
-    std::vector<RadiantMesh> meshes;  ///< By instance; empty if the entities' fine meshes serve.
-    SceneRadiance radiance;           ///< Of the fine meshes, by instance.
+    std::vector<RadiantMesh> refined;  ///< By instance; empty if the entities' fine meshes serve.
+    SceneRadiance fine;                ///< Of the fine meshes, by instance; or empty.
+    std::vector<SeenRadiance> seen;    ///< By instance; empty where surfaces are plain.
     std::vector<BakedInstance> instances;
 };
 
-void add_instances(const Scene& scene, const SceneEntities& entities, BakedScene& baked) {
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const Instance& instance = scene.instances[i];
-        const bool is_refined = !baked.meshes.empty();
-        const Mesh& mesh =
-            is_refined ? baked.meshes[i].mesh : entities.entities[entities.entity_of_instance[i]]->mesh.fine;
-        baked.instances.push_back({instance.name, &mesh, instance.placement,
-                                   is_refined ? baked.meshes[i].radiance : baked.radiance[i]});
-    }
-}
-
-Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
-                               const RenderSettings& settings, const BakeOptions& options,
-                               CommandContext& context) {
-    BakedScene baked;
+/// Of the vertices of fine meshes, or of meshes that suit the radiance.
+Result<Done> shade(const PointShading& shading, const SceneEntities& entities, const BakeOptions& options,
+                   CommandContext& context, BakedScene& baked) {
     if (!options.refine && options.colours == "sampled") {
-        auto radiance = options.evaluator == "dense"
-                            ? dense_scene_radiance(shaded, settings, context.progress)
-                            : scene_radiance(shaded, settings, context.progress);
+        Result<SceneRadiance> radiance = scene_radiance(shading, context.progress);
         if (!radiance) return radiance.error();
-        baked.radiance = std::move(*radiance);
-        add_instances(scene, entities, baked);
-        return baked;
+        baked.fine = std::move(*radiance);
+        return Done{};
     }
-    const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, context.progress);
-    if (!geometry) return geometry.error();
-    const SceneLight light = scene_light(shaded.environment, settings, context.progress.stop);
-    const PointShading shading{shaded, *geometry, light, settings};
     if (options.refine) {
         const std::vector<Mesh> start = surface_meshes(entities, options.vertex_budget / refinement_share);
         Result<std::vector<RadiantMesh>> begun = mesh_radiance(shading, start, context.progress);
@@ -76,18 +60,67 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
                                         {"largest_error", refined->largest_error},
                                         {"shaded_points", refined->shaded_points},
                                         {"rounds", refined->rounds}};
-        baked.meshes = std::move(refined->meshes);
+        baked.refined = std::move(refined->meshes);
     } else {
         Result<std::vector<RadiantMesh>> fine =
             mesh_radiance(shading, fine_meshes(entities), context.progress);
         if (!fine) return fine.error();
-        baked.meshes = std::move(*fine);
+        baked.refined = std::move(*fine);
     }
-    if (options.colours == "fitted") {
-        const Result<Done> fit = fit_radiance(shading, baked.meshes, context.progress);
-        if (!fit) return fit.error();
+    if (options.colours == "fitted") return fit_radiance(shading, baked.refined, context.progress);
+    return Done{};
+}
+
+/// The instances, whose radiance is parted where there are textures.
+Result<Done> add_instances(const Scene& scene, const SceneEntities& entities, const PointShading& shading,
+                           const Progress& progress, BakedScene& baked) {
+    std::vector<const Mesh*> meshes;
+    std::vector<std::span<const Rgb>> radiance;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const SceneEntity& entity = *entities.entities[entities.entity_of_instance[i]];
+        const bool is_refined = !baked.refined.empty();
+        meshes.push_back(is_refined ? &baked.refined[i].mesh : &entity.mesh.fine);
+        radiance.emplace_back(is_refined ? baked.refined[i].radiance : baked.fine[i]);
     }
-    add_instances(scene, entities, baked);
+    SceneRadiance highlights(meshes.size());
+    if (parts_highlights(entities)) {
+        Result<SceneRadiance> found =
+            highlight_radiance(shading, meshes, radiance, parted_materials(entities), progress);
+        if (!found) return found.error();
+        highlights = std::move(*found);
+    }
+    baked.seen.resize(meshes.size());
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        const SceneEntity& entity = *entities.entities[entities.entity_of_instance[i]];
+        const Instance& instance = scene.instances[i];
+        BakedInstance& added = baked.instances.emplace_back(
+            BakedInstance{instance.name, meshes[i], instance.placement, radiance[i]});
+        if (std::ranges::all_of(entity.surfaces, &Surface::is_plain)) continue;
+        baked.seen[i] = seen_radiance(*meshes[i], entity.surfaces, radiance[i], highlights[i]);
+        added.radiance = baked.seen[i].under;
+        added.over = baked.seen[i].over;
+        added.surfaces = entity.surfaces;
+    }
+    return Done{};
+}
+
+Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
+                               const RenderSettings& settings, const BakeOptions& options,
+                               CommandContext& context) {
+    const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, context.progress);
+    if (!geometry) return geometry.error();
+    const SceneLight light = scene_light(shaded.environment, settings, context.progress.stop);
+    const PointShading shading{shaded, *geometry, light, settings};
+    BakedScene baked;
+    if (options.evaluator == "dense") {
+        Result<SceneRadiance> radiance = dense_scene_radiance(shaded, settings, context.progress);
+        if (!radiance) return radiance.error();
+        baked.fine = std::move(*radiance);
+    } else if (const Result<Done> done = shade(shading, entities, options, context, baked); !done) {
+        return done.error();
+    }
+    if (const Result<Done> added = add_instances(scene, entities, shading, context.progress, baked); !added)
+        return added.error();
     return baked;
 }
 
@@ -133,6 +166,8 @@ Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
         context.warn(
             fmt::format("the radiance of {} vertices is clamped to [0, 65000]", files->clamped_vertices));
     context.report["scene"] = files->scene.string();
+    for (const std::filesystem::path& image : files->images)
+        context.report["images"].push_back(image.string());
     context.print("scene  {} with {} includes\n", files->scene.string(), files->includes.size());
     for (const std::string& format : options.formats) {
         const std::filesystem::path mesh = output / (file_stem(*scene) + "." + format);

@@ -91,9 +91,10 @@ Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& sc
     Camera camera = scene.camera;
     camera.width = std::min(camera.width, checked_width);
     camera.height = std::max(1, scene.camera.height * camera.width / scene.camera.width);
-    const Result<ReferenceFiles> files =
-        write_reference_scene(options.output, file_stem(scene) + "_check", camera,
-                              reference_instances(scene, *originals), environment, *options.lights);
+    std::vector<ReferenceInstance> instances = reference_instances(scene, *originals);
+    for (ReferenceInstance& instance : instances) instance.surfaces = {};  // of light alone
+    const Result<ReferenceFiles> files = write_reference_scene(
+        options.output, file_stem(scene) + "_check", camera, instances, environment, *options.lights);
     if (!files) return files.error();
     for (const std::string& warning : files->warnings) context.warn(warning);
     PovrayOptions povray = povray_options(scene, options.scene, context);

@@ -50,6 +50,7 @@ struct Command {
 };
 
 /// Each adds its subcommand to the program; the file of the same name holds its options, help and work.
+Command import_command(CLI::App& program);
 Command precompute_command(CLI::App& program);
 Command bake_command(CLI::App& program);
 Command reference_command(CLI::App& program);

@@ -1,5 +1,6 @@
 #include "fields/field/field_file.h"
 #include "tools/command.h"
+#include "tools/model_info.h"
 #include "tools/scene_options.h"
 
 #include <fmt/format.h>
@@ -93,6 +94,8 @@ void print_summary(const FieldSummary& field, const CommandContext& context) {
 }
 
 Result<ExitCode> run(const InfoOptions& options, CommandContext& context) {
+    if (std::filesystem::path(options.field).extension() != ".vdb")
+        return print_model(options.field, options.json, context);
     const Result<FieldSummary> field =
         read_field_summary(options.field, options.allow_unsealed ? Unsealed::allowed : Unsealed::refused);
     if (!field) return field.error();
@@ -108,12 +111,13 @@ Result<ExitCode> run(const InfoOptions& options, CommandContext& context) {
 }  // namespace
 
 Command info_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("info", "Say what is in a visibility field");
+    CLI::App* app = program.add_subcommand("info", "Say what is in a visibility field, or in a model");
     const auto options = std::make_shared<InfoOptions>();
-    app->add_option("FIELD", options->field, "The field (.vdb)")->required()->type_name("");
+    app->add_option("FILE", options->field, "The field (.vdb), or a model")->required()->type_name("");
     app->add_flag("--json", options->json, "As JSON");
     add_unsealed_option(*app, options->allow_unsealed);
-    app->footer("Example:\n  haarfield info out/chair/fields/chair.vdb");
+    app->footer(
+        "Example:\n  haarfield info out/chair/fields/chair.vdb\n  haarfield info scenes/meshes/chair.obj");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 

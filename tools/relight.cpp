@@ -84,28 +84,37 @@ private:
         return result;
     }
 
-    /// With the radiance that the session has, if it has one yet.
-    std::vector<PreviewInstance> preview_instances() const {
+    /// With the radiance that the session has, if it has one yet: valid until it is asked for again.
+    std::vector<PreviewInstance> preview_instances() {
         std::vector<PreviewInstance> instances;
+        const SceneRadiance& radiance = stage_.session->radiance();
+        seen_.resize(stage_.scene.instances.size());
         for (std::size_t i = 0; i < stage_.scene.instances.size(); ++i) {
             const Instance& instance = stage_.scene.instances[i];
-            instances.push_back({&mesh(i), instance.placement, {}});
-            const SceneRadiance& radiance = stage_.session->radiance();
-            if (!radiance.empty()) instances.back().radiance = radiance[i];
+            PreviewInstance& added =
+                instances.emplace_back(PreviewInstance{&mesh(i), instance.placement, {}});
+            const std::vector<Surface>& surfaces = entity(i).surfaces;
+            const bool is_plain = std::ranges::all_of(surfaces, &Surface::is_plain);
+            if (!is_plain) added.surfaces = surfaces;
+            if (radiance.empty()) continue;
+            if (!is_plain) seen_[i] = seen_radiance(mesh(i), surfaces, radiance[i], {});
+            added.radiance = is_plain ? radiance[i] : seen_[i].under;
         }
         return instances;
     }
 
-    const Mesh& mesh(std::size_t instance) const {
-        return entities_.entities[entities_.entity_of_instance[instance]]->mesh.fine;
+    const SceneEntity& entity(std::size_t instance) const {
+        return *entities_.entities[entities_.entity_of_instance[instance]];
     }
+
+    const Mesh& mesh(std::size_t instance) const { return entity(instance).mesh.fine; }
 
     Result<Done> write_povray(const std::filesystem::path& folder) {
         std::vector<BakedInstance> instances;
-        for (std::size_t i = 0; i < stage_.scene.instances.size(); ++i) {
-            const Instance& instance = stage_.scene.instances[i];
-            instances.push_back({instance.name, &mesh(i), instance.placement, stage_.session->radiance()[i]});
-        }
+        const std::vector<PreviewInstance> shown = preview_instances();
+        for (std::size_t i = 0; i < shown.size(); ++i)
+            instances.push_back({stage_.scene.instances[i].name, shown[i].mesh, shown[i].placement,
+                                 shown[i].radiance, shown[i].over, shown[i].surfaces});
         LatLongImage background = stage_.backgrounds[0];
         for (std::size_t p = 0; p < background.pixels.size(); ++p) {
             const auto width = static_cast<std::size_t>(background.width);
@@ -123,6 +132,7 @@ private:
     const RelightStage& stage_;
     const SceneEntities& entities_;
     Preview preview_;
+    std::vector<SeenRadiance> seen_;  ///< By instance; empty where surfaces are plain.
     double preview_seconds_ = 0, shading_seconds_ = 0;
 };
 

@@ -303,7 +303,8 @@ std::vector<ReferenceInstance> reference_instances(const Scene& scene, const Sce
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const Instance& instance = scene.instances[i];
         const SceneEntity& entity = *originals.entities[originals.entity_of_instance[i]];
-        instances.push_back({instance.name, &entity.mesh.original, entity.materials, instance.placement});
+        instances.push_back(
+            {instance.name, &entity.mesh.original, entity.materials, instance.placement, entity.surfaces});
     }
     return instances;
 }

@@ -14,6 +14,7 @@ namespace haarfield {
 
 using Vec3f = Imath::V3f;    ///< In storage.
 using Vec3d = Imath::V3d;    ///< In references and long sums.
+using Vec2f = Imath::V2f;    ///< A place in an image: (0, 0) lower left, (1, 1) upper right.
 using Rgb = Imath::Color3f;  ///< Arithmetic is per channel, `*` included.
 
 inline constexpr double pi = 3.14159265358979323846;  ///< A circle's circumference to its diameter.

@@ -72,9 +72,12 @@ bool EdgeBisection::split(std::uint32_t edge) {
     places_.push_back(middle);
     const auto first_vertex = static_cast<std::uint32_t>(mesh_.positions.size());
     for (const Side& side : sides) {
-        mesh_.normals.push_back(middle_normal(side));
-        mesh_.positions.push_back(middle);
-        mesh_.vertex_materials.push_back(std::uint16_t(mesh_.vertex_materials[side.low]));
+        const std::uint32_t vertex = mesh_.copy_vertex(side.low);
+        mesh_.normals[vertex] = middle_normal(side);
+        mesh_.positions[vertex] = middle;
+        if (!mesh_.uvs.empty()) mesh_.uvs[vertex] = (mesh_.uvs[side.low] + mesh_.uvs[side.high]) * 0.5f;
+        if (!mesh_.colours.empty())
+            mesh_.colours[vertex] = (mesh_.colours[side.low] + mesh_.colours[side.high]) * 0.5f;
         place_of_vertex_.push_back(place);
     }
 

@@ -13,6 +13,16 @@ std::string counted(std::uint64_t count, const char* one, const char* many) {
 
 }  // namespace
 
+std::uint32_t Mesh::copy_vertex(std::uint32_t vertex) {
+    const auto copy = static_cast<std::uint32_t>(positions.size());
+    positions.push_back(Vec3f(positions[vertex]));
+    normals.push_back(Vec3f(normals[vertex]));
+    vertex_materials.push_back(std::uint16_t(vertex_materials[vertex]));
+    if (!uvs.empty()) uvs.push_back(Vec2f(uvs[vertex]));
+    if (!colours.empty()) colours.push_back(Rgb(colours[vertex]));
+    return copy;
+}
+
 Bounds bounds_of(std::span<const Vec3f> points) {
     Bounds bounds;
     for (const Vec3f& p : points) bounds.add(p);
@@ -29,6 +39,8 @@ void append_mesh(Mesh& mesh, const Mesh& added) {
     mesh.normals.insert(mesh.normals.end(), added.normals.begin(), added.normals.end());
     mesh.vertex_materials.insert(mesh.vertex_materials.end(), added.vertex_materials.begin(),
                                  added.vertex_materials.end());
+    mesh.uvs.insert(mesh.uvs.end(), added.uvs.begin(), added.uvs.end());
+    mesh.colours.insert(mesh.colours.end(), added.colours.begin(), added.colours.end());
     for (const auto& t : added.triangles)
         mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
 }

@@ -2,6 +2,7 @@
 /// A triangle mesh as it is baked, and what was found wrong with it on the way in.
 
 #include "fields/base/vector.h"
+#include "fields/mesh/mesh_material.h"
 
 #include <array>
 #include <cstdint>
@@ -36,6 +37,13 @@ struct Mesh {
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< Counter-clockwise seen from outside.
     std::vector<std::uint16_t> vertex_materials;          ///< One per position: index in material_names.
     std::vector<std::string> material_names;              ///< As named in the file; at least one ("").
+    /// Where the image of its material shows at a vertex; one per position, or none if no image is used.
+    std::vector<Vec2f> uvs;
+    /// Of vertices, linear, to be multiplied with their material's diffuse term; one per position, or none.
+    std::vector<Rgb> colours;
+
+    /// Adds a copy of a vertex, with the index of the copy.
+    std::uint32_t copy_vertex(std::uint32_t vertex);
 };
 
 Bounds bounds_of(std::span<const Vec3f> points);  ///< The box round all of them.

@@ -187,9 +187,8 @@ void turn_normals(Mesh& mesh, const std::vector<bool>& turned) {
             const auto [found, is_new] =
                 twin.try_emplace(vertex, static_cast<std::uint32_t>(mesh.positions.size()));
             if (is_new) {
-                mesh.positions.push_back(Vec3f(mesh.positions[vertex]));
-                mesh.normals.push_back(-mesh.normals[vertex]);
-                mesh.vertex_materials.push_back(std::uint16_t(mesh.vertex_materials[vertex]));
+                mesh.copy_vertex(vertex);
+                mesh.normals.back() = -mesh.normals.back();
             }
             vertex = found->second;
         }

@@ -1,5 +1,7 @@
 #include "fields/mesh/polygon_file.h"
 
+#include "fields/base/srgb.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -188,9 +190,12 @@ Result<PlyHeader> read_ply_header(std::string_view& bytes) {
     return Error{"", "ends within its header"};
 }
 
-/// Where a vertex's property goes: 0 to 2 position, 3 to 5 normal; or nowhere.
+/// What is kept of a vertex: position, normal, colour.
+using PlyVertex = std::array<double, 9>;
+
+/// Where a vertex's property goes; or nowhere.
 std::optional<std::size_t> vertex_slot(std::string_view name) {
-    constexpr std::array<std::string_view, 6> names{"x", "y", "z", "nx", "ny", "nz"};
+    constexpr std::array<std::string_view, 9> names{"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"};
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) return std::nullopt;
     return static_cast<std::size_t>(found - names.begin());
@@ -202,7 +207,7 @@ bool is_corner_list(const PlyElement& element, const PlyProperty& property) {
 }
 
 /// Reads one element of a kind; false where the file ends or is no number. Corners are any numbers yet.
-bool read_element(const PlyElement& element, PlyNumbers& numbers, std::array<double, 6>& vertex,
+bool read_element(const PlyElement& element, PlyNumbers& numbers, PlyVertex& vertex,
                   std::vector<double>& corners) {
     for (const PlyProperty& property : element.properties) {
         std::size_t count = 1;
@@ -225,6 +230,18 @@ bool read_element(const PlyElement& element, PlyNumbers& numbers, std::array<dou
 
 Vec3f vector_of(std::span<const double, 3> values) {
     return {static_cast<float>(values[0]), static_cast<float>(values[1]), static_cast<float>(values[2])};
+}
+
+/// Linear: whole numbers are sRGB, up to the largest that fits.
+Rgb colour_of(std::span<const double, 3> values, Scalar scalar) {
+    const double largest = scalar == Scalar::float32 || scalar == Scalar::float64 ? 0
+                           : scalar == Scalar::uint16 || scalar == Scalar::int16  ? 65535
+                                                                                  : 255;
+    if (largest == 0) return Rgb(vector_of(values));
+    Rgb colour;
+    for (std::size_t c = 0; c < 3; ++c)
+        colour[int(c)] = srgb_decoded(static_cast<float>(values[c] / largest));
+    return colour;
 }
 
 /// Whether every corner is a position's index; if not, the error.
@@ -254,20 +271,26 @@ Result<PolygonFile> read_ply(std::string_view bytes) {
         const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
         const bool has_normals = std::any_of(element.properties.begin(), element.properties.end(),
                                              [](const PlyProperty& p) { return p.name == "nx"; });
+        const auto colour = std::find_if(element.properties.begin(), element.properties.end(),
+                                         [](const PlyProperty& p) { return p.name == "red"; });
         for (std::size_t i = 0; i < element.count; ++i) {
-            std::array<double, 6> vertex{};
+            PlyVertex vertex{};
             corners.clear();
             if (!read_element(element, numbers, vertex, corners))
                 return Error{"", fmt::format("{} {} of {} ends early or is no number", element.name, i,
                                              element.count)};
             if (is_vertex) file.positions.push_back(vector_of(std::span(vertex).first<3>()));
-            if (is_vertex && has_normals) file.normals.push_back(vector_of(std::span(vertex).last<3>()));
+            if (is_vertex && has_normals)
+                file.normals.push_back(vector_of(std::span(vertex).subspan<3, 3>()));
+            if (is_vertex && colour != element.properties.end())
+                file.colours.push_back(colour_of(std::span(vertex).last<3>(), colour->scalar));
             if (!is_face) continue;
             if (const auto error = corner_error(file, corners)) return *error;
             add_face(file, corners);
         }
     }
     if (file.normals.size() != file.positions.size()) file.normals.clear();
+    if (file.colours.size() != file.positions.size()) file.colours.clear();
     return file;
 }
 

@@ -14,12 +14,14 @@ namespace haarfield {
 struct PolygonFile {
     std::vector<Vec3f> positions;        ///< Numbers out of range are infinite.
     std::vector<Vec3f> normals;          ///< One per position, of any length; or none.
+    std::vector<Rgb> colours;            ///< One per position, linear, any numbers; or none.
     std::vector<std::uint32_t> corners;  ///< Of all faces, one face after the other; each a position's index.
     std::vector<std::uint32_t> face_corners;  ///< How many of them are each face's; any number.
 };
 
 /// Reads a PLY file, as text or binary of either byte order. Elements but `vertex` and `face`, and properties
-/// but x, y, z, nx, ny, nz and vertex_indices (or vertex_index), are passed over.
+/// but x, y, z, nx, ny, nz, red, green, blue and vertex_indices (or vertex_index), are passed over. Colours
+/// that are whole numbers are taken as sRGB, floats as linear.
 ///
 /// errors  (with an empty `where`) what is not as the format wants it, and at which element.
 /// cost    proportional to the bytes, whatever they say.

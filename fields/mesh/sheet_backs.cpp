@@ -100,6 +100,8 @@ Mesh seen_backs(const Mesh& mesh) {
                 backs.positions.push_back(mesh.positions[corner]);
                 backs.normals.push_back(-mesh.normals[corner]);
                 backs.vertex_materials.push_back(mesh.vertex_materials[corner]);
+                if (!mesh.uvs.empty()) backs.uvs.push_back(mesh.uvs[corner]);
+                if (!mesh.colours.empty()) backs.colours.push_back(mesh.colours[corner]);
             }
             corner = vertex;
         }

@@ -1,4 +1,4 @@
-#include "bridge/image.h"
+#include "scenes/image.h"
 
 #include "fields/file/write_file.h"
 
@@ -66,6 +66,14 @@ std::uint8_t byte(float in_unit_range) {
     return static_cast<std::uint8_t>(in_unit_range * 255.0f + 0.5f);
 }
 
+Result<std::string> png_file_bytes(const std::vector<std::uint8_t>& values, int width, int height,
+                                   int channels, const std::string& where) {
+    OIIO::ImageSpec spec(width, height, channels, OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    spec.attribute("oiio:UnassociatedAlpha", 1);
+    return encoded_file("png", spec, OIIO::TypeDesc::UINT8, values.data(), where);
+}
+
 Result<std::string> png_file_bytes(const Image& image, bool with_alpha, const std::string& where) {
     const int channels = with_alpha ? 4 : 3;
     std::vector<std::uint8_t> values;
@@ -76,10 +84,7 @@ Result<std::string> png_file_bytes(const Image& image, bool with_alpha, const st
             values.push_back(byte(srgb_encoded(alpha > 0 ? image.pixels[i][c] / alpha : 0.0f)));
         if (with_alpha) values.push_back(byte(alpha));
     }
-    OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::UINT8);
-    spec.attribute("oiio:ColorSpace", "sRGB");
-    spec.attribute("oiio:UnassociatedAlpha", 1);
-    return encoded_file("png", spec, OIIO::TypeDesc::UINT8, values.data(), where);
+    return png_file_bytes(values, image.width, image.height, channels, where);
 }
 
 Result<Done> check_shape(const Image& image, const std::string& where) {
@@ -95,42 +100,15 @@ std::string lower_case(std::string text) {
     return text;
 }
 
-}  // namespace
-
-double clipped_share(const Image& image) {
-    std::size_t counted = 0, clipped = 0;
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        const float coverage = image.coverage.empty() ? 1 : image.coverage[i];
-        if (coverage < 0.5f) continue;
-        ++counted;
-        const Rgb& pixel = image.pixels[i];
-        clipped += std::max({pixel.x, pixel.y, pixel.z}) > coverage;
-    }
-    return counted > 0 ? static_cast<double>(clipped) / static_cast<double>(counted) : 0;
-}
-
-float srgb_encoded(float linear) {
-    if (!(linear > 0.0f)) return 0.0f;
-    if (linear >= 1.0f) return 1.0f;
-    return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
-}
-
-float srgb_decoded(float encoded) {
-    if (!(encoded > 0.0f)) return 0.0f;
-    if (encoded >= 1.0f) return 1.0f;
-    return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
-}
-
-Result<Image> read_image(const std::filesystem::path& file) {
-    const std::string where = file.string();
-    std::error_code code;
-    if (!std::filesystem::exists(file, code)) return Error{where, "no such file"};
+/// As read_image asks for them.
+OIIO::ImageSpec reading_options() {
     OIIO::ImageSpec wanted;
     wanted.attribute("oiio:UnassociatedAlpha", 1);  // or OpenImageIO would multiply by alpha
-    std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(where, &wanted);
-    if (!input) return Error{where, open_image_error(OIIO::geterror())};
+    return wanted;
+}
 
-    const OIIO::ImageSpec spec = input->spec();
+Result<Image> image_from(OIIO::ImageInput& input, const std::string& where) {
+    const OIIO::ImageSpec spec = input.spec();
     const bool has_alpha = spec.alpha_channel >= 0;
     const int colours = spec.nchannels - (has_alpha ? 1 : 0);
     if (colours != 1 && colours < 3)
@@ -144,9 +122,9 @@ Result<Image> read_image(const std::filesystem::path& file) {
                      fmt::format("{} x {} pixels; wanted 1 to 2^28", spec.full_width, spec.full_height)};
 
     std::vector<float> values(static_cast<std::size_t>(spec.image_pixels()) * spec.nchannels);
-    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, values.data()))
-        return Error{where, open_image_error(input->geterror())};
-    if (input->has_error()) return Error{where, open_image_error(input->geterror())};
+    if (!input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, values.data()))
+        return Error{where, open_image_error(input.geterror())};
+    if (input.has_error()) return Error{where, open_image_error(input.geterror())};
 
     // An EXR's data window may be smaller or larger than the picture: what it lacks is black background.
     Image image{spec.full_width, spec.full_height, {}, {}};
@@ -180,6 +158,32 @@ Result<Image> read_image(const std::filesystem::path& file) {
     return image;
 }
 
+}  // namespace
+
+Result<Image> read_image(const std::filesystem::path& file) {
+    const std::string where = file.string();
+    std::error_code code;
+    if (!std::filesystem::exists(file, code)) return Error{where, "no such file"};
+    const OIIO::ImageSpec wanted = reading_options();
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(where, &wanted);
+    if (!input) return Error{where, open_image_error(OIIO::geterror())};
+    return image_from(*input, where);
+}
+
+Result<Image> read_image_bytes(std::string_view bytes, const std::string& where) {
+    OIIO::Filesystem::IOMemReader memory(const_cast<char*>(bytes.data()), bytes.size());
+    const OIIO::ImageSpec wanted = reading_options();
+    for (const char* format : {"png", "jpeg", "webp", "tiff", "bmp", "targa"}) {
+        const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
+        if (!input || !input->supports("ioproxy") || !input->set_ioproxy(&memory)) continue;
+        memory.seek(0);
+        OIIO::ImageSpec spec;
+        if (input->open(where, spec, wanted)) return image_from(*input, where);
+        (void)input->geterror();
+    }
+    return Error{where, "not an image that can be read; wanted PNG or JPEG"};
+}
+
 Result<Done> write_image(const Image& image, const std::filesystem::path& file) {
     const std::string where = file.string();
     if (Result<Done> good = check_shape(image, where); !good) return good.error();
@@ -194,6 +198,28 @@ Result<Done> write_image(const Image& image, const std::filesystem::path& file) 
 Result<std::string> png_bytes(const Image& image) {
     if (Result<Done> good = check_shape(image, "picture"); !good) return good.error();
     return png_file_bytes(image, !image.coverage.empty(), "picture");
+}
+
+Result<std::string> png_bytes(std::span<const std::array<std::uint8_t, 4>> texels, int width, int height,
+                              bool with_alpha) {
+    assert(texels.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    std::vector<std::uint8_t> values;
+    values.reserve(4 * texels.size());
+    for (const auto& texel : texels)
+        values.insert(values.end(), texel.begin(), texel.end() - (with_alpha ? 0 : 1));
+    return png_file_bytes(values, width, height, with_alpha ? 4 : 3, "PNG");
+}
+
+double clipped_share(const Image& image) {
+    std::size_t counted = 0, clipped = 0;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const float coverage = image.coverage.empty() ? 1 : image.coverage[i];
+        if (coverage < 0.5f) continue;
+        ++counted;
+        const Rgb& pixel = image.pixels[i];
+        clipped += std::max({pixel.x, pixel.y, pixel.z}) > coverage;
+    }
+    return counted > 0 ? static_cast<double>(clipped) / static_cast<double>(counted) : 0;
 }
 
 Image over(const Image& image, const Image& background) {

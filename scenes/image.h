@@ -2,13 +2,17 @@
 /// Pictures in memory and on disk. The one place that knows image files (OpenImageIO).
 
 #include "fields/base/result.h"
+#include "fields/base/srgb.h"
 #include "fields/base/vector.h"
 #include "shading/scene/environment.h"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace haarfield {
@@ -32,6 +36,11 @@ struct Image {
 /// errors    no such file, not an image (with OpenImageIO's words), cut short, larger than 2^28 pixels.
 Result<Image> read_image(const std::filesystem::path& file);
 
+/// The same of an image file's bytes, as models embed them: PNG, JPEG, WebP, TIFF, BMP, Targa.
+///
+/// where   what messages call it.
+Result<Image> read_image_bytes(std::string_view bytes, const std::string& where);
+
 /// Writes an image by the file's ending; anything but .exr and .png is an error.
 ///
 /// .exr      linear, half floats, with alpha if there is coverage. Radiance beyond 65000 is clamped.
@@ -46,18 +55,19 @@ Result<Done> write_image(const Image& image, const std::filesystem::path& file);
 /// errors    non-finite radiance or coverage; an empty image.
 Result<std::string> png_bytes(const Image& image);
 
+/// The bytes of a PNG of texels as they are: sRGB, and alpha that is not premultiplied.
+///
+/// texels      row by row from the top, width * height (asserted).
+/// with_alpha  whether to write the fourth channel.
+Result<std::string> png_bytes(std::span<const std::array<std::uint8_t, 4>> texels, int width, int height,
+                              bool with_alpha);
+
 /// The image in front of a background of the same size (asserted); without coverage, the image itself.
 Image over(const Image& image, const Image& background);
 
 /// How much of a picture 8 bits can not show: of the pixels that objects cover by half or more, the share in
 /// which these shine brighter than 1 in a channel. Without coverage, of all pixels; 0 if there are none.
 double clipped_share(const Image& image);
-
-/// sRGB encoding of a linear value, both in [0, 1] (clamped; NaN becomes 0).
-float srgb_encoded(float linear);
-
-/// The inverse.
-float srgb_decoded(float encoded);
 
 /// Reads a lat-long environment as it is: neither cleaned nor turned.
 ///

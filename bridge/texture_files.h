@@ -1,0 +1,33 @@
+#pragma once
+/// Textures as files that POV-Ray reads.
+
+#include "scenes/surface.h"
+
+#include <map>
+#include <span>
+
+namespace haarfield {
+
+/// A texture's file, and the pigments that show it.
+struct TextureFile {
+    std::filesystem::path file;
+    std::string pigment;  ///< What the declared pigment is called: the image,
+    std::string over;     ///< and white as far as the image is opaque.
+    /// A pattern: 0 where the image is opaque, 1 where nothing is there; empty if it is opaque everywhere.
+    std::string transmission;
+    std::string text;  ///< Declares both, once, however often it stands in a scene.
+};
+
+/// By texture.
+using TextureFiles = std::map<const Texture*, TextureFile>;
+
+/// Writes each texture once, as `STEM_NAME.jpg` if it is a JPEG's own bytes, else as `STEM_NAME.png`, 8 bit
+/// sRGB; numbered where two have one name.
+///
+/// stem    a scene's name (is_scene_name).
+/// order   the textures that are wanted, in the order of their numbers; null ones are passed over.
+/// errors  what the disk says.
+Result<TextureFiles> write_textures(const std::filesystem::path& folder, const std::string& stem,
+                                    std::span<const Texture* const> order);
+
+}  // namespace haarfield

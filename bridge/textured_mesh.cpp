@@ -1,0 +1,131 @@
+#include "bridge/textured_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <unordered_map>
+
+#include "bridge/povray_frame.h"
+
+namespace haarfield {
+namespace {
+
+/// What a corner of a triangle shows.
+struct CornerLook {
+    const TextureFile* image;  ///< Null: none.
+    Colour under, over;
+
+    bool operator==(const CornerLook&) const = default;
+    bool shines() const { return over != Colour{0, 0, 0}; }
+};
+
+struct CornerLookHash {
+    std::size_t operator()(const CornerLook& look) const {
+        std::size_t hash = reinterpret_cast<std::uintptr_t>(look.image);
+        for (const Colour& colour : {look.under, look.over})
+            for (const float channel : colour) hash = mixed_hash(hash, std::bit_cast<std::uint32_t>(channel));
+        return hash ^ (hash >> 29);
+    }
+};
+
+std::string rgb_text(const Colour& colour, float times = 1) {
+    return fmt::format("<{:.6g},{:.6g},{:.6g}>", colour[0] * times, colour[1] * times, colour[2] * times);
+}
+
+std::string texture_text(const CornerLook& look, const std::string& finish) {
+    if (!look.image)
+        return fmt::format("texture{{pigment{{rgb{}}}finish{{{}}}}}", rgb_text(look.under), finish);
+    const auto layer = [&](const std::string& pigment, const Colour& light, float times) {
+        return fmt::format("pigment{{{}}}finish{{{} emission{}}}", pigment, finish, rgb_text(light, times));
+    };
+    if (!look.shines()) return fmt::format("texture{{{}}}", layer(look.image->pigment, look.under, 1));
+    // The mean of the two, of which each is twice as bright.
+    return fmt::format("texture{{average texture_map{{[1 {}][1 {}]}}}}",
+                       layer(look.image->pigment, look.under, 2), layer(look.image->over, look.over, 2));
+}
+
+/// The looks that occur, numbered in their order.
+class Looks {
+public:
+    std::uint32_t number_of(const CornerLook& look) {
+        const auto [entry, is_new] = numbers_.emplace(look, static_cast<std::uint32_t>(looks_.size()));
+        if (is_new) looks_.push_back(look);
+        return entry->second;
+    }
+    const std::vector<CornerLook>& all() const { return looks_; }
+
+private:
+    std::unordered_map<CornerLook, std::uint32_t, CornerLookHash> numbers_;
+    std::vector<CornerLook> looks_;
+};
+
+}  // namespace
+
+bool has_textures(std::span<const Surface> surfaces) {
+    return std::ranges::any_of(surfaces, [](const Surface& surface) { return surface.texture != nullptr; });
+}
+
+ColouredMesh textured_mesh(const Mesh& mesh, std::span<const Surface> surfaces, std::span<const Rgb> under,
+                           std::span<const Rgb> over, const TextureFiles& files, const std::string& finish) {
+    assert(mesh.uvs.size() == mesh.positions.size());
+    ColouredMesh result;
+    const std::vector<Colour> under_light = clamped_colours(under, result.clamped_vertices);
+    std::uint64_t clamped_over = 0;
+    const std::vector<Colour> over_light = clamped_colours(over, clamped_over);
+    const auto look_of = [&](std::uint32_t vertex) {
+        const Surface& surface = surfaces[mesh.vertex_materials[vertex]];
+        return CornerLook{surface.texture ? &files.at(surface.texture.get()) : nullptr, under_light[vertex],
+                          over_light.empty() ? Colour{0, 0, 0} : over_light[vertex]};
+    };
+    const auto mean_look = [&](const std::array<std::uint32_t, 3>& corners) {
+        CornerLook mean = look_of(corners[0]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            float under_sum = 0, over_sum = 0;
+            for (const std::uint32_t corner : corners) {
+                under_sum += look_of(corner).under[c];
+                over_sum += look_of(corner).over[c];
+            }
+            mean.under[c] = under_sum / 3;
+            mean.over[c] = over_sum / 3;
+        }
+        return mean;
+    };
+
+    const PovrayFrame frame(mesh);
+    std::string faces;
+    auto out = std::back_inserter(faces);
+    fmt::format_to(out, "face_indices {{ {}", mesh.triangles.size());
+    Looks looks;
+    for (const auto& triangle : mesh.triangles) {
+        const auto& [a, b, c] = triangle;
+        const Surface& surface = surfaces[mesh.vertex_materials[a]];
+        const bool is_cut_out =
+            surface.texture && surface.texture->is_cut_out({mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]});
+        fmt::format_to(out, ",\n<{},{},{}>,", a, b, c);
+        // Three textures a face, or one: with two, POV-Ray 3.7 crashes.
+        if (is_cut_out || is_sliver(mesh, triangle, frame.magnified))
+            fmt::format_to(out, "{}", looks.number_of(mean_look(triangle)));
+        else
+            fmt::format_to(out, "{},{},{}", looks.number_of(look_of(a)), looks.number_of(look_of(b)),
+                           looks.number_of(look_of(c)));
+    }
+    faces += " }\n";
+
+    std::string& text = result.text;
+    text.reserve(faces.size() + 200 * mesh.positions.size());
+    text = "mesh2 {\n";
+    frame.append_vertices(text, mesh);
+    append_povray_uvs(text, mesh.uvs);
+    text += fmt::format("texture_list {{ {}", looks.all().size());
+    for (const CornerLook& look : looks.all()) text += ",\n" + texture_text(look, finish);
+    text += " }\n";
+    text += faces;
+    text += "uv_mapping\n";
+    frame.append_inverse(text);
+    result.textures = looks.all().size();
+    return result;
+}
+
+}  // namespace haarfield

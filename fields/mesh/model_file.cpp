@@ -1,0 +1,221 @@
+#include "fields/mesh/model_file.h"
+
+#include "fields/file/mapped_file.h"
+
+#include <fmt/format.h>
+#include <algorithm>
+#include <cctype>
+#include <system_error>
+
+namespace haarfield {
+
+std::string lower_ending(const std::filesystem::path& file) {
+    std::string ending = file.extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    return ending;
+}
+
+std::string unique_name(const std::string& name, std::set<std::string>& taken) {
+    std::string made = name;
+    for (int k = 2; !taken.insert(made).second; ++k) made = fmt::format("{} ({})", name, k);
+    return made;
+}
+
+namespace {
+
+void gather(const PolygonFile& file, FaceGatherer& to) {
+    if (!to.has_room_for(file.positions.size())) return;
+    MeshMaterial description;
+    if (!file.colours.empty()) {
+        description.model = MeshMaterial::Model::by_colour;
+        description.diffuse = Rgb(1.0f);
+    }
+    const std::uint16_t material = to.new_material("", description);
+    for (std::size_t v = 0; v < file.positions.size(); ++v) {
+        to.add_vertex(file.positions[v], file.normals.empty() ? Vec3d(0, 0, 0) : Vec3d(file.normals[v]),
+                      material);
+        if (!file.colours.empty()) to.set_colour(file.colours[v]);
+    }
+    std::span<const std::uint32_t> corners = file.corners;
+    for (const std::uint32_t count : file.face_corners) {
+        to.add_face(corners.first(count), 0);
+        corners = corners.subspan(count);
+    }
+}
+
+/// What the faces of a mesh2 are made of, found once for each texture.
+class Mesh2Materials {
+public:
+    Mesh2Materials(const Mesh2File& file, const PlacedMesh2& placed)
+        : mesh_(file.meshes[placed.mesh]), is_alone_(file.meshes.size() == 1) {
+        whole_ = !mesh_.material.empty()    ? mesh_.material
+                 : !placed.material.empty() ? placed.material
+                 : is_alone_                ? ""
+                                            : mesh_.name;
+        const auto is_blended = [](const Mesh2Face& face) {
+            return face.textures[1] != face.textures[0] || face.textures[2] != face.textures[0];
+        };
+        // Colours of vertices, not materials.
+        has_colours_ = std::any_of(mesh_.faces.begin(), mesh_.faces.end(), is_blended);
+        is_plain_ = mesh_.textures.size() == 1;
+        of_texture_.assign(mesh_.textures.size(), unknown);
+    }
+
+    std::uint16_t of(const Mesh2Face& face, FaceGatherer& gatherer) {
+        const std::uint32_t texture = face.textures[0];
+        std::uint32_t& known = texture == Mesh2Face::none ? of_whole_ : of_texture_[texture];
+        if (known == unknown) known = gatherer.material_named(name_of(texture));
+        return static_cast<std::uint16_t>(known);
+    }
+
+private:
+    static constexpr std::uint32_t unknown = UINT32_MAX;
+
+    std::string name_of(std::uint32_t texture) const {
+        if (texture == Mesh2Face::none) return whole_;
+        if (!mesh_.textures[texture].empty()) return mesh_.textures[texture];
+        if (has_colours_ || is_plain_) return whole_;
+        return (is_alone_ ? "" : mesh_.name + " ") + std::to_string(texture);
+    }
+
+    const Mesh2& mesh_;
+    bool is_alone_, has_colours_ = false, is_plain_ = false;
+    std::string whole_;
+    std::vector<std::uint32_t> of_texture_;
+    std::uint32_t of_whole_ = unknown;
+};
+
+/// A mesh where it stands, every corner a vertex of its own.
+void gather(const Mesh2File& file, const PlacedMesh2& placed, FaceGatherer& to) {
+    const Mesh2& part = file.meshes[placed.mesh];
+    if (!to.has_room_for(3 * part.faces.size())) return;
+    Mesh2Materials named(file, placed);
+    const bool mirrored = placed.transform.is_mirrored();
+    for (const Mesh2Face& face : part.faces) {
+        const std::uint16_t material = named.of(face, to);
+        if (!to.has_room_for(0)) return;
+        const auto first = static_cast<std::uint32_t>(to.mesh.positions.size());
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3d position(part.positions[face.positions[k]]);
+            Vec3d normal(0, 0, 0);
+            if (face.normals[k] != Mesh2Face::none)
+                normal = placed.transform.normal(Vec3d(part.normals[face.normals[k]]));
+            to.add_vertex(Vec3f(placed.transform.point(position)), normal, material);
+            if (face.uvs[k] != Mesh2Face::none)
+                to.set_uv({part.uvs[face.uvs[k]][0], part.uvs[face.uvs[k]][1]});
+        }
+        constexpr std::array<std::uint32_t, 3> as_it_is{0, 1, 2}, turned{0, 2, 1};
+        to.add_face(mirrored ? turned : as_it_is, first);
+    }
+}
+
+AffineRows rows_of(const Mesh2Transform& transform) {
+    AffineRows rows;
+    for (std::size_t r = 0; r < 3; ++r) {
+        for (std::size_t c = 0; c < 3; ++c) rows[r][c] = transform.axes[c][int(r)];
+        rows[r][3] = transform.origin[int(r)];
+    }
+    return rows;
+}
+
+/// A mesh of one material is a part.
+ModelParts parts_of(const Mesh2File& file, std::vector<std::size_t>& placed_of_part) {
+    ModelParts parts;
+    std::map<std::pair<std::size_t, std::string>, std::size_t> known;
+    std::set<std::string> taken;
+    for (std::size_t i = 0; i < file.placed.size(); ++i) {
+        const PlacedMesh2& placed = file.placed[i];
+        const std::string& name = file.meshes[placed.mesh].name;
+        const auto [part, is_new] =
+            known.emplace(std::pair(placed.mesh, placed.material), parts.names.size());
+        if (is_new) {
+            parts.names.push_back(unique_name(name, taken));
+            placed_of_part.push_back(i);
+        }
+        parts.nodes.push_back({name, part->second, rows_of(placed.transform)});
+    }
+    return parts;
+}
+
+/// By the ending of its name; where no reader knows that, by a look into the file.
+bool holds_mesh2(const std::filesystem::path& file, const std::string& ending) {
+    if (ending == ".inc" || ending == ".pov" || ending == ".mesh2") return true;
+    if (AssimpModel::reads(ending)) return false;
+    const Result<MappedFile> mapped = mapped_file(file);
+    return mapped && mentions_mesh2(mapped->bytes);
+}
+
+}  // namespace
+
+Result<ModelFile> ModelFile::open(const std::filesystem::path& file) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored))
+        return Error{file.string(), "there is no such file; wanted a mesh"};
+    const auto unreadable = [&](const std::string& what) {
+        return Error{file.string(), "not a mesh that can be read: " + what};
+    };
+    ModelFile model;
+    model.file_ = file;
+    const std::string ending = lower_ending(file);
+    try {
+        const bool is_mesh2 = holds_mesh2(file, ending);
+        if (!is_mesh2 && ending != ".ply" && ending != ".off") {
+            Result<AssimpModel> read = AssimpModel::open(file);
+            if (!read) return unreadable(read.error().what);
+            model.parts_ = read->parts();
+            model.content_ = std::move(*read);
+            return model;
+        }
+        const Result<MappedFile> mapped = mapped_file(file);
+        if (!mapped) return unreadable(mapped.error().what);
+        if (is_mesh2) {
+            Result<Mesh2File> meshes = read_mesh2(mapped->bytes);
+            if (!meshes) return unreadable(meshes.error().what);
+            model.parts_ = parts_of(*meshes, model.placed_of_part_);
+            model.content_ = std::move(*meshes);
+            return model;
+        }
+        Result<PolygonFile> polygons = ending == ".ply" ? read_ply(mapped->bytes) : read_off(mapped->bytes);
+        if (!polygons) return unreadable(polygons.error().what);
+        model.parts_.names = {file.stem().string()};
+        model.parts_.nodes = {{model.parts_.names[0], 0}};
+        model.content_ = std::move(*polygons);
+        return model;
+    } catch (const std::exception& error) {  // assimp's on some damaged files; memory
+        return unreadable(error.what());
+    }
+}
+
+Result<FaceGatherer> ModelFile::faces(std::optional<std::size_t> part) const {
+    FaceGatherer gathered;
+    try {
+        if (const auto* by_assimp = std::get_if<AssimpModel>(&content_)) {
+            if (part)
+                by_assimp->gather_part(*part, gathered);
+            else
+                by_assimp->gather(gathered);
+        } else if (const auto* polygons = std::get_if<PolygonFile>(&content_)) {
+            gather(*polygons, gathered);
+        } else {
+            const auto& meshes = std::get<Mesh2File>(content_);
+            if (part) {
+                PlacedMesh2 own = meshes.placed[placed_of_part_[*part]];
+                own.transform = {};
+                gather(meshes, own, gathered);
+            } else {
+                for (const PlacedMesh2& placed : meshes.placed) gather(meshes, placed, gathered);
+            }
+        }
+    } catch (const std::exception& error) {  // memory
+        return Error{file_.string(), std::string("not a mesh that can be read: ") + error.what()};
+    }
+    if (gathered.too_large)
+        return Error{file_.string(),
+                     "is too large: wanted coordinates within 1e6 m, fewer than 2^31 "
+                     "vertices and 60000 materials"};
+    gathered.findings.non_finite_vertices = gathered.non_finite.size();
+    return gathered;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,38 @@
+#pragma once
+/// Model files: PLY, OFF and POV-Ray's mesh2 by readers of our own (polygon_file.h, mesh2_file.h), all others
+/// through assimp.
+
+#include "fields/base/result.h"
+#include "fields/mesh/assimp_model.h"
+#include "fields/mesh/mesh2_file.h"
+#include "fields/mesh/polygon_file.h"
+
+#include <variant>
+
+namespace haarfield {
+
+/// A model's file, read once, of which parts are taken. Safe to share between threads.
+class ModelFile {
+public:
+    /// errors  no such file; not a model that can be read (with its reader's words).
+    static Result<ModelFile> open(const std::filesystem::path& file);
+
+    const std::filesystem::path& file() const { return file_; }
+
+    /// Pieces that the file places: assimp's nodes with meshes, mesh2 objects; else all of it is one, of the
+    /// file's name.
+    const ModelParts& parts() const { return parts_; }
+
+    /// All of the file, as it stands; or one part, in its own frame. As the file has it: see FaceGatherer.
+    ///
+    /// errors  coordinates beyond 1e6 m, too many vertices or materials.
+    Result<FaceGatherer> faces(std::optional<std::size_t> part = {}) const;
+
+private:
+    std::filesystem::path file_;
+    ModelParts parts_;
+    std::variant<PolygonFile, Mesh2File, AssimpModel> content_;
+    std::vector<std::size_t> placed_of_part_;  ///< Of Mesh2File: where each part stands first.
+};
+
+}  // namespace haarfield

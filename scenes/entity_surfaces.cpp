@@ -1,0 +1,123 @@
+#include "scenes/entity_surfaces.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace haarfield {
+namespace {
+
+/// Makes the surfaces of an entity's mesh.
+class SurfaceMaker {
+public:
+    SurfaceMaker(const Scene& scene, const Entity& entity, const ImportedMesh& imported, TextureShelf& shelf,
+                 std::vector<std::string>& warnings)
+        : scene_(scene), entity_(entity), imported_(imported), shelf_(shelf), warnings_(warnings) {}
+
+    Result<std::vector<Surface>> surfaces() {
+        const std::vector<std::string>& names = imported_.mesh.material_names;
+        for (const auto& [name, material] : entity_.materials)
+            if (std::ranges::find(names, name) == names.end())
+                return Error{entity_.mesh.string(), fmt::format("has no material \"{}\", as entity {} wants "
+                                                                "it; it has {}",
+                                                                name, entity_.name, listed(names))};
+        std::vector<Surface> surfaces;
+        bool from_file = false;
+        for (std::size_t m = 0; m < names.size(); ++m) {
+            const auto mapped = entity_.materials.find(names[m]);
+            const std::string& wanted = mapped != entity_.materials.end() ? mapped->second : entity_.material;
+            Result<Surface> surface = wanted.empty() ? of_file(m) : of_scene(scene_.materials.at(wanted), m);
+            if (!surface) return surface.error();
+            from_file |= wanted.empty();
+            surfaces.push_back(std::move(*surface));
+        }
+        if (from_file) tell_unused();
+        return surfaces;
+    }
+
+private:
+    static std::string listed(const std::vector<std::string>& names) {
+        std::string list;
+        for (const std::string& name : names) list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", name);
+        return list;
+    }
+
+    Result<Surface> of_scene(const SceneMaterial& material, std::size_t number) {
+        Surface surface;
+        surface.material = material;
+        surface.emission = material.emission;
+        if (material.image.empty()) return surface;
+        if (!imported_.mapped[number])
+            return Error{entity_.mesh.string(),
+                         fmt::format("has no texture coordinates for the image {} of its material \"{}\"",
+                                     material.image.string(), imported_.mesh.material_names[number])};
+        if (material.convention == LobeConvention::povray) surface.tinted_highlights = material.metallic;
+        const Result<std::shared_ptr<const Texture>> texture = shelf_.texture(
+            {{material.image.filename().string(), material.image, nullptr}, {}, AlphaMode::blend});
+        if (!texture) return texture.error();
+        surface.texture = *texture;
+        return surface;
+    }
+
+    Result<Surface> of_file(std::size_t number) {
+        MeshMaterial described = imported_.materials[number];
+        if (described.surface_map.is_there()) {
+            const Result<Rgb> mean = mean_of_numbers(described.surface_map);
+            if (!mean) return mean.error();
+            described.roughness *= mean->y;
+            described.metallic *= mean->z;
+        }
+        Surface surface = surface_of(described);
+        surface.coloured = imported_.coloured[number];
+        for (const MeshImage* image : {&described.image, &described.opacity_map})
+            if (!image->name.empty() && !image->is_there())
+                warnings_.push_back(fmt::format("{}: its image {} is neither beside it nor below; left out",
+                                                entity_.mesh.string(), image->name));
+        if (!described.image.is_there() && !described.opacity_map.is_there()) return surface;
+        if (!imported_.mapped[number]) {
+            warnings_.push_back(fmt::format("{}: has no texture coordinates for its image {}; left out",
+                                            entity_.mesh.string(), described.image.name));
+            return surface;
+        }
+        const Result<std::shared_ptr<const Texture>> texture =
+            shelf_.texture({described.image, described.opacity_map, described.alpha, described.alpha_cutoff});
+        if (!texture) return texture.error();
+        surface.texture = *texture;
+        return surface;
+    }
+
+    void tell_unused() {
+        std::string list;
+        for (const auto& [what, count] : imported_.unused)
+            list += fmt::format("{}{} of {} material{}", list.empty() ? "" : ", ", what, count,
+                                count == 1 ? "" : "s");
+        if (!list.empty()) warnings_.push_back(fmt::format("{}: not used: {}", entity_.mesh.string(), list));
+    }
+
+    const Scene& scene_;
+    const Entity& entity_;
+    const ImportedMesh& imported_;
+    TextureShelf& shelf_;
+    std::vector<std::string>& warnings_;
+};
+
+}  // namespace
+
+Result<std::shared_ptr<const Texture>> TextureShelf::texture(const TextureSource& source) {
+    for (const auto& [known, texture] : textures_)
+        if (known.image == source.image && known.opacity_map == source.opacity_map &&
+            known.alpha == source.alpha && known.alpha_cutoff == source.alpha_cutoff)
+            return texture;
+    Result<Texture> read = read_texture(source);
+    if (!read) return read.error();
+    textures_.emplace_back(source, std::make_shared<const Texture>(std::move(*read)));
+    return textures_.back().second;
+}
+
+Result<std::vector<Surface>> entity_surfaces(const Scene& scene, const Entity& entity,
+                                             const ImportedMesh& imported, TextureShelf& shelf,
+                                             std::vector<std::string>& warnings) {
+    return SurfaceMaker(scene, entity, imported, shelf, warnings).surfaces();
+}
+
+}  // namespace haarfield

@@ -1,0 +1,32 @@
+#pragma once
+/// The surfaces of an entity's mesh: what its file says, and what the scene puts in its place.
+
+#include "fields/mesh/mesh_reader.h"
+#include "scenes/scene.h"
+#include "scenes/surface.h"
+
+namespace haarfield {
+
+/// Textures that were read, so that each is there once.
+class TextureShelf {
+public:
+    /// errors  as read_texture.
+    Result<std::shared_ptr<const Texture>> texture(const TextureSource& source);
+
+private:
+    std::vector<std::pair<TextureSource, std::shared_ptr<const Texture>>> textures_;
+};
+
+/// By the mesh's materials: the scene's material where the entity names one for it or for all, else the
+/// file's.
+///
+/// imported  the entity's mesh, with its appearance.
+/// warnings  grow by images that are not there or can not be put on the mesh, and by what haarfield does not
+///           use of the file's materials.
+/// errors    a name in Entity::materials that the file does not have; a scene's image on a part without
+///           texture coordinates; images that can not be read.
+Result<std::vector<Surface>> entity_surfaces(const Scene& scene, const Entity& entity,
+                                             const ImportedMesh& imported, TextureShelf& shelf,
+                                             std::vector<std::string>& warnings);
+
+}  // namespace haarfield

@@ -1,0 +1,303 @@
+#include "scenes/scene_import.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "fields/mesh/mesh_reader.h"
+#include "fields/mesh/model_file.h"
+#include "scenes/shape.h"
+
+namespace haarfield {
+namespace {
+
+AffineRows product(const AffineRows& second, const AffineRows& first) {
+    AffineRows result{};
+    for (std::size_t r = 0; r < 3; ++r)
+        for (std::size_t c = 0; c < 4; ++c) {
+            result[r][c] = c == 3 ? second[r][3] : 0;
+            for (std::size_t k = 0; k < 3; ++k) result[r][c] += second[r][k] * first[k][c];
+        }
+    return result;
+}
+
+Vec3d point(const AffineRows& map, const Vec3d& p) {
+    const auto row = [&](std::size_t r) {
+        return map[r][0] * p.x + map[r][1] * p.y + map[r][2] * p.z + map[r][3];
+    };
+    return {row(0), row(1), row(2)};
+}
+
+bool is_identity(const AffineRows& map) {
+    return map == ModelNode().place;
+}
+
+/// Scales alike along all axes, after turning z upwards if it is so meant.
+AffineRows turned_and_scaled(bool z_up, double scale) {
+    AffineRows map{};
+    map[0][0] = scale;
+    if (z_up) {
+        map[1][2] = scale;
+        map[2][1] = -scale;
+    } else {
+        map[1][1] = map[2][2] = scale;
+    }
+    return map;
+}
+
+/// A name that a file may have, and POV-Ray: others become `_`.
+std::string plain_name(const std::string& name, const std::string& otherwise) {
+    std::string plain;
+    for (const char c : name) {
+        const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                              c == '_' || c == '-' || c == '.';
+        plain += is_plain ? c : '_';
+    }
+    plain.erase(0, plain.find_first_not_of("_-."));
+    plain = plain.substr(0, 60);
+    return plain.empty() ? otherwise : plain;
+}
+
+std::string unique(const std::string& name, std::set<std::string>& taken) {
+    std::string made = name;
+    for (int k = 2; !taken.insert(made).second; ++k) made = fmt::format("{}_{}", name, k);
+    return made;
+}
+
+/// An instance that is not placed in the scene yet.
+struct Placed {
+    std::size_t entity;
+    std::string name;
+    AffineRows place;  ///< In the file's world.
+};
+
+/// What is known of an entity's mesh.
+struct Extent {
+    Bounds bounds;  ///< In its own frame.
+    double area = 0;
+    std::size_t vertices = 0;
+};
+
+Extent extent_of(const Mesh& mesh) {
+    Extent extent{mesh_bounds(mesh), 0, mesh.positions.size()};
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const Vec3d p(mesh.positions[a]);
+        extent.area += (Vec3d(mesh.positions[b]) - p).cross(Vec3d(mesh.positions[c]) - p).length() / 2;
+    }
+    return extent;
+}
+
+std::array<Vec3d, 8> corners_of(const Bounds& bounds) {
+    std::array<Vec3d, 8> corners;
+    for (std::size_t k = 0; k < 8; ++k)
+        corners[k] = {double(k & 1 ? bounds.upper.x : bounds.lower.x),
+                      double(k & 2 ? bounds.upper.y : bounds.lower.y),
+                      double(k & 4 ? bounds.upper.z : bounds.lower.z)};
+    return corners;
+}
+
+/// By how much a map magnifies areas, about.
+double area_scale(const AffineRows& map) {
+    const Vec3d x(map[0][0], map[1][0], map[2][0]), y(map[0][1], map[1][1], map[2][1]),
+        z(map[0][2], map[1][2], map[2][2]);
+    return (x.cross(y).length() + y.cross(z).length() + z.cross(x).length()) / 3;
+}
+
+class Importer {
+public:
+    Importer(const SceneImport& wanted, const Progress& progress) : wanted_(wanted), progress_(progress) {}
+
+    Result<Done> add(const std::filesystem::path& path) {
+        const Result<ModelFile> opened = ModelFile::open(path);
+        if (!opened) return opened.error();
+        const ModelFile& model = *opened;
+        const std::string stem = plain_name(path.stem().string(), "model");
+        const ModelParts& parts = model.parts();
+        const bool stands_still =
+            parts.nodes.size() == parts.names.size() &&
+            std::ranges::all_of(parts.nodes, [](const ModelNode& node) { return is_identity(node.place); });
+        if (!camera_ && parts.camera) camera_ = parts.camera;
+        if (wanted_.whole || stands_still || parts.names.size() == 1) {
+            const bool is_part = parts.names.size() == 1 && !wanted_.whole && !stands_still;
+            const Result<std::optional<std::size_t>> entity =
+                add_entity(model, is_part ? std::optional<std::size_t>(0) : std::nullopt, stem, path);
+            if (!entity) return entity.error();
+            if (!*entity) return Done{};
+            if (!is_part) placed_.push_back({**entity, stem, ModelNode().place});
+            for (const ModelNode& node : parts.nodes)
+                if (is_part) placed_.push_back({**entity, plain_name(node.name, stem), node.place});
+            return Done{};
+        }
+        std::vector<std::optional<std::size_t>> entity_of_part;
+        for (std::size_t part = 0; part < parts.names.size(); ++part) {
+            if (progress_.stop.stop_requested()) return Error{"", interrupted};
+            const Result<std::optional<std::size_t>> entity =
+                add_entity(model, part, plain_name(parts.names[part], stem), path);
+            if (!entity) return entity.error();
+            entity_of_part.push_back(*entity);
+            if (progress_.report) progress_.report("parts of " + stem, part + 1, parts.names.size());
+        }
+        for (const ModelNode& node : parts.nodes)
+            if (const auto entity = entity_of_part[node.part])
+                placed_.push_back({*entity, plain_name(node.name, scene.entities[*entity].name), node.place});
+        return Done{};
+    }
+
+    Result<Done> place() {
+        if (placed_.empty()) return Error{"", "nothing with a surface; wanted a model"};
+        Bounds all;
+        const AffineRows upright = turned_and_scaled(wanted_.z_up, 1);
+        for (const Placed& instance : placed_)
+            for (const Vec3d& corner : corners_of(extents_[instance.entity].bounds))
+                all.add(Vec3f(point(product(upright, instance.place), corner)));
+        const Vec3f size = all.upper - all.lower;
+        const double longest = double(std::max({size.x, size.y, size.z}));
+        const double scale = wanted_.size && longest > 0 ? *wanted_.size / longest : wanted_.unit;
+        const AffineRows world = turned_and_scaled(wanted_.z_up, scale);
+        double area = 0;
+        std::set<std::string> taken;
+        for (const Entity& entity : scene.entities) taken.insert(entity.name);
+        std::map<std::string, std::size_t> count;
+        for (const Placed& placed : placed_) ++count[placed.name];
+        for (const Placed& placed : placed_) {
+            const AffineRows place = product(world, placed.place);
+            const Result<LinearParts> parts = linear_parts({Vec3d(place[0][0], place[0][1], place[0][2]),
+                                                            Vec3d(place[1][0], place[1][1], place[1][2]),
+                                                            Vec3d(place[2][0], place[2][1], place[2][2])});
+            if (!parts) return Error{placed.name, "its place " + parts.error().what};
+            Instance instance;
+            instance.entity = placed.entity;
+            // One that is called as its entity needs no name of its own.
+            const bool is_own = placed.name == scene.entities[placed.entity].name;
+            if (!is_own || count[placed.name] > 1) instance.name = unique(placed.name, taken);
+            instance.placement = parts->placement;
+            instance.placement.translate = Vec3f(Vec3d(place[0][3], place[1][3], place[2][3]));
+            instance.shape = parts->shape;
+            area += extents_[placed.entity].area * area_scale(place);
+            areas_[placed.entity] += extents_[placed.entity].area * area_scale(place);
+            ++instances_[placed.entity];
+            scene.instances.push_back(std::move(instance));
+        }
+        share_vertices(area);
+        for (int axis = 0; axis < 3; ++axis) {
+            bounds.lower[axis] = static_cast<float>(double(all.lower[axis]) * scale);
+            bounds.upper[axis] = static_cast<float>(double(all.upper[axis]) * scale);
+        }
+        set_camera(world);
+        return Done{};
+    }
+
+    Scene scene;
+    Bounds bounds;  ///< Of all that is placed.
+    std::vector<std::string> warnings;
+
+private:
+    /// Nothing if it has no surface, with a warning.
+    Result<std::optional<std::size_t>> add_entity(const ModelFile& model, std::optional<std::size_t> part,
+                                                  const std::string& name,
+                                                  const std::filesystem::path& path) {
+        const Result<ImportedMesh> imported = read_mesh(model, part, {});
+        if (!imported && part && model.parts().names.size() > 1) {
+            warnings.push_back(imported.error().message() + "; left out");
+            return std::optional<std::size_t>();
+        }
+        if (!imported) return imported.error();
+        Entity entity;
+        entity.name = unique(name, names_);
+        entity.mesh = path;
+        if (part) entity.part = model.parts().names[*part];
+        scene.entities.push_back(std::move(entity));
+        extents_.push_back(extent_of(imported->mesh));
+        areas_.push_back(0);
+        instances_.push_back(0);
+        return std::optional(scene.entities.size() - 1);
+    }
+
+    void share_vertices(double area) {
+        constexpr std::uint32_t fewest = 500, fewest_samples = 400;
+        const auto entities = static_cast<std::uint32_t>(scene.entities.size());
+        for (std::size_t e = 0; e < scene.entities.size(); ++e) {
+            Entity& entity = scene.entities[e];
+            const double share = area > 0 ? areas_[e] / area : 1,
+                         wanted = share * wanted_.vertices / std::max<std::size_t>(1, instances_[e]);
+            // Round numbers read well.
+            entity.fine_vertices = std::max(fewest, static_cast<std::uint32_t>(wanted / 100) * 100);
+            // Fields of many entities are smaller ones.
+            const std::uint32_t fields = std::max(1u, entities / 2);
+            entity.planar_samples = std::max(fewest_samples, entity.planar_samples / fields);
+            entity.spherical_samples = std::max(fewest_samples, entity.spherical_samples / fields);
+        }
+    }
+
+    void set_camera(const AffineRows& world) {
+        scene.finds_camera = !camera_;
+        if (!camera_) return;
+        const Vec3d position = point(world, Vec3d(camera_->position)),
+                    ahead = point(world, Vec3d(camera_->position + camera_->direction)) - position;
+        // As far as the middle of all.
+        const double distance = std::max(1e-3 * double(bounds.radius()),
+                                         (Vec3d(bounds.centre()) - position).dot(ahead.normalized()));
+        scene.camera.position = Vec3f(position);
+        scene.camera.target = Vec3f(position + ahead.normalized() * distance);
+        if (camera_->vertical_fov) scene.camera.vertical_fov = *camera_->vertical_fov;
+    }
+
+    const SceneImport& wanted_;
+    const Progress& progress_;
+    std::vector<Placed> placed_;
+    std::set<std::string> names_;
+    std::vector<Extent> extents_;  ///< By entity, and
+    std::vector<double> areas_;    ///< of all of its instances, in the world. [m^2]
+    std::vector<std::size_t> instances_;
+    std::optional<ModelCamera> camera_;
+};
+
+/// A square below what stands on it.
+std::string floor_text(const Bounds& bounds) {
+    const Vec3f size = bounds.upper - bounds.lower, middle = bounds.centre();
+    const float half = 2 * std::max({size.x, size.z, 0.5f * size.y});
+    std::string text;
+    for (const auto& [x, z] : {std::pair(-1, -1), std::pair(-1, 1), std::pair(1, 1), std::pair(1, -1)})
+        text += fmt::format("v {} {} {}\n", middle.x + float(x) * half, bounds.lower.y,
+                            middle.z + float(z) * half);
+    return text + "f 1 2 3 4\n";
+}
+
+}  // namespace
+
+Result<ImportedScene> scene_of_models(std::span<const std::filesystem::path> files,
+                                      const std::filesystem::path& folder, const SceneImport& wanted,
+                                      const Progress& progress) {
+    Importer importer(wanted, progress);
+    for (const std::filesystem::path& file : files)
+        if (const Result<Done> added = importer.add(file); !added) return added.error();
+    if (const Result<Done> placed = importer.place(); !placed) return placed.error();
+    ImportedScene imported{std::move(importer.scene), {}, std::move(importer.warnings)};
+    Scene& scene = imported.scene;
+    scene.environment.sky = AnalyticSky();
+    scene.environment.sky->turbidity = 3;
+    scene.environment.sky->sun_elevation = static_cast<float>(40 * pi / 180);
+    scene.environment.exposure.reset();
+    if (wanted.floor) {
+        imported.floor_obj = floor_text(importer.bounds);
+        SceneMaterial grey;
+        grey.diffuse = Rgb(0.5f);
+        scene.materials["floor"] = grey;
+        Entity floor;
+        std::set<std::string> taken;
+        for (const Entity& entity : scene.entities) taken.insert(entity.name);
+        floor.name = unique("floor", taken);
+        floor.mesh = folder / "floor.obj";
+        floor.material = "floor";
+        floor.coarse_triangles = 0;
+        scene.entities.push_back(floor);
+        Instance instance;
+        instance.entity = scene.entities.size() - 1;
+        scene.instances.push_back(instance);
+    }
+    return imported;
+}
+
+}  // namespace haarfield

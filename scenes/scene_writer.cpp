@@ -1,0 +1,211 @@
+#include "scenes/scene_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace haarfield {
+namespace {
+
+constexpr double degrees_a_radian = 180 / pi;
+
+/// A basic string of TOML.
+std::string toml_string(std::string_view text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\')
+            result += std::string("\\") + c;
+        else if (static_cast<unsigned char>(c) < 32 || c == 127)
+            result += fmt::format("\\u{:04X}", static_cast<unsigned>(c));
+        else
+            result += c;
+    }
+    return result + "\"";
+}
+
+bool is_bare(std::string_view key) {
+    return !key.empty() && std::ranges::all_of(key, [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+               c == '-';
+    });
+}
+
+std::string key_text(std::string_view key) {
+    return is_bare(key) ? std::string(key) : toml_string(key);
+}
+
+std::string list_of(const Vec3f& v) {
+    return fmt::format("[{}, {}, {}]", v.x, v.y, v.z);
+}
+
+/// A number of degrees that reads as the angle.
+float degrees(float radians) {
+    return static_cast<float>(double(radians) * degrees_a_radian);
+}
+
+/// The same in six digits, as one writes it.
+std::string round_degrees(float radians) {
+    return fmt::format("{:.6g}", degrees(radians));
+}
+
+std::string path_text(const std::filesystem::path& path, const std::filesystem::path& folder) {
+    std::error_code ignored;
+    const std::filesystem::path near =
+        std::filesystem::proximate(path, folder.empty() ? "." : folder, ignored);
+    constexpr int most_steps_up = 3;
+    const bool is_far = std::ranges::count(near, std::filesystem::path("..")) > most_steps_up;
+    return toml_string(ignored || near.empty() || is_far ? std::filesystem::absolute(path, ignored).string()
+                                                         : near.string());
+}
+
+std::string camera_text(const Scene& scene) {
+    const Camera& camera = scene.camera;
+    std::string text = "[camera]\n";
+    if (!scene.finds_camera)
+        text += fmt::format("position = {}\ntarget = {}\n", list_of(camera.position), list_of(camera.target));
+    return text + fmt::format("vertical_fov = {}\nresolution = [{}, {}]\n\n",
+                              round_degrees(camera.vertical_fov), camera.width, camera.height);
+}
+
+std::string environment_text(const EnvironmentDescription& environment, const std::filesystem::path& folder) {
+    std::string text = "[environment]\n";
+    if (environment.sky) {
+        const AnalyticSky& sky = *environment.sky;
+        text += fmt::format(
+            "sky = {{ turbidity = {}, sun_elevation = {}, sun_azimuth = {}, sun_angular_radius = {}, ground "
+            "= {} }}\n",
+            sky.turbidity, round_degrees(sky.sun_elevation), round_degrees(sky.sun_azimuth),
+            round_degrees(sky.sun_angular_radius), list_of(sky.ground));
+    } else {
+        text += fmt::format("image = {}\n", path_text(environment.image, folder));
+    }
+    if (environment.rotation != 0)
+        text += fmt::format("rotation = {}\n", round_degrees(environment.rotation));
+    if (!environment.exposure)
+        text += "exposure = \"auto\"\n";
+    else if (*environment.exposure != 0)
+        text += fmt::format("exposure = {}\n", *environment.exposure);
+    return text + "\n";
+}
+
+/// Whether `finish` can say a material: all of its colours are the pigment's or white.
+bool is_finish(const SceneMaterial& material) {
+    if (material.convention != LobeConvention::povray) return false;
+    const auto is_multiple = [&](const Rgb& colour) {
+        float share = 0;
+        for (int c = 0; c < 3; ++c)
+            if (material.pigment[c] > 0) share = std::max(share, colour[c] / material.pigment[c]);
+        return (colour - material.pigment * share).length() <= 1e-6f;
+    };
+    const bool shines = material.phong > 0 || material.blinn > 0;
+    return is_multiple(material.diffuse) && is_multiple(material.emission) &&
+           material.specular == Rgb(shines ? 1.0f : 0.0f);
+}
+
+float share_of(const Rgb& colour, const Rgb& pigment) {
+    for (int c = 0; c < 3; ++c)
+        if (pigment[c] > 0) return colour[c] / pigment[c];
+    return 0;
+}
+
+std::string material_text(const std::string& name, const SceneMaterial& material,
+                          const std::filesystem::path& folder) {
+    std::string text = fmt::format("[materials.{}]\n", key_text(name));
+    if (is_finish(material)) {
+        text += material.image.empty()
+                    ? fmt::format("pigment = {}\n", list_of(material.pigment))
+                    : fmt::format("pigment = {{ image = {}, colour = {} }}\n",
+                                  path_text(material.image, folder), list_of(material.pigment));
+        std::string finish = fmt::format("diffuse = {}", share_of(material.diffuse, material.pigment));
+        if (material.phong > 0)
+            finish += fmt::format(", phong = {}, phong_size = {}", material.phong, material.shininess);
+        if (material.blinn > 0)
+            finish += fmt::format(", specular = {}, roughness = {}", material.blinn, material.roughness);
+        if (material.metallic > 0) finish += fmt::format(", metallic = {}", material.metallic);
+        if (material.emission != Rgb(0.0f))
+            finish += fmt::format(", emission = {}", share_of(material.emission, material.pigment));
+        return text + fmt::format("finish = {{ {} }}\n\n", finish);
+    }
+    text += fmt::format("diffuse = {}\n", list_of(material.diffuse));
+    if (material.specular != Rgb(0.0f))
+        text +=
+            fmt::format("specular = {}\nshininess = {}\n", list_of(material.specular), material.shininess);
+    if (material.convention == LobeConvention::povray) text += "convention = \"povray\"\n";
+    if (!material.image.empty()) text += fmt::format("image = {}\n", path_text(material.image, folder));
+    if (material.emission != Rgb(0.0f)) text += fmt::format("emission = {}\n", list_of(material.emission));
+    return text + "\n";
+}
+
+std::string entity_text(const Entity& entity, const std::filesystem::path& folder) {
+    const Entity plain;
+    std::string text =
+        fmt::format("[entities.{}]\nmesh = {}\n", key_text(entity.name), path_text(entity.mesh, folder));
+    if (!entity.part.empty()) text += fmt::format("part = {}\n", toml_string(entity.part));
+    if (!entity.material.empty()) text += fmt::format("material = {}\n", toml_string(entity.material));
+    if (!entity.materials.empty()) {
+        std::string list;
+        for (const auto& [part, material] : entity.materials)
+            list +=
+                fmt::format("{}{} = {}", list.empty() ? "" : ", ", toml_string(part), toml_string(material));
+        text += fmt::format("materials = {{ {} }}\n", list);
+    }
+    const auto number = [&](const char* key, std::uint32_t Entity::*value) {
+        if (entity.*value != plain.*value) text += fmt::format("{} = {}\n", key, entity.*value);
+    };
+    number("fine_vertices", &Entity::fine_vertices);
+    number("coarse_triangles", &Entity::coarse_triangles);
+    number("planar_samples", &Entity::planar_samples);
+    number("spherical_samples", &Entity::spherical_samples);
+    return text + "\n";
+}
+
+std::string instance_text(const Scene& scene, const Instance& instance) {
+    std::string text =
+        fmt::format("[[instances]]\nentity = {}\n", toml_string(scene.entities[instance.entity].name));
+    if (!instance.name.empty()) text += fmt::format("name = {}\n", toml_string(instance.name));
+    const Placement& placement = instance.placement;
+    if (instance.shape == Shape()) {
+        if (placement.translate != Vec3f(0, 0, 0))
+            text += fmt::format("translate = {}\n", list_of(placement.translate));
+        if (placement.scale != 1) text += fmt::format("scale = {}\n", placement.scale);
+        if (!is_identity(placement.rotate)) {
+            const Vec3f angles = angles_xyz(placement.rotate);
+            text += fmt::format("rotate = {}\n",
+                                list_of({degrees(angles.x), degrees(angles.y), degrees(angles.z)}));
+        }
+        return text + "\n";
+    }
+    std::string rows;
+    for (int r = 0; r < 3; ++r) {
+        Vec3d row;
+        for (int c = 0; c < 3; ++c) {
+            Vec3d axis(0, 0, 0);
+            axis[c] = 1;
+            row[c] = (placement.rotate(instance.shape(axis)) * double(placement.scale))[r];
+        }
+        rows += fmt::format("{}[{:.9g}, {:.9g}, {:.9g}, {}]", r == 0 ? "" : ",\n          ", row.x, row.y,
+                            row.z, placement.translate[r]);
+    }
+    return text + fmt::format("matrix = [{}]\n\n", rows);
+}
+
+}  // namespace
+
+std::string scene_text(const Scene& scene, const std::filesystem::path& folder, std::string_view comments) {
+    std::string text;
+    while (!comments.empty()) {
+        const std::size_t end = std::min(comments.find('\n'), comments.size());
+        text += fmt::format("# {}\n", comments.substr(0, end));
+        comments.remove_prefix(std::min(end + 1, comments.size()));
+    }
+    if (!text.empty()) text += "\n";
+    text += camera_text(scene);
+    text += environment_text(scene.environment, folder);
+    for (const auto& [name, material] : scene.materials) text += material_text(name, material, folder);
+    for (const Entity& entity : scene.entities) text += entity_text(entity, folder);
+    for (const Instance& instance : scene.instances) text += instance_text(scene, instance);
+    text.pop_back();
+    return text;
+}
+
+}  // namespace haarfield

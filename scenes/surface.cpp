@@ -1,0 +1,86 @@
+#include "scenes/surface.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace haarfield {
+namespace {
+
+constexpr float dielectric = 0.04f;  ///< Reflectance at normal incidence.
+
+void take_phong(const MeshMaterial& from, Material& material) {
+    material.diffuse = from.diffuse;
+    material.specular = from.specular;
+    material.phong = 0;
+    material.blinn = from.specular == Rgb(0.0f) ? 0.0f : 1.0f;
+    material.roughness = 1 / std::clamp(from.exponent, 1.0f, 2000.0f);
+}
+
+/// Returns the share of the highlights that has the base's colour.
+float take_metallic(const MeshMaterial& from, Material& material) {
+    const float alpha = from.roughness * from.roughness,
+                exponent = (2 / std::max(alpha * alpha, 1e-6f) - 2) / 4;
+    const Rgb tinted = from.diffuse * from.metallic, white = Rgb(dielectric * (1 - from.metallic));
+    material.diffuse = from.diffuse * (1 - from.metallic);
+    if (exponent < 1) {
+        material.diffuse += tinted;
+        for (int c = 0; c < 3; ++c) material.diffuse[c] = std::min(material.diffuse[c] + white[c], 1.0f);
+        return 0;
+    }
+    material.shininess = std::min(exponent, 1000.0f);
+    material.specular = tinted + white;
+    material.phong = (material.shininess + 2) / 2;
+    const float all = luminance(material.specular);
+    return all > 0 ? luminance(tinted) / all : 0;
+}
+
+}  // namespace
+
+Surface surface_of(const MeshMaterial& material) {
+    Surface surface;
+    surface.emission = material.emission;
+    if (material.model == MeshMaterial::Model::none) return surface;
+    surface.material.convention = LobeConvention::povray;
+    surface.material.specular = Rgb(0.0f);
+    if (material.model == MeshMaterial::Model::metallic)
+        surface.tinted_highlights = take_metallic(material, surface.material);
+    else if (material.model == MeshMaterial::Model::phong)
+        take_phong(material, surface.material);
+    else
+        surface.material.diffuse = material.diffuse;
+    return surface;
+}
+
+SeenRadiance seen_radiance(const Mesh& mesh, std::span<const Surface> surfaces, std::span<const Rgb> radiance,
+                           std::span<const Rgb> highlights) {
+    assert(radiance.size() == mesh.positions.size());
+    assert(highlights.empty() || highlights.size() == radiance.size());
+    SeenRadiance seen{{radiance.begin(), radiance.end()}, {}};
+    const bool parts = !highlights.empty() &&
+                       std::ranges::any_of(surfaces, [](const Surface& s) { return s.parts_highlights(); });
+    if (parts) seen.over.assign(radiance.size(), Rgb(0.0f));
+    for (std::size_t v = 0; v < radiance.size(); ++v) {
+        const Surface& surface = surfaces[mesh.vertex_materials[v]];
+        if (surface.is_plain()) continue;
+        Rgb over(0.0f);
+        if (parts && surface.parts_highlights()) over = highlights[v] * (1 - surface.tinted_highlights);
+        Rgb under = without_negative(radiance[v] - over) + surface.emission;
+        if (surface.coloured) under *= mesh.colours[v];
+        if (surface.texture) {
+            seen.under[v] = under;
+            if (parts) seen.over[v] = over;
+        } else {
+            seen.under[v] = under + over;
+        }
+    }
+    return seen;
+}
+
+std::vector<Material> materials_of(std::span<const Surface> surfaces) {
+    std::vector<Material> materials;
+    for (const Surface& surface : surfaces) materials.push_back(surface.material);
+    return materials;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,176 @@
+#include "scenes/texture.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "scenes/image.h"
+
+namespace haarfield {
+namespace {
+
+/// By code: the linear value.
+const std::array<float, 256>& linear_values() {
+    static const std::array<float, 256> values = [] {
+        std::array<float, 256> made;
+        for (std::size_t i = 0; i < made.size(); ++i) made[i] = srgb_decoded(static_cast<float>(i) / 255);
+        return made;
+    }();
+    return values;
+}
+
+std::uint8_t code(float value) {
+    return static_cast<std::uint8_t>(std::clamp(value, 0.0f, 1.0f) * 255 + 0.5f);
+}
+
+/// The texel that a whole number means, where images repeat.
+int repeated(std::int64_t at, int size) {
+    const auto rest = static_cast<int>(at % size);
+    return rest < 0 ? rest + size : rest;
+}
+
+/// The four texels round a place, and their weights.
+struct Bilinear {
+    std::array<std::size_t, 4> texel;
+    std::array<float, 4> weight;
+
+    Bilinear(const Texture& texture, const Vec2f& uv) {
+        const double x = double(uv.x) * texture.width - 0.5, y = (1 - double(uv.y)) * texture.height - 0.5;
+        const double left = std::floor(x), top = std::floor(y);
+        const float right = static_cast<float>(x - left), down = static_cast<float>(y - top);
+        for (std::size_t k = 0; k < 4; ++k) {
+            const std::int64_t column = static_cast<std::int64_t>(left) + (k % 2),
+                               row = static_cast<std::int64_t>(top) + (k / 2);
+            texel[k] = std::size_t(repeated(row, texture.height)) * std::size_t(texture.width) +
+                       std::size_t(repeated(column, texture.width));
+            weight[k] = (k % 2 ? right : 1 - right) * (k / 2 ? down : 1 - down);
+        }
+    }
+};
+
+std::string file_bytes(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+Result<Image> read(const MeshImage& image) {
+    if (image.bytes) return read_image_bytes(*image.bytes, image.name);
+    return read_image(image.file);
+}
+
+bool is_jpeg(std::string_view bytes) {
+    return bytes.starts_with("\xff\xd8\xff");
+}
+
+/// Of an opacity map at a place of an image of another size: its alpha, or its luminance.
+float opacity_in(const Image& map, double u, double v) {
+    const int column = std::min(static_cast<int>(u * map.width), map.width - 1),
+              row = std::min(static_cast<int>(v * map.height), map.height - 1);
+    const std::size_t pixel = std::size_t(row) * std::size_t(map.width) + std::size_t(column);
+    if (!map.coverage.empty()) return map.coverage[pixel];
+    // Opacity is a number, not a colour.
+    return srgb_encoded(luminance(map.pixels[pixel]));
+}
+
+}  // namespace
+
+Rgb Texture::colour_at(const Vec2f& uv) const {
+    const Bilinear place(*this, uv);
+    const auto& linear = linear_values();
+    Rgb sum(0.0f);
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t c = 0; c < 3; ++c)
+            sum[int(c)] += place.weight[k] * linear[texels[place.texel[k]][c]];
+    return sum;
+}
+
+float Texture::opacity_at(const Vec2f& uv) const {
+    if (!has_alpha) return 1;
+    const Bilinear place(*this, uv);
+    float sum = 0;
+    for (std::size_t k = 0; k < 4; ++k) sum += place.weight[k] * float(texels[place.texel[k]][3]);
+    return sum / 255;
+}
+
+bool Texture::is_cut_out(const std::array<Vec2f, 3>& triangle) const {
+    if (!has_alpha) return false;
+    // The box round it, and the texels that bilinear lookup adds.
+    Vec2f lower = triangle[0], upper = triangle[0];
+    for (const Vec2f& uv : triangle)
+        for (int axis = 0; axis < 2; ++axis) {
+            lower[axis] = std::min(lower[axis], uv[axis]);
+            upper[axis] = std::max(upper[axis], uv[axis]);
+        }
+    const auto first = [](double at) { return static_cast<std::int64_t>(std::floor(at - 0.5)); };
+    const std::int64_t left = first(double(lower.x) * width), top = first((1 - double(upper.y)) * height),
+                       right = std::min<std::int64_t>(first(double(upper.x) * width) + 1, left + width - 1),
+                       bottom = std::min<std::int64_t>(first((1 - double(lower.y)) * height) + 1,
+                                                       top + height - 1);
+    for (std::int64_t row = top; row <= bottom; ++row)
+        for (std::int64_t column = left; column <= right; ++column)
+            if (texels[std::size_t(repeated(row, height)) * std::size_t(width) +
+                       std::size_t(repeated(column, width))][3] != 255)
+                return true;
+    return false;
+}
+
+Result<Texture> read_texture(const TextureSource& source) {
+    const bool has_colour = source.image.is_there(), has_map = source.opacity_map.is_there();
+    assert(has_colour || has_map);
+    const Result<Image> image = read(has_colour ? source.image : source.opacity_map);
+    if (!image) return image.error();
+    Result<Image> map = Image{};
+    if (has_map) map = read(source.opacity_map);
+    if (!map) return map.error();
+
+    Texture texture;
+    const MeshImage& named = has_colour ? source.image : source.opacity_map;
+    texture.name = std::filesystem::path(named.name).stem().string();
+    texture.width = image->width;
+    texture.height = image->height;
+    texture.texels.resize(image->pixels.size());
+    Vec3d sum(0.0);
+    for (std::size_t i = 0; i < texture.texels.size(); ++i) {
+        const double u = (double(i % std::size_t(image->width)) + 0.5) / image->width,
+                     v = (double(i / std::size_t(image->width)) + 0.5) / image->height;
+        float opacity = 1;
+        if (source.alpha != AlphaMode::opaque) {
+            if (has_map)
+                opacity = opacity_in(*map, u, v);
+            else if (!image->coverage.empty())
+                opacity = image->coverage[i];
+        }
+        if (source.alpha == AlphaMode::mask) opacity = opacity >= source.alpha_cutoff ? 1.0f : 0.0f;
+        auto& texel = texture.texels[i];
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float linear = image->pixels[i][int(c)];
+            texel[c] = has_colour ? code(srgb_encoded(linear)) : std::uint8_t(255);
+            sum[int(c)] += double(linear_values()[texel[c]]);
+        }
+        texel[3] = code(opacity);
+        texture.has_alpha |= texel[3] != 255;
+    }
+    if (std::ranges::all_of(texture.texels, [](const auto& texel) { return texel[3] == 0; })) {
+        for (auto& texel : texture.texels) texel[3] = 255;
+        texture.has_alpha = false;
+    }
+    texture.mean = Rgb(Vec3f(sum / double(texture.texels.size())));
+    if (has_colour && !texture.has_alpha) {
+        std::string bytes = source.image.bytes ? *source.image.bytes : file_bytes(source.image.file);
+        if (is_jpeg(bytes)) texture.jpeg = std::move(bytes);
+    }
+    return texture;
+}
+
+Result<Rgb> mean_of_numbers(const MeshImage& image) {
+    const Result<Image> map = read(image);
+    if (!map) return map.error();
+    Vec3d sum(0.0);
+    for (const Rgb& pixel : map->pixels)
+        for (int c = 0; c < 3; ++c) sum[c] += double(srgb_encoded(pixel[c]));
+    return Rgb(Vec3f(sum / double(map->pixels.size())));
+}
+
+}  // namespace haarfield

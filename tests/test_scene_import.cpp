@@ -1,0 +1,259 @@
+#include "scenes/scene_import.h"
+
+#include <gtest/gtest.h>
+
+#include "fields/mesh/model_file.h"
+#include "scenes/scene_entities.h"
+#include "scenes/scene_reader.h"
+#include "scenes/scene_writer.h"
+#include "tests/fixtures/random_numbers.h"
+#include "tests/fixtures/test_folder.h"
+
+namespace haarfield {
+namespace {
+
+class SceneImportTest : public testing::Test {
+protected:
+    std::filesystem::path written(const std::string& name, std::string_view text) {
+        write_text(folder / name, text);
+        return folder / name;
+    }
+    Result<ImportedScene> imported(const std::filesystem::path& file, const SceneImport& wanted = {}) {
+        return scene_of_models({&file, 1}, folder.path(), wanted);
+    }
+    /// Written and read again.
+    Scene read_back(const Scene& scene) {
+        const Result<Scene> read =
+            read_scene(written("scene.toml", scene_text(scene, folder.path(), "made\nhere")));
+        EXPECT_TRUE(read) << read.error().message();
+        return read ? *read : Scene{};
+    }
+
+    const TestFolder folder;
+};
+
+void expect_near(const Vec3f& found, const Vec3f& wanted, float tolerance) {
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(found[axis], wanted[axis], tolerance);
+}
+
+/// Where an instance puts a point of its mesh.
+Vec3d placed(const Instance& instance, const Vec3d& p) {
+    return instance.placement.point_to_world(instance.shape(p));
+}
+
+constexpr const char* two_objects =
+    "o left\nv 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\no right\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 5 6 "
+    "7\n";
+
+/// A triangle that three nodes place: moved, turned about z and mirrored; below a node that scales by 2; and
+/// a camera that looks down.
+constexpr const char* nodes_gltf = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,3,4]}],
+"nodes":[{"name":"group","scale":[2,2,2],"children":[1,2]},{"name":"first","mesh":0,"translation":[1,2,3]},
+{"name":"second","mesh":0,"rotation":[0,0,0.7071067811865476,0.7071067811865476]},
+{"name":"third","mesh":0,"scale":[-1,1,0.5]},
+{"name":"eye","camera":0,"translation":[0,10,0],"rotation":[-0.7071067811865476,0,0,0.7071067811865476]}],
+"cameras":[{"type":"perspective","perspective":{"yfov":0.6,"aspectRatio":1.5,"znear":0.1}}],
+"meshes":[{"name":"leaf","primitives":[{"attributes":{"POSITION":0}}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":36}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
+
+TEST_F(SceneImportTest, NodesBecomeInstancesThatShareEntities) {
+    const Result<ImportedScene> result = imported(written("leaves.gltf", nodes_gltf));
+    ASSERT_TRUE(result) << result.error().message();
+    const Scene& scene = result->scene;
+    ASSERT_EQ(scene.entities.size(), 1u);
+    EXPECT_EQ(scene.entities[0].mesh, folder / "leaves.gltf");
+    EXPECT_EQ(scene.entities[0].part, "leaf");
+    ASSERT_EQ(scene.instances.size(), 3u);
+    EXPECT_EQ(scene.instances[0].name, "first");
+    EXPECT_EQ(scene.instances[2].name, "third");
+    const Vec3d p(0.25, 0.5, 0);
+    const std::array<Vec3d, 3> wanted{(p + Vec3d(1, 2, 3)) * 2, Vec3d(-p.y, p.x, 0) * 2, Vec3d(-p.x, p.y, 0)};
+    for (std::size_t i = 0; i < 3; ++i)
+        expect_near(Vec3f(placed(scene.instances[i], p)), Vec3f(wanted[i]), 1e-5f);
+    EXPECT_FALSE(scene.finds_camera);
+    expect_near(scene.camera.position, {0, 10, 0}, 1e-5f);
+    const Vec3f ahead = (scene.camera.target - scene.camera.position).normalized();
+    expect_near(ahead, {0, -1, 0}, 1e-5f);
+    EXPECT_NEAR(scene.camera.vertical_fov, 0.6, 1e-5);
+
+    // What is written is the same scene, and its parts can be had.
+    const Scene again = read_back(scene);
+    ASSERT_EQ(again.instances.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i)
+        expect_near(Vec3f(placed(again.instances[i], p)), Vec3f(wanted[i]), 1e-5f);
+    SceneEntityOptions options;
+    options.fields = false;
+    const Result<SceneEntities> entities = prepare_scene_entities(again, options);
+    ASSERT_TRUE(entities) << entities.error().message();
+    EXPECT_EQ(entities->entities.size(), 2u) << "one of them is mirrored and flattened";
+}
+
+TEST_F(SceneImportTest, WhatStandsStillIsOneEntity) {
+    const std::filesystem::path file = written("pair.obj", two_objects);
+    const Result<ImportedScene> result = imported(file);
+    ASSERT_TRUE(result) << result.error().message();
+    ASSERT_EQ(result->scene.entities.size(), 1u);
+    EXPECT_EQ(result->scene.entities[0].part, "");
+    EXPECT_EQ(result->scene.instances.size(), 1u);
+    EXPECT_TRUE(result->scene.finds_camera);
+    EXPECT_FALSE(result->scene.environment.exposure);
+    const Result<ImportedScene> whole = imported(written("leaves.gltf", nodes_gltf), {.whole = true});
+    ASSERT_TRUE(whole) << whole.error().message();
+    EXPECT_EQ(whole->scene.entities.size(), 1u);
+    EXPECT_EQ(whole->scene.entities[0].part, "");
+    EXPECT_EQ(whole->scene.instances.size(), 1u);
+}
+
+TEST_F(SceneImportTest, TurnsAndScalesAllOfThem) {
+    const std::filesystem::path file = written("pair.obj", two_objects);
+    const Vec3d p(5, 0.5, 0.25);
+    const Result<ImportedScene> upright = imported(file, {.z_up = true, .unit = 0.01});
+    ASSERT_TRUE(upright) << upright.error().message();
+    expect_near(Vec3f(placed(upright->scene.instances[0], p)), {0.05f, 0.0025f, -0.005f}, 1e-7f);
+    const Result<ImportedScene> sized = imported(file, {.size = 3.0});  // it is 6 units wide
+    ASSERT_TRUE(sized) << sized.error().message();
+    expect_near(Vec3f(placed(sized->scene.instances[0], p)), Vec3f(p * 0.5), 1e-6f);
+}
+
+TEST_F(SceneImportTest, TheFloorLiesBelow) {
+    const Result<ImportedScene> result =
+        imported(written("pair.obj", two_objects), {.z_up = false, .unit = 2, .floor = true});
+    ASSERT_TRUE(result) << result.error().message();
+    ASSERT_EQ(result->scene.entities.size(), 2u);
+    write_text(folder / "floor.obj", result->floor_obj);
+    SceneEntityOptions options;
+    options.fields = false;
+    const Result<SceneEntities> entities = prepare_scene_entities(read_back(result->scene), options);
+    ASSERT_TRUE(entities) << entities.error().message();
+    const Bounds floor = mesh_bounds(entities->entities[1]->mesh.original);
+    EXPECT_EQ(floor.lower.y, 0);
+    EXPECT_EQ(floor.upper.y, 0);
+    EXPECT_LT(floor.lower.x, -1);
+    EXPECT_GT(floor.upper.x, 13);
+    EXPECT_GT(entities->entities[1]->mesh.original.normals[0].y, 0);
+}
+
+TEST_F(SceneImportTest, AWrongPartIsAnErrorThatListsThem) {
+    Scene scene = imported(written("pair.obj", two_objects))->scene;
+    scene.entities[0].part = "middle";
+    SceneEntityOptions options;
+    options.fields = false;
+    const Result<SceneEntities> entities = prepare_scene_entities(scene, options);
+    ASSERT_FALSE(entities);
+    EXPECT_NE(entities.error().message().find("no part \"middle\""), std::string::npos);
+    EXPECT_NE(entities.error().message().find("\"left\", \"right\""), std::string::npos)
+        << entities.error().message();
+    scene.entities[0].part = "right";
+    const Result<SceneEntities> right = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(right) << right.error().message();
+    EXPECT_EQ(right->entities[0]->mesh.original.triangles.size(), 1u);
+}
+
+TEST_F(SceneImportTest, EveryKeyOfASceneIsWrittenAndReadBack) {
+    Scene scene;
+    written("a.obj", two_objects);
+    written("a.png", "an image");
+    written("a.exr", "an environment");
+    scene.camera = {{1, 2, 3}, {0.5f, 0.25f, -7}, 0.7f, 320, 200};
+    scene.environment.image = folder / "a.exr";
+    scene.environment.rotation = 1.2f;
+    scene.environment.exposure = -1.5f;
+    SceneMaterial physical;
+    physical.diffuse = Rgb(0.1f, 0.2f, 0.3f);
+    physical.specular = Rgb(0.4f, 0.5f, 0.6f);
+    physical.shininess = 33;
+    physical.image = folder / "a.png";
+    physical.emission = Rgb(1, 2, 3);
+    SceneMaterial finish;
+    finish.convention = LobeConvention::povray;
+    finish.pigment = Rgb(0.5f, 1, 0.25f);
+    finish.diffuse = finish.pigment * 0.5f;
+    finish.emission = finish.pigment * 3.0f;
+    finish.specular = Rgb(1.0f);
+    finish.phong = 0.5f;
+    finish.shininess = 20;
+    finish.blinn = 0.25f;
+    finish.roughness = 0.01f;
+    finish.metallic = 0.5f;
+    SceneMaterial tinted = physical;
+    tinted.convention = LobeConvention::povray;
+    scene.materials = {{"a b\"c", physical}, {"finish", finish}, {"tinted", tinted}};
+    Entity entity;
+    entity.name = "left one";
+    entity.mesh = folder / "a.obj";
+    entity.part = "le\\ft\n";
+    entity.material = "finish";
+    entity.materials = {{"x \"y\"", "a b\"c"}};
+    entity.fine_vertices = 123;
+    entity.coarse_triangles = 0;
+    entity.planar_samples = 50;
+    entity.spherical_samples = 60;
+    scene.entities = {entity};
+    Instance instance;
+    instance.name = "Jörg's";
+    instance.placement = {{1, -2, 0.1f}, 0.3f, rotation_xyz({0.3f, -1.1f, 2})};
+    scene.instances = {instance};
+    const Scene read = read_back(scene);
+    EXPECT_EQ(read.camera.position, scene.camera.position);
+    EXPECT_EQ(read.camera.target, scene.camera.target);
+    EXPECT_NEAR(read.camera.vertical_fov, 0.7, 1e-6);
+    EXPECT_EQ(read.camera.width, 320);
+    EXPECT_EQ(read.camera.height, 200);
+    EXPECT_FALSE(read.finds_camera);
+    EXPECT_TRUE(std::filesystem::equivalent(read.environment.image, scene.environment.image));
+    EXPECT_NEAR(read.environment.rotation, 1.2, 1e-6);
+    EXPECT_EQ(read.environment.exposure, -1.5f);
+    ASSERT_EQ(read.materials.size(), 3u);
+    for (const auto& [name, material] : scene.materials) {
+        ASSERT_TRUE(read.materials.contains(name)) << name;
+        const SceneMaterial& found = read.materials.at(name);
+        EXPECT_EQ(found.convention, material.convention) << name;
+        expect_near(found.diffuse, material.diffuse, 1e-6f);
+        expect_near(found.specular, material.specular, 1e-6f);
+        expect_near(found.emission, material.emission, 1e-5f);
+        EXPECT_EQ(found.shininess, material.shininess);
+        EXPECT_EQ(found.phong, material.phong);
+        EXPECT_EQ(found.blinn, material.blinn);
+        EXPECT_EQ(found.metallic, material.metallic);
+        EXPECT_EQ(found.image.empty(), material.image.empty());
+    }
+    ASSERT_EQ(read.entities.size(), 1u);
+    const Entity& back = read.entities[0];
+    EXPECT_EQ(back.name, entity.name);
+    EXPECT_EQ(back.part, entity.part);
+    EXPECT_EQ(back.material, entity.material);
+    EXPECT_EQ(back.materials, entity.materials);
+    EXPECT_EQ(back.fine_vertices, 123u);
+    EXPECT_EQ(back.coarse_triangles, 0u);
+    EXPECT_EQ(back.planar_samples, 50u);
+    EXPECT_EQ(back.spherical_samples, 60u);
+    ASSERT_EQ(read.instances.size(), 1u);
+    EXPECT_EQ(read.instances[0].name, instance.name);
+    std::mt19937 random(2);
+    for (int k = 0; k < 20; ++k) {
+        const Vec3d p(random_direction(random));
+        expect_near(Vec3f(placed(read.instances[0], p)), Vec3f(placed(instance, p)), 1e-6f);
+    }
+
+    Scene sky;
+    sky.finds_camera = true;
+    sky.environment.sky = AnalyticSky();
+    sky.environment.sky->turbidity = 4;
+    sky.environment.exposure.reset();
+    entity.part.clear();
+    entity.material.clear();
+    entity.materials.clear();
+    sky.entities = {entity};
+    sky.instances = {instance};
+    const Scene clear = read_back(sky);
+    EXPECT_TRUE(clear.finds_camera);
+    EXPECT_FALSE(clear.environment.exposure);
+    ASSERT_TRUE(clear.environment.sky);
+    EXPECT_EQ(clear.environment.sky->turbidity, 4);
+    EXPECT_NEAR(clear.environment.sky->sun_elevation, sky.environment.sky->sun_elevation, 1e-6);
+}
+
+}  // namespace
+}  // namespace haarfield

@@ -1,0 +1,94 @@
+#include "scenes/surface.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/fixtures/example_meshes.h"
+#include "tests/fixtures/example_textures.h"
+
+namespace haarfield {
+namespace {
+
+TEST(Surface, TakesPhongAsPovraysSpecular) {
+    MeshMaterial file;
+    file.model = MeshMaterial::Model::phong;
+    file.diffuse = Rgb(0.1f, 0.2f, 0.3f);
+    file.specular = Rgb(0.5f);
+    file.exponent = 80;
+    const Surface surface = surface_of(file);
+    EXPECT_EQ(surface.material.convention, LobeConvention::povray);
+    EXPECT_EQ(surface.material.diffuse, file.diffuse);
+    EXPECT_EQ(surface.material.specular, Rgb(0.5f));
+    EXPECT_EQ(surface.material.phong, 0);
+    EXPECT_EQ(surface.material.blinn, 1);
+    EXPECT_FLOAT_EQ(surface.material.roughness, 1 / 80.0f);
+    EXPECT_EQ(surface.tinted_highlights, 0);
+    EXPECT_TRUE(surface.is_plain());
+}
+
+/// A highlight's energy under light from the whole sphere, seen along the normal: POV-Ray's lobe has no
+/// cosine, so its albedo is weight * 2 / (n + 1).
+TEST(Surface, MetalsReflectTheirBaseColour) {
+    MeshMaterial file;
+    file.model = MeshMaterial::Model::metallic;
+    file.diffuse = Rgb(0.9f, 0.6f, 0.3f);
+    file.metallic = 1;
+    file.roughness = 0.3f;
+    const Surface metal = surface_of(file);
+    EXPECT_EQ(metal.material.diffuse, Rgb(0.0f));
+    EXPECT_EQ(metal.tinted_highlights, 1);
+    const double n = double(metal.material.shininess);
+    EXPECT_NEAR(n, (2 / std::pow(0.3, 4) - 2) / 4, 0.01);
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(double(metal.material.specular[c]) * double(metal.material.phong) * 2 / (n + 1),
+                    double(file.diffuse[c]), 0.02);
+
+    file.metallic = 0;
+    const Surface plastic = surface_of(file);
+    EXPECT_EQ(plastic.material.diffuse, file.diffuse);
+    EXPECT_FLOAT_EQ(plastic.material.specular.x, 0.04f);
+    EXPECT_EQ(plastic.tinted_highlights, 0);
+    file.roughness = 1;  // no highlight to speak of
+    EXPECT_EQ(surface_of(file).material.specular, Rgb(0.0f));
+}
+
+TEST(Surface, NothingSaidIsTheDefault) {
+    EXPECT_EQ(surface_of({}).material.diffuse, Material().diffuse);
+    MeshMaterial coloured;
+    coloured.model = MeshMaterial::Model::by_colour;
+    coloured.diffuse = Rgb(1.0f);
+    EXPECT_EQ(surface_of(coloured).material.diffuse, Rgb(1.0f));
+}
+
+TEST(Surface, SeenRadianceIsPartedWhereTexturesAre) {
+    Mesh mesh = square_mesh(1, 0, 1);
+    mesh.material_names = {"plain", "image", "metal", "coloured"};
+    ASSERT_EQ(mesh.positions.size(), 4u);
+    mesh.vertex_materials = {0, 1, 2, 3};
+    mesh.uvs.assign(4, Vec2f(0, 0));
+    mesh.colours.assign(4, Rgb(0.5f, 1, 0.25f));
+    std::vector<Surface> surfaces(4);
+    for (Surface& surface : surfaces) surface.material.specular = Rgb(0.1f);
+    const auto texture = std::make_shared<const Texture>(random_texture(2, 2));
+    surfaces[1].texture = surfaces[2].texture = texture;
+    surfaces[1].emission = Rgb(0.25f);
+    surfaces[2].tinted_highlights = 0.75f;
+    surfaces[3].coloured = true;
+    const std::vector<Rgb> radiance(4, Rgb(2.0f)), highlights(4, Rgb(0.5f));
+    const SeenRadiance seen = seen_radiance(mesh, surfaces, radiance, highlights);
+    ASSERT_EQ(seen.under.size(), 4u);
+    ASSERT_EQ(seen.over.size(), 4u);
+    EXPECT_EQ(seen.under[0], Rgb(2.0f));
+    EXPECT_EQ(seen.over[0], Rgb(0.0f));
+    EXPECT_EQ(seen.under[1], Rgb(1.75f));  // 2 - 0.5 + 0.25
+    EXPECT_EQ(seen.over[1], Rgb(0.5f));
+    EXPECT_EQ(seen.under[2], Rgb(1.875f));  // a quarter of the highlight is not the image's
+    EXPECT_EQ(seen.over[2], Rgb(0.125f));
+    EXPECT_EQ(seen.under[3], Rgb(0.5f * 1.5f + 0.5f, 1.5f + 0.5f, 0.25f * 1.5f + 0.5f));
+    EXPECT_EQ(seen.over[3], Rgb(0.0f));
+
+    for (Surface& surface : surfaces) surface.material.specular = Rgb(0.0f);
+    EXPECT_TRUE(seen_radiance(mesh, surfaces, radiance, {}).over.empty());
+}
+
+}  // namespace
+}  // namespace haarfield

@@ -1,0 +1,198 @@
+#include "bridge/textured_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include "bridge/baked_scene.h"
+#include "bridge/povray_process.h"
+#include "bridge/preview.h"
+#include "bridge/reference_scene.h"
+#include "shading/scene/environment.h"
+#include "tests/fixtures/bridge_fixtures.h"
+#include "tests/fixtures/example_textures.h"
+
+namespace haarfield {
+namespace {
+
+constexpr int size = 48;
+
+/// A square that fills the picture, the image over it twice across and three times up.
+Mesh mapped_square(int cells) {
+    Mesh mesh = upright_square_mesh(1, cells);
+    for (const Vec3f& p : mesh.positions) mesh.uvs.emplace_back(p.x + 0.3f, 1.5f * p.y - 0.2f);
+    return mesh;
+}
+
+Image picture(const std::filesystem::path& scene) {
+    PovrayOptions options;
+    options.width = options.height = size;
+    options.declarations = {without_background};
+    Result<RenderedScene> rendered = rendered_scene(scene, options);
+    EXPECT_TRUE(rendered) << rendered.error().message();
+    return rendered ? rendered->image : Image{};
+}
+
+/// The point of the square that a pixel's centre sees.
+Vec3d point_at(std::size_t pixel) {
+    return {(double(pixel % size) + 0.5) * 2 / size - 1, 1 - (double(pixel / size) + 0.5) * 2 / size, 0};
+}
+
+double image_channel(const Texture& texture, const Vec3d& p, std::size_t channel) {
+    return bilinear_channel(texture, p.x + 0.3, 1.5 * p.y - 0.2, channel);
+}
+
+/// Light that is linear in the plane, so that interpolation over triangles does not err.
+struct LinearLight {
+    Rgb at(const Vec3d& p) const { return Rgb(Vec3f(Vec3d(1.5 + p.x, 1.2 - p.y, 0.8 + 0.3 * p.y))); }
+    std::vector<Rgb> of(const Mesh& mesh, float times) const {
+        std::vector<Rgb> values;
+        for (const Vec3f& p : mesh.positions) values.push_back(at(Vec3d(p)) * times);
+        return values;
+    }
+};
+
+class TexturedMesh : public testing::Test {
+protected:
+    TexturedMesh() { surfaces[0].texture = texture; }
+
+    const TestFolder folder;
+    const std::shared_ptr<const Texture> texture = std::make_shared<const Texture>(random_texture(9, 7));
+    std::vector<Surface> surfaces{1};
+    const Mesh mesh = mapped_square(3);
+    const LinearLight light{};
+    const Camera camera = frontal_camera(3, size);
+};
+
+TEST_F(TexturedMesh, PovrayMultipliesTheImageWithTheLight) {
+    const std::vector<Rgb> under = light.of(mesh, 1), over = light.of(mesh, 0.2f);
+    for (const bool shines : {false, true}) {
+        const BakedInstance instance{"square", &mesh, {}, under, shines ? over : std::span<const Rgb>(),
+                                     surfaces};
+        const Result<BakedFiles> files =
+            write_baked_scene(folder.path(), "baked", camera, {&instance, 1}, {});
+        ASSERT_TRUE(files) << files.error().message();
+        EXPECT_EQ(files->images, (std::vector{folder / "baked_Random.png"}));
+        const Image image = picture(files->scene);
+        ASSERT_EQ(image.pixels.size(), std::size_t(size * size));
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+            const Vec3d p = point_at(i);
+            for (std::size_t c = 0; c < 3; ++c) {
+                const double here = double(light.at(p)[int(c)]),
+                             expected = here * image_channel(*texture, p, c) + (shines ? 0.2 * here : 0);
+                // 0.1 %, and the half floats of the picture.
+                ASSERT_NEAR(image.pixels[i][int(c)], expected, 1e-3 * expected + 2e-5) << i << ", " << shines;
+            }
+        }
+    }
+}
+
+TEST_F(TexturedMesh, ThePreviewShowsTheSame) {
+    const std::vector<Rgb> under = light.of(mesh, 1), over = light.of(mesh, 0.2f);
+    const PreviewInstance instance{&mesh, {}, under, over, surfaces};
+    const auto points = Preview().points(camera, {&instance, 1});
+    Camera fine = camera;  // so fine that no pixel differs from its neighbours, and has one ray
+    fine.vertical_fov = camera.vertical_fov / 200;
+    const Image image = Preview().draw(fine, {&instance, 1}, [](const Vec3f&) { return Rgb(0.0f); });
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const Vec3d p = point_at(i) * (std::tan(double(fine.vertical_fov) / 2) * 3);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double here = double(light.at(p)[int(c)]);
+            ASSERT_NEAR(image.pixels[i][int(c)], here * image_channel(*texture, p, c) + 0.2 * here, 2e-3);
+        }
+    }
+}
+
+TEST_F(TexturedMesh, WhereTheImageIsNotOpaqueThereIsNoSurface) {
+    Texture holed = random_texture(4, 4, true);
+    for (auto& texel : holed.texels) texel = {255, 255, 255, 255};
+    holed.texels[5][3] = 0;
+    surfaces[0].texture = std::make_shared<const Texture>(holed);
+    // POV-Ray takes what is brighter than 1 for more opaque.
+    const std::vector<Rgb> under(mesh.positions.size(), Rgb(0.5f)), over(mesh.positions.size(), Rgb(0.25f));
+    const BakedInstance instance{"square", &mesh, {}, under, over, surfaces};
+    const Result<BakedFiles> files = write_baked_scene(folder.path(), "baked", camera, {&instance, 1}, {});
+    ASSERT_TRUE(files) << files.error().message();
+    const Image image = picture(files->scene);
+    ASSERT_FALSE(image.coverage.empty());
+    std::size_t open = 0;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const double opacity = image_channel(holed, point_at(i), 3);
+        ASSERT_NEAR(image.coverage[i], opacity, 5e-3) << i;
+        ASSERT_NEAR(image.pixels[i].x, 0.75 * opacity, 5e-3) << i;
+        open += opacity < 0.3;
+    }
+    EXPECT_GT(open, 10u);
+    // The preview's rays pass where less than half is opaque.
+    const PreviewInstance shown{&mesh, {}, under, over, surfaces};
+    const auto points = Preview().points(camera, {&shown, 1});
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const double opacity = image_channel(holed, point_at(i), 3);
+        if (std::abs(opacity - 0.5) > 0.01) {
+            ASSERT_EQ(points[i].has_value(), opacity > 0.5) << i;
+        }
+    }
+}
+
+/// Under light from everywhere a matte square has the radiance of its albedo.
+TEST_F(TexturedMesh, TheReferenceShowsImageColoursAndEmission) {
+    Mesh coloured = mesh;
+    for (const Vec3f& p : mesh.positions) coloured.colours.emplace_back(0.5f + 0.4f * p.x, 1.0f, 0.7f);
+    for (const Rgb& factor : {Rgb(0.5f), Rgb(0.9f, 0.5f, 0.25f)})
+        for (const bool has_colours : {false, true}) {
+            surfaces[0].material.diffuse = factor;
+            surfaces[0].emission = Rgb(0.1f, 0.0f, 0.3f);
+            surfaces[0].coloured = has_colours;
+            const std::vector<Material> materials = materials_of(surfaces);
+            const ReferenceInstance instance{"square", &coloured, materials, {}, surfaces};
+            const LatLongImage white = constant_environment(64, Rgb(1, 1, 1));
+            const Result<ReferenceFiles> files =
+                write_reference_scene(folder.path(), "reference", camera, {&instance, 1}, white, 400);
+            ASSERT_TRUE(files) << files.error().message();
+            EXPECT_TRUE(files->warnings.empty());
+            const Image image = picture(files->scene);
+            ASSERT_EQ(image.pixels.size(), std::size_t(size * size));
+            double worst = 0, level = 0;  // of the lights, all over the picture
+            for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+                const Vec3d p = point_at(i);
+                const Vec3d colour = has_colours ? Vec3d(0.5 + 0.4 * p.x, 1, 0.7) : Vec3d(1.0);
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const double albedo = image_channel(*texture, p, c) * colour[int(c)],
+                                 expected = albedo * double(factor[int(c)] + surfaces[0].emission[int(c)]);
+                    worst = std::max(
+                        worst, std::abs(double(image.pixels[i][int(c)]) - expected) / (expected + 0.01));
+                    level += expected;
+                }
+            }
+            EXPECT_LT(worst, 0.01) << factor.x << ", " << has_colours;
+            EXPECT_GT(level, 0);
+        }
+}
+
+/// In front of nothing: what is seen is as opaque as the image.
+TEST_F(TexturedMesh, TheReferenceHasTheHolesOfItsImages) {
+    Texture holed = random_texture(4, 4, true);
+    holed.texels[5][3] = 0;
+    surfaces[0].texture = std::make_shared<const Texture>(holed);
+    for (const Rgb& factor : {Rgb(0.5f), Rgb(0.9f, 0.5f, 0.25f)}) {
+        surfaces[0].material.diffuse = factor;
+        const std::vector<Material> materials = materials_of(surfaces);
+        const ReferenceInstance instance{"square", &mesh, materials, {}, surfaces};
+        const Result<ReferenceFiles> files = write_reference_scene(
+            folder.path(), "reference", camera, {&instance, 1}, constant_environment(64, Rgb(1, 1, 1)), 400);
+        ASSERT_TRUE(files) << files.error().message();
+        const Image image = picture(files->scene);
+        ASSERT_FALSE(image.coverage.empty());
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+            const double opacity = image_channel(holed, point_at(i), 3);
+            ASSERT_NEAR(image.coverage[i], opacity, 5e-3) << i << ", " << factor.x;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const double expected =
+                    image_channel(holed, point_at(i), c) * double(factor[int(c)]) * opacity;
+                ASSERT_NEAR(image.pixels[i][int(c)], expected, 0.01 * expected + 1e-3)
+                    << i << ", " << factor.x;
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace haarfield

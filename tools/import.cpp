@@ -1,0 +1,114 @@
+#include "fields/file/write_file.h"
+#include "scenes/scene_import.h"
+#include "scenes/scene_writer.h"
+#include "tools/command.h"
+#include "tools/number_option.h"
+#include "tools/scene_options.h"
+
+#include <fmt/format.h>
+
+namespace haarfield {
+
+namespace {
+
+struct ImportOptions {
+    std::vector<std::string> files;
+    std::string output;
+    std::string environment;
+    std::string up = "y";
+    float unit = 1;
+    std::optional<float> size;
+    SceneImport wanted;
+    bool overwrite = false;
+};
+
+Result<Done> check_new(const std::filesystem::path& file, bool overwrite) {
+    std::error_code ignored;
+    if (!overwrite && std::filesystem::exists(file, ignored))
+        return Error{file.string(), "is there already; wanted another folder, or --overwrite"};
+    return Done{};
+}
+
+Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
+    const std::filesystem::path output = options.output;
+    SceneImport wanted = options.wanted;
+    wanted.z_up = options.up == "z";
+    wanted.unit = double(options.unit);
+    if (options.size) wanted.size = double(*options.size);
+    const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
+    std::error_code ignored;
+    if (!options.environment.empty() && !std::filesystem::is_regular_file(options.environment, ignored))
+        return Error{options.environment, "there is no such file; wanted a lat-long image"};
+    Result<ImportedScene> imported = scene_of_models(files, output, wanted, context.progress);
+    if (!imported) return imported.error();
+    for (const std::string& warning : imported->warnings) context.warn(warning);
+    Scene& scene = imported->scene;
+    scene.name = files.front().stem().string();
+    if (!options.environment.empty()) {
+        scene.environment.sky.reset();
+        scene.environment.image = options.environment;
+    }
+    const std::filesystem::path file = output / (file_stem(scene) + ".toml"), floor = output / "floor.obj";
+    if (const Result<Done> good = check_new(file, options.overwrite); !good) return good.error();
+    if (const Result<Done> made = make_folder(output); !made) return made.error();
+    if (wanted.floor) {
+        if (const Result<Done> good = check_new(floor, options.overwrite); !good) return good.error();
+        if (const Result<Done> written = write_file(floor, imported->floor_obj); !written)
+            return written.error();
+    }
+    const std::string text = scene_text(scene, output,
+                                        fmt::format("{}\nhaarfield bake {} -o {} --refine 0.01",
+                                                    context.command_line, file.string(), output.string()));
+    if (const Result<Done> written = write_file(file, text); !written) return written.error();
+    context.report["scene"] = file.string();
+    context.report["entities"] = scene.entities.size();
+    context.report["instances"] = scene.instances.size();
+    context.report["camera_found"] = !scene.finds_camera;
+    context.print("scene  {}: {} entities, {} instances\n", file.string(), scene.entities.size(),
+                  scene.instances.size());
+    return ExitCode::done;
+}
+
+}  // namespace
+
+Command import_command(CLI::App& program) {
+    CLI::App* app = program.add_subcommand("import", "Write a scene that shows models, ready to be baked");
+    const auto options = std::make_shared<ImportOptions>();
+    app->add_option(
+           "FILE", options->files,
+           "Models: glTF, OBJ, PLY, STL, OFF, POV-Ray's mesh2 (.inc, .pov), and what else assimp reads")
+        ->required()
+        ->type_name("");
+    app->add_option("-o,--output", options->output, "Folder for the scene, named as the first model")
+        ->required()
+        ->type_name("DIR");
+    app->add_option("--environment", options->environment,
+                    "Light from this lat-long image instead of a clear sky")
+        ->type_name("FILE");
+    app->add_flag("--floor", options->wanted.floor, "Put a grey floor below the models");
+    app->add_flag("--whole", options->wanted.whole, "One entity for each file, whatever its parts are");
+    app->add_option("--up", options->up, "The models' axis that points upwards")
+        ->check(CLI::IsMember({"y", "z"}))
+        ->capture_default_str();
+    CLI::Option* unit =
+        add_number(*app, "--unit", options->unit, "What a unit of the models is, in metres", {1e-6, 1e6})
+            ->capture_default_str()
+            ->type_name("M");
+    add_number(*app, "--scale-to", options->size,
+               "Scale the models so that their longest side is this, in metres", {1e-3, 1e5})
+        ->excludes(unit)
+        ->type_name("M");
+    add_number(*app, "--vertices", options->wanted.vertices, "To be baked, of all objects together, about",
+               {1000, 20e6})
+        ->capture_default_str()
+        ->type_name("N");
+    app->add_flag("--overwrite", options->overwrite, "Replace a scene that is there");
+    app->footer(
+        "The scene refers to the models where they are, takes their materials and images, and finds its\n"
+        "camera and exposure; edit it as you like.\n"
+        "Example:\n  haarfield import scenes/meshes/chair.obj -o out/import --floor\n"
+        "  haarfield bake out/import/chair.toml -o out/import");
+    return {app, [options](CommandContext& context) { return run(*options, context); }};
+}
+
+}  // namespace haarfield
