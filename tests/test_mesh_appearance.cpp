@@ -6,6 +6,7 @@
 #include "fields/mesh/mesh_preparation.h"
 #include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_subdivision.h"
+#include "fields/mesh/occluder.h"
 #include "fields/mesh/shared_vertices.h"
 #include "scenes/scene_entities.h"
 #include "tests/fixtures/example_textures.h"
@@ -222,6 +223,24 @@ TEST_F(MeshAppearance, GltfTexturesAreTransformed) {
         EXPECT_NEAR(double(read.mesh.uvs[v].x), c * u + s * w + 0.3, 1e-5);
         EXPECT_NEAR(double(read.mesh.uvs[v].y), 1 - (c * w - s * u - 0.2), 1e-5);
     }
+}
+
+TEST_F(MeshAppearance, AMediaTypeWithoutASlashIsRefused) {
+    std::string text = triangle_gltf("{}", *png_bytes(random_texture(1, 1).texels, 1, 1, false));
+    text.replace(text.find("data:image/png"), 14, "data:image_png");
+    const Result<ImportedMesh> read = read_mesh(written("a.gltf", text));
+    ASSERT_FALSE(read);
+    EXPECT_NE(read.error().message().find("media type"), std::string::npos) << read.error().message();
+}
+
+/// An extent that is the smallest float there is.
+TEST_F(MeshAppearance, SurfacesAsThinAsAFloatCanBeArePrepared) {
+    Result<ImportedMesh> read = read_mesh(written("a.obj", "v 0 0 1e-39\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+    ASSERT_TRUE(read) << read.error().message();
+    const Result<PreparedMesh> prepared = prepare_mesh(*std::move(read), {50, 10});
+    ASSERT_TRUE(prepared) << prepared.error().message();
+    const Occluder occluder = make_occluder(prepared->coarse);
+    EXPECT_FALSE(InsideTest(occluder)({0.2f, 0.2f, 0.5f}));
 }
 
 TEST_F(MeshAppearance, PlyColoursAreLinear) {

@@ -148,6 +148,22 @@ bool has_whole_chunks(std::string_view glb) {
     return true;
 }
 
+/// Whether each media type in a glTF file's text has its two halves: assimp 5.2 looks behind the slash
+/// without asking for it.
+bool has_whole_media_types(std::string_view text) {
+    for (const std::string_view key : {"\"mimeType\"", "\"data:"})
+        for (std::size_t at = text.find(key); at != text.npos; at = text.find(key, at + 1)) {
+            std::string_view value = text.substr(at + key.size(), 256);
+            if (key[1] == 'm') {
+                const std::size_t quote = value.find('"');
+                if (quote == value.npos) continue;
+                value.remove_prefix(quote + 1);
+            }
+            if (value.substr(0, value.find_first_of("\";,")).find('/') == value.npos) return false;
+        }
+    return true;
+}
+
 /// Calls `act` with each node and where it stands, in the order of the file.
 template <class Act>
 void for_each_node(const aiScene& scene, const Act& act) {
@@ -214,12 +230,22 @@ bool AssimpModel::reads(const std::string& ending) {
     return Assimp::Importer().IsExtensionSupported(ending);
 }
 
+namespace {
+constexpr const char* no_media_type =
+    "the media type of an image or buffer has no slash; wanted one as image/png";
+}  // namespace
+
 Result<AssimpModel> AssimpModel::open(const std::filesystem::path& file) {
     const std::string ending = lower_ending(file);
     if (ending == ".glb") {
         const Result<MappedFile> mapped = mapped_file(file);
         if (!mapped) return Error{"", mapped.error().what};
         if (!has_whole_chunks(mapped->bytes)) return Error{"", "a chunk is longer than the file"};
+        if (!has_whole_media_types(mapped->bytes)) return Error{"", no_media_type};
+    } else if (ending == ".gltf") {
+        const Result<MappedFile> mapped = mapped_file(file);
+        if (!mapped) return Error{"", mapped.error().what};
+        if (!has_whole_media_types(mapped->bytes)) return Error{"", no_media_type};
     }
     const auto content = std::make_shared<Content>();
     content->file = file;

@@ -49,7 +49,9 @@ AxisGrid axis_grid(const OccluderTriangles& source, const AxisFrame& frame) {
     grid.lower = {source.bounds.lower[frame.across], source.bounds.lower[frame.up]};
     for (std::size_t k = 0; k < 2; ++k) {
         const float size = extent[k == 0 ? frame.across : frame.up];
-        grid.cells_per_metre[k] = size > 0 ? static_cast<float>(cells) / size : 0.0f;
+        // Of an extent that is next to nothing there would be infinitely many.
+        const float number = static_cast<float>(cells) / size;
+        grid.cells_per_metre[k] = std::isfinite(number) ? number : 0.0f;
     }
     // Counting sort of the triangles into all cells that their boxes touch.
     const auto touched = [&](std::uint32_t t, auto&& visit) {

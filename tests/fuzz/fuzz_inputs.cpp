@@ -182,6 +182,22 @@ void damage(std::string& bytes, FuzzRandom& random, std::string_view other,
     } while (random_index(random, 3) != 0);
 }
 
+/// One triangle with colours at its corners and a material with an embedded image, which is transformed.
+std::string example_textured_gltf() {
+    return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0},{"mesh":0,"scale":[2,-1,1]}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1,"COLOR_0":2},"material":0}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+{"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"},{"bufferView":2,"componentType":5126,"count":3,"type":"VEC3"}],
+"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":36},{"buffer":0,"byteOffset":0,"byteLength":24},
+{"buffer":0,"byteOffset":0,"byteLength":36}],
+"images":[{"uri":"data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="}],
+"samplers":[{}],"textures":[{"source":0,"sampler":0}],"extensionsUsed":["KHR_texture_transform"],
+"materials":[{"name":"a","alphaMode":"MASK","alphaCutoff":0.25,"emissiveFactor":[0,0.5,1],"pbrMetallicRoughness":
+{"baseColorFactor":[0.75,0.5,0.25,1],"metallicFactor":0.5,"roughnessFactor":0.125,"baseColorTexture":{"index":0,"extensions":
+{"KHR_texture_transform":{"offset":[0.3,-0.2],"rotation":0.7,"scale":[2,0.5]}}}}}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
+}
+
 std::vector<std::string> example_mesh_files(std::string_view ending) {
     const std::string table = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
     if (ending == "obj")
@@ -201,7 +217,8 @@ std::vector<std::string> example_mesh_files(std::string_view ending) {
         return {"OFF\n4 4 6\n" + table,
                 "NOFF\n# normals\n3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n"};
     if (ending == "gltf")
-        return {gltf_json(R"(,"uri":"data:application/octet-stream;base64,)"
+        return {example_textured_gltf(),
+                gltf_json(R"(,"uri":"data:application/octet-stream;base64,)"
                           R"(AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIAAAA=")")};
     if (ending == "glb") return {glb()};
     if (ending == "inc")

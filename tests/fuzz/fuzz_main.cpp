@@ -18,7 +18,11 @@
 #include "fields/field/field_blob.h"
 #include "fields/field/field_file.h"
 #include "fields/mesh/mesh_preparation.h"
+#include "fields/mesh/model_file.h"
+#include "scenes/image.h"
 #include "scenes/scene_reader.h"
+#include "scenes/surface.h"
+#include "tests/fixtures/example_textures.h"
 #include "tests/fixtures/field_fixtures.h"
 #include "tests/fixtures/test_folder.h"
 #include "tests/fuzz/fuzz_inputs.h"
@@ -143,6 +147,65 @@ private:
     std::vector<VdbFile> files_;
 };
 
+/// What is wrong with a mesh's materials, images and colours; empty if nothing.
+std::string wrong_appearance(const ImportedMesh& read) {
+    const std::size_t vertices = read.mesh.positions.size(), materials = read.mesh.material_names.size();
+    if (read.materials.size() != materials || read.mapped.size() != materials ||
+        read.coloured.size() != materials)
+        return "materials without a description";
+    if ((!read.mesh.uvs.empty() && read.mesh.uvs.size() != vertices) ||
+        (!read.mesh.colours.empty() && read.mesh.colours.size() != vertices))
+        return "vertices without uvs or colours";
+    for (const Vec2f& uv : read.mesh.uvs)
+        if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) return "a uv that is not finite";
+    for (const Rgb& colour : read.mesh.colours)
+        if (!is_finite(colour)) return "a colour that is not finite";
+    for (const MeshMaterial& described : read.materials) {
+        const Surface surface = surface_of(described);
+        const Material& material = surface.material;
+        for (const Rgb& colour : {material.diffuse, material.specular, surface.emission})
+            for (int c = 0; c < 3; ++c)
+                if (!(colour[c] >= 0 && colour[c] <= 1e12f)) return "a colour out of its range";
+        if (!(material.shininess >= 1 && material.shininess <= 1000) ||
+            !(material.roughness >= 0.0005f && material.roughness <= 1))
+            return "a highlight out of its range";
+        if (!described.image.bytes) continue;
+        const Result<Texture> texture =
+            read_texture({described.image, {}, described.alpha, described.alpha_cutoff});
+        if (!texture && texture.error().what.empty()) return "an image was refused without a reason";
+    }
+    return {};
+}
+
+class DamagedImages : public Subject {
+public:
+    std::string file_name() const override { return "image.png"; }
+    std::string input(FuzzRandom& random) override {
+        std::string bytes = files_[random_index(random, files_.size())];
+        damage(bytes, random, files_[random_index(random, files_.size())], mesh_words());
+        return bytes;
+    }
+    std::string objection(const path& file, bool& accepted) override {
+        const auto embedded = std::make_shared<const std::string>(text_of(file));
+        for (const MeshImage& image :
+             {MeshImage{"image.png", file, nullptr}, MeshImage{"image", {}, embedded}}) {
+            const Result<Texture> texture = read_texture({image, {}, AlphaMode::blend});
+            if (!texture && texture.error().what.empty()) return "refused without a reason";
+            if (!texture) continue;
+            accepted = true;
+            if (texture->width < 1 || texture->height < 1 ||
+                texture->texels.size() != std::size_t(texture->width) * std::size_t(texture->height))
+                return "an image without texels";
+            if (!is_finite(texture->colour_at({0.3f, -7.6f}))) return "a colour that is not finite";
+        }
+        return {};
+    }
+
+private:
+    std::vector<std::string> files_{*png_bytes(random_texture(5, 4).texels, 5, 4, false),
+                                    *png_bytes(random_texture(3, 7, true).texels, 3, 7, true)};
+};
+
 class DamagedMeshes : public Subject {
 public:
     explicit DamagedMeshes(std::string ending)
@@ -154,9 +217,15 @@ public:
         return bytes;
     }
     std::string objection(const path& file, bool& accepted) override {
-        Result<ImportedMesh> mesh = read_mesh(file);
+        const Result<ModelFile> model = ModelFile::open(file);
+        if (!model) return model.error().what.empty() ? "refused without a reason" : "";
+        for (std::size_t part = 0; part < model->parts().names.size(); ++part)
+            if (const Result<ImportedMesh> read = read_mesh(*model, part, {.appearance = true}); !read)
+                if (read.error().what.empty()) return "a part was refused without a reason";
+        Result<ImportedMesh> mesh = read_mesh(*model, {}, {.appearance = true});
         if (!mesh) return mesh.error().what.empty() ? "refused without a reason" : "";
         accepted = true;
+        if (const std::string wrong = wrong_appearance(*mesh); !wrong.empty()) return wrong;
         for (const auto& triangle : mesh->mesh.triangles)
             for (const std::uint32_t corner : triangle)
                 if (corner >= mesh->mesh.positions.size() || !is_finite(mesh->mesh.positions[corner]))
@@ -194,14 +263,15 @@ private:
     std::vector<std::string> files_ = example_scene_files();
 };
 
-constexpr std::array<std::string_view, 15> subject_names{"field", "forged", "obj",   "ply",   "stl",
-                                                         "off",   "gltf",   "glb",   "scene", "forged",
-                                                         "field", "obj",    "scene", "ply",   "inc"};
+constexpr std::array<std::string_view, 16> subject_names{"field", "forged", "obj",   "ply",    "stl",   "off",
+                                                         "gltf",  "glb",    "scene", "forged", "field", "obj",
+                                                         "scene", "ply",    "inc",   "image"};
 
 std::unique_ptr<Subject> subject(std::string_view name) {
     if (name == "field") return std::make_unique<DamagedFields>();
     if (name == "forged") return std::make_unique<ForgedFields>();
     if (name == "scene") return std::make_unique<DamagedScenes>();
+    if (name == "image") return std::make_unique<DamagedImages>();
     return std::make_unique<DamagedMeshes>(std::string(name));
 }
 
@@ -320,7 +390,7 @@ int main(int argument_count, char** arguments) {
     program.add_option("--first", options.first, "Index of the first")->capture_default_str();
     program.add_option("--seed", options.seed, "Other files")->capture_default_str();
     program.add_option("--only", options.only,
-                       "One kind: field, forged, obj, ply, stl, off, gltf, glb, inc, scene");
+                       "One kind: field, forged, obj, ply, stl, off, gltf, glb, inc, image, scene");
     program.add_option("--keep", options.keep, "Folder for the files that failed")
         ->check(CLI::ExistingDirectory);
     CLI11_PARSE(program, argument_count, arguments);
