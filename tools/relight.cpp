@@ -46,7 +46,7 @@ public:
     Result<Done> write(int frame, const RelightMode& mode, FrameQuality quality, const Progress& progress) {
         const std::filesystem::path output = stage_.options.output;
         const bool is_picture = stage_.options.format != "povray";
-        RelightSession& session = *stage_.session;
+        SeenSession& session = *stage_.session;
         if (!is_picture || !mode.by_vertex) {
             const Result<Done> shaded = timed(
                 [&] { return mode.in_full ? session.commit(progress) : session.frame(quality, progress); });
@@ -97,8 +97,10 @@ private:
             const bool is_plain = std::ranges::all_of(surfaces, &Surface::is_plain);
             if (!is_plain) added.surfaces = surfaces;
             if (radiance.empty()) continue;
-            if (!is_plain) seen_[i] = seen_radiance(mesh(i), surfaces, radiance[i], {});
+            if (!is_plain)
+                seen_[i] = seen_radiance(mesh(i), surfaces, radiance[i], stage_.session->highlights(i));
             added.radiance = is_plain ? radiance[i] : seen_[i].under;
+            if (!is_plain) added.over = seen_[i].over;
         }
         return instances;
     }
@@ -166,8 +168,8 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     apply_occlusion(options.occlusion, stage.settings);
     stage.weights.assign(stage.environments.size(), 0);
     stage.weights[0] = 1;
-    RelightSession relight(shaded_scene(stage.scene, *entities, stage.environments[0]), stage.settings,
-                           {options.pruning_error});
+    SeenSession relight(shaded_scene(stage.scene, *entities, stage.environments[0]), *entities,
+                        stage.settings, {options.pruning_error});
     stage.session = &relight;
     const Result<RelightMode> mode = chosen_mode(stage);
     if (!mode) return mode.error();

@@ -2,8 +2,8 @@
 /// What `relight` changes from frame to frame: the light, the view or where instances stand.
 
 #include "scenes/scene.h"
-#include "shading/transfer/relight_session.h"
 #include "tools/scene_options.h"
+#include "tools/seen_session.h"
 
 namespace haarfield {
 
@@ -37,7 +37,7 @@ struct RelightStage {
     std::vector<LatLongImage> backgrounds;  ///< The same as pictures.
     std::vector<float> weights;             ///< Of the environments, in the frame at hand.
     Rotation rotation;                      ///< Of the environments, in the frame at hand.
-    RelightSession* session = nullptr;
+    SeenSession* session = nullptr;
 
     Rgb background(const Vec3f& direction) const;
 };

@@ -1,0 +1,44 @@
+#pragma once
+/// A relighting session whose highlights are known apart, where textures want that.
+
+#include "scenes/scene_entities.h"
+#include "shading/transfer/relight_session.h"
+
+namespace haarfield {
+
+/// RelightSession, and a second one without the highlights that lie over textures: see Surface. The second one
+/// is there only if the scene has such surfaces; then all takes twice as long.
+class SeenSession {
+public:
+    SeenSession(ShadedScene scene, const SceneEntities& entities, const RenderSettings& settings,
+                const TransferSettings& transfer);
+
+    /// @name As in RelightSession. @{
+    Result<Done> prepare(const Progress& progress);
+    Result<Done> vary_light(const Progress& progress);
+    Result<Done> vary_eye(const Progress& progress);
+    Result<Done> vary_instance(std::size_t instance, const Progress& progress);
+    void show_light(const DenseCoefficients& light, const std::vector<DirectionalLight>& lights);
+    void turn_environment(const Rotation& rotation);
+    void set_eye(const Vec3f& eye);
+    void place(std::size_t instance, const Placement& placement);
+    Result<Done> frame(FrameQuality quality, const Progress& progress);
+    Result<Done> frame_of(const VertexMask& vertices, FrameQuality quality, const Progress& progress);
+    Result<Done> commit(const Progress& progress);
+    const SceneRadiance& radiance() const { return all_.radiance(); }
+    std::size_t transfer_bytes() const;
+    /// @}
+
+    /// What of an instance's radiance is highlights over textures; empty if there are no such surfaces.
+    std::vector<Rgb> highlights(std::size_t instance) const;
+
+private:
+    /// Does the same with both sessions.
+    template <class Act>
+    Result<Done> both(const Act& act);
+
+    RelightSession all_;
+    std::optional<RelightSession> matte_;
+};
+
+}  // namespace haarfield
