@@ -6,8 +6,8 @@
 
 namespace haarfield {
 
-/// RelightSession, and a second one without the highlights that lie over textures: see Surface. The second one
-/// is there only if the scene has such surfaces; then all takes twice as long.
+/// RelightSession, and a second one without the highlights that lie over textures: see Surface. The second
+/// one is there only if the scene has such surfaces; then all takes twice as long.
 class SeenSession {
 public:
     SeenSession(ShadedScene scene, const SceneEntities& entities, const RenderSettings& settings,
