@@ -101,6 +101,14 @@ Result<Done> check_instance(const BakedInstance& instance) {
     for (std::size_t i = 0; i < instance.over.size(); ++i)
         if (!is_finite(instance.over[i]))
             return Error{where, fmt::format("the highlight of vertex {} is not finite", i)};
+    for (const VertexValues& pass : instance.passes) {
+        if (pass.values.size() != instance.mesh->positions.size())
+            return Error{where, fmt::format("{} values of {} for {} vertices", pass.values.size(), pass.name,
+                                            instance.mesh->positions.size())};
+        for (std::size_t i = 0; i < pass.values.size(); ++i)
+            if (!is_finite(pass.values[i]))
+                return Error{where, fmt::format("{} of vertex {} is not finite", pass.name, i)};
+    }
     if (has_textures(instance.surfaces) && instance.mesh->uvs.size() != instance.mesh->positions.size())
         return Error{where, "has a texture, but no texture coordinates"};
     return check_placement(where, instance.placement);
@@ -120,6 +128,8 @@ Result<Done> check_baked_instances(std::span<const BakedInstance> instances) {
     std::set<std::string_view> names;
     for (const BakedInstance& instance : instances) {
         if (Result<Done> good = check_instance(instance); !good) return good.error();
+        assert(std::ranges::equal(instance.passes, instances.front().passes, {}, &VertexValues::name,
+                                  &VertexValues::name));
         if (!names.insert(instance.name).second)
             return Error{"instance " + instance.name, "there are two of this name"};
     }

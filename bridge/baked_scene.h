@@ -8,6 +8,13 @@
 
 namespace haarfield {
 
+/// What else is known of a mesh's vertices, for files that take more than radiance.
+struct VertexValues {
+    std::string name;             ///< Lower case letters and _; `own_shadow`. Unlike the others.
+    std::span<const Rgb> values;  ///< One per vertex of the mesh.
+    bool is_scalar = false;       ///< The three channels are one number.
+};
+
 /// One object. The mesh and the radiance must outlive the call.
 struct BakedInstance {
     std::string name;            ///< Unlike all others of the scene.
@@ -17,6 +24,7 @@ struct BakedInstance {
     /// What lies over textures, one per vertex, or none; then `radiance` is what they multiply: SeenRadiance.
     std::span<const Rgb> over{};
     std::span<const Surface> surfaces{};  ///< By the mesh's materials; none: plain ones.
+    std::vector<VertexValues> passes{};   ///< The same names in all instances (asserted). Not for POV-Ray.
 };
 
 /// The radiance of a vertex, with the colour of its texture there.
@@ -45,8 +53,8 @@ Result<Done> check_baked_instances(std::span<const BakedInstance> instances);
 /// triangle.
 ///
 /// scene_name  the stem of the files: letters, digits, `_`, `-`, `.`.
-/// errors      non-finite radiance or positions (with instance and vertex); radiance and mesh of
-///             different lengths; a texture on a mesh without uvs; scale not in (0, inf); two instances of
+/// errors      non-finite radiance, passes or positions (with instance and vertex); radiance, passes and mesh
+///             of different lengths; a texture on a mesh without uvs; scale not in (0, inf); two instances of
 ///             one name; what the disk says.
 /// cost        1 s and 160 bytes of text per 150K vertices; all instances are written in parallel.
 Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const std::string& scene_name,

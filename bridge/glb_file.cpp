@@ -76,6 +76,26 @@ Json node_of(const BakedInstance& instance, std::size_t mesh) {
     return node;
 }
 
+/// `_NAME`, as glTF calls what an application adds.
+std::string attribute_name(const std::string& pass) {
+    std::string name = "_";
+    for (const char c : pass) name += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+    return name;
+}
+
+std::size_t append_pass(const VertexValues& pass, Buffer& buffer) {
+    const Json accessor{{"componentType", float_components}, {"count", pass.values.size()}};
+    const auto appended = [&](auto items, const char* type) {
+        Json typed = accessor;
+        typed["type"] = type;
+        return buffer.append(items, vertex_target, std::move(typed));
+    };
+    if (!pass.is_scalar) return appended(pass.values, "VEC3");
+    std::vector<float> numbers;
+    for (const Rgb& value : pass.values) numbers.push_back(value.x);
+    return appended(std::span<const float>(numbers), "SCALAR");
+}
+
 void append_number(std::string& bytes, std::size_t number) {
     const auto value = static_cast<std::uint32_t>(number);
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -87,6 +107,8 @@ std::uint64_t buffer_size(std::span<const BakedInstance> instances) {
     std::map<const Mesh*, bool> seen;
     for (const BakedInstance& instance : instances) {
         size += sizeof(Rgb) * instance.radiance.size();
+        for (const VertexValues& pass : instance.passes)
+            size += (pass.is_scalar ? sizeof(float) : sizeof(Rgb)) * pass.values.size();
         if (!std::exchange(seen[instance.mesh], true))
             size +=
                 2 * sizeof(Vec3f) * instance.mesh->positions.size() + 12 * instance.mesh->triangles.size();
@@ -115,10 +137,12 @@ Result<Done> write_baked_glb(const std::filesystem::path& file, std::span<const 
         const auto [shared, is_new] = primitives.try_emplace(instance.mesh);
         if (is_new) shared->second = shared_primitive(*instance.mesh, buffer);
         Json primitive = shared->second;
-        const std::size_t colours = buffer.append(
-            instance.radiance, vertex_target,
-            {{"componentType", float_components}, {"count", instance.radiance.size()}, {"type", "VEC3"}});
+        std::vector<Rgb> seen;
+        for (std::size_t v = 0; v < instance.radiance.size(); ++v) seen.push_back(seen_at(instance, v));
+        const std::size_t colours = append_pass({"radiance", seen}, buffer);
         primitive["attributes"]["COLOR_0"] = primitive["attributes"]["_RADIANCE"] = colours;
+        for (const VertexValues& pass : instance.passes)
+            primitive["attributes"][attribute_name(pass.name)] = append_pass(pass, buffer);
         nodes.push_back(node_of(instance, meshes.size()));
         roots.push_back(meshes.size());
         meshes.push_back({{"name", instance.name}, {"primitives", Json::array({std::move(primitive)})}});

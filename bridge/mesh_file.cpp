@@ -26,6 +26,25 @@ std::string csv_text(const std::string& text) {
     return quoted + '"';
 }
 
+/// What the numbers of the instances' passes are called.
+std::vector<std::string> pass_columns(std::span<const BakedInstance> instances) {
+    std::vector<std::string> names;
+    if (instances.empty()) return names;
+    for (const VertexValues& pass : instances.front().passes)
+        if (pass.is_scalar)
+            names.push_back(pass.name);
+        else
+            for (const char* channel : {"_r", "_g", "_b"}) names.push_back(pass.name + channel);
+    return names;
+}
+
+/// Does something with each number that the passes have for a vertex, in the order of the columns.
+template <class Act>
+void for_each_pass_number(const BakedInstance& instance, std::size_t vertex, const Act& act) {
+    for (const VertexValues& pass : instance.passes)
+        for (int c = 0; c < (pass.is_scalar ? 1 : 3); ++c) act(pass.values[vertex][c]);
+}
+
 }  // namespace
 
 Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const BakedInstance> instances) {
@@ -39,6 +58,9 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
     if (vertices >= std::uint64_t{1} << 31)
         return Error{file.string(), fmt::format("{} vertices; wanted less than 2^31", vertices)};
 
+    const std::vector<std::string> columns = pass_columns(instances);
+    std::string pass_properties;
+    for (const std::string& column : columns) pass_properties += "property float " + column + "\n";
     std::string text = fmt::format(
         "ply\nformat binary_little_endian 1.0\n"
         "comment baked by haarfield; radiance is linear, red green blue its sRGB encoding\n"
@@ -48,9 +70,10 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
         "property uchar red\nproperty uchar green\nproperty uchar blue\n"
         "property float radiance_r\nproperty float radiance_g\nproperty float radiance_b\n"
         "property int instance\n"
+        "{}"
         "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-        vertices, triangles);
-    text.reserve(text.size() + 43 * vertices + 13 * triangles);
+        vertices, pass_properties, triangles);
+    text.reserve(text.size() + (43 + sizeof(float) * columns.size()) * vertices + 13 * triangles);
     std::int32_t number = 0;
     for (const BakedInstance& instance : instances) {
         for (std::size_t i = 0; i < instance.mesh->positions.size(); ++i) {
@@ -63,6 +86,7 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
                 append_bytes(text, static_cast<std::uint8_t>(srgb_encoded(radiance[c]) * 255.0f + 0.5f));
             for (int c = 0; c < 3; ++c) append_bytes(text, radiance[c]);
             append_bytes(text, number);
+            for_each_pass_number(instance, i, [&](float value) { append_bytes(text, value); });
         }
         ++number;
     }
@@ -79,7 +103,9 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
 
 Result<Done> write_baked_csv(const std::filesystem::path& file, std::span<const BakedInstance> instances) {
     if (Result<Done> good = check_baked_instances(instances); !good) return good.error();
-    std::string text = "instance,vertex,x,y,z,nx,ny,nz,radiance_r,radiance_g,radiance_b\n";
+    std::string text = "instance,vertex,x,y,z,nx,ny,nz,radiance_r,radiance_g,radiance_b";
+    for (const std::string& column : pass_columns(instances)) text += "," + column;
+    text += '\n';
     auto out = std::back_inserter(text);
     for (const BakedInstance& instance : instances) {
         assert(instance.mesh->normals.size() == instance.mesh->positions.size());
@@ -88,8 +114,10 @@ Result<Done> write_baked_csv(const std::filesystem::path& file, std::span<const 
             const Vec3f p = instance.placement.point_to_world(instance.mesh->positions[i]),
                         n = instance.placement.direction_to_world(instance.mesh->normals[i]);
             const Rgb c = seen_at(instance, i);
-            fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{}\n", name, i, p.x, p.y, p.z, n.x, n.y, n.z,
+            fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{}", name, i, p.x, p.y, p.z, n.x, n.y, n.z,
                            c.x, c.y, c.z);
+            for_each_pass_number(instance, i, [&](float value) { fmt::format_to(out, ",{}", value); });
+            text += '\n';
         }
     }
     return write_file(file, text);

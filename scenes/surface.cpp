@@ -77,6 +77,23 @@ SeenRadiance seen_radiance(const Mesh& mesh, std::span<const Surface> surfaces, 
     return seen;
 }
 
+std::vector<Rgb> seen_diffuse(const Mesh& mesh, std::span<const Surface> surfaces,
+                              std::span<const Rgb> diffuse) {
+    return seen_radiance(mesh, surfaces, diffuse, {}).under;
+}
+
+std::vector<Rgb> seen_highlights(const Mesh& mesh, std::span<const Surface> surfaces,
+                                 std::span<const Rgb> highlights) {
+    assert(highlights.size() == mesh.positions.size());
+    std::vector<Rgb> seen(highlights.begin(), highlights.end());
+    for (std::size_t v = 0; v < seen.size(); ++v) {
+        const Surface& surface = surfaces[mesh.vertex_materials[v]];
+        if (surface.coloured)
+            seen[v] *= mesh.colours[v] * surface.tinted_highlights + Rgb(1 - surface.tinted_highlights);
+    }
+    return seen;
+}
+
 std::vector<Material> materials_of(std::span<const Surface> surfaces) {
     std::vector<Material> materials;
     for (const Surface& surface : surfaces) materials.push_back(surface.material);

@@ -60,6 +60,15 @@ struct SeenRadiance {
 SeenRadiance seen_radiance(const Mesh& mesh, std::span<const Surface> surfaces, std::span<const Rgb> radiance,
                            std::span<const Rgb> highlights);
 
+/// Radiance without highlights as it is seen where every image is white: with emission and the vertices'
+/// colours.
+std::vector<Rgb> seen_diffuse(const Mesh& mesh, std::span<const Surface> surfaces,
+                              std::span<const Rgb> diffuse);
+
+/// The same of highlights: of what is tinted, with the vertices' colours. Both add up to what is seen.
+std::vector<Rgb> seen_highlights(const Mesh& mesh, std::span<const Surface> surfaces,
+                                 std::span<const Rgb> highlights);
+
 /// The surfaces' materials.
 std::vector<Material> materials_of(std::span<const Surface> surfaces);
 

@@ -45,8 +45,9 @@
 /// walk is a thread's own. No answer depends on the number of threads.
 ///
 /// Included, too: meshes that are refined where radiance needs it (shading/bake/mesh_refinement.h), colours
-/// that fit what lies between the vertices (shading/bake/colour_fit.h), the slow oracle
-/// (shading/bake/dense_renderer.h), and what each approximation costs (shading/bake/error_budget.h).
+/// that fit what lies between the vertices (shading/bake/colour_fit.h), diffuse light, highlights, irradiance
+/// and occlusion apart (shading/bake/render_passes.h), the slow oracle (shading/bake/dense_renderer.h), and
+/// what each approximation costs (shading/bake/error_budget.h).
 ///
 /// A complete program: the radiance of a glossy point of the floor under a sky, between two chairs, as the
 /// integral of five functions; and the point's answer to any light as a function product. Its argument is a
@@ -113,6 +114,7 @@
 #include "shading/bake/dense_renderer.h"
 #include "shading/bake/error_budget.h"
 #include "shading/bake/mesh_refinement.h"
+#include "shading/bake/render_passes.h"
 #include "shading/bake/renderer.h"
 #include "shading/scene/exposure.h"
 #include "shading/scene/lighting.h"

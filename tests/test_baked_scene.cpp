@@ -340,7 +340,8 @@ std::vector<float> floats_of(const nlohmann::json& scene, const std::string& byt
     const nlohmann::json& view =
         scene["bufferViews"][scene["accessors"][accessor]["bufferView"].get<std::size_t>()];
     std::vector<float> floats(view["byteLength"].get<std::size_t>() / 4);
-    EXPECT_EQ(scene["accessors"][accessor]["count"].get<std::size_t>() * 3, floats.size());
+    const std::size_t each = scene["accessors"][accessor]["type"] == "SCALAR" ? 1 : 3;
+    EXPECT_EQ(scene["accessors"][accessor]["count"].get<std::size_t>() * each, floats.size());
     std::memcpy(floats.data(), &bytes.at(view["byteOffset"].get<std::size_t>()), 4 * floats.size());
     return floats;
 }
@@ -412,6 +413,90 @@ TEST(BakedCsv, NamesEveryVertexOnce) {
     for (int i = 1; i < 4; ++i) std::getline(lines, line);
     EXPECT_TRUE(line.starts_with("\"say \"\"b\"\", twice\",3,"));
     EXPECT_FALSE(std::getline(lines, line));
+}
+
+/// Two squares with passes of different kinds.
+struct PassedSquares {
+    const Mesh mesh = upright_square_mesh(1, 1);
+    const std::vector<Rgb> radiance = values(0.5f), open[2] = {values(0.25f), values(0.75f)},
+                           shadow[2] = {values(3), values(-7)};
+    const std::vector<BakedInstance> instances{
+        {"a", &mesh, {}, radiance, {}, {}, {{"occlusion", open[0], true}, {"own_shadow", shadow[0]}}},
+        {"b", &mesh, {}, radiance, {}, {}, {{"occlusion", open[1], true}, {"own_shadow", shadow[1]}}}};
+
+private:
+    /// Which vertex it is shows.
+    std::vector<Rgb> values(float first) const {
+        std::vector<Rgb> made;
+        for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+            made.push_back(Rgb(first, 2 * first, -first) + Rgb(float(v)));
+        return made;
+    }
+};
+
+TEST(BakedPly, HoldsPassesBehindTheInstance) {
+    const TestFolder folder;
+    const PassedSquares squares;
+    ASSERT_TRUE(write_baked_ply(folder / "a.ply", squares.instances));
+    const std::string text = text_of(folder / "a.ply");
+    EXPECT_NE(text.find("property int instance\nproperty float occlusion\nproperty float own_shadow_r\n"
+                        "property float own_shadow_g\nproperty float own_shadow_b\nelement face"),
+              std::string::npos);
+    const std::size_t data = text.find("end_header\n") + 11, each = 43 + 16;
+    ASSERT_EQ(text.size(), data + 8 * each + 4 * 13);
+    for (std::size_t v = 0; v < 8; ++v) {
+        float numbers[4];
+        std::memcpy(numbers, &text[data + each * v + 43], sizeof numbers);
+        EXPECT_EQ(numbers[0], squares.open[v / 4][v % 4].x) << v;
+        EXPECT_EQ(Rgb(numbers[1], numbers[2], numbers[3]), squares.shadow[v / 4][v % 4]) << v;
+    }
+    EXPECT_TRUE(read_mesh(folder / "a.ply"));
+}
+
+TEST(BakedCsv, HasColumnsOfPasses) {
+    const TestFolder folder;
+    const PassedSquares squares;
+    ASSERT_TRUE(write_baked_csv(folder / "a.csv", squares.instances));
+    std::istringstream lines(text_of(folder / "a.csv"));
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_TRUE(line.ends_with(",radiance_b,occlusion,own_shadow_r,own_shadow_g,own_shadow_b")) << line;
+    for (int v = 0; v < 6; ++v) std::getline(lines, line);
+    EXPECT_EQ(line, "b,1,1,-1,0,0,0,1,1.5,2,0.5,1.75,-6,-13,8");
+}
+
+TEST(BakedGlb, HoldsPassesAsAttributes) {
+    const TestFolder folder;
+    const PassedSquares squares;
+    ASSERT_TRUE(write_baked_glb(folder / "a.glb", squares.instances));
+    const auto [scene, bytes] = chunks_of(text_of(folder / "a.glb"));
+    for (std::size_t i = 0; i < 2; ++i) {
+        const nlohmann::json& attributes = scene["meshes"][i]["primitives"][0]["attributes"];
+        const std::vector<float> open = floats_of(scene, bytes, attributes["_OCCLUSION"]),
+                                 shadow = floats_of(scene, bytes, attributes["_OWN_SHADOW"]);
+        ASSERT_EQ(open.size(), 4u);
+        ASSERT_EQ(shadow.size(), 12u);
+        for (std::size_t v = 0; v < 4; ++v) {
+            EXPECT_EQ(open[v], squares.open[i][v].x);
+            EXPECT_EQ(Rgb(shadow[3 * v], shadow[3 * v + 1], shadow[3 * v + 2]), squares.shadow[i][v]);
+        }
+    }
+    EXPECT_TRUE(read_mesh(folder / "a.glb"));
+}
+
+TEST(BakedFilesForOthers, RefusePassesThatDoNotFitOrAreNotFinite) {
+    const TestFolder folder;
+    const Mesh mesh = upright_square_mesh(1, 1);
+    const std::vector<Rgb> radiance(4, Rgb(1.0f)), few(3, Rgb(1.0f)), bad{Rgb(1), Rgb(1), Rgb(INFINITY), {}};
+    for (const auto& [values, words] :
+         {std::pair(&few, "3 values of diffuse for 4 vertices"), std::pair(&bad, "diffuse of vertex 2")}) {
+        const std::vector<BakedInstance> instances{
+            {"a", &mesh, {}, radiance, {}, {}, {{"diffuse", *values}}}};
+        const Result<Done> written = write_baked_ply(folder / "a.ply", instances);
+        ASSERT_FALSE(written);
+        EXPECT_NE(written.error().message().find(words), std::string::npos) << written.error().message();
+    }
+    EXPECT_TRUE(folder.files().empty());
 }
 
 TEST(BakedFilesForOthers, RefuseWhatIsNotFiniteAndWriteNothing) {

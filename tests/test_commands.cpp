@@ -401,6 +401,71 @@ TEST_F(Commands, ThePictureDoesNotDependOnTheNumberOfThreads) {
             << file;
 }
 
+TEST_F(Commands, PassesArePicturesScenesAndColumns) {
+    write_scene();
+    const std::vector<std::string> names{"diffuse", "specular", "irradiance", "occlusion", "own-shadow"};
+    const std::vector<std::string> bake{"bake",   "room.toml", "--face-size", "16",       "--fields",
+                                        "fields", "--format",  "csv,ply,glb", "--report", "report.json"};
+    const auto run_with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), bake.begin(), bake.end());
+        return run(more);
+    };
+    const Outcome baked =
+        run_with({"-o", "out", "--pass", "diffuse,specular,irradiance,occlusion,own-shadow"});
+    ASSERT_EQ(baked.code, 0) << baked.err;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const std::string& name = names[i];
+        EXPECT_GT(text_of(folder_ / "out" / (name + ".exr")).size(), 100u) << name;
+        EXPECT_GT(text_of(folder_ / "out" / (name + ".png")).size(), 100u) << name;
+        EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / name / ("room_" + name + "_Box.inc")));
+        const nlohmann::json pass = report("report.json").at("passes").at(i);
+        EXPECT_EQ(pass.value("pass", ""), name);
+        EXPECT_EQ(pass.value("scene", ""), "out/" + name + "/room_" + name + ".pov");
+        EXPECT_EQ(pass.value("image", ""), "out/" + name + ".exr");
+    }
+    // Of clay without highlights.
+    std::istringstream table(text_of(folder_ / "out/room.csv"));
+    std::string line;
+    std::getline(table, line);
+    EXPECT_TRUE(
+        line.ends_with("radiance_b,diffuse_r,diffuse_g,diffuse_b,specular_r,specular_g,specular_b,"
+                       "irradiance_r,irradiance_g,irradiance_b,occlusion,own_shadow_r,own_shadow_g,"
+                       "own_shadow_b"))
+        << line;
+    int vertices = 0, shadowed = 0;
+    for (; std::getline(table, line); ++vertices) {
+        std::vector<float> numbers;
+        std::istringstream cells(line);
+        std::string cell;
+        std::getline(cells, cell, ',');
+        while (std::getline(cells, cell, ',')) numbers.push_back(std::stof(cell));
+        ASSERT_EQ(numbers.size(), 10u + 13u);
+        const float red = numbers[7];
+        EXPECT_EQ(numbers[10], red);
+        EXPECT_EQ(numbers[13], 0.0f);
+        EXPECT_NEAR(numbers[16] * 0.6f / 3.14159265f, red, 2e-3f * red + 1e-4f) << line;  // its albedo is 0.6
+        EXPECT_TRUE(numbers[19] >= 0 && numbers[19] <= 1) << line;
+        EXPECT_GE(numbers[20], red * 0.98f - 1e-3f) << line;
+        shadowed += numbers[20] > 1.05f * red;
+    }
+    EXPECT_GT(vertices, 2300);
+    EXPECT_GT(shadowed, 50);
+    EXPECT_LT(shadowed, vertices - 50);
+
+    const Outcome fitted = run_with({"-o", "fitted", "--no-render", "--refine", "0.02", "--vertex-budget",
+                                     "900", "--colours", "fitted", "--pass", "specular,own-shadow"});
+    EXPECT_EQ(fitted.code, 0) << fitted.err;
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "fitted/own-shadow/room_own-shadow.pov"));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "fitted/own-shadow.exr"));
+    const Outcome dense =
+        run_with({"-o", "dense", "--no-render", "--evaluator", "dense", "--pass", "own-shadow"});
+    EXPECT_EQ(dense.code, 0) << dense.err;
+    const Outcome twice = run_with({"-o", "twice", "--pass", "diffuse,occlusion,diffuse"});
+    EXPECT_EQ(twice.code, 1);
+    EXPECT_NE(twice.err.find("--pass diffuse: is asked for twice"), std::string::npos) << twice.err;
+    EXPECT_EQ(run_with({"-o", "none", "--pass", "beauty"}).code, 2);
+}
+
 TEST_F(Commands, ViewMovesTheCameraAndDenseAgreesWithTree) {
     write_scene();
     const std::vector<std::string> common{

@@ -122,6 +122,24 @@ TEST(MeshRefinement, HoldsItsToleranceInTheMiddleOfEveryLongestEdge) {
     }
 }
 
+TEST(MeshRefinement, VerticesAreSeenFromWhereTheyWereShaded) {
+    const LitBox lit;
+    const Refinement refined = *refined_radiance(lit.shading, {0.05f, 3000}, lit.radiant(4));
+    std::vector<SampledMesh> meshes;
+    for (const RadiantMesh& mesh : refined.meshes) meshes.push_back({&mesh.mesh, &mesh.samples});
+    const SceneRadiance again = *vertex_radiance(lit.shading, meshes, {});
+    std::size_t shaded = 0;
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        ASSERT_EQ(meshes[i].samples->buried.size(), again[i].size());
+        for (std::size_t v = 0; v < again[i].size(); ++v) {
+            if (meshes[i].samples->buried[v]) continue;
+            ++shaded;
+            EXPECT_NEAR(again[i][v].x, refined.meshes[i].radiance[v].x, 1e-5f) << i << ", " << v;
+        }
+    }
+    EXPECT_GT(shaded, 500u);
+}
+
 TEST(MeshRefinement, NeedsHalfOfTheVerticesOfAnEvenMesh) {
     const LitBox lit;
     const RadiantMesh even = lit.radiant(60)[LitBox::floor];

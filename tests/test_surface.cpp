@@ -86,6 +86,22 @@ TEST(Surface, SeenRadianceIsPartedWhereTexturesAre) {
     EXPECT_EQ(seen.under[3], Rgb(0.5f * 1.5f + 0.5f, 1.5f + 0.5f, 0.25f * 1.5f + 0.5f));
     EXPECT_EQ(seen.over[3], Rgb(0.0f));
 
+    // The parts are those of what is seen past white images.
+    std::vector<Surface> white = surfaces;
+    for (Surface& surface : white) surface.texture = nullptr;
+    white[1].emission = Rgb(0.25f);
+    white[3].tinted_highlights = 0.5f;
+    const std::vector<Rgb> diffuse(4, Rgb(1.5f)),
+        seen_d = seen_diffuse(mesh, white, diffuse), seen_s = seen_highlights(mesh, white, highlights),
+        all = seen_radiance(mesh, white, radiance, highlights).under;
+    EXPECT_EQ(seen_d[1], Rgb(1.75f));
+    EXPECT_EQ(seen_d[3], Rgb(0.75f, 1.5f, 0.375f));
+    EXPECT_EQ(seen_s[2], Rgb(0.5f));
+    EXPECT_EQ(seen_s[3], Rgb(0.375f, 0.5f, 0.3125f));  // half of it times the colour
+    for (std::size_t v = 0; v < 4; ++v) EXPECT_EQ(seen_d[v] + seen_s[v], all[v]) << v;
+    EXPECT_EQ(seen_diffuse(mesh, surfaces, diffuse)[1], Rgb(1.75f)) << "images multiply it later";
+    EXPECT_EQ(seen_highlights(mesh, surfaces, highlights)[1], Rgb(0.5f));
+
     for (Surface& surface : surfaces) surface.material.specular = Rgb(0.0f);
     EXPECT_TRUE(seen_radiance(mesh, surfaces, radiance, {}).over.empty());
 }

@@ -24,13 +24,15 @@ float difference(const Rgb& a, const Rgb& b) {
 /// The middle of an edge, on all its sides.
 struct Middle {
     float error = not_shaded;   ///< The largest of the sides'.
-    std::vector<Rgb> radiance;  ///< By EdgeBisection::sides.
+    std::vector<Rgb> radiance;  ///< By EdgeBisection::sides; and where it was seen from:
+    LocalSamples samples;
 };
 
 /// An instance at work.
 struct RefinedInstance {
     EdgeBisection bisection;
     std::vector<Rgb> radiance;
+    LocalSamples samples;
     std::vector<Middle> middles;  ///< By edge.
     float scale;
     double shortest;  ///< Edges below twice this are not split. [m], of the entity
@@ -78,8 +80,8 @@ public:
         for (RefinedInstance& instance : instances_) {
             for (const Middle& middle : instance.middles)
                 result_.largest_error = std::max(result_.largest_error, middle.error);
-            result_.meshes.push_back(
-                {std::move(instance.bisection).take_mesh(), std::move(instance.radiance)});
+            result_.meshes.push_back({std::move(instance.bisection).take_mesh(), std::move(instance.radiance),
+                                      std::move(instance.samples)});
         }
         return std::move(result_);
     }
@@ -101,6 +103,7 @@ private:
             vertices_ += start[i].radiance.size();
             instances_.push_back({EdgeBisection(std::move(start[i].mesh)),
                                   std::move(start[i].radiance),
+                                  std::move(start[i].samples),
                                   {},
                                   instance.placement.scale,
                                   5e-4 * double(radius)});
@@ -151,7 +154,7 @@ private:
         std::vector<std::vector<SideMiddle>> middles(edges.size());
         tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t n) {
             const auto [i, edge] = edges[n];
-            const auto& [bisection, radiance, ignored, scale, shortest] = instances_[i];
+            const auto& [bisection, radiance, samples, ignored, scale, shortest] = instances_[i];
             const EntityOcclusion& occlusion =
                 *shading_.scene.entities[shading_.scene.instances[i].entity].occlusion;
             for (const EdgeBisection::Side& side : bisection.sides(edge))
@@ -171,6 +174,8 @@ private:
             middle.error = 0;
             for (const SideMiddle& side : middles[n]) {
                 middle.radiance.push_back(side.point ? *next++ : side.interpolated);
+                middle.samples.points.push_back(side.point ? side.point->sample : Vec3f(0.0f));
+                middle.samples.buried.push_back(!side.point);
                 middle.error = std::max(middle.error, error(middle.radiance.back(), side.interpolated));
             }
         }
@@ -236,7 +241,12 @@ private:
                 continue;
             }
             const Middle middle = std::exchange(instance.middles[edge], {});
-            instance.radiance.insert(instance.radiance.end(), middle.radiance.begin(), middle.radiance.end());
+            const auto append = [](auto& to, const auto& from) {
+                to.insert(to.end(), from.begin(), from.end());
+            };
+            append(instance.radiance, middle.radiance);
+            append(instance.samples.points, middle.samples.points);
+            append(instance.samples.buried, middle.samples.buried);
             instance.middles.resize(instance.bisection.edges().size());
             vertices_ += middle.radiance.size();
         }

@@ -1,7 +1,6 @@
 #include "shading/bake/radiant_mesh.h"
 
 #include <cassert>
-#include <map>
 
 #include "shading/visibility/buried_fill.h"
 
@@ -47,47 +46,39 @@ Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std:
     for (const ShadedInstance& instance : shading.scene.instances) {
         const std::size_t e = instance.entity;
         RadiantMesh& shaded = result.emplace_back(
-            RadiantMesh{meshes[e], std::vector<Rgb>(meshes[e].positions.size(), Rgb(0.0f))});
+            RadiantMesh{meshes[e], std::vector<Rgb>(meshes[e].positions.size(), Rgb(0.0f)), samples[e]});
         for (const std::uint32_t v : orders[e]) shaded.radiance[v] = *next++;
         BuriedFill(shaded.mesh, samples[e].buried)(shaded.radiance);
     }
     return result;
 }
 
-Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<const Mesh* const> meshes,
+Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
                                       const VertexMask& wanted, const Progress& progress) {
     assert(meshes.size() == shading.scene.instances.size());
     SceneRadiance result;
     std::vector<InstancePoint> points;
     std::vector<std::uint32_t> vertices;
-    std::vector<std::vector<std::uint8_t>> buried;
-    std::map<const Mesh*, LocalSamples> of_mesh;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
-        const Mesh& mesh = *meshes[i];
-        const ShadedEntity& entity = shading.scene.entities[shading.scene.instances[i].entity];
+        const Mesh& mesh = *meshes[i].mesh;
+        const auto& [from, buried] = *meshes[i].samples;
+        assert(from.size() == mesh.positions.size());
         result.emplace_back(mesh.positions.size(), Rgb(0.0f));
-        const LocalSamples* samples = &entity.occlusion->samples();
-        if (&mesh != entity.mesh) {
-            const auto [known, is_new] = of_mesh.try_emplace(&mesh);
-            if (is_new) known->second = local_samples(mesh, entity.occlusion->sampler());
-            samples = &known->second;
-        }
-        buried.push_back(samples->buried);
         for (const std::uint32_t v : spatial_order(mesh.positions)) {
-            if (samples->buried[v] || !(wanted.empty() || wanted[i][v])) continue;
-            points.push_back(
-                {i, {mesh.positions[v], mesh.normals[v], samples->points[v], mesh.vertex_materials[v]}});
+            if (buried[v] || !(wanted.empty() || wanted[i][v])) continue;
+            points.push_back({i, {mesh.positions[v], mesh.normals[v], from[v], mesh.vertex_materials[v]}});
             vertices.push_back(v);
         }
     }
     const Result<std::vector<Rgb>> radiance = point_radiance(shading, points, progress);
     if (!radiance) return radiance.error();
     for (std::size_t k = 0; k < points.size(); ++k) result[points[k].instance][vertices[k]] = (*radiance)[k];
-    for (std::size_t i = 0; i < meshes.size(); ++i) BuriedFill(*meshes[i], buried[i])(result[i]);
+    for (std::size_t i = 0; i < meshes.size(); ++i)
+        BuriedFill(*meshes[i].mesh, meshes[i].samples->buried)(result[i]);
     return result;
 }
 
-Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<const Mesh* const> meshes,
+Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
                                          const std::vector<std::span<const Rgb>>& radiance,
                                          const std::vector<std::vector<bool>>& wanted,
                                          const Progress& progress) {
@@ -98,7 +89,7 @@ Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<
     for (std::size_t i = 0; i < meshes.size(); ++i) {
         const std::vector<bool>& materials = wanted[shading.scene.instances[i].entity];
         std::vector<std::uint8_t>& marked = mask.emplace_back();
-        for (const std::uint16_t material : meshes[i]->vertex_materials)
+        for (const std::uint16_t material : meshes[i].mesh->vertex_materials)
             marked.push_back(materials[material]);
     }
     Result<SceneRadiance> result =

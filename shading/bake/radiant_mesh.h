@@ -11,6 +11,13 @@ namespace haarfield {
 struct RadiantMesh {
     Mesh mesh;
     std::vector<Rgb> radiance;  ///< Outgoing, one per vertex. [W/(m^2 sr)]
+    LocalSamples samples;       ///< Where its vertices look from.
+};
+
+/// A mesh whose vertices can be shaded, in the frame of the instance's entity; both outlive its use.
+struct SampledMesh {
+    const Mesh* mesh = nullptr;
+    const LocalSamples* samples = nullptr;  ///< Of its vertices.
 };
 
 /// Where a point of a surface is shaded.
@@ -29,13 +36,14 @@ std::optional<SurfacePoint> point_on(const Mesh& mesh, std::span<const std::uint
 Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std::span<const Mesh> meshes,
                                                const Progress& progress = {});
 
-/// Shades vertices of meshes that are given by instance: the entity's fine mesh, or any other of its surface.
+/// Shades vertices of meshes that are given by instance: the entity's fine mesh with its samples, or any
+/// other of its surface.
 ///
 /// wanted   by instance and vertex; empty: all. Of the others radiance is 0.
 /// returns  by instance and vertex, as scene_radiance does where the meshes are the fine ones.
 /// cost     see point_radiance.
 /// errors   interrupted.
-Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<const Mesh* const> meshes,
+Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
                                       const VertexMask& wanted, const Progress& progress = {});
 
 /// The highlights of vertices: their radiance less what it is without.
@@ -45,7 +53,7 @@ Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<con
 /// wanted    by entity and material: of which of them highlights are wanted. Of the others they are 0.
 /// cost      shades each of these vertices once more.
 /// errors    interrupted.
-Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<const Mesh* const> meshes,
+Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
                                          const std::vector<std::span<const Rgb>>& radiance,
                                          const std::vector<std::vector<bool>>& wanted,
                                          const Progress& progress = {});

@@ -1,0 +1,170 @@
+#include "shading/bake/render_passes.h"
+
+#include <algorithm>
+#include <cassert>
+#include <optional>
+
+#include "shading/bake/colour_fit.h"
+#include "shading/bake/dense_renderer.h"
+
+namespace haarfield {
+namespace {
+
+/// Diffuse, of albedo 1.
+Material white_paint() {
+    Material white;
+    white.diffuse = Rgb(1.0f);
+    return white;
+}
+
+bool has_highlights(const ShadedScene& scene) {
+    return std::ranges::any_of(scene.entities, [](const ShadedEntity& entity) {
+        return std::ranges::any_of(entity.materials,
+                                   [](const Material& material) { return material.specular != Rgb(0.0f); });
+    });
+}
+
+/// The scene with only the highlights of its materials.
+ShadedScene with_highlights_alone(ShadedScene scene) {
+    for (ShadedEntity& entity : scene.entities)
+        for (Material& material : entity.materials) material.diffuse = Rgb(0.0f);
+    return scene;
+}
+
+ShadedScene in_white_paint(ShadedScene scene) {
+    for (ShadedEntity& entity : scene.entities) std::ranges::fill(entity.materials, white_paint());
+    return scene;
+}
+
+Result<SceneRadiance> fitted_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
+                                      SceneRadiance start, const Progress& progress) {
+    std::vector<RadiantMesh> fitted;
+    for (std::size_t i = 0; i < meshes.size(); ++i)
+        fitted.push_back({*meshes[i].mesh, std::move(start[i]), {}});
+    if (const Result<Done> done = fit_radiance(shading, fitted, progress); !done) return done.error();
+    for (std::size_t i = 0; i < meshes.size(); ++i) start[i] = std::move(fitted[i].radiance);
+    return start;
+}
+
+/// Radiance, shaded as the bake's was.
+///
+/// shading, meshes  of a scene that is a variation of the bake's.
+Result<SceneRadiance> radiance_as(const PassShading& bake, const PointShading& shading,
+                                  std::span<const SampledMesh> meshes, const Progress& progress) {
+    if (bake.dense) return dense_scene_radiance(shading.scene, shading.settings, progress);
+    if (meshes.empty()) return scene_radiance(shading, progress);
+    Result<SceneRadiance> radiance = vertex_radiance(shading, meshes, {}, progress);
+    if (!radiance || !bake.fitted) return radiance;
+    return fitted_radiance(shading, meshes, std::move(*radiance), progress);
+}
+
+/// The same of the scene with other materials.
+Result<SceneRadiance> radiance_of(const PassShading& bake, const ShadedScene& scene,
+                                  const Progress& progress) {
+    const auto& [own, geometry, light, settings, visibility] = bake.shading;
+    return radiance_as(bake, {scene, geometry, light, settings, visibility}, bake.meshes, progress);
+}
+
+/// Under light of radiance 1 from everywhere, white paint has the share of it that is open.
+Result<SceneRadiance> openness(const PassShading& bake, const Progress& progress) {
+    const auto& [own, geometry, own_light, settings, visibility] = bake.shading;
+    ShadedScene scene = in_white_paint(own);
+    scene.environment = LatLongImage{4, 2, std::vector<Rgb>(8, Rgb(1.0f))};
+    const SceneLight light = scene_light(scene.environment, settings, progress.stop);
+    Result<SceneRadiance> open =
+        radiance_as(bake, {scene, geometry, light, settings, visibility}, bake.meshes, progress);
+    if (!open) return open;
+    for (std::vector<Rgb>& values : *open)
+        for (Rgb& value : values)
+            for (int c = 0; c < 3; ++c) value[c] = std::min(value[c], 1.0f);
+    return open;
+}
+
+/// Radiance of a variation of the scene in which each instance is alone.
+Result<SceneRadiance> radiance_alone(const PassShading& bake, const ShadedScene& scene,
+                                     const Progress& progress) {
+    RenderSettings settings = bake.shading.settings;
+    settings.occlusion = Occlusion::fields;  // there is no other to be looked past
+    SceneRadiance result(scene.instances.size());
+    ShadedScene alone{{}, {}, scene.environment, scene.eye};
+    for (std::size_t e = 0; e < scene.entities.size(); ++e) {
+        alone.entities = {scene.entities[e]};
+        std::optional<ShadingGeometry> geometry;  // its greatest part is the entity's, and serves all
+        for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+            if (scene.instances[i].entity != e) continue;
+            alone.instances = {{0, scene.instances[i].placement}};
+            if (!geometry) {
+                Result<ShadingGeometry> made = shading_geometry(alone, settings, progress);
+                if (!made) return made.error();
+                geometry = std::move(*made);
+            } else if (const Result<Done> placed = place_instances(alone, *geometry, progress); !placed) {
+                return placed.error();
+            }
+            const auto mesh =
+                bake.meshes.empty() ? std::span<const SampledMesh>() : bake.meshes.subspan(i, 1);
+            Result<SceneRadiance> radiance =
+                radiance_as(bake, {alone, *geometry, bake.shading.light, settings}, mesh, progress);
+            if (!radiance) return radiance;
+            result[i] = std::move(radiance->front());
+        }
+    }
+    return result;
+}
+
+SceneRadiance black(std::span<const std::span<const Rgb>> full) {
+    SceneRadiance result;
+    for (const std::span<const Rgb> values : full) result.emplace_back(values.size(), Rgb(0.0f));
+    return result;
+}
+
+SceneRadiance difference(std::span<const std::span<const Rgb>> full, SceneRadiance part) {
+    for (std::size_t i = 0; i < part.size(); ++i)
+        for (std::size_t v = 0; v < part[i].size(); ++v)
+            part[i][v] = without_negative(full[i][v] - part[i][v]);
+    return part;
+}
+
+}  // namespace
+
+Result<std::vector<SceneRadiance>> render_passes(const PassShading& bake,
+                                                 std::span<const std::span<const Rgb>> full,
+                                                 std::span<const RenderPass> passes,
+                                                 const Progress& progress) {
+    const ShadedScene& scene = bake.shading.scene;
+    assert(full.size() == scene.instances.size());
+    assert(bake.meshes.empty() || bake.meshes.size() == full.size());
+    assert(!bake.fitted || !bake.meshes.empty());
+    assert(!bake.dense || bake.meshes.empty());
+    const bool shines = has_highlights(scene);
+    std::optional<SceneRadiance> highlights;
+    std::vector<SceneRadiance> result;
+    for (const RenderPass pass : passes) {
+        const bool parts = pass == RenderPass::diffuse || pass == RenderPass::specular;
+        Result<SceneRadiance> made = [&]() -> Result<SceneRadiance> {
+            if (!shines && (parts || pass == RenderPass::own_specular))
+                return pass == RenderPass::diffuse ? difference(full, black(full)) : black(full);
+            if (parts && !highlights) {
+                Result<SceneRadiance> found = radiance_of(bake, with_highlights_alone(scene), progress);
+                if (!found) return found;
+                highlights = std::move(*found);
+            }
+            switch (pass) {
+                case RenderPass::diffuse: return difference(full, *highlights);
+                case RenderPass::specular: return *highlights;
+                case RenderPass::irradiance: return radiance_of(bake, in_white_paint(scene), progress);
+                case RenderPass::occlusion: return openness(bake, progress);
+                case RenderPass::own_shadow: return radiance_alone(bake, scene, progress);
+                case RenderPass::own_specular: break;
+            }
+            return radiance_alone(bake, with_highlights_alone(scene), progress);
+        }();
+        if (!made) return made.error();
+        if (pass == RenderPass::irradiance)
+            for (std::vector<Rgb>& values : *made)
+                for (Rgb& value : values) value *= static_cast<float>(pi);
+        result.push_back(std::move(*made));
+    }
+    return result;
+}
+
+}  // namespace haarfield

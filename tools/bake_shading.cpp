@@ -1,0 +1,266 @@
+#include "tools/bake_shading.h"
+
+#include "shading/bake/colour_fit.h"
+#include "shading/bake/dense_renderer.h"
+#include "shading/bake/render_passes.h"
+#include "tools/number_option.h"
+
+#include <algorithm>
+#include <map>
+
+namespace haarfield {
+namespace {
+
+const std::map<std::string, RenderPass> render_pass_of{{"diffuse", RenderPass::diffuse},
+                                                       {"specular", RenderPass::specular},
+                                                       {"irradiance", RenderPass::irradiance},
+                                                       {"occlusion", RenderPass::occlusion},
+                                                       {"own-shadow", RenderPass::own_shadow}};
+
+/// Of the vertices of fine meshes, or of meshes that suit the radiance.
+Result<Done> shade(const PointShading& shading, const SceneEntities& entities,
+                   const BakeShadingOptions& options, CommandContext& context, BakedScene& baked) {
+    if (!options.refine && options.colours == "sampled") {
+        Result<SceneRadiance> radiance = scene_radiance(shading, context.progress);
+        if (!radiance) return radiance.error();
+        baked.fine = std::move(*radiance);
+        return Done{};
+    }
+    if (options.refine) {
+        const std::vector<Mesh> start = surface_meshes(entities, options.vertex_budget / refinement_share);
+        Result<std::vector<RadiantMesh>> begun = mesh_radiance(shading, start, context.progress);
+        if (!begun) return begun.error();
+        Result<Refinement> refined = refined_radiance(shading, {*options.refine, options.vertex_budget},
+                                                      std::move(*begun), context.progress);
+        if (!refined) return refined.error();
+        context.report["refinement"] = {{"tolerance", *options.refine},
+                                        {"vertex_budget", options.vertex_budget},
+                                        {"largest_error", refined->largest_error},
+                                        {"shaded_points", refined->shaded_points},
+                                        {"rounds", refined->rounds}};
+        baked.refined = std::move(refined->meshes);
+    } else {
+        Result<std::vector<RadiantMesh>> fine =
+            mesh_radiance(shading, fine_meshes(entities), context.progress);
+        if (!fine) return fine.error();
+        baked.refined = std::move(*fine);
+    }
+    if (options.colours == "fitted") return fit_radiance(shading, baked.refined, context.progress);
+    return Done{};
+}
+
+/// What an instance's vertices have before textures are parted from it.
+struct ShadedMeshes {
+    std::vector<SampledMesh> meshes;             ///< By instance.
+    std::vector<std::span<const Rgb>> radiance;  ///< Of their vertices.
+};
+
+const SceneEntity& entity_of(const SceneEntities& entities, std::size_t instance) {
+    return *entities.entities[entities.entity_of_instance[instance]];
+}
+
+bool is_plain(const SceneEntity& entity) {
+    return std::ranges::all_of(entity.surfaces, &Surface::is_plain);
+}
+
+ShadedMeshes shaded_meshes(const SceneEntities& entities, const BakedScene& baked) {
+    ShadedMeshes shaded;
+    for (std::size_t i = 0; i < entities.entity_of_instance.size(); ++i) {
+        if (!baked.refined.empty()) {
+            const RadiantMesh& refined = baked.refined[i];
+            shaded.meshes.push_back({&refined.mesh, &refined.samples});
+            shaded.radiance.emplace_back(refined.radiance);
+        } else {
+            const SceneEntity& entity = entity_of(entities, i);
+            shaded.meshes.push_back({&entity.mesh.fine, &entity.occlusion->samples()});
+            shaded.radiance.emplace_back(baked.fine[i]);
+        }
+    }
+    return shaded;
+}
+
+/// The instances as they are seen, whose radiance is parted where there are textures.
+///
+/// seen  by instance; the instances refer to it.
+std::vector<BakedInstance> seen_instances(const Scene& scene, const SceneEntities& entities,
+                                          const ShadedMeshes& shaded, const SceneRadiance& highlights,
+                                          std::vector<SeenRadiance>& seen) {
+    std::vector<BakedInstance> instances;
+    seen.resize(shaded.meshes.size());
+    for (std::size_t i = 0; i < shaded.meshes.size(); ++i) {
+        const SceneEntity& entity = entity_of(entities, i);
+        BakedInstance& added =
+            instances.emplace_back(BakedInstance{scene.instances[i].name, shaded.meshes[i].mesh,
+                                                 scene.instances[i].placement, shaded.radiance[i]});
+        if (is_plain(entity)) continue;
+        seen[i] = seen_radiance(*shaded.meshes[i].mesh, entity.surfaces, shaded.radiance[i], highlights[i]);
+        added.radiance = seen[i].under;
+        added.over = seen[i].over;
+        added.surfaces = entity.surfaces;
+    }
+    return instances;
+}
+
+Result<Done> add_instances(const Scene& scene, const SceneEntities& entities, const PointShading& shading,
+                           const Progress& progress, BakedScene& baked) {
+    const ShadedMeshes shaded = shaded_meshes(entities, baked);
+    SceneRadiance highlights(shaded.meshes.size());
+    if (parts_highlights(entities)) {
+        Result<SceneRadiance> found =
+            highlight_radiance(shading, shaded.meshes, shaded.radiance, parted_materials(entities), progress);
+        if (!found) return found.error();
+        highlights = std::move(*found);
+    }
+    baked.instances = seen_instances(scene, entities, shaded, highlights, baked.seen);
+    return Done{};
+}
+
+/// The instances with values instead of their radiance, and without images, which cut nothing out then.
+std::vector<BakedInstance> valued_instances(const std::vector<BakedInstance>& instances,
+                                            const std::vector<SeenRadiance>& values) {
+    std::vector<BakedInstance> valued;
+    for (std::size_t i = 0; i < instances.size(); ++i)
+        valued.push_back({instances[i].name, instances[i].mesh, instances[i].placement, values[i].under});
+    return valued;
+}
+
+/// A pass as it is written, from what was computed.
+///
+/// highlights  of the pass own-shadow, where surfaces part them; else empty.
+/// shaded      the full picture's.
+BakedPass baked_pass(const std::string& name, SceneRadiance values, const SceneRadiance& highlights,
+                     const Scene& scene, const SceneEntities& entities, ShadedMeshes shaded,
+                     const std::vector<BakedInstance>& instances) {
+    const RenderPass pass = render_pass_of.at(name);
+    BakedPass made{name, std::move(values), {}, {}};
+    if (pass == RenderPass::own_shadow) {
+        shaded.radiance.assign(made.values.begin(), made.values.end());
+        made.instances = seen_instances(scene, entities, shaded, highlights, made.seen);
+        made.has_environment = true;
+        SceneRadiance seen(instances.size());
+        for (std::size_t i = 0; i < instances.size(); ++i)
+            for (std::size_t v = 0; v < made.values[i].size(); ++v)
+                seen[i].push_back(seen_at(made.instances[i], v));
+        // Plain instances refer to these values, which are the same.
+        for (std::size_t i = 0; i < instances.size(); ++i)
+            if (!made.seen[i].under.empty()) made.values[i] = std::move(seen[i]);
+        return made;
+    }
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+        const SceneEntity& entity = entity_of(entities, i);
+        std::vector<Rgb>& here = made.values[i];
+        if (pass == RenderPass::diffuse) here = seen_diffuse(*instances[i].mesh, entity.surfaces, here);
+        if (pass == RenderPass::specular) here = seen_highlights(*instances[i].mesh, entity.surfaces, here);
+        made.seen.push_back({here, {}});
+        // A picture of irradiance is one of white paint.
+        if (pass == RenderPass::irradiance)
+            for (Rgb& value : made.seen.back().under) value *= static_cast<float>(1 / pi);
+    }
+    made.instances = valued_instances(instances, made.seen);
+    return made;
+}
+
+/// The passes, whose values the instances then have.
+Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const PointShading& shading,
+                        const BakeShadingOptions& options, const Progress& progress, BakedScene& baked) {
+    std::vector<RenderPass> wanted;
+    for (const std::string& name : options.passes) {
+        wanted.push_back(render_pass_of.at(name));
+        if (wanted.back() == RenderPass::own_shadow && parts_highlights(entities))
+            wanted.push_back(RenderPass::own_specular);
+    }
+    const ShadedMeshes shaded = shaded_meshes(entities, baked);
+    const bool is_refined = !baked.refined.empty();
+    const PassShading bake{
+        shading, is_refined ? std::span<const SampledMesh>(shaded.meshes) : std::span<const SampledMesh>(),
+        options.colours == "fitted", options.evaluator == "dense"};
+    Result<std::vector<SceneRadiance>> values = render_passes(bake, shaded.radiance, wanted, progress);
+    if (!values) return values.error();
+    auto next = values->begin();
+    for (const std::string& name : options.passes) {
+        SceneRadiance own = std::move(*next++), highlights(baked.instances.size());
+        if (render_pass_of.at(name) == RenderPass::own_shadow && parts_highlights(entities))
+            highlights = std::move(*next++);
+        baked.passes.push_back(
+            baked_pass(name, std::move(own), highlights, scene, entities, shaded, baked.instances));
+    }
+    for (const BakedPass& pass : baked.passes) {
+        std::string name = pass.name;
+        std::ranges::replace(name, '-', '_');
+        const bool is_scalar = render_pass_of.at(pass.name) == RenderPass::occlusion;
+        for (std::size_t i = 0; i < baked.instances.size(); ++i)
+            baked.instances[i].passes.push_back({name, pass.values[i], is_scalar});
+    }
+    return Done{};
+}
+
+}  // namespace
+
+void add_bake_shading_options(CLI::App& command, BakeShadingOptions& options) {
+    command
+        .add_option("--evaluator", options.evaluator,
+                    "tree: wavelet product integrals; dense: plain sums, slow")
+        ->check(CLI::IsMember({"tree", "dense"}))
+        ->capture_default_str();
+    add_number(command, "--refine", options.refine,
+               "Split triangles where interpolated radiance is off by more than this, relative to it "
+               "plus the mean radiance",
+               {1e-4, 1})
+        ->type_name("E");
+    add_number(command, "--vertex-budget", options.vertex_budget, "At most so many vertices with --refine",
+               {1, 50e6})
+        ->capture_default_str()
+        ->type_name("N");
+    command
+        .add_option("--colours", options.colours,
+                    "sampled: radiance at the vertices; fitted: what interpolates best between them, too")
+        ->check(CLI::IsMember({"sampled", "fitted"}))
+        ->capture_default_str();
+    command
+        .add_option(
+            "--pass", options.passes,
+            "What is wanted beside the full picture, separated by commas, each as PASS.png, "
+            "PASS/NAME_PASS.pov "
+            "and values in the mesh. diffuse: without highlights; specular: these alone (both without "
+            "images); irradiance: W/m^2, in the picture as white paint shows it; occlusion: the share of the "
+            "hemisphere that is open; own-shadow: each object as if it were alone")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(render_pass_of))
+        ->type_name("PASS");
+}
+
+Result<Done> check_bake_shading(const BakeShadingOptions& options) {
+    if (options.evaluator == "dense" && (options.refine || options.colours == "fitted"))
+        return Error{"--evaluator dense",
+                     "knows vertices only; wanted neither --refine nor --colours fitted"};
+    for (auto pass = options.passes.begin(); pass != options.passes.end(); ++pass)
+        if (std::find(options.passes.begin(), pass, *pass) != pass)
+            return Error{"--pass " + *pass, "is asked for twice"};
+    return Done{};
+}
+
+Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
+                               const RenderSettings& settings, const BakeShadingOptions& options,
+                               CommandContext& context) {
+    const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, context.progress);
+    if (!geometry) return geometry.error();
+    const SceneLight light = scene_light(shaded.environment, settings, context.progress.stop);
+    const PointShading shading{shaded, *geometry, light, settings};
+    BakedScene baked;
+    if (options.evaluator == "dense") {
+        Result<SceneRadiance> radiance = dense_scene_radiance(shaded, settings, context.progress);
+        if (!radiance) return radiance.error();
+        baked.fine = std::move(*radiance);
+    } else if (const Result<Done> done = shade(shading, entities, options, context, baked); !done) {
+        return done.error();
+    }
+    if (const Result<Done> added = add_instances(scene, entities, shading, context.progress, baked); !added)
+        return added.error();
+    if (const Result<Done> added = add_passes(scene, entities, shading, options, context.progress, baked);
+        !added)
+        return added.error();
+    return baked;
+}
+
+}  // namespace haarfield
