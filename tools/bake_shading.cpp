@@ -107,7 +107,7 @@ Result<Done> add_instances(const Scene& scene, const SceneEntities& entities, co
     SceneRadiance highlights(shaded.meshes.size());
     if (parts_highlights(entities)) {
         Result<SceneRadiance> found =
-            highlight_radiance(shading, shaded.meshes, shaded.radiance, parted_materials(entities), progress);
+            highlight_radiance(shading, shaded.meshes, parted_materials(entities), progress);
         if (!found) return found.error();
         highlights = std::move(*found);
     }

@@ -79,12 +79,16 @@ Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<con
 }
 
 Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
-                                         const std::vector<std::span<const Rgb>>& radiance,
                                          const std::vector<std::vector<bool>>& wanted,
                                          const Progress& progress) {
-    ShadedScene without = shading.scene;
-    for (ShadedEntity& entity : without.entities)
-        for (Material& material : entity.materials) material.specular = Rgb(0.0f);
+    ShadedScene shining = shading.scene;
+    for (std::size_t e = 0; e < shining.entities.size(); ++e)
+        for (std::size_t m = 0; m < wanted[e].size(); ++m) {
+            Material& material = shining.entities[e].materials[m];
+            material.diffuse = Rgb(0.0f);
+            // What a buried vertex takes from its neighbours.
+            if (!wanted[e][m]) material.specular = Rgb(0.0f);
+        }
     VertexMask mask;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
         const std::vector<bool>& materials = wanted[shading.scene.instances[i].entity];
@@ -92,13 +96,8 @@ Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<
         for (const std::uint16_t material : meshes[i].mesh->vertex_materials)
             marked.push_back(materials[material]);
     }
-    Result<SceneRadiance> result =
-        vertex_radiance({without, shading.geometry, shading.light, shading.settings}, meshes, mask, progress);
-    if (!result) return result;
-    for (std::size_t i = 0; i < meshes.size(); ++i)
-        for (std::size_t v = 0; v < mask[i].size(); ++v)
-            (*result)[i][v] = mask[i][v] ? without_negative(radiance[i][v] - (*result)[i][v]) : Rgb(0.0f);
-    return result;
+    return vertex_radiance({shining, shading.geometry, shading.light, shading.settings}, meshes, mask,
+                           progress);
 }
 
 }  // namespace haarfield

@@ -46,15 +46,13 @@ Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std:
 Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
                                       const VertexMask& wanted, const Progress& progress = {});
 
-/// The highlights of vertices: their radiance less what it is without.
+/// The highlights of vertices, without what is diffuse.
 ///
 /// meshes    by instance, as above.
-/// radiance  of all of their vertices.
 /// wanted    by entity and material: of which of them highlights are wanted. Of the others they are 0.
 /// cost      shades each of these vertices once more.
 /// errors    interrupted.
 Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
-                                         const std::vector<std::span<const Rgb>>& radiance,
                                          const std::vector<std::vector<bool>>& wanted,
                                          const Progress& progress = {});
 
