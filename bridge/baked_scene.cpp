@@ -182,7 +182,7 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
         "// {0}: baked by haarfield; no lights are needed.\n"
         "// povray +I{0}.pov +W{1} +H{2} +A0.0 +AM1 +R3 -J\n"
         "#version 3.7;\n"
-        "global_settings {{ assumed_gamma 1 adc_bailout 0 }}\n\n{3}\n{4}\n"
+        "global_settings {{ assumed_gamma 1 adc_bailout 0 max_trace_level 100 }}\n\n{3}\n{4}\n"
         "#ifndef ({5})\n",
         scene_name, camera.width, camera.height, *camera_text, *background_text, background_alone);
     // In place: a declared object is copied, with all its textures, where it is used.

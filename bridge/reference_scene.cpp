@@ -324,7 +324,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "// povray +I{0}.pov +W{1} +H{2} +A0.0 +AM1 +R3 -J\n"
         "// One metre is {3} units: POV-Ray's shadows ignore what is nearer than 1e-3 units.\n"
         "#version 3.7;\n"
-        "global_settings {{ assumed_gamma 1 adc_bailout 0 }}\n"
+        "global_settings {{ assumed_gamma 1 adc_bailout 0 max_trace_level 100 }}\n"
         "#ifdef ({7})\n"
         "// The background's light alone: one bounce, as fine as POV-Ray can.\n"
         "global_settings {{ radiosity {{ recursion_limit 1 brightness 1 gray_threshold 0 normal on\n"

@@ -106,17 +106,18 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
     Result<std::vector<Surface>> surfaces = entity_surfaces(scene, description, *imported, shelf, warnings);
     if (!surfaces) return surfaces.error();
     WantedAppearance wanted;
+    MeshPreparation preparation{description.fine_vertices, description.coarse_triangles};
     for (const Surface& surface : *surfaces) {
         wanted.uvs.push_back(surface.texture != nullptr);
         wanted.colours.push_back(surface.coloured);
+        preparation.opacity.push_back(surface.texture ? opacity_map(*surface.texture) : OpacityMap());
     }
     imported->mesh = with_shared_vertices(imported->mesh, wanted);
     if (shape != Shape()) {
         imported->mesh = shaped_mesh(std::move(imported->mesh), shape);
         leave_out_bad_triangles(imported->mesh, imported->findings);  // rounded flat
     }
-    Result<PreparedMesh> prepared = prepare_mesh(
-        std::move(*imported), {description.fine_vertices, description.coarse_triangles}, progress);
+    Result<PreparedMesh> prepared = prepare_mesh(std::move(*imported), preparation, progress);
     if (!prepared) return Error{description.mesh.string(), prepared.error().message()};
     entity.mesh = std::move(*prepared);
     if (const std::string findings = notable_findings(entity.mesh); !findings.empty())

@@ -116,6 +116,13 @@ bool Texture::is_cut_out(const std::array<Vec2f, 3>& triangle) const {
     return false;
 }
 
+OpacityMap opacity_map(const Texture& texture) {
+    if (!texture.has_alpha) return {};
+    OpacityMap map{texture.width, texture.height, {}};
+    for (const auto& texel : texture.texels) map.opacity.push_back(texel[3]);
+    return map;
+}
+
 Result<Texture> read_texture(const TextureSource& source) {
     const bool has_colour = source.image.is_there(), has_map = source.opacity_map.is_there();
     assert(has_colour || has_map);

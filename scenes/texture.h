@@ -3,6 +3,7 @@
 
 #include "fields/base/result.h"
 #include "fields/mesh/mesh_material.h"
+#include "fields/mesh/opaque_outline.h"
 
 #include <array>
 #include <cstdint>
@@ -31,6 +32,9 @@ struct Texture {
     /// Whether a texel is not opaque that touches a triangle, or nearly.
     bool is_cut_out(const std::array<Vec2f, 3>& triangle) const;
 };
+
+/// How opaque it is; no map if it is opaque everywhere.
+OpacityMap opacity_map(const Texture& texture);
 
 /// How a texture is put together.
 struct TextureSource {

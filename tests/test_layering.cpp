@@ -28,7 +28,7 @@ const std::map<std::string, std::vector<std::string>> rooms_of{
 // Libraries that few files may know, and those files: one a folder.
 const std::map<std::string, std::set<std::string>> only_known_to{
     {"openvdb/", {"fields/field/vdb_store.cpp"}},
-    {"CGAL/", {"fields/mesh/mesh_preparation.cpp"}},
+    {"CGAL/", {"fields/mesh/mesh_preparation.cpp", "fields/mesh/opaque_outline.cpp"}},
     {"assimp/",
      {"fields/mesh/assimp_model.cpp", "fields/mesh/assimp_materials.cpp", "fields/mesh/assimp_materials.h"}},
     {"embree3/",

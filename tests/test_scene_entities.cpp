@@ -5,6 +5,8 @@
 
 #include <fstream>
 
+#include "tests/fixtures/example_textures.h"
+
 namespace haarfield {
 namespace {
 
@@ -221,6 +223,37 @@ TEST_F(SceneEntitiesTest, WhatRoundingFlattensIsLeftOut) {
     EXPECT_EQ(mesh.findings.degenerate_triangles, 2u);
     EXPECT_EQ(mesh.original.triangles.size(), 4u);
     EXPECT_EQ(mesh.findings.boundary_edges, 0u);
+}
+
+TEST_F(SceneEntitiesTest, WhatAnImageCutsOutBlocksNoLight) {
+    Texture texture = random_texture(16, 16, true);
+    const auto write_hole = [&](int texels) {
+        for (std::size_t i = 0; i < 256; ++i)
+            texture.texels[i][3] = int(i % 16) < texels && int(i / 16) < texels ? 0 : 255;
+        write_png(texture, folder / "hole.png");
+    };
+    std::ofstream(folder / "card.mtl") << "newmtl card\nKd 1 1 1\nmap_Kd hole.png\nmap_d hole.png\n";
+    std::ofstream(folder / "box.obj")
+        << "mtllib card.mtl\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nvt 0 0\nvt 1 0\n"
+           "vt 1 1\nvt 0 1\nusemtl card\nf 1/1 2/2 3/3 4/4\n";
+    scene.entities[0].material.clear();
+    scene.entities[0].materials.clear();
+    const auto open_area = [&] {
+        const auto entities = prepare_scene_entities(scene, options);
+        EXPECT_TRUE(entities) << entities.error().message();
+        EXPECT_FALSE(entities->entities[0]->reused);
+        const Occluder& blocking = entities->entities[0]->occlusion->original();
+        double area = 0;
+        for (const auto& [a, b, c] : blocking.triangles())
+            area += 0.5 * double((blocking.positions()[b] - blocking.positions()[a])
+                                     .cross(blocking.positions()[c] - blocking.positions()[a])
+                                     .length());
+        return 16 - area;
+    };
+    write_hole(8);
+    EXPECT_NEAR(open_area(), 4, 0.05);
+    write_hole(4);
+    EXPECT_NEAR(open_area(), 1, 0.05);
 }
 
 TEST_F(SceneEntitiesTest, MaterialsOfTheMeshAreMappedByName) {

@@ -7,6 +7,10 @@
 namespace haarfield {
 namespace {
 
+Mesh seen_backs(const Mesh& mesh) {
+    return haarfield::seen_backs(mesh, mesh);
+}
+
 Vec3f facing(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
     const Vec3f& a = mesh.positions[t[0]];
     return (mesh.positions[t[1]] - a).cross(mesh.positions[t[2]] - a).normalized();
@@ -52,6 +56,13 @@ TEST(SheetBacks, SolidsHaveNone) {
 TEST(SheetBacks, OnlyWhatCanBeSeenOfAnInsideHasOne) {
     EXPECT_TRUE(seen_backs(open_box({0, -1, 0})).triangles.empty()) << "stands on its open side";
     EXPECT_EQ(seen_backs(open_box({0, 1, 0})).triangles.size(), 160u) << "the five inner sides";
+}
+
+TEST(SheetBacks, WhatIsSeenThroughHolesHasOne) {
+    const Mesh box = open_box({0, -1, 0});
+    Mesh blocking = box;
+    std::erase_if(blocking.triangles, [&](const auto& t) { return facing(box, t).x > 0.9f; });
+    EXPECT_EQ(haarfield::seen_backs(box, blocking).triangles.size(), 128u) << "opposite, top and both beside";
 }
 
 TEST(SheetBacks, WhatIsModelledFromBothSidesGetsNoThird) {

@@ -156,7 +156,7 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     apply_occlusion(options.occlusion, settings);
 
     std::vector<const Mesh*> originals;
-    for (const auto& entity : entities->entities) originals.push_back(&entity->mesh.original);
+    for (const auto& entity : entities->entities) originals.push_back(&blocking_surface(entity->mesh));
     Result<ErrorBudget> budget = error_budget(shaded, originals, settings, options.points, context.progress);
     if (!budget) return budget.error();
     const auto radiance = scene_radiance(shaded, settings, context.progress);

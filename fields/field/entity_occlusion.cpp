@@ -13,7 +13,7 @@ const Occluder& own_occluder(const Occluder& coarse, const Occluder& original) {
 
 EntityOcclusion::EntityOcclusion(const PreparedMesh& mesh, const std::stop_token& stop)
     : coarse_(make_occluder(mesh.coarse)),
-      original_(make_occluder(mesh.original)),
+      original_(make_occluder(blocking_surface(mesh))),
       own_(own_occluder(coarse_, original_)),
       in_coarse_(coarse_),
       in_original_(original_),

@@ -29,7 +29,7 @@ public:
     /// original one, and would darken them, whereas they lie exactly on the original's own triangles.
     const Occluder& own() const { return own_; }
 
-    /// Of the mesh as it was read.
+    /// Of the mesh as it was read, without what images cut out.
     const Occluder& original() const { return original_; }
 
     /// Whether a point is inside the coarse mesh.

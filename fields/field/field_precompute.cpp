@@ -180,6 +180,7 @@ ContentHash field_key(const PreparedMesh& mesh, const FieldSettings& settings) {
     hash_mesh(state, mesh.original);
     hash_mesh(state, mesh.fine);
     hash_mesh(state, mesh.coarse);
+    if (mesh.opaque) hash_mesh(state, *mesh.opaque);
     const std::array<std::int64_t, 4> counts{settings.face_size, settings.coefficients,
                                              settings.planar_samples, settings.spherical_samples};
     XXH3_128bits_update(&state, counts.data(), sizeof counts);

@@ -1,5 +1,6 @@
 #include "fields/mesh/mesh_preparation.h"
 
+#include "fields/mesh/cut_outs.h"
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/sheet_backs.h"
@@ -209,6 +210,27 @@ Mesh simplified(const Mesh& mesh, std::size_t wanted, const Progress& progress) 
     return coarse;
 }
 
+/// What images cut into, more coarsely cut, and the rest, simplified. Throws Interrupted.
+Mesh coarse_and_cut(const Mesh& mesh, const std::vector<std::uint8_t>& is_cut_out,
+                    const MeshPreparation& wanted, const Progress& progress) {
+    Mesh cut = mesh, rest = mesh;
+    cut.triangles.clear();
+    rest.triangles.clear();
+    for (std::size_t t = 0; t < is_cut_out.size(); ++t)
+        (is_cut_out[t] ? cut : rest).triangles.push_back(mesh.triangles[t]);
+    const std::uint32_t share =
+        rest.triangles.empty() ? wanted.coarse_triangles : wanted.coarse_triangles / 2;
+    Mesh coarse = without_cut_outs(cut, wanted.opacity, share);
+    if (rest.triangles.size() > share) {
+        rest = simplified(rest, share, progress);
+    } else {
+        rest.uvs.clear();
+        rest.colours.clear();
+    }
+    append_mesh(coarse, rest);
+    return coarse;
+}
+
 /// Whether two triangles of one piece that share no position meet. Pieces may cross each other: that
 /// is how furniture is joined.
 bool intersects_itself(const Mesh& mesh, const Progress& progress) {
@@ -248,6 +270,10 @@ bool intersects_itself(const Mesh& mesh, const Progress& progress) {
 
 }  // namespace
 
+const Mesh& blocking_surface(const PreparedMesh& prepared) {
+    return prepared.opaque ? *prepared.opaque : prepared.original;
+}
+
 Mesh seen_surface(const PreparedMesh& prepared) {
     Mesh surface = prepared.original;
     append_mesh(surface, prepared.backs);
@@ -256,7 +282,7 @@ Mesh seen_surface(const PreparedMesh& prepared) {
 
 Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& wanted,
                                   const Progress& progress) {
-    constexpr std::size_t most_triangles_for_self_intersection = 200000;
+    constexpr std::size_t most_triangles_for_self_intersection = 200000, most_cut_triangles = 100000;
     const Error stopped{"", interrupted};
     if (imported.mesh.triangles.empty()) return Error{"", "the mesh has no triangles"};
 
@@ -268,16 +294,25 @@ Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& 
         prepared.findings.self_intersecting = intersects_itself(prepared.original, progress);
     if (progress.stop.stop_requested()) return stopped;
 
-    if (wanted.coarse_triangles == 0 || prepared.original.triangles.size() <= wanted.coarse_triangles)
-        prepared.coarse = prepared.original;
-    else
-        try {
-            prepared.coarse = simplified(prepared.original, wanted.coarse_triangles, progress);
-        } catch (const Interrupted&) {
-            return stopped;
+    try {
+        const std::vector<std::uint8_t> is_cut_out = cut_out_triangles(prepared.original, wanted.opacity);
+        if (std::ranges::find(is_cut_out, 1) != is_cut_out.end()) {
+            prepared.opaque = without_cut_outs(prepared.original, wanted.opacity, most_cut_triangles);
+            if (progress.stop.stop_requested()) return stopped;
         }
+        if (wanted.coarse_triangles == 0 ||
+            blocking_surface(prepared).triangles.size() <= wanted.coarse_triangles)
+            prepared.coarse = blocking_surface(prepared);
+        else if (prepared.opaque)
+            prepared.coarse = coarse_and_cut(prepared.original, is_cut_out, wanted, progress);
+        else
+            prepared.coarse = simplified(prepared.original, wanted.coarse_triangles, progress);
+    } catch (const Interrupted&) {
+        return stopped;
+    }
 
-    if (prepared.findings.open_components > 0) prepared.backs = seen_backs(prepared.original);
+    if (prepared.findings.open_components > 0)
+        prepared.backs = seen_backs(prepared.original, blocking_surface(prepared));
     prepared.findings.backs = prepared.backs.triangles.size();
     prepared.fine = subdivided(seen_surface(prepared), wanted.fine_vertices, progress);
     if (progress.stop.stop_requested()) return stopped;

@@ -5,23 +5,33 @@
 #include "fields/base/result.h"
 #include "fields/mesh/mesh.h"
 #include "fields/mesh/mesh_reader.h"
+#include "fields/mesh/opaque_outline.h"
+
+#include <optional>
 
 namespace haarfield {
 
-/// How fine and how coarse the prepared meshes are.
+/// How fine and how coarse the prepared meshes are, and where there are holes in them.
 struct MeshPreparation {
     std::uint32_t fine_vertices = 0;     ///< Wanted at least; 0: as it is.
     std::uint32_t coarse_triangles = 0;  ///< Wanted at most; 0: as it is.
+    std::vector<OpacityMap> opacity{};   ///< By the mesh's materials, or none; see cut_outs.h.
 };
 
 /// A mesh, made ready; what was read, and what follows from it.
 struct PreparedMesh {
     Mesh original;  ///< As read, and mended.
-    Mesh backs;     ///< Of the original's sheets, where they can be seen; see sheet_backs.h.
-    Mesh fine;      ///< Subdivided: the surface and the backs, at least fine_vertices vertices.
-    Mesh coarse;    ///< Simplified: what casts shadows. Positions and triangles matter only.
+    /// Of the original what blocks light, where images cut into it: see without_cut_outs. Positions and
+    /// triangles matter only.
+    std::optional<Mesh> opaque{};
+    Mesh backs;   ///< Of the original's sheets, where they can be seen; see sheet_backs.h.
+    Mesh fine;    ///< Subdivided: the surface and the backs, at least fine_vertices vertices.
+    Mesh coarse;  ///< Simplified: what casts shadows. Positions and triangles matter only.
     MeshFindings findings;
 };
+
+/// What blocks light: the original, or what images leave of it.
+const Mesh& blocking_surface(const PreparedMesh& prepared);
 
 /// What is baked: the original and the backs of its sheets.
 Mesh seen_surface(const PreparedMesh& prepared);
@@ -36,6 +46,10 @@ Mesh seen_surface(const PreparedMesh& prepared);
 ///           manifold (non-manifold edges) is cut there and still simplified; of the crumbs that this
 ///           leaves up to a hundredth of the surface is dropped. Many small pieces, or many cuts,
 ///           can leave more than coarse_triangles.
+/// opaque    at most 100,000 triangles take the place of those that images cut into, or what without_cut_outs
+///           says. Where that is more than coarse_triangles the coarse mesh is no simplification of them, but
+///           a coarser cut with at most half of coarse_triangles; the other half is for the rest. All that is
+///           seen stays uncut: its image shows the holes.
 /// repair    see orient_triangles in mesh_topology.h: triangles agree, closed pieces face outwards.
 /// findings  those of the import, self_intersecting (left false above 200,000 triangles), backs and
 ///           parted_vertices.

@@ -32,9 +32,10 @@ float distance_to_side(const Bounds& box, const Vec3f& from, const Vec3f& direct
 
 class BackView {
 public:
-    explicit BackView(const Mesh& mesh)
+    BackView(const Mesh& mesh, const Mesh& blocking)
         : mesh_(mesh),
-          rays_(mesh.positions, mesh.triangles),
+          surface_(mesh.positions, mesh.triangles),
+          blocking_(blocking.positions, blocking.triangles),
           box_(mesh_bounds(mesh)),
           offset_(box_.radius() * surface_offset),
           directions_(hemisphere_directions()) {}
@@ -43,7 +44,7 @@ public:
         const auto& [i, j, k] = mesh_.triangles[triangle];
         const Vec3f &a = mesh_.positions[i], &b = mesh_.positions[j], &c = mesh_.positions[k];
         const Vec3f normal = (b - a).cross(c - a).normalized(), middle = (a + b + c) / 3.0f;
-        if (rays_.passes_a_back(middle + normal * offset_, -normal, 2 * offset_)) return false;
+        if (surface_.passes_a_back(middle + normal * offset_, -normal, 2 * offset_)) return false;
         if (looks_out(middle - normal * offset_, -normal)) return true;
         constexpr float large = 0.05f;  // [radii]
         const float longest = std::max({(b - a).length(), (c - b).length(), (a - c).length()});
@@ -63,12 +64,12 @@ private:
             const float beside = std::min(distance_to_side(box_, from, direction, 0),
                                           distance_to_side(box_, from, direction, 2));
             if (direction.y < 0 && distance_to_side(box_, from, direction, 1) <= beside) return false;
-            return !rays_.meets_surface(from, direction);
+            return !blocking_.meets_surface(from, direction);
         });
     }
 
     const Mesh& mesh_;
-    const SurfaceRays rays_;
+    const SurfaceRays surface_, blocking_;
     const Bounds box_;
     const float offset_;
     const std::array<Vec3f, 16> directions_;
@@ -76,13 +77,13 @@ private:
 
 }  // namespace
 
-Mesh seen_backs(const Mesh& mesh) {
+Mesh seen_backs(const Mesh& mesh, const Mesh& blocking) {
     Mesh backs;
     backs.material_names = mesh.material_names;
     const std::vector<std::uint8_t> open = triangles_of_open_pieces(mesh);
     if (std::find(open.begin(), open.end(), 1) == open.end()) return backs;
 
-    const BackView view(mesh);
+    const BackView view(mesh, blocking);
     std::vector<std::uint8_t> is_seen(mesh.triangles.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, is_seen.size(), 256), [&](const auto& range) {
         for (std::size_t t = range.begin(); t != range.end(); ++t) is_seen[t] = open[t] && view.is_seen(t);

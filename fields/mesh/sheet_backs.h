@@ -13,9 +13,10 @@ namespace haarfield {
 /// upwards. Below is the ground, so that neither a floor nor the inside of what stands on it has any. What is
 /// modelled with a back of its own gets no second one.
 ///
-/// mesh     its triangles agree (orient_triangles).
-/// returns  an empty mesh if there are none; materials as in `mesh`.
-/// cost     16 rays per triangle of an open piece, and 64 where it is large; on all cores.
-Mesh seen_backs(const Mesh& mesh);
+/// mesh      its triangles agree (orient_triangles).
+/// blocking  what of it can not be looked through; the mesh itself, if no image cuts holes into it.
+/// returns   an empty mesh if there are none; materials as in `mesh`.
+/// cost      16 rays per triangle of an open piece, and 64 where it is large; on all cores.
+Mesh seen_backs(const Mesh& mesh, const Mesh& blocking);
 
 }  // namespace haarfield

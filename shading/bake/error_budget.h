@@ -34,7 +34,7 @@ struct ErrorBudget {
 ///             cosines as the walk evaluates them; a lesser depth. Resolution and coarse meshes the other way
 ///             round: the oracle, less a finer one (four times the texels along an edge, at most 256), or one
 ///             with the original meshes.
-/// originals   the mesh of each of the scene's entities as it was read.
+/// originals   the mesh of each of the scene's entities as it was read: what of it blocks light.
 /// settings    of the bake.
 /// vertices    how many; all there are if these are fewer.
 /// cost        some 20 ms a vertex, on all of oneTBB's threads; the result does not depend on their number.

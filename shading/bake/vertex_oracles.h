@@ -30,7 +30,7 @@ struct OracleContext {
     LightPyramid exact_pyramid;               ///< Of the first.
     SceneLight baked_light;                   ///< Of the bake.
 
-    /// originals  the mesh of each entity as it was read.
+    /// originals  the mesh of each entity as it was read: what of it blocks light.
     OracleContext(const ShadedScene& scene, std::span<const Mesh* const> originals,
                   const RenderSettings& settings, const ShadingGeometry& geometry);
 };
