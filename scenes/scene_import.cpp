@@ -262,7 +262,7 @@ std::string floor_text(const Bounds& bounds) {
     for (const auto& [x, z] : {std::pair(-1, -1), std::pair(-1, 1), std::pair(1, 1), std::pair(1, -1)})
         text += fmt::format("v {} {} {}\n", middle.x + float(x) * half, bounds.lower.y,
                             middle.z + float(z) * half);
-    return text + "f 1 2 3 4\n";
+    return text + "f 1 2 3\nf 1 3 4\n";
 }
 
 }  // namespace
