@@ -156,13 +156,9 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
     for (const std::string& object : files.objects)
         files.includes.push_back(folder / (scene_name + "_" + object.substr(prefix) + ".inc"));
 
-    std::vector<const Texture*> shown;
-    for (const BakedInstance& instance : instances)
-        for (const Surface& surface : instance.surfaces) shown.push_back(surface.texture.get());
-    const Result<TextureFiles> textures = write_textures(folder, scene_name, shown);
+    const Result<TextureFiles> textures = write_textures(folder, scene_name, textures_of(instances));
     if (!textures) return textures.error();
-    for (const auto& [texture, file] : *textures) files.images.push_back(file.file);
-    std::ranges::sort(files.images);
+    files.images = files_of(*textures);
 
     std::vector<std::optional<Error>> errors(instances.size());
     std::vector<std::uint64_t> clamped(instances.size());

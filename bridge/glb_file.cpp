@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 namespace haarfield {
 namespace {
@@ -104,12 +105,12 @@ void append_number(std::string& bytes, std::size_t number) {
 /// Bytes that the buffer takes.
 std::uint64_t buffer_size(std::span<const BakedInstance> instances) {
     std::uint64_t size = 0;
-    std::map<const Mesh*, bool> seen;
+    std::set<const Mesh*> seen;
     for (const BakedInstance& instance : instances) {
         size += sizeof(Rgb) * instance.radiance.size();
         for (const VertexValues& pass : instance.passes)
             size += (pass.is_scalar ? sizeof(float) : sizeof(Rgb)) * pass.values.size();
-        if (!std::exchange(seen[instance.mesh], true))
+        if (seen.insert(instance.mesh).second)
             size +=
                 2 * sizeof(Vec3f) * instance.mesh->positions.size() + 12 * instance.mesh->triangles.size();
     }

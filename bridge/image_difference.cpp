@@ -121,8 +121,7 @@ std::array<std::uint8_t, 3> error_colour(float error) {
                               -1.2684380046 * l + 2.6097574011 * m - 0.3413193965 * s,
                               -0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s};
     std::array<std::uint8_t, 3> colour;
-    for (int c = 0; c < 3; ++c)
-        colour[c] = static_cast<std::uint8_t>(srgb_encoded(static_cast<float>(linear[c])) * 255.0f + 0.5f);
+    for (int c = 0; c < 3; ++c) colour[c] = unit_byte(srgb_encoded(static_cast<float>(linear[c])));
     return colour;
 }
 

@@ -82,8 +82,7 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
             const Vec3f normal = instance.placement.direction_to_world(instance.mesh->normals[i]);
             for (int axis = 0; axis < 3; ++axis) append_bytes(text, normal[axis]);
             const Rgb radiance = seen_at(instance, i);
-            for (int c = 0; c < 3; ++c)
-                append_bytes(text, static_cast<std::uint8_t>(srgb_encoded(radiance[c]) * 255.0f + 0.5f));
+            for (int c = 0; c < 3; ++c) append_bytes(text, unit_byte(srgb_encoded(radiance[c])));
             for (int c = 0; c < 3; ++c) append_bytes(text, radiance[c]);
             append_bytes(text, number);
             for_each_pass_number(instance, i, [&](float value) { append_bytes(text, value); });

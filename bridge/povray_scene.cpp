@@ -1,5 +1,6 @@
 #include "bridge/povray_scene.h"
 
+#include "fields/base/names.h"
 #include "fields/base/range.h"
 #include "scenes/camera_frame.h"
 #include "scenes/image.h"
@@ -17,15 +18,11 @@ constexpr double smallest_parallelogram = 1e-2;    // the same: |(b - a) x (c - 
 constexpr double sliver_parallelogram = 1e-4;      // below it the colours come out wrong
 constexpr double largest_scaled_coordinate = 5e5;  // leaves a camera room below POV-Ray's 1e7
 
-bool is_letter_or_digit(char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-}
-
 }  // namespace
 
 std::string povray_identifier(std::string_view name) {
     std::string identifier;
-    for (char c : name.substr(0, 64)) identifier += is_letter_or_digit(c) ? c : '_';
+    for (char c : name.substr(0, 64)) identifier += is_plain(c) && c != '-' && c != '.' ? c : '_';
     if (identifier.empty()) return "Unnamed";
     char& first = identifier.front();
     if (first >= 'a' && first <= 'z')
@@ -36,9 +33,7 @@ std::string povray_identifier(std::string_view name) {
 }
 
 bool is_scene_name(std::string_view name) {
-    return !name.empty() && name.front() != '.' && std::all_of(name.begin(), name.end(), [](char c) {
-        return is_letter_or_digit(c) || c == '_' || c == '-' || c == '.';
-    });
+    return !name.empty() && name.front() != '.' && std::ranges::all_of(name, is_plain);
 }
 
 std::string povray_vector(const Vec3f& v) {
@@ -76,10 +71,7 @@ std::vector<std::string> povray_object_names(std::string_view scene_name,
     std::vector<std::string> objects;
     for (const std::string& name : names) {
         const std::string wanted = povray_identifier(scene_name) + "_" + povray_identifier(name);
-        std::string object = wanted;
-        for (int number = 2; !taken.insert(object).second; ++number)
-            object = fmt::format("{}_{}", wanted, number);
-        objects.push_back(std::move(object));
+        objects.push_back(unique_name(wanted, taken));
     }
     return objects;
 }

@@ -1,6 +1,6 @@
 #include "bridge/reference_scene.h"
 
-#include "bridge/textured_mesh.h"
+#include "bridge/texture_files.h"
 
 #include "fields/file/write_file.h"
 
@@ -311,13 +311,9 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     const Result<std::string> background_text = write_background(folder, scene_name, {&background});
     if (!background_text) return background_text.error();
     add_warnings(files.warnings, instances);
-    std::vector<const Texture*> shown;
-    for (const ReferenceInstance& instance : instances)
-        for (const Surface& surface : instance.surfaces) shown.push_back(surface.texture.get());
-    const Result<TextureFiles> textures = write_textures(folder, scene_name, shown);
+    const Result<TextureFiles> textures = write_textures(folder, scene_name, textures_of(instances));
     if (!textures) return textures.error();
-    for (const auto& [texture, file] : *textures) files.images.push_back(file.file);
-    std::ranges::sort(files.images);
+    files.images = files_of(*textures);
 
     std::string text = fmt::format(
         "// {0}: the reference for haarfield's baked scene, lit by a dome of parallel lights.\n"

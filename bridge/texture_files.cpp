@@ -2,22 +2,20 @@
 
 #include <fmt/format.h>
 
-#include <set>
+#include <algorithm>
 
 #include "bridge/povray_scene.h"
+#include "fields/base/names.h"
 #include "fields/file/write_file.h"
 #include "scenes/image.h"
 
 namespace haarfield {
-namespace {
-
-std::string plain_name(const std::string& name) {
-    std::string plain = povray_identifier(name);
-    // The capital in front is for identifiers.
-    return name.empty() ? "image" : plain;
+std::vector<std::filesystem::path> files_of(const TextureFiles& textures) {
+    std::vector<std::filesystem::path> files;
+    for (const auto& [texture, file] : textures) files.push_back(file.file);
+    std::ranges::sort(files);
+    return files;
 }
-
-}  // namespace
 
 Result<TextureFiles> write_textures(const std::filesystem::path& folder, const std::string& stem,
                                     std::span<const Texture* const> order) {
@@ -25,10 +23,8 @@ Result<TextureFiles> write_textures(const std::filesystem::path& folder, const s
     std::set<std::string> taken;
     for (const Texture* texture : order) {
         if (!texture || files.contains(texture)) continue;
-        const std::string wanted = plain_name(texture->name);
-        std::string name = wanted;
-        for (int number = 2; !taken.insert(name).second; ++number)
-            name = fmt::format("{}_{}", wanted, number);
+        const std::string name =
+            unique_name(texture->name.empty() ? "image" : povray_identifier(texture->name), taken);
         const bool is_jpeg = !texture->jpeg.empty();
         TextureFile made;
         made.file = folder / fmt::format("{}_{}.{}", stem, name, is_jpeg ? "jpg" : "png");

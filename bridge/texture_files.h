@@ -21,6 +21,17 @@ struct TextureFile {
 /// By texture.
 using TextureFiles = std::map<const Texture*, TextureFile>;
 
+/// The textures of instances' surfaces, in their order; null where a surface has none.
+template <class Instance>
+std::vector<const Texture*> textures_of(std::span<const Instance> instances) {
+    std::vector<const Texture*> textures;
+    for (const Instance& instance : instances)
+        for (const Surface& surface : instance.surfaces) textures.push_back(surface.texture.get());
+    return textures;
+}
+
+std::vector<std::filesystem::path> files_of(const TextureFiles& textures);  ///< Sorted.
+
 /// Writes each texture once, as `STEM_NAME.jpg` if it is a JPEG's own bytes, else as `STEM_NAME.png`, 8 bit
 /// sRGB; numbered where two have one name.
 ///

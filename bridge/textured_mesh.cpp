@@ -63,10 +63,6 @@ private:
 
 }  // namespace
 
-bool has_textures(std::span<const Surface> surfaces) {
-    return std::ranges::any_of(surfaces, [](const Surface& surface) { return surface.texture != nullptr; });
-}
-
 ColouredMesh textured_mesh(const Mesh& mesh, std::span<const Surface> surfaces, std::span<const Rgb> under,
                            std::span<const Rgb> over, const TextureFiles& files, const std::string& finish) {
     assert(mesh.uvs.size() == mesh.positions.size());

@@ -6,9 +6,6 @@
 
 namespace haarfield {
 
-/// Whether a mesh needs textured_mesh.
-bool has_textures(std::span<const Surface> surfaces);
-
 /// The text of a mesh whose surface emits its vertices' light, linear between them, times its textures'
 /// images at every pixel, plus what lies over them. The product is POV-Ray's own, to the precision of its
 /// pictures.

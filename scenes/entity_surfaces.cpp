@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "fields/base/names.h"
+
 namespace haarfield {
 namespace {
 
@@ -20,7 +22,7 @@ public:
             if (std::ranges::find(names, name) == names.end())
                 return Error{entity_.mesh.string(), fmt::format("has no material \"{}\", as entity {} wants "
                                                                 "it; it has {}",
-                                                                name, entity_.name, listed(names))};
+                                                                name, entity_.name, quoted_list(names))};
         std::vector<Surface> surfaces;
         bool from_file = false;
         for (std::size_t m = 0; m < names.size(); ++m) {
@@ -36,12 +38,6 @@ public:
     }
 
 private:
-    static std::string listed(const std::vector<std::string>& names) {
-        std::string list;
-        for (const std::string& name : names) list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", name);
-        return list;
-    }
-
     Result<Surface> of_scene(const SceneMaterial& material, std::size_t number) {
         Surface surface;
         surface.material = material;

@@ -1,5 +1,6 @@
 #include "scenes/image.h"
 
+#include "fields/base/names.h"
 #include "fields/file/write_file.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -62,10 +63,6 @@ Result<std::string> exr_bytes(const Image& image, const std::string& where) {
     return encoded_file("openexr", spec, OIIO::TypeDesc::FLOAT, values.data(), where);
 }
 
-std::uint8_t byte(float in_unit_range) {
-    return static_cast<std::uint8_t>(in_unit_range * 255.0f + 0.5f);
-}
-
 Result<std::string> png_file_bytes(const std::vector<std::uint8_t>& values, int width, int height,
                                    int channels, const std::string& where) {
     OIIO::ImageSpec spec(width, height, channels, OIIO::TypeDesc::UINT8);
@@ -81,8 +78,8 @@ Result<std::string> png_file_bytes(const Image& image, bool with_alpha, const st
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
         const float alpha = with_alpha ? std::clamp(image.coverage[i], 0.0f, 1.0f) : 1.0f;
         for (int c = 0; c < 3; ++c)
-            values.push_back(byte(srgb_encoded(alpha > 0 ? image.pixels[i][c] / alpha : 0.0f)));
-        if (with_alpha) values.push_back(byte(alpha));
+            values.push_back(unit_byte(srgb_encoded(alpha > 0 ? image.pixels[i][c] / alpha : 0.0f)));
+        if (with_alpha) values.push_back(unit_byte(alpha));
     }
     return png_file_bytes(values, image.width, image.height, channels, where);
 }
@@ -92,12 +89,6 @@ Result<Done> check_shape(const Image& image, const std::string& where) {
     assert(image.pixels.size() == pixels && (image.coverage.empty() || image.coverage.size() == pixels));
     if (pixels == 0) return Error{where, "the image is empty"};
     return check_finite(image, where);
-}
-
-std::string lower_case(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return text;
 }
 
 /// As read_image asks for them.
@@ -187,7 +178,7 @@ Result<Image> read_image_bytes(std::string_view bytes, const std::string& where)
 Result<Done> write_image(const Image& image, const std::filesystem::path& file) {
     const std::string where = file.string();
     if (Result<Done> good = check_shape(image, where); !good) return good.error();
-    const std::string ending = lower_case(file.extension().string());
+    const std::string ending = lower_ending(file);
     if (ending != ".exr" && ending != ".png") return Error{where, "the ending is not .exr or .png"};
     const Result<std::string> bytes =
         ending == ".exr" ? exr_bytes(image, where) : png_file_bytes(image, /*with_alpha=*/false, where);

@@ -18,7 +18,7 @@ constexpr double nearest_target = 1e-4;  // [m]
 /// Calls use(triangle) for every triangle of an instance: its three corners in the world.
 template <class Use>
 void for_triangles(const Scene& scene, const SceneEntities& entities, std::size_t instance, const Use& use) {
-    const Mesh& mesh = entities.entities[entities.entity_of_instance[instance]]->mesh.original;
+    const Mesh& mesh = entities.of_instance(instance).mesh.original;
     const Placement& placement = scene.instances[instance].placement;
     for (const auto& [a, b, c] : mesh.triangles)
         use(std::array{Vec3d(placement.point_to_world(mesh.positions[a])),
@@ -161,7 +161,7 @@ Camera scene_camera(const Scene& scene, const SceneEntities& entities) {
 std::vector<std::string> camera_troubles(const Scene& scene, const SceneEntities& entities) {
     std::vector<std::string> troubles;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const EntityOcclusion& occlusion = *entities.entities[entities.entity_of_instance[i]]->occlusion;
+        const EntityOcclusion& occlusion = *entities.of_instance(i).occlusion;
         if (occlusion.in_original()(scene.instances[i].placement.point_to_object(scene.camera.position)))
             troubles.push_back(fmt::format("the camera is inside {}", scene.instances[i].name));
     }

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "fields/base/names.h"
 #include "fields/file/write_file.h"
 #include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_subdivision.h"
@@ -54,12 +55,14 @@ std::string notable_findings(const PreparedMesh& mesh) {
     return findings.summary();
 }
 
-/// Files of which parts are wanted, so that each is read once. Others are not kept.
+/// Files of which parts or several shapes are wanted, so that each is read once. Others are not kept.
 class ModelShelf {
 public:
     explicit ModelShelf(const Scene& scene) {
         for (const Entity& entity : scene.entities)
             if (!entity.part.empty()) shared_.insert(entity.mesh);
+        for (const Instance& instance : scene.instances)
+            if (instance.shape != Shape()) shared_.insert(scene.entities[instance.entity].mesh);
     }
 
     /// Valid until the next.
@@ -85,12 +88,9 @@ Result<std::optional<std::size_t>> part_of(const ModelFile& model, const Entity&
     const auto found = std::ranges::find(names, entity.part);
     if (found != names.end()) return std::optional(static_cast<std::size_t>(found - names.begin()));
     constexpr std::size_t most_listed = 20;
-    std::string list;
-    for (std::size_t i = 0; i < std::min(names.size(), most_listed); ++i)
-        list += fmt::format("{}\"{}\"", i == 0 ? "" : ", ", names[i]);
-    if (names.size() > most_listed) list += fmt::format(" and {} more", names.size() - most_listed);
-    return Error{model.file().string(), fmt::format("has no part \"{}\", as entity {} wants it; it has {}",
-                                                    entity.part, entity.name, list)};
+    return Error{model.file().string(),
+                 fmt::format("has no part \"{}\", as entity {} wants it; it has {}", entity.part, entity.name,
+                             quoted_list(names, most_listed))};
 }
 
 /// Reads and prepares the mesh, and makes its surfaces.
@@ -112,7 +112,8 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
         wanted.colours.push_back(surface.coloured);
         preparation.opacity.push_back(surface.texture ? opacity_map(*surface.texture) : OpacityMap());
     }
-    imported->mesh = with_shared_vertices(imported->mesh, wanted);
+    const bool is_less = wanted.uvs != imported->mapped || wanted.colours != imported->coloured;
+    if (is_less) imported->mesh = with_shared_vertices(imported->mesh, wanted);
     if (shape != Shape()) {
         imported->mesh = shaped_mesh(std::move(imported->mesh), shape);
         leave_out_bad_triangles(imported->mesh, imported->findings);  // rounded flat

@@ -34,6 +34,9 @@ struct SceneEntities {
     std::vector<std::unique_ptr<SceneEntity>> entities;  ///< In the order of the first instances.
     std::vector<std::size_t> entity_of_instance;         ///< Index in `entities`, by Scene::instances.
     std::vector<std::string> warnings;  ///< Of what was found in meshes; not that flat sheets are open.
+
+    /// The entity of instance `i` of Scene::instances.
+    const SceneEntity& of_instance(std::size_t i) const { return *entities[entity_of_instance[i]]; }
 };
 
 /// How fields are made, and where they are kept.

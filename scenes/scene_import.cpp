@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "fields/base/names.h"
 #include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/model_file.h"
 #include "scenes/shape.h"
@@ -13,75 +14,37 @@
 namespace haarfield {
 namespace {
 
-AffineRows product(const AffineRows& second, const AffineRows& first) {
-    AffineRows result{};
-    for (std::size_t r = 0; r < 3; ++r)
-        for (std::size_t c = 0; c < 4; ++c) {
-            result[r][c] = c == 3 ? second[r][3] : 0;
-            for (std::size_t k = 0; k < 3; ++k) result[r][c] += second[r][k] * first[k][c];
-        }
-    return result;
-}
-
-Vec3d point(const AffineRows& map, const Vec3d& p) {
-    const auto row = [&](std::size_t r) {
-        return map[r][0] * p.x + map[r][1] * p.y + map[r][2] * p.z + map[r][3];
-    };
-    return {row(0), row(1), row(2)};
-}
-
-bool is_identity(const AffineRows& map) {
-    return map == ModelNode().place;
-}
-
 /// Scales alike along all axes, after turning z upwards if it is so meant.
-AffineRows turned_and_scaled(bool z_up, double scale) {
-    AffineRows map{};
-    map[0][0] = scale;
-    if (z_up) {
-        map[1][2] = scale;
-        map[2][1] = -scale;
-    } else {
-        map[1][1] = map[2][2] = scale;
-    }
+AffineMap turned_and_scaled(bool z_up, double scale) {
+    AffineMap map;
+    if (z_up) map.axes = {Vec3d(1, 0, 0), Vec3d(0, 0, -1), Vec3d(0, 1, 0)};
+    for (Vec3d& axis : map.axes) axis *= scale;
     return map;
 }
 
-/// A name that a file may have, and POV-Ray: others become `_`.
-std::string plain_name(const std::string& name, const std::string& otherwise) {
-    std::string plain;
-    for (const char c : name) {
-        const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                              c == '_' || c == '-' || c == '.';
-        plain += is_plain ? c : '_';
-    }
+/// A name that a file may have, and POV-Ray.
+std::string file_name(const std::string& name, const std::string& otherwise) {
+    std::string plain = plain_name(name);
     plain.erase(0, plain.find_first_not_of("_-."));
     plain = plain.substr(0, 60);
     return plain.empty() ? otherwise : plain;
-}
-
-std::string unique(const std::string& name, std::set<std::string>& taken) {
-    std::string made = name;
-    for (int k = 2; !taken.insert(made).second; ++k) made = fmt::format("{}_{}", name, k);
-    return made;
 }
 
 /// An instance that is not placed in the scene yet.
 struct Placed {
     std::size_t entity;
     std::string name;
-    AffineRows place;  ///< In the file's world.
+    AffineMap place;  ///< In the file's world.
 };
 
 /// What is known of an entity's mesh.
 struct Extent {
     Bounds bounds;  ///< In its own frame.
     double area = 0;
-    std::size_t vertices = 0;
 };
 
 Extent extent_of(const Mesh& mesh) {
-    Extent extent{mesh_bounds(mesh), 0, mesh.positions.size()};
+    Extent extent{mesh_bounds(mesh), 0};
     for (const auto& [a, b, c] : mesh.triangles) {
         const Vec3d p(mesh.positions[a]);
         extent.area += (Vec3d(mesh.positions[b]) - p).cross(Vec3d(mesh.positions[c]) - p).length() / 2;
@@ -99,9 +62,8 @@ std::array<Vec3d, 8> corners_of(const Bounds& bounds) {
 }
 
 /// By how much a map magnifies areas, about.
-double area_scale(const AffineRows& map) {
-    const Vec3d x(map[0][0], map[1][0], map[2][0]), y(map[0][1], map[1][1], map[2][1]),
-        z(map[0][2], map[1][2], map[2][2]);
+double area_scale(const AffineMap& map) {
+    const auto& [x, y, z] = map.axes;
     return (x.cross(y).length() + y.cross(z).length() + z.cross(x).length()) / 3;
 }
 
@@ -113,11 +75,11 @@ public:
         const Result<ModelFile> opened = ModelFile::open(path);
         if (!opened) return opened.error();
         const ModelFile& model = *opened;
-        const std::string stem = plain_name(path.stem().string(), "model");
+        const std::string stem = file_name(path.stem().string(), "model");
         const ModelParts& parts = model.parts();
         const bool stands_still =
             parts.nodes.size() == parts.names.size() &&
-            std::ranges::all_of(parts.nodes, [](const ModelNode& node) { return is_identity(node.place); });
+            std::ranges::all_of(parts.nodes, [](const ModelNode& node) { return node.place == AffineMap(); });
         if (!camera_ && parts.camera) camera_ = parts.camera;
         if (wanted_.whole || stands_still || parts.names.size() == 1) {
             const bool is_part = parts.names.size() == 1 && !wanted_.whole && !stands_still;
@@ -125,58 +87,57 @@ public:
                 add_entity(model, is_part ? std::optional<std::size_t>(0) : std::nullopt, stem, path);
             if (!entity) return entity.error();
             if (!*entity) return Done{};
-            if (!is_part) placed_.push_back({**entity, stem, ModelNode().place});
+            if (!is_part) placed_.push_back({**entity, stem, AffineMap()});
             for (const ModelNode& node : parts.nodes)
-                if (is_part) placed_.push_back({**entity, plain_name(node.name, stem), node.place});
+                if (is_part) placed_.push_back({**entity, file_name(node.name, stem), node.place});
             return Done{};
         }
         std::vector<std::optional<std::size_t>> entity_of_part;
         for (std::size_t part = 0; part < parts.names.size(); ++part) {
             if (progress_.stop.stop_requested()) return Error{"", interrupted};
             const Result<std::optional<std::size_t>> entity =
-                add_entity(model, part, plain_name(parts.names[part], stem), path);
+                add_entity(model, part, file_name(parts.names[part], stem), path);
             if (!entity) return entity.error();
             entity_of_part.push_back(*entity);
             if (progress_.report) progress_.report("parts of " + stem, part + 1, parts.names.size());
         }
         for (const ModelNode& node : parts.nodes)
             if (const auto entity = entity_of_part[node.part])
-                placed_.push_back({*entity, plain_name(node.name, scene.entities[*entity].name), node.place});
+                placed_.push_back({*entity, file_name(node.name, scene.entities[*entity].name), node.place});
         return Done{};
     }
 
     Result<Done> place() {
         if (placed_.empty()) return Error{"", "nothing with a surface; wanted a model"};
         Bounds all;
-        const AffineRows upright = turned_and_scaled(wanted_.z_up, 1);
+        const AffineMap upright = turned_and_scaled(wanted_.z_up, 1);
         for (const Placed& instance : placed_)
             for (const Vec3d& corner : corners_of(extents_[instance.entity].bounds))
-                all.add(Vec3f(point(product(upright, instance.place), corner)));
+                all.add(Vec3f((upright * instance.place).point(corner)));
         const Vec3f size = all.upper - all.lower;
         const double longest = double(std::max({size.x, size.y, size.z}));
         const double scale = wanted_.size && longest > 0 ? *wanted_.size / longest : wanted_.unit;
-        const AffineRows world = turned_and_scaled(wanted_.z_up, scale);
+        const AffineMap world = turned_and_scaled(wanted_.z_up, scale);
         double area = 0;
         std::set<std::string> taken;
         for (const Entity& entity : scene.entities) taken.insert(entity.name);
         std::map<std::string, std::size_t> count;
         for (const Placed& placed : placed_) ++count[placed.name];
         for (const Placed& placed : placed_) {
-            const AffineRows place = product(world, placed.place);
-            const Result<LinearParts> parts = linear_parts({Vec3d(place[0][0], place[0][1], place[0][2]),
-                                                            Vec3d(place[1][0], place[1][1], place[1][2]),
-                                                            Vec3d(place[2][0], place[2][1], place[2][2])});
+            const AffineMap place = world * placed.place;
+            const Result<LinearParts> parts = linear_parts(place.rows());
             if (!parts) return Error{placed.name, "its place " + parts.error().what};
             Instance instance;
             instance.entity = placed.entity;
             // One that is called as its entity needs no name of its own.
             const bool is_own = placed.name == scene.entities[placed.entity].name;
-            if (!is_own || count[placed.name] > 1) instance.name = unique(placed.name, taken);
+            if (!is_own || count[placed.name] > 1) instance.name = unique_name(placed.name, taken);
             instance.placement = parts->placement;
-            instance.placement.translate = Vec3f(Vec3d(place[0][3], place[1][3], place[2][3]));
+            instance.placement.translate = Vec3f(place.origin);
             instance.shape = parts->shape;
-            area += extents_[placed.entity].area * area_scale(place);
-            areas_[placed.entity] += extents_[placed.entity].area * area_scale(place);
+            const double own_area = extents_[placed.entity].area * area_scale(place);
+            area += own_area;
+            areas_[placed.entity] += own_area;
             ++instances_[placed.entity];
             scene.instances.push_back(std::move(instance));
         }
@@ -205,7 +166,7 @@ private:
         }
         if (!imported) return imported.error();
         Entity entity;
-        entity.name = unique(name, names_);
+        entity.name = unique_name(name, names_);
         entity.mesh = path;
         if (part) entity.part = model.parts().names[*part];
         scene.entities.push_back(std::move(entity));
@@ -231,11 +192,11 @@ private:
         }
     }
 
-    void set_camera(const AffineRows& world) {
+    void set_camera(const AffineMap& world) {
         scene.finds_camera = !camera_;
         if (!camera_) return;
-        const Vec3d position = point(world, Vec3d(camera_->position)),
-                    ahead = point(world, Vec3d(camera_->position + camera_->direction)) - position;
+        const Vec3d position = world.point(Vec3d(camera_->position)),
+                    ahead = world.direction(Vec3d(camera_->direction));
         // As far as the middle of all.
         const double distance = std::max(1e-3 * double(bounds.radius()),
                                          (Vec3d(bounds.centre()) - position).dot(ahead.normalized()));
@@ -288,7 +249,7 @@ Result<ImportedScene> scene_of_models(std::span<const std::filesystem::path> fil
         Entity floor;
         std::set<std::string> taken;
         for (const Entity& entity : scene.entities) taken.insert(entity.name);
-        floor.name = unique("floor", taken);
+        floor.name = unique_name("floor", taken);
         floor.mesh = folder / "floor.obj";
         floor.material = "floor";
         floor.coarse_triangles = 0;

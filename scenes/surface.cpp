@@ -94,6 +94,14 @@ std::vector<Rgb> seen_highlights(const Mesh& mesh, std::span<const Surface> surf
     return seen;
 }
 
+bool has_textures(std::span<const Surface> surfaces) {
+    return std::ranges::any_of(surfaces, [](const Surface& surface) { return surface.texture != nullptr; });
+}
+
+bool all_plain(std::span<const Surface> surfaces) {
+    return std::ranges::all_of(surfaces, &Surface::is_plain);
+}
+
 std::vector<Material> materials_of(std::span<const Surface> surfaces) {
     std::vector<Material> materials;
     for (const Surface& surface : surfaces) materials.push_back(surface.material);

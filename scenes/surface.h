@@ -69,6 +69,9 @@ std::vector<Rgb> seen_diffuse(const Mesh& mesh, std::span<const Surface> surface
 std::vector<Rgb> seen_highlights(const Mesh& mesh, std::span<const Surface> surfaces,
                                  std::span<const Rgb> highlights);
 
+bool has_textures(std::span<const Surface> surfaces);  ///< Whether one of them has a texture.
+bool all_plain(std::span<const Surface> surfaces);     ///< Whether each of them is.
+
 /// The surfaces' materials.
 std::vector<Material> materials_of(std::span<const Surface> surfaces);
 

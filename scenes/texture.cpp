@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
+#include "fields/base/repeated_texels.h"
+#include "fields/file/mapped_file.h"
 #include "scenes/image.h"
 
 namespace haarfield {
@@ -21,16 +21,6 @@ const std::array<float, 256>& linear_values() {
     return values;
 }
 
-std::uint8_t code(float value) {
-    return static_cast<std::uint8_t>(std::clamp(value, 0.0f, 1.0f) * 255 + 0.5f);
-}
-
-/// The texel that a whole number means, where images repeat.
-int repeated(std::int64_t at, int size) {
-    const auto rest = static_cast<int>(at % size);
-    return rest < 0 ? rest + size : rest;
-}
-
 /// The four texels round a place, and their weights.
 struct Bilinear {
     std::array<std::size_t, 4> texel;
@@ -43,25 +33,26 @@ struct Bilinear {
         for (std::size_t k = 0; k < 4; ++k) {
             const std::int64_t column = static_cast<std::int64_t>(left) + (k % 2),
                                row = static_cast<std::int64_t>(top) + (k / 2);
-            texel[k] = std::size_t(repeated(row, texture.height)) * std::size_t(texture.width) +
-                       std::size_t(repeated(column, texture.width));
+            texel[k] = repeated_texel(column, row, texture.width, texture.height);
             weight[k] = (k % 2 ? right : 1 - right) * (k / 2 ? down : 1 - down);
         }
     }
 };
-
-std::string file_bytes(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
 
 Result<Image> read(const MeshImage& image) {
     if (image.bytes) return read_image_bytes(*image.bytes, image.name);
     return read_image(image.file);
 }
 
-bool is_jpeg(std::string_view bytes) {
-    return bytes.starts_with("\xff\xd8\xff");
+/// The bytes of an image's file if it is a JPEG, else none.
+Result<std::string> jpeg_bytes(const MeshImage& image) {
+    const auto if_jpeg = [](std::string_view bytes) {
+        return std::string(bytes.starts_with("\xff\xd8\xff") ? bytes : std::string_view());
+    };
+    if (image.bytes) return if_jpeg(*image.bytes);
+    const Result<MappedFile> mapped = mapped_file(image.file);
+    if (!mapped) return mapped.error();
+    return if_jpeg(mapped->bytes);
 }
 
 /// Of an opacity map at a place of an image of another size: its alpha, or its luminance.
@@ -103,17 +94,8 @@ bool Texture::is_cut_out(const std::array<Vec2f, 3>& triangle) const {
             lower[axis] = std::min(lower[axis], uv[axis]);
             upper[axis] = std::max(upper[axis], uv[axis]);
         }
-    const auto first = [](double at) { return static_cast<std::int64_t>(std::floor(at - 0.5)); };
-    const std::int64_t left = first(double(lower.x) * width), top = first((1 - double(upper.y)) * height),
-                       right = std::min<std::int64_t>(first(double(upper.x) * width) + 1, left + width - 1),
-                       bottom = std::min<std::int64_t>(first((1 - double(lower.y)) * height) + 1,
-                                                       top + height - 1);
-    for (std::int64_t row = top; row <= bottom; ++row)
-        for (std::int64_t column = left; column <= right; ++column)
-            if (texels[std::size_t(repeated(row, height)) * std::size_t(width) +
-                       std::size_t(repeated(column, width))][3] != 255)
-                return true;
-    return false;
+    return any_texel({double(lower.x), 1 - double(upper.y)}, {double(upper.x), 1 - double(lower.y)}, width,
+                     height, [&](std::size_t texel) { return texels[texel][3] != 255; });
 }
 
 OpacityMap opacity_map(const Texture& texture) {
@@ -129,7 +111,7 @@ Result<Texture> read_texture(const TextureSource& source) {
     const Result<Image> image = read(has_colour ? source.image : source.opacity_map);
     if (!image) return image.error();
     Result<Image> map = Image{};
-    if (has_map) map = read(source.opacity_map);
+    if (has_map) map = has_colour ? read(source.opacity_map) : image;
     if (!map) return map.error();
 
     Texture texture;
@@ -153,10 +135,10 @@ Result<Texture> read_texture(const TextureSource& source) {
         auto& texel = texture.texels[i];
         for (std::size_t c = 0; c < 3; ++c) {
             const float linear = image->pixels[i][int(c)];
-            texel[c] = has_colour ? code(srgb_encoded(linear)) : std::uint8_t(255);
+            texel[c] = has_colour ? unit_byte(srgb_encoded(linear)) : std::uint8_t(255);
             sum[int(c)] += double(linear_values()[texel[c]]);
         }
-        texel[3] = code(opacity);
+        texel[3] = unit_byte(opacity);
         texture.has_alpha |= texel[3] != 255;
     }
     if (std::ranges::all_of(texture.texels, [](const auto& texel) { return texel[3] == 0; })) {
@@ -165,8 +147,9 @@ Result<Texture> read_texture(const TextureSource& source) {
     }
     texture.mean = Rgb(Vec3f(sum / double(texture.texels.size())));
     if (has_colour && !texture.has_alpha) {
-        std::string bytes = source.image.bytes ? *source.image.bytes : file_bytes(source.image.file);
-        if (is_jpeg(bytes)) texture.jpeg = std::move(bytes);
+        Result<std::string> bytes = jpeg_bytes(source.image);
+        if (!bytes) return bytes.error();
+        texture.jpeg = std::move(*bytes);
     }
     return texture;
 }

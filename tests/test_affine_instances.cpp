@@ -190,8 +190,8 @@ TEST_F(AffineInstances, MoveInASession) {
 
 TEST_F(AffineInstances, TheRayTracerIsGivenMeshesMadeByHand) {
     for (std::size_t i = 0; i < affine->scene.instances.size(); ++i) {
-        const Mesh &a = affine->entities.entities[affine->entities.entity_of_instance[i]]->mesh.original,
-                   &b = world->entities.entities[world->entities.entity_of_instance[i]]->mesh.original;
+        const Mesh &a = affine->entities.of_instance(i).mesh.original,
+                   &b = world->entities.of_instance(i).mesh.original;
         const Placement& placement = affine->scene.instances[i].placement;
         ASSERT_EQ(a.triangles.size(), b.triangles.size());
         for (std::size_t t = 0; t < a.triangles.size(); ++t) {

@@ -55,14 +55,6 @@ struct ShadedMeshes {
     std::vector<std::span<const Rgb>> radiance;  ///< Of their vertices.
 };
 
-const SceneEntity& entity_of(const SceneEntities& entities, std::size_t instance) {
-    return *entities.entities[entities.entity_of_instance[instance]];
-}
-
-bool is_plain(const SceneEntity& entity) {
-    return std::ranges::all_of(entity.surfaces, &Surface::is_plain);
-}
-
 ShadedMeshes shaded_meshes(const SceneEntities& entities, const BakedScene& baked) {
     ShadedMeshes shaded;
     for (std::size_t i = 0; i < entities.entity_of_instance.size(); ++i) {
@@ -71,7 +63,7 @@ ShadedMeshes shaded_meshes(const SceneEntities& entities, const BakedScene& bake
             shaded.meshes.push_back({&refined.mesh, &refined.samples});
             shaded.radiance.emplace_back(refined.radiance);
         } else {
-            const SceneEntity& entity = entity_of(entities, i);
+            const SceneEntity& entity = entities.of_instance(i);
             shaded.meshes.push_back({&entity.mesh.fine, &entity.occlusion->samples()});
             shaded.radiance.emplace_back(baked.fine[i]);
         }
@@ -88,11 +80,11 @@ std::vector<BakedInstance> seen_instances(const Scene& scene, const SceneEntitie
     std::vector<BakedInstance> instances;
     seen.resize(shaded.meshes.size());
     for (std::size_t i = 0; i < shaded.meshes.size(); ++i) {
-        const SceneEntity& entity = entity_of(entities, i);
+        const SceneEntity& entity = entities.of_instance(i);
         BakedInstance& added =
             instances.emplace_back(BakedInstance{scene.instances[i].name, shaded.meshes[i].mesh,
                                                  scene.instances[i].placement, shaded.radiance[i]});
-        if (is_plain(entity)) continue;
+        if (all_plain(entity.surfaces)) continue;
         seen[i] = seen_radiance(*shaded.meshes[i].mesh, entity.surfaces, shaded.radiance[i], highlights[i]);
         added.radiance = seen[i].under;
         added.over = seen[i].over;
@@ -147,7 +139,7 @@ BakedPass baked_pass(const std::string& name, SceneRadiance values, const SceneR
         return made;
     }
     for (std::size_t i = 0; i < instances.size(); ++i) {
-        const SceneEntity& entity = entity_of(entities, i);
+        const SceneEntity& entity = entities.of_instance(i);
         std::vector<Rgb>& here = made.values[i];
         if (pass == RenderPass::diffuse) here = seen_diffuse(*instances[i].mesh, entity.surfaces, here);
         if (pass == RenderPass::specular) here = seen_highlights(*instances[i].mesh, entity.surfaces, here);

@@ -93,8 +93,8 @@ private:
             const Instance& instance = stage_.scene.instances[i];
             PreviewInstance& added =
                 instances.emplace_back(PreviewInstance{&mesh(i), instance.placement, {}});
-            const std::vector<Surface>& surfaces = entity(i).surfaces;
-            const bool is_plain = std::ranges::all_of(surfaces, &Surface::is_plain);
+            const std::vector<Surface>& surfaces = entities_.of_instance(i).surfaces;
+            const bool is_plain = all_plain(surfaces);
             if (!is_plain) added.surfaces = surfaces;
             if (radiance.empty()) continue;
             if (!is_plain)
@@ -105,11 +105,7 @@ private:
         return instances;
     }
 
-    const SceneEntity& entity(std::size_t instance) const {
-        return *entities_.entities[entities_.entity_of_instance[instance]];
-    }
-
-    const Mesh& mesh(std::size_t instance) const { return entity(instance).mesh.fine; }
+    const Mesh& mesh(std::size_t instance) const { return entities_.of_instance(instance).mesh.fine; }
 
     Result<Done> write_povray(const std::filesystem::path& folder) {
         std::vector<BakedInstance> instances;

@@ -1,5 +1,6 @@
 #include "tools/scene_options.h"
 
+#include "fields/base/names.h"
 #include "scenes/scene_camera.h"
 #include "scenes/scene_reader.h"
 #include "shading/scene/exposure.h"
@@ -163,13 +164,7 @@ void report_picture(const std::filesystem::path& exr, const Image& objects, std:
 }
 
 std::string file_stem(const Scene& scene) {
-    std::string stem = scene.name;
-    for (char& c : stem) {
-        const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                           c == '_' || c == '-' || c == '.';
-        if (!plain) c = '_';
-    }
-    return stem;
+    return plain_name(scene.name);
 }
 
 void add_occlusion_options(CLI::App& command, OcclusionOptions& options) {
@@ -302,7 +297,7 @@ std::vector<ReferenceInstance> reference_instances(const Scene& scene, const Sce
     std::vector<ReferenceInstance> instances;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const Instance& instance = scene.instances[i];
-        const SceneEntity& entity = *originals.entities[originals.entity_of_instance[i]];
+        const SceneEntity& entity = originals.of_instance(i);
         instances.push_back(
             {instance.name, &entity.mesh.original, entity.materials, instance.placement, entity.surfaces});
     }

@@ -164,6 +164,16 @@ bool has_whole_media_types(std::string_view text) {
     return true;
 }
 
+/// What assimp takes on trust in a glTF file. errors (with an empty `where`) what is wrong.
+Result<Done> check_gltf(const std::filesystem::path& file, bool is_binary) {
+    const Result<MappedFile> mapped = mapped_file(file);
+    if (!mapped) return Error{"", mapped.error().what};
+    if (is_binary && !has_whole_chunks(mapped->bytes)) return Error{"", "a chunk is longer than the file"};
+    if (!has_whole_media_types(mapped->bytes))
+        return Error{"", "the media type of an image or buffer has no slash; wanted one as image/png"};
+    return Done{};
+}
+
 /// Calls `act` with each node and where it stands, in the order of the file.
 template <class Act>
 void for_each_node(const aiScene& scene, const Act& act) {
@@ -186,11 +196,13 @@ std::vector<unsigned> meshes_of(const aiScene& scene, const aiNode& node) {
     return meshes;
 }
 
-AffineRows rows_of(const aiMatrix4x4& m) {
-    AffineRows rows;
-    for (unsigned r = 0; r < 3; ++r)
-        for (unsigned c = 0; c < 4; ++c) rows[r][c] = double(m[r][c]);
-    return rows;
+AffineMap affine_map(const aiMatrix4x4& m) {
+    AffineMap map;
+    for (unsigned r = 0; r < 3; ++r) {
+        for (unsigned c = 0; c < 3; ++c) map.axes[c][int(r)] = double(m[r][c]);
+        map.origin[int(r)] = double(m[r][3]);
+    }
+    return map;
 }
 
 /// The first camera that there is.
@@ -230,26 +242,14 @@ bool AssimpModel::reads(const std::string& ending) {
     return Assimp::Importer().IsExtensionSupported(ending);
 }
 
-namespace {
-constexpr const char* no_media_type =
-    "the media type of an image or buffer has no slash; wanted one as image/png";
-}  // namespace
-
 Result<AssimpModel> AssimpModel::open(const std::filesystem::path& file) {
     const std::string ending = lower_ending(file);
-    if (ending == ".glb") {
-        const Result<MappedFile> mapped = mapped_file(file);
-        if (!mapped) return Error{"", mapped.error().what};
-        if (!has_whole_chunks(mapped->bytes)) return Error{"", "a chunk is longer than the file"};
-        if (!has_whole_media_types(mapped->bytes)) return Error{"", no_media_type};
-    } else if (ending == ".gltf") {
-        const Result<MappedFile> mapped = mapped_file(file);
-        if (!mapped) return Error{"", mapped.error().what};
-        if (!has_whole_media_types(mapped->bytes)) return Error{"", no_media_type};
-    }
+    const bool is_gltf = ending == ".glb" || ending == ".gltf";
+    if (is_gltf)
+        if (const Result<Done> good = check_gltf(file, ending == ".glb"); !good) return good.error();
     const auto content = std::make_shared<Content>();
     content->file = file;
-    content->is_gltf = ending == ".glb" || ending == ".gltf";
+    content->is_gltf = is_gltf;
     if (!reads(ending))
         return Error{"",
                      (ending.empty() ? "has no ending" : "has the ending " + ending) +
@@ -271,9 +271,10 @@ Result<AssimpModel> AssimpModel::open(const std::filesystem::path& file) {
         if (is_new) {
             content->meshes.push_back(meshes);
             const std::string of_mesh = scene.mMeshes[meshes[0]]->mName.C_Str();
-            model.parts_.names.push_back(unique_name(of_mesh.empty() ? node.mName.C_Str() : of_mesh, taken));
+            model.parts_.names.push_back(
+                unique_name(of_mesh.empty() ? node.mName.C_Str() : of_mesh, taken, " (", ")"));
         }
-        model.parts_.nodes.push_back({node.mName.C_Str(), part->second, rows_of(transform)});
+        model.parts_.nodes.push_back({node.mName.C_Str(), part->second, affine_map(transform)});
     });
     model.parts_.camera = camera_of(scene, content->is_gltf);
     model.content_ = content;

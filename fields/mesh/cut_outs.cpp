@@ -1,5 +1,7 @@
 #include "fields/mesh/cut_outs.h"
 
+#include "fields/base/repeated_texels.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -33,23 +35,10 @@ struct Box {
     }
 };
 
-std::size_t repeated(std::int64_t at, int size) {
-    const std::int64_t rest = at % size;
-    return static_cast<std::size_t>(rest < 0 ? rest + size : rest);
-}
-
 /// Whether a texel that bilinear lookup takes somewhere in a box is less than half opaque.
 bool has_hole(const OpacityMap& map, const Box& box) {
-    const auto first = [](double at) { return static_cast<std::int64_t>(std::floor(at - 0.5)); };
-    const std::int64_t left = first(box.lower.x * map.width), top = first(box.lower.y * map.height),
-                       right = std::min(first(box.upper.x * map.width) + 1, left + map.width - 1),
-                       bottom = std::min(first(box.upper.y * map.height) + 1, top + map.height - 1);
-    for (std::int64_t row = top; row <= bottom; ++row)
-        for (std::int64_t column = left; column <= right; ++column)
-            if (map.opacity[repeated(row, map.height) * std::size_t(map.width) +
-                            repeated(column, map.width)] < 128)
-                return true;
-    return false;
+    return any_texel(box.lower, box.upper, map.width, map.height,
+                     [&](std::size_t texel) { return map.opacity[texel] < 128; });
 }
 
 double cross(const Place& a, const Place& b) {

@@ -1,6 +1,7 @@
 #pragma once
 /// What the readers of mesh files fill.
 
+#include "fields/base/names.h"
 #include "fields/base/range.h"
 #include "fields/mesh/mesh.h"
 #include "fields/mesh/polygon_triangulation.h"
@@ -8,17 +9,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <set>
 
 namespace haarfield {
-
-/// A file's ending in lower case, with its point.
-std::string lower_ending(const std::filesystem::path& file);
-
-/// A name unlike those that are taken: numbered, `name (2)`, where it has to be. It is then taken, too.
-std::string unique_name(const std::string& name, std::set<std::string>& taken);
 
 /// Faces as a file has them, each vertex as it is there; normals are zero where there are none.
 struct FaceGatherer {
@@ -41,7 +35,7 @@ struct FaceGatherer {
     /// Of materials of one name the later ones are called `name (2)` and so on.
     std::uint16_t new_material(const std::string& name, const MeshMaterial& description) {
         const auto number = static_cast<std::uint16_t>(mesh.material_names.size());
-        mesh.material_names.push_back(unique_name(name, names));
+        mesh.material_names.push_back(unique_name(name, names, " (", ")"));
         descriptions.push_back(description);
         mapped.push_back(false);
         coloured.push_back(false);

@@ -21,7 +21,7 @@ struct Frame {
     std::string_view name;             ///< What it is declared as; "" if it is not.
     std::size_t place = 0;             ///< Of the brace.
     std::vector<PlacedMesh2> parts{};  ///< In the frame's coordinates.
-    Mesh2Transform transform{};
+    AffineMap transform{};
     std::string material{};
     std::optional<PovrayText::Failure> unreadable{};  ///< Why its shape or its place is not known.
 };

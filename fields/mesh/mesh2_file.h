@@ -1,6 +1,7 @@
 #pragma once
 /// POV-Ray's `mesh2` objects, as exporters write them into .inc and .pov files.
 
+#include "fields/base/affine_map.h"
 #include "fields/base/result.h"
 #include "fields/base/vector.h"
 
@@ -11,23 +12,6 @@
 #include <vector>
 
 namespace haarfield {
-
-/// What POV-Ray's `matrix <...>` says: where the axes and the origin go to.
-struct Mesh2Transform {
-    std::array<Vec3d, 3> axes{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
-    Vec3d origin{0, 0, 0};
-
-    /// A point, moved.
-    Vec3d point(const Vec3d& p) const { return axes[0] * p.x + axes[1] * p.y + axes[2] * p.z + origin; }
-    /// A normal, as the surface that it stands on is moved; of another length.
-    Vec3d normal(const Vec3d& n) const;
-    bool is_mirrored() const;  ///< Turns left hands into right ones.
-
-    bool operator==(const Mesh2Transform&) const = default;  ///< Equal in all bits, but for signs of zeros.
-};
-
-/// `second` after `first`.
-Mesh2Transform operator*(const Mesh2Transform& second, const Mesh2Transform& first);
 
 /// A triangle; each corner has a position, and may have a normal, a uv and a texture.
 struct Mesh2Face {
@@ -53,9 +37,9 @@ struct Mesh2 {
 
 /// A mesh where it stands.
 struct PlacedMesh2 {
-    std::size_t mesh = 0;      ///< Which one.
-    Mesh2Transform transform;  ///< From the mesh, as it is kept here, into the file's frame.
-    std::string material;      ///< As that of Mesh2, but of the objects round it, the innermost first.
+    std::size_t mesh = 0;  ///< Which one.
+    AffineMap transform;   ///< From the mesh, as it is kept here, into the file's frame.
+    std::string material;  ///< As that of Mesh2, but of the objects round it, the innermost first.
 };
 
 /// What a file declares and places.

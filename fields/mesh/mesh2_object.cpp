@@ -10,12 +10,12 @@ namespace {
 constexpr double degree = pi / 180;
 
 /// As POV-Ray turns: on the bare numbers, whatever the hand of the frame.
-Mesh2Transform turned(const Vec3d& degrees) {
-    Mesh2Transform result;
+AffineMap turned(const Vec3d& degrees) {
+    AffineMap result;
     for (int axis = 0; axis < 3; ++axis) {
         const double angle = degrees[axis] * degree, c = std::cos(angle), s = std::sin(angle);
         const int from = (axis + 1) % 3, to = (axis + 2) % 3;
-        Mesh2Transform turn;
+        AffineMap turn;
         turn.axes[std::size_t(from)][from] = turn.axes[std::size_t(to)][to] = c;
         turn.axes[std::size_t(from)][to] = s;
         turn.axes[std::size_t(to)][from] = -s;
@@ -24,15 +24,15 @@ Mesh2Transform turned(const Vec3d& degrees) {
     return result;
 }
 
-Mesh2Transform scaled(const Vec3d& factors) {
-    Mesh2Transform result;
+AffineMap scaled(const Vec3d& factors) {
+    AffineMap result;
     for (int axis = 0; axis < 3; ++axis)  // POV-Ray takes 0 for a mistake
         result.axes[std::size_t(axis)][axis] = factors[axis] == 0 ? 1 : factors[axis];
     return result;
 }
 
-Mesh2Transform moved(const std::array<double, 12>& matrix) {
-    Mesh2Transform result;
+AffineMap moved(const std::array<double, 12>& matrix) {
+    AffineMap result;
     for (std::size_t axis = 0; axis < 3; ++axis)
         result.axes[axis] = Vec3d(matrix[3 * axis], matrix[3 * axis + 1], matrix[3 * axis + 2]);
     result.origin = Vec3d(matrix[9], matrix[10], matrix[11]);
@@ -235,7 +235,7 @@ private:
     }
 
     void transform() {
-        if (transform_ == Mesh2Transform()) return;
+        if (transform_ == AffineMap()) return;
         for (Vec3f& p : mesh_.positions) p = Vec3f(transform_.point(Vec3d(p)));
         for (Vec3f& n : mesh_.normals) n = Vec3f(transform_.normal(Vec3d(n)));
         if (!transform_.is_mirrored()) return;
@@ -250,38 +250,17 @@ private:
     PovrayText& text_;
     std::size_t begin_;
     Mesh2 mesh_;
-    Mesh2Transform transform_;
+    AffineMap transform_;
     std::vector<std::array<std::uint32_t, 3>> normal_indices_, uv_indices_;
 };
 
 }  // namespace
 
-Vec3d Mesh2Transform::normal(const Vec3d& n) const {
-    // The inverse, transposed, but for the determinant: of that only the sign matters.
-    const Vec3d result =
-        axes[1].cross(axes[2]) * n.x + axes[2].cross(axes[0]) * n.y + axes[0].cross(axes[1]) * n.z;
-    const double length = result.length();
-    if (!(length > 0) || !std::isfinite(length)) return Vec3d(0, 0, 0);
-    return result / (is_mirrored() ? -length : length);
-}
-
-bool Mesh2Transform::is_mirrored() const {
-    return axes[0].cross(axes[1]).dot(axes[2]) < 0;
-}
-
-Mesh2Transform operator*(const Mesh2Transform& second, const Mesh2Transform& first) {
-    Mesh2Transform result;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        result.axes[axis] = second.point(first.axes[axis]) - second.origin;
-    result.origin = second.point(first.origin);
-    return result;
-}
-
 Mesh2 mesh2_object(PovrayText& text) {
     return Mesh2Parser(text).mesh();
 }
 
-bool take_transformation(std::string_view word, PovrayText& text, Mesh2Transform& transform) {
+bool take_transformation(std::string_view word, PovrayText& text, AffineMap& transform) {
     if (word == "scale")
         transform = scaled(text.vector()) * transform;
     else if (word == "rotate")

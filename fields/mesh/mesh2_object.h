@@ -11,7 +11,7 @@ Mesh2 mesh2_object(PovrayText& text);
 
 /// Takes what follows a keyword that moves things, and lets `transform` do that after what it does; false,
 /// and nothing is taken, if `word` is none.
-bool take_transformation(std::string_view word, PovrayText& text, Mesh2Transform& transform);
+bool take_transformation(std::string_view word, PovrayText& text, AffineMap& transform);
 
 /// Takes a block in braces. Returns NAME of `{ NAME }`, also if transformations follow it; else "".
 std::string plain_name(PovrayText& text);

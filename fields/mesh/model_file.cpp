@@ -1,26 +1,13 @@
 #include "fields/mesh/model_file.h"
 
+#include "fields/base/names.h"
 #include "fields/file/mapped_file.h"
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <cctype>
 #include <system_error>
 
 namespace haarfield {
-
-std::string lower_ending(const std::filesystem::path& file) {
-    std::string ending = file.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return std::tolower(c); });
-    return ending;
-}
-
-std::string unique_name(const std::string& name, std::set<std::string>& taken) {
-    std::string made = name;
-    for (int k = 2; !taken.insert(made).second; ++k) made = fmt::format("{} ({})", name, k);
-    return made;
-}
 
 namespace {
 
@@ -110,15 +97,6 @@ void gather(const Mesh2File& file, const PlacedMesh2& placed, FaceGatherer& to) 
     }
 }
 
-AffineRows rows_of(const Mesh2Transform& transform) {
-    AffineRows rows;
-    for (std::size_t r = 0; r < 3; ++r) {
-        for (std::size_t c = 0; c < 3; ++c) rows[r][c] = transform.axes[c][int(r)];
-        rows[r][3] = transform.origin[int(r)];
-    }
-    return rows;
-}
-
 /// A mesh of one material is a part.
 ModelParts parts_of(const Mesh2File& file, std::vector<std::size_t>& placed_of_part) {
     ModelParts parts;
@@ -130,10 +108,10 @@ ModelParts parts_of(const Mesh2File& file, std::vector<std::size_t>& placed_of_p
         const auto [part, is_new] =
             known.emplace(std::pair(placed.mesh, placed.material), parts.names.size());
         if (is_new) {
-            parts.names.push_back(unique_name(name, taken));
+            parts.names.push_back(unique_name(name, taken, " (", ")"));
             placed_of_part.push_back(i);
         }
-        parts.nodes.push_back({name, part->second, rows_of(placed.transform)});
+        parts.nodes.push_back({name, part->second, placed.transform});
     }
     return parts;
 }

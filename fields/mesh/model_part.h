@@ -1,23 +1,19 @@
 #pragma once
 /// What a model's file is made of.
 
-#include "fields/base/vector.h"
+#include "fields/base/affine_map.h"
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace haarfield {
 
-/// An affine map by its rows: v' = row . (v, 1).
-using AffineRows = std::array<std::array<double, 4>, 3>;
-
 /// A piece of a model that its file places once or more.
 struct ModelNode {
     std::string name;  ///< As the file has it; may be empty, and the same as another's.
     std::size_t part = 0;
-    AffineRows place{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};  ///< From the part to the file's world.
+    AffineMap place{};  ///< From the part to the file's world.
 };
 
 /// A camera of a model's file.

@@ -78,17 +78,16 @@ Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<con
     return result;
 }
 
+ShadedScene with_highlights_alone(ShadedScene scene) {
+    for (ShadedEntity& entity : scene.entities)
+        for (Material& material : entity.materials) material.diffuse = Rgb(0.0f);
+    return scene;
+}
+
 Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
                                          const std::vector<std::vector<bool>>& wanted,
                                          const Progress& progress) {
-    ShadedScene shining = shading.scene;
-    for (std::size_t e = 0; e < shining.entities.size(); ++e)
-        for (std::size_t m = 0; m < wanted[e].size(); ++m) {
-            Material& material = shining.entities[e].materials[m];
-            material.diffuse = Rgb(0.0f);
-            // What a buried vertex takes from its neighbours.
-            if (!wanted[e][m]) material.specular = Rgb(0.0f);
-        }
+    const ShadedScene shining = with_highlights_alone(shading.scene);
     VertexMask mask;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
         const std::vector<bool>& materials = wanted[shading.scene.instances[i].entity];

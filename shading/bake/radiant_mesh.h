@@ -46,6 +46,8 @@ Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std:
 Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
                                       const VertexMask& wanted, const Progress& progress = {});
 
+ShadedScene with_highlights_alone(ShadedScene scene);  ///< Of its materials.
+
 /// The highlights of vertices, without what is diffuse.
 ///
 /// meshes    by instance, as above.

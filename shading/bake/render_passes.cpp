@@ -24,13 +24,6 @@ bool has_highlights(const ShadedScene& scene) {
     });
 }
 
-/// The scene with only the highlights of its materials.
-ShadedScene with_highlights_alone(ShadedScene scene) {
-    for (ShadedEntity& entity : scene.entities)
-        for (Material& material : entity.materials) material.diffuse = Rgb(0.0f);
-    return scene;
-}
-
 ShadedScene in_white_paint(ShadedScene scene) {
     for (ShadedEntity& entity : scene.entities) std::ranges::fill(entity.materials, white_paint());
     return scene;

@@ -177,14 +177,29 @@ std::string wrong_appearance(const ImportedMesh& read) {
     return {};
 }
 
-class DamagedImages : public Subject {
+/// Files of text or bytes, damaged with words of their own kind.
+class DamagedFiles : public Subject {
 public:
-    std::string file_name() const override { return "image.png"; }
+    DamagedFiles(std::vector<std::string> files, const std::vector<std::string_view>& words)
+        : files_(std::move(files)), words_(words) {}
     std::string input(FuzzRandom& random) override {
         std::string bytes = files_[random_index(random, files_.size())];
-        damage(bytes, random, files_[random_index(random, files_.size())], mesh_words());
+        damage(bytes, random, files_[random_index(random, files_.size())], words_);
         return bytes;
     }
+
+private:
+    std::vector<std::string> files_;
+    const std::vector<std::string_view>& words_;
+};
+
+class DamagedImages : public DamagedFiles {
+public:
+    DamagedImages()
+        : DamagedFiles({*png_bytes(random_texture(5, 4).texels, 5, 4, false),
+                        *png_bytes(random_texture(3, 7, true).texels, 3, 7, true)},
+                       mesh_words()) {}
+    std::string file_name() const override { return "image.png"; }
     std::string objection(const path& file, bool& accepted) override {
         const auto embedded = std::make_shared<const std::string>(text_of(file));
         for (const MeshImage& image :
@@ -200,22 +215,13 @@ public:
         }
         return {};
     }
-
-private:
-    std::vector<std::string> files_{*png_bytes(random_texture(5, 4).texels, 5, 4, false),
-                                    *png_bytes(random_texture(3, 7, true).texels, 3, 7, true)};
 };
 
-class DamagedMeshes : public Subject {
+class DamagedMeshes : public DamagedFiles {
 public:
     explicit DamagedMeshes(std::string ending)
-        : ending_(std::move(ending)), files_(example_mesh_files(ending_)) {}
+        : DamagedFiles(example_mesh_files(ending), mesh_words()), ending_(std::move(ending)) {}
     std::string file_name() const override { return "mesh." + ending_; }
-    std::string input(FuzzRandom& random) override {
-        std::string bytes = files_[random_index(random, files_.size())];
-        damage(bytes, random, files_[random_index(random, files_.size())], mesh_words());
-        return bytes;
-    }
     std::string objection(const path& file, bool& accepted) override {
         const Result<ModelFile> model = ModelFile::open(file);
         if (!model) return model.error().what.empty() ? "refused without a reason" : "";
@@ -236,17 +242,12 @@ public:
 
 private:
     std::string ending_;
-    std::vector<std::string> files_;
 };
 
-class DamagedScenes : public Subject {
+class DamagedScenes : public DamagedFiles {
 public:
+    DamagedScenes() : DamagedFiles(example_scene_files(), scene_words()) {}
     std::string file_name() const override { return "scene.toml"; }
-    std::string input(FuzzRandom& random) override {
-        std::string bytes = files_[random_index(random, files_.size())];
-        damage(bytes, random, files_[random_index(random, files_.size())], scene_words());
-        return bytes;
-    }
     std::string objection(const path& file, bool& accepted) override {
         const Result<Scene> scene = read_scene(file);
         if (!scene) return scene.error().where.empty() ? "refused without a place" : "";
@@ -258,9 +259,6 @@ public:
                 return "an instance without a place";
         return {};
     }
-
-private:
-    std::vector<std::string> files_ = example_scene_files();
 };
 
 constexpr std::array<std::string_view, 16> subject_names{"field", "forged", "obj",   "ply",    "stl",   "off",
