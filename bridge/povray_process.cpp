@@ -139,6 +139,17 @@ std::string as_typed(const std::string& program, const std::vector<std::string>&
 
 }  // namespace
 
+PovrayOptions picture_options(const Camera& camera, int antialiasing) {
+    // Pixels that differ less from their neighbours gain nothing from more rays. [sRGB-encoded]
+    constexpr double threshold = 0.05;
+    PovrayOptions options;
+    options.width = camera.width;
+    options.height = camera.height;
+    options.antialiasing = antialiasing;
+    options.antialiasing_threshold = threshold;
+    return options;
+}
+
 Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::filesystem::path& exr,
                              const PovrayOptions& options, const Progress& progress) {
     assert(options.width >= 1 && options.height >= 1 && options.threads >= 0 && options.antialiasing >= 0 &&

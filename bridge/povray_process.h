@@ -3,6 +3,7 @@
 
 #include "fields/base/progress.h"
 #include "scenes/image.h"
+#include "scenes/scene.h"
 
 namespace haarfield {
 
@@ -17,6 +18,9 @@ struct PovrayOptions {
     double antialiasing_threshold = 0;
     std::vector<std::string> declarations;  ///< Each set to 1 before the scene is read.
 };
+
+/// For a picture of the camera's resolution, with n x n rays where pixels differ from their neighbours.
+PovrayOptions picture_options(const Camera& camera, int antialiasing);
 
 /// One run of POV-Ray.
 struct PovrayRun {

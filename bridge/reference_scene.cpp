@@ -390,4 +390,15 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     return files;
 }
 
+std::vector<ReferenceInstance> reference_instances(const Scene& scene, const SceneEntities& originals) {
+    std::vector<ReferenceInstance> instances;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        const SceneEntity& entity = originals.of_instance(i);
+        instances.push_back(
+            {instance.name, &entity.mesh.original, entity.materials, instance.placement, entity.surfaces});
+    }
+    return instances;
+}
+
 }  // namespace haarfield

@@ -3,7 +3,7 @@
 
 #include "bridge/light_dome.h"
 #include "bridge/povray_scene.h"
-#include "scenes/surface.h"
+#include "scenes/scene_entities.h"
 
 #include <span>
 
@@ -19,6 +19,11 @@ struct ReferenceInstance {
     /// By the mesh's materials, which are theirs; none: plain ones. Must outlive the call.
     std::span<const Surface> surfaces{};
 };
+
+/// A scene's instances; their meshes and materials are those of the entities.
+///
+/// originals  original_entities of the scene, which must outlive the result.
+std::vector<ReferenceInstance> reference_instances(const Scene& scene, const SceneEntities& originals);
 
 /// What a scene file may be told by a declaration: to be lit by one of its two sets of lights, twice as
 /// bright. Without either, both light it.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "fields/base/names.h"
+#include "scenes/given_files.h"
 
 namespace haarfield {
 namespace {
@@ -49,7 +50,9 @@ private:
                                      material.image.string(), imported_.mesh.material_names[number])};
         if (material.convention == LobeConvention::povray) surface.tinted_highlights = material.metallic;
         const Result<std::shared_ptr<const Texture>> texture = shelf_.texture(
-            {{material.image.filename().string(), material.image, nullptr}, {}, AlphaMode::blend});
+            {{material.image.filename().string(), material.image, given_image(scene_, material.image)},
+             {},
+             AlphaMode::blend});
         if (!texture) return texture.error();
         surface.texture = *texture;
         return surface;

@@ -8,6 +8,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -66,6 +67,8 @@ struct Keyframe {
     std::optional<Vec3f> rotate;  ///< Angles by which it is turned beyond its placement: rotation_xyz. [rad]
 };
 
+struct GivenFiles;
+
 /// A whole scene.
 struct Scene {
     std::string name;  ///< The file's, without its ending.
@@ -76,6 +79,8 @@ struct Scene {
     std::vector<Entity> entities;     ///< In the order of the file.
     std::vector<Instance> instances;  ///< In the order of the file.
     std::vector<Keyframe> keyframes;  ///< In the order of the file; times of one instance grow.
+    /// What a program gives in place of files that the scene names; null: nothing. See given_files.h.
+    std::shared_ptr<const GivenFiles> given;
 };
 
 }  // namespace haarfield

@@ -16,6 +16,7 @@
 #include "fields/mesh/shared_vertices.h"
 #include "fields/mesh/thin_sheets.h"
 #include "scenes/entity_surfaces.h"
+#include "scenes/given_files.h"
 #include "scenes/scene_camera.h"
 
 namespace haarfield {
@@ -58,7 +59,7 @@ std::string notable_findings(const PreparedMesh& mesh) {
 /// Files of which parts or several shapes are wanted, so that each is read once. Others are not kept.
 class ModelShelf {
 public:
-    explicit ModelShelf(const Scene& scene) {
+    explicit ModelShelf(const Scene& scene) : scene_(scene) {
         for (const Entity& entity : scene.entities)
             if (!entity.part.empty()) shared_.insert(entity.mesh);
         for (const Instance& instance : scene.instances)
@@ -67,6 +68,7 @@ public:
 
     /// Valid until the next.
     Result<const ModelFile*> file(const std::filesystem::path& path) {
+        if (const auto given = given_mesh(scene_, path)) return given.get();
         const auto known = models_.find(path);
         if (known != models_.end()) return &known->second;
         Result<ModelFile> opened = ModelFile::open(path);
@@ -76,6 +78,7 @@ public:
     }
 
 private:
+    const Scene& scene_;
     std::set<std::filesystem::path> shared_;
     std::map<std::filesystem::path, ModelFile> models_;
     std::optional<ModelFile> last_;
@@ -150,6 +153,13 @@ bool reuse_field(SceneEntity& entity, const ContentHash& key, Unsealed unsealed)
 
 Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settings, Unsealed unsealed,
                                 const Progress& progress) {
+    if (entity.field_file.empty()) {
+        Result<VisibilityField> field =
+            precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress);
+        if (!field) return field.error();
+        entity.field = *std::move(field);
+        return Done{};
+    }
     const ContentHash key = field_key(entity.mesh, settings);
     if (reuse_field(entity, key, unsealed)) return Done{};
     // Held while the field is made: who wants the same one waits for it, and a folder where nothing can be
@@ -169,7 +179,7 @@ Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settin
 Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEntityOptions& options,
                                              const Progress& progress) {
     SceneEntities result;
-    if (options.fields) {
+    if (options.fields && !options.fields_folder.empty()) {
         if (const Result<Done> made = make_folder(options.fields_folder); !made) return made.error();
         remove_abandoned_files(options.fields_folder);
     }
@@ -204,7 +214,8 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         if (progress.report) progress.report("mesh of " + entity->name, 1, 1);
         if (options.fields) {
             const Clock::time_point field_start = Clock::now();
-            entity->field_file = options.fields_folder / (entity->name + ".vdb");
+            if (!options.fields_folder.empty())
+                entity->field_file = options.fields_folder / (entity->name + ".vdb");
             FieldSettings settings;
             settings.face_size = options.face_size;
             settings.coefficients = options.coefficients;
@@ -222,6 +233,17 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         result.entities.push_back(std::move(entity));
     }
     return result;
+}
+
+Result<SceneEntities> original_entities(const Scene& scene, const Progress& progress) {
+    Scene plain = scene;
+    for (Entity& entity : plain.entities) {
+        entity.fine_vertices = 0;
+        entity.coarse_triangles = 0;
+    }
+    SceneEntityOptions wanted;
+    wanted.fields = false;
+    return prepare_scene_entities(plain, wanted, progress);
 }
 
 std::vector<Mesh> fine_meshes(const SceneEntities& entities) {

@@ -41,7 +41,7 @@ struct SceneEntities {
 
 /// How fields are made, and where they are kept.
 struct SceneEntityOptions {
-    std::filesystem::path fields_folder;  ///< Made if missing.
+    std::filesystem::path fields_folder;  ///< Made if missing; empty: fields are not kept in files.
     std::int32_t face_size = 64;
     std::int32_t coefficients = FieldSettings().coefficients;
     float relative_l2_error = FieldSettings().relative_l2_error;
@@ -61,6 +61,10 @@ struct SceneEntityOptions {
 /// while the others wait.
 Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEntityOptions& options,
                                              const Progress& progress = {});
+
+/// The meshes as they were read, neither subdivided nor simplified, and without fields: what a ray tracer is
+/// given.
+Result<SceneEntities> original_entities(const Scene& scene, const Progress& progress = {});
 
 /// The entities' fine meshes, by SceneEntities::entities.
 std::vector<Mesh> fine_meshes(const SceneEntities& entities);

@@ -1,6 +1,7 @@
 #include "scenes/scene_reader.h"
 
-#include "scenes/toml_table.h"
+#include "scenes/given_files.h"
+#include "scenes/scene_tables.h"
 
 #include <fmt/format.h>
 
@@ -336,12 +337,18 @@ std::vector<std::pair<std::string, const toml::table*>> parts_in_order(const tom
 Result<Scene> read_scene(const std::filesystem::path& path) {
     const Result<toml::table> parsed = read_toml(path);
     if (!parsed) return parsed.error();
+    return scene_of_tables(*parsed, {path.string(), path.stem().string(), path.parent_path(), nullptr});
+}
 
+Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& origin) {
     Scene scene;
-    scene.name = path.stem().string();
-    const std::filesystem::path folder = path.parent_path();
-    TomlFile file{path.string(), std::nullopt};
-    TomlTable root(*parsed, "", file);
+    scene.name = origin.scene_name;
+    scene.given = origin.given;
+    const std::filesystem::path& folder = origin.folder;
+    std::set<std::string> given_names;
+    if (origin.given) given_names = names_of(*origin.given);
+    TomlFile file{origin.where, std::nullopt, &given_names};
+    TomlTable root(tables, "", file);
     for (const char* key : {"environment", "entities", "instances"}) root.require(key);
 
     scene.finds_camera = true;

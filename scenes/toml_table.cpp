@@ -12,7 +12,9 @@ namespace {
 constexpr std::size_t largest_file = std::size_t{16} << 20;  // bytes
 constexpr int longest_key = 100;                             // parts
 
+// A table that a program made has no lines.
 std::string place(const std::string& file, const toml::source_position& position) {
+    if (position.line == 0) return file;
     return fmt::format("{}:{}:{}", file, position.line, position.column);
 }
 
@@ -262,6 +264,10 @@ void TomlTable::take(std::string_view key, std::filesystem::path& value,
     if (file_->error) return;
     if (text.empty() || text.find('\0') != std::string::npos)
         return refuse(key, fmt::format("{} is not the name of a file", key_name(key)));
+    if (file_->given != nullptr && file_->given->contains(text)) {
+        value = text;
+        return;
+    }
     value = folder / text;
     std::error_code failure;
     if (!std::filesystem::is_regular_file(value, failure))

@@ -31,6 +31,8 @@ namespace haarfield {
 struct TomlFile {
     std::string name;
     std::optional<Error> error;
+    /// Names that stand for no file, but for what a program gives in its place; null: none.
+    const std::set<std::string>* given = nullptr;
 
     /// Keeps the first error only: later ones are often its consequences.
     void refuse(const toml::source_region& where, std::string what);
@@ -67,7 +69,7 @@ public:
     /// Two whole numbers.
     void take(std::string_view key, std::array<std::uint32_t, 2>& value, const Range& range);
     void take(std::string_view key, std::string& value);  ///< Any text.
-    /// A file that is there; relative to `folder`.
+    /// A file that is there; relative to `folder`. Or a name in TomlFile::given, as it is.
     void take(std::string_view key, std::filesystem::path& value, const std::filesystem::path& folder);
 
     /// Null if absent or not a table.

@@ -462,7 +462,7 @@ TEST_F(Commands, PassesArePicturesScenesAndColumns) {
     EXPECT_EQ(dense.code, 0) << dense.err;
     const Outcome twice = run_with({"-o", "twice", "--pass", "diffuse,occlusion,diffuse"});
     EXPECT_EQ(twice.code, 1);
-    EXPECT_NE(twice.err.find("--pass diffuse: is asked for twice"), std::string::npos) << twice.err;
+    EXPECT_NE(twice.err.find("pass diffuse: is asked for twice"), std::string::npos) << twice.err;
     EXPECT_EQ(run_with({"-o", "none", "--pass", "beauty"}).code, 2);
 }
 

@@ -1,6 +1,7 @@
 #include "bridge/glb_file.h"
 #include "bridge/mesh_file.h"
-#include "tools/bake_shading.h"
+#include "bridge/scene_bake.h"
+#include "tools/number_option.h"
 #include "tools/scene_options.h"
 
 #include <fmt/format.h>
@@ -9,13 +10,13 @@ namespace haarfield {
 
 namespace {
 
-struct BakeOptions {
+struct BakeCommandOptions {
     SceneOptions scene;
     FieldOptions fields;
     OcclusionOptions occlusion;
     RenderSettings settings;
     std::string output;
-    BakeShadingOptions shading;
+    BakeOptions shading;
     std::vector<std::string> formats{"ply"};
     bool no_render = false;
 };
@@ -31,8 +32,43 @@ Result<BakedFiles> written_scene(const std::filesystem::path& folder, const std:
     return files;
 }
 
-Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
-    if (const Result<Done> good = check_bake_shading(options.shading); !good) return good.error();
+/// Adds --evaluator, --refine, --vertex-budget, --colours and --pass.
+void add_bake_options(CLI::App& command, BakeOptions& options) {
+    command
+        .add_option("--evaluator", options.evaluator,
+                    "tree: wavelet product integrals; dense: plain sums, slow")
+        ->check(CLI::IsMember({"tree", "dense"}))
+        ->capture_default_str();
+    add_number(command, "--refine", options.refine,
+               "Split triangles where interpolated radiance is off by more than this, relative to it "
+               "plus the mean radiance",
+               {1e-4, 1})
+        ->type_name("E");
+    add_number(command, "--vertex-budget", options.vertex_budget, "At most so many vertices with --refine",
+               {1, 50e6})
+        ->capture_default_str()
+        ->type_name("N");
+    command
+        .add_option("--colours", options.colours,
+                    "sampled: radiance at the vertices; fitted: what interpolates best between them, too")
+        ->check(CLI::IsMember({"sampled", "fitted"}))
+        ->capture_default_str();
+    command
+        .add_option(
+            "--pass", options.passes,
+            "What is wanted beside the full picture, separated by commas, each as PASS.png, "
+            "PASS/NAME_PASS.pov "
+            "and values in the mesh. diffuse: without highlights; specular: these alone (both without "
+            "images); irradiance: W/m^2, in the picture as white paint shows it; occlusion: the share of the "
+            "hemisphere that is open; own-shadow: each object as if it were alone")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember(pass_names()))
+        ->type_name("PASS");
+}
+
+Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context) {
+    if (const Result<Done> good = check_bake(options.shading); !good) return good.error();
     const std::filesystem::path output = options.output;
     Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
@@ -49,8 +85,14 @@ Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
     apply_occlusion(options.occlusion, settings);
     const auto start = std::chrono::steady_clock::now();
     const Result<BakedScene> baked =
-        baked_scene(*scene, *entities, shaded, settings, options.shading, context);
+        baked_scene(*scene, *entities, shaded, settings, options.shading, context.progress);
     if (!baked) return baked.error();
+    if (baked->refinement)
+        context.report["refinement"] = {{"tolerance", *options.shading.refine},
+                                        {"vertex_budget", options.shading.vertex_budget},
+                                        {"largest_error", baked->refinement->largest_error},
+                                        {"shaded_points", baked->refinement->shaded_points},
+                                        {"rounds", baked->refinement->rounds}};
     const double shade_seconds = seconds_since(start);
 
     const std::vector<BakedInstance>& instances = baked->instances;
@@ -115,7 +157,7 @@ Result<ExitCode> run(const BakeOptions& options, CommandContext& context) {
 
 Command bake_command(CLI::App& program) {
     CLI::App* app = program.add_subcommand("bake", "Shade every vertex and write it for POV-Ray");
-    const auto options = std::make_shared<BakeOptions>();
+    const auto options = std::make_shared<BakeCommandOptions>();
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output,
                     "Folder for NAME.pov, its includes, the mesh and the picture")
@@ -126,7 +168,7 @@ Command bake_command(CLI::App& program) {
     add_picture_options(*app, options->scene);
     app->add_flag("--no-render", options->no_render, "Do not run POV-Ray");
     add_shading_options(*app, options->settings);
-    add_bake_shading_options(*app, options->shading);
+    add_bake_options(*app, options->shading);
     app->add_option(
            "--format", options->formats,
            "The mesh for other programs, separated by commas: ply; glb: glTF with linear radiance as "

@@ -1,7 +1,6 @@
 #include "bridge/budget_report.h"
-#include "bridge/preview.h"
 #include "bridge/reference_scene.h"
-#include "fields/base/random_choice.h"
+#include "bridge/scene_budget.h"
 #include "fields/file/write_file.h"
 #include "scenes/camera_frame.h"
 #include "shading/transfer/turned_light.h"
@@ -29,24 +28,6 @@ struct BudgetOptions {
 
 constexpr int checked_width = 160;  // of POV-Ray's picture [pixels]
 constexpr int checked_face_size = 256;
-
-std::vector<PreviewInstance> preview_instances(const ShadedScene& scene, const SceneRadiance& radiance) {
-    std::vector<PreviewInstance> instances;
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const ShadedInstance& instance = scene.instances[i];
-        instances.push_back({scene.entities[instance.entity].mesh, instance.placement, radiance[i]});
-    }
-    return instances;
-}
-
-std::vector<MeshPoint> random_points(const std::vector<std::optional<MeshPoint>>& pixels,
-                                     std::size_t wanted) {
-    std::vector<MeshPoint> points;
-    for (const std::optional<MeshPoint>& pixel : pixels)
-        if (pixel) points.push_back(*pixel);
-    keep_random(points, wanted);
-    return points;
-}
 
 /// Where the worst of the vertices are in the picture; those that are not seen are left out.
 std::vector<BudgetReport::Mark> worst_marks(const ShadedScene& scene, const Camera& camera,
@@ -86,7 +67,7 @@ std::vector<BudgetReport::Mark> worst_marks(const ShadedScene& scene, const Came
 /// The dense oracle against POV-Ray, both with the original meshes.
 Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& scene,
                                    const Environment& environment, CommandContext& context) {
-    const Result<SceneEntities> originals = original_entities(scene, context);
+    const Result<SceneEntities> originals = opened_originals(scene, context);
     if (!originals) return originals.error();
     Camera camera = scene.camera;
     camera.width = std::min(camera.width, checked_width);
@@ -155,32 +136,23 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     settings.face_size = options.fields.face_size;
     apply_occlusion(options.occlusion, settings);
 
-    std::vector<const Mesh*> originals;
-    for (const auto& entity : entities->entities) originals.push_back(&blocking_surface(entity->mesh));
-    Result<ErrorBudget> budget = error_budget(shaded, originals, settings, options.points, context.progress);
-    if (!budget) return budget.error();
-    const auto radiance = scene_radiance(shaded, settings, context.progress);
-    if (!radiance) return radiance.error();
-    const std::vector<PreviewInstance> instances = preview_instances(shaded, *radiance);
     Preview preview;
-    const std::vector<std::optional<MeshPoint>> pixels = preview.points(scene->camera, instances);
-    const Result<BudgetEntry> interpolation =
-        interpolation_error(shaded, random_points(pixels, options.points), settings, context.progress);
-    if (!interpolation) return interpolation.error();
-    budget->entries.push_back(*interpolation);
+    Result<SceneBudget> budget =
+        scene_budget(*scene, *entities, shaded, settings, options.points, preview, context.progress);
+    if (!budget) return budget.error();
     report_entries(budget->entries, context);
     context.report["vertices"] = budget->vertices.size();
 
     const LatLongImage background = image_with_suns(*environment);
-    const Image picture = preview.draw(scene->camera, instances, [&](const Vec3f& direction) {
-        return radiance_from(background, Vec3d(direction));
-    });
+    const Image picture =
+        preview.draw(scene->camera, preview_instances(shaded, budget->radiance),
+                     [&](const Vec3f& direction) { return radiance_from(background, Vec3d(direction)); });
     BudgetReport page;
     page.title = scene->name;
     page.entries = budget->entries;
     page.vertices = budget->vertices.size();
     page.preview = &picture;
-    page.worst = worst_marks(shaded, scene->camera, pixels, budget->vertices);
+    page.worst = worst_marks(shaded, scene->camera, budget->pixels, budget->vertices);
     page.commands = {context.command_line};
     if (options.lights) {
         const Result<OracleCheck> check = checked_oracle(options, *scene, *environment, context);

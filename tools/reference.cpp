@@ -1,4 +1,4 @@
-#include "bridge/reference_picture.h"
+#include "bridge/reference_lights.h"
 #include "tools/command.h"
 #include "tools/number_option.h"
 #include "tools/scene_options.h"
@@ -19,36 +19,19 @@ struct ReferenceOptions {
     bool radiosity = false;     // instead of lights
 };
 
-/// The number of lights that the wanted error needs, from small pictures.
+/// The number of lights that the wanted error needs.
 Result<int> chosen_lights(const std::filesystem::path& folder, const std::string& stem, const Camera& camera,
                           std::span<const ReferenceInstance> instances, const Environment& environment,
                           const PovrayOptions& options, double wanted, CommandContext& context) {
-    constexpr std::array<int, 3> tried{64, 256, 1024};
-    // One difference of two pictures tells their error only roughly.
-    constexpr double surely = 0.7;
-    PovrayOptions small = options;
-    small.width = std::max(1, options.width / 4);
-    small.height = std::max(1, options.height / 4);
-    small.antialiasing = 0;
-    std::array<double, tried.size()> error{};
-    for (std::size_t k = 0; k < tried.size(); ++k) {
-        const Result<ReferenceFiles> files =
-            write_reference_scene(folder, stem, camera, instances, environment, tried[k]);
-        if (!files) return files.error();
-        const Result<ReferencePicture> picture = rendered_reference(files->scene, small, context.progress);
-        if (!picture) return picture.error();
-        error[k] = double(*picture->image.relative_error);
-        if (!(error[k] <= surely * wanted)) continue;
-        context.print("lights {}, for an expected relative error of {:.4f}\n", tried[k], error[k]);
-        return tried[k];
-    }
-    const LightEstimate estimate = estimated_lights(tried[1], error[1], tried[2], error[2], wanted);
-    context.print("lights {}, for an expected relative error of {:.4f}\n", estimate.lights,
-                  estimate.relative_error);
-    if (estimate.relative_error > wanted)
+    const Result<LightEstimate> estimate =
+        lights_for_error(folder, stem, camera, instances, environment, options, wanted, context.progress);
+    if (!estimate) return estimate.error();
+    context.print("lights {}, for an expected relative error of {:.4f}\n", estimate->lights,
+                  estimate->relative_error);
+    if (estimate->relative_error > wanted)
         context.warn(
-            fmt::format("a relative error of {} needs more than {} lights", wanted, estimate.lights));
-    return estimate.lights;
+            fmt::format("a relative error of {} needs more than {} lights", wanted, estimate->lights));
+    return estimate->lights;
 }
 
 /// Lit by POV-Ray's radiosity instead of a dome.
@@ -78,7 +61,7 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     const Result<Environment> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
 
-    const Result<SceneEntities> entities = original_entities(*scene, context);
+    const Result<SceneEntities> entities = opened_originals(*scene, context);
     if (!entities) return entities.error();
     if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
         return placed.error();

@@ -2,8 +2,8 @@
 
 #include "fields/base/names.h"
 #include "scenes/scene_camera.h"
+#include "scenes/scene_environment.h"
 #include "scenes/scene_reader.h"
-#include "shading/scene/exposure.h"
 #include "tools/number_option.h"
 
 #include <fmt/format.h>
@@ -11,11 +11,6 @@
 namespace haarfield {
 
 namespace {
-
-// Pixels that differ less from their neighbours gain nothing from more rays. [sRGB-encoded]
-constexpr double antialiasing_threshold = 0.05;
-
-constexpr int sky_width = 1024;  // pixels; the sun's disc is spread over those that it covers
 
 constexpr Range shares{0, 1, false, true};
 constexpr Range exposures{-60, 60};  // [stops]
@@ -102,42 +97,19 @@ Result<Done> place_camera(Scene& scene, const SceneEntities& entities, const Sce
     return Done{};
 }
 
-namespace {
-
-Result<Environment> unexposed_environment(const EnvironmentDescription& description,
-                                          CommandContext& context) {
-    if (description.sky) return sky_environment(*description.sky, sky_width);
-    Result<LatLongImage> image = read_environment_image(description.image);
-    if (!image) return image.error();
-    const EnvironmentFindings findings = clean_environment(*image);
-    if (findings.negative_values + findings.non_finite_values > 0)
-        context.warn(fmt::format("{}: {} negative and {} non-finite values clamped",
-                                 description.image.string(), findings.negative_values,
-                                 findings.non_finite_values));
-    return Environment(std::move(*image));
-}
-
-}  // namespace
-
 Result<Environment> opened_environment(const Scene& scene, CommandContext& context) {
-    const EnvironmentDescription& description = scene.environment;
-    const Result<Environment> light = unexposed_environment(description, context);
-    if (!light) return light;
-    const bool is_found = !description.exposure;
-    const float exposure = is_found ? automatic_exposure(*light) : *description.exposure;
-    const std::string from = description.sky ? "sky" : description.image.string();
-    context.report["environments"].push_back({{"from", from}, {"exposure", exposure}, {"found", is_found}});
-    if (is_found) context.print("light  {}, exposure {:.2f} stops\n", from, exposure);
-    return turned_environment(*light, double(description.rotation), double(exposure));
+    Result<SceneEnvironment> light = scene_environment(scene);
+    if (!light) return light.error();
+    for (const std::string& warning : light->warnings) context.warn(warning);
+    context.report["environments"].push_back(
+        {{"from", light->from}, {"exposure", light->exposure}, {"found", light->is_found}});
+    if (light->is_found) context.print("light  {}, exposure {:.2f} stops\n", light->from, light->exposure);
+    return std::move(light->environment);
 }
 
 PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const CommandContext& context) {
-    PovrayOptions povray;
-    povray.width = scene.camera.width;
-    povray.height = scene.camera.height;
+    PovrayOptions povray = picture_options(scene.camera, options.antialiasing);
     povray.threads = context.threads;
-    povray.antialiasing = options.antialiasing;
-    povray.antialiasing_threshold = antialiasing_threshold;
     return povray;
 }
 
@@ -279,29 +251,11 @@ void add_shading_options(CLI::App& command, RenderSettings& settings) {
         ->type_name("M");
 }
 
-Result<SceneEntities> original_entities(const Scene& scene, CommandContext& context) {
-    Scene plain = scene;
-    for (Entity& entity : plain.entities) {
-        entity.fine_vertices = 0;
-        entity.coarse_triangles = 0;
-    }
-    SceneEntityOptions wanted;
-    wanted.fields = false;
-    Result<SceneEntities> entities = prepare_scene_entities(plain, wanted, context.progress);
+Result<SceneEntities> opened_originals(const Scene& scene, CommandContext& context) {
+    Result<SceneEntities> entities = original_entities(scene, context.progress);
     if (!entities) return entities;
     for (const std::string& warning : entities->warnings) context.warn(warning);
     return entities;
-}
-
-std::vector<ReferenceInstance> reference_instances(const Scene& scene, const SceneEntities& originals) {
-    std::vector<ReferenceInstance> instances;
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const Instance& instance = scene.instances[i];
-        const SceneEntity& entity = originals.of_instance(i);
-        instances.push_back(
-            {instance.name, &entity.mesh.original, entity.materials, instance.placement, entity.surfaces});
-    }
-    return instances;
 }
 
 }  // namespace haarfield

@@ -92,11 +92,7 @@ Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& op
 /// Adds --depth, --tolerance and --light-coefficients.
 void add_shading_options(CLI::App& command, RenderSettings& settings);
 
-/// The meshes as they were read, neither subdivided nor simplified, and without fields: what the ray tracer
-/// is given. With warnings.
-Result<SceneEntities> original_entities(const Scene& scene, CommandContext& context);
-
-/// What write_reference_scene takes of them; they must outlive its call.
-std::vector<ReferenceInstance> reference_instances(const Scene& scene, const SceneEntities& originals);
+/// original_entities, with warnings.
+Result<SceneEntities> opened_originals(const Scene& scene, CommandContext& context);
 
 }  // namespace haarfield

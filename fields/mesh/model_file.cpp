@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <cassert>
 #include <system_error>
 
 namespace haarfield {
@@ -28,6 +29,36 @@ void gather(const PolygonFile& file, FaceGatherer& to) {
     for (const std::uint32_t count : file.face_corners) {
         to.add_face(corners.first(count), 0);
         corners = corners.subspan(count);
+    }
+}
+
+/// A vertex for each material that its triangles have.
+void gather(const GivenMesh& mesh, FaceGatherer& to) {
+    if (!to.has_room_for(3 * mesh.triangles.size())) return;
+    MeshMaterial description;
+    if (!mesh.colours.empty()) {
+        description.model = MeshMaterial::Model::by_colour;
+        description.diffuse = Rgb(1.0f);
+    }
+    std::vector<std::uint16_t> material;
+    for (const std::string& name : mesh.material_names)
+        material.push_back(to.new_material(name, description));
+    std::map<std::pair<std::uint32_t, std::uint16_t>, std::uint32_t> added;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const std::uint16_t own = material[mesh.triangle_materials.empty() ? 0 : mesh.triangle_materials[t]];
+        std::array<std::uint32_t, 3> corners{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t v = mesh.triangles[t][k];
+            const auto [known, is_new] =
+                added.try_emplace({v, own}, static_cast<std::uint32_t>(to.mesh.positions.size()));
+            corners[k] = known->second;
+            if (!is_new) continue;
+            to.add_vertex(mesh.positions[v], mesh.normals.empty() ? Vec3d(0, 0, 0) : Vec3d(mesh.normals[v]),
+                          own);
+            if (!mesh.uvs.empty()) to.set_uv(mesh.uvs[v]);
+            if (!mesh.colours.empty()) to.set_colour(mesh.colours[v]);
+        }
+        to.add_face(corners, 0);
     }
 }
 
@@ -165,6 +196,19 @@ Result<ModelFile> ModelFile::open(const std::filesystem::path& file) {
     }
 }
 
+ModelFile ModelFile::of(GivenMesh mesh, const std::string& name) {
+    assert(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
+    assert(mesh.uvs.empty() || mesh.uvs.size() == mesh.positions.size());
+    assert(mesh.colours.empty() || mesh.colours.size() == mesh.positions.size());
+    assert(mesh.triangle_materials.empty() || mesh.triangle_materials.size() == mesh.triangles.size());
+    ModelFile model;
+    model.file_ = name;
+    model.parts_.names = {name};
+    model.parts_.nodes = {{name, 0}};
+    model.content_ = std::move(mesh);
+    return model;
+}
+
 Result<FaceGatherer> ModelFile::faces(std::optional<std::size_t> part) const {
     FaceGatherer gathered;
     try {
@@ -175,6 +219,8 @@ Result<FaceGatherer> ModelFile::faces(std::optional<std::size_t> part) const {
                 by_assimp->gather(gathered);
         } else if (const auto* polygons = std::get_if<PolygonFile>(&content_)) {
             gather(*polygons, gathered);
+        } else if (const auto* mesh = std::get_if<GivenMesh>(&content_)) {
+            gather(*mesh, gathered);
         } else {
             const auto& meshes = std::get<Mesh2File>(content_);
             if (part) {

@@ -4,6 +4,7 @@
 
 #include "fields/base/result.h"
 #include "fields/mesh/assimp_model.h"
+#include "fields/mesh/given_mesh.h"
 #include "fields/mesh/mesh2_file.h"
 #include "fields/mesh/polygon_file.h"
 
@@ -16,6 +17,10 @@ class ModelFile {
 public:
     /// errors  no such file; not a model that can be read (with its reader's words).
     static Result<ModelFile> open(const std::filesystem::path& file);
+
+    /// As if a file of this name held the mesh. Its arrays have the lengths, and the indices the range, that
+    /// GivenMesh wants (asserted).
+    static ModelFile of(GivenMesh mesh, const std::string& name);
 
     const std::filesystem::path& file() const { return file_; }
 
@@ -31,7 +36,7 @@ public:
 private:
     std::filesystem::path file_;
     ModelParts parts_;
-    std::variant<PolygonFile, Mesh2File, AssimpModel> content_;
+    std::variant<PolygonFile, Mesh2File, AssimpModel, GivenMesh> content_;
     std::vector<std::size_t> placed_of_part_;  ///< Of Mesh2File: where each part stands first.
 };
 

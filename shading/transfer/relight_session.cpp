@@ -256,8 +256,17 @@ Result<Done> RelightSession::commit(const Progress& progress) {
         scene_radiance({scene_, **geometry, light, settings_, kept_ ? &*kept_ : nullptr}, progress);
     if (!full) return full.error();
     scene_.environment = std::move(environment);
-    radiance_ = std::move(*full);
+    keep(std::move(*full));
     return Done{};
+}
+
+void RelightSession::keep(SceneRadiance radiance) {
+    radiance_.resize(radiance.size());
+    for (std::size_t i = 0; i < radiance.size(); ++i)
+        if (radiance_[i].size() == radiance[i].size())
+            std::ranges::copy(radiance[i], radiance_[i].begin());
+        else
+            radiance_[i] = std::move(radiance[i]);
 }
 
 std::size_t RelightSession::transfer_bytes() const {

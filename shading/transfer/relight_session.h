@@ -9,6 +9,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 #include <variant>
 
 #include "shading/transfer/light_transfer.h"
@@ -99,8 +100,12 @@ public:
     /// errors  interrupted.
     Result<Done> commit(const Progress& progress = {});
 
-    /// Of the last frame or commit.
+    /// Of the last frame or commit. An instance's values stay in one place in memory until instances are
+    /// cloned or removed, or the radiance is taken.
     const SceneRadiance& radiance() const { return radiance_; }
+
+    /// Gives the values away, in the memory that they are in; there are none until the next frame or commit.
+    SceneRadiance take_radiance() { return std::exchange(radiance_, {}); }
 
     /// Memory of the transfer vectors. [bytes]
     std::size_t transfer_bytes() const;
@@ -113,6 +118,7 @@ private:
     std::vector<LightSource> turned_sources();
     std::vector<DirectionalLight> source_lights(FrameQuality quality);
     void light_changes();
+    void keep(SceneRadiance radiance);
     void instances_change();
     Result<Done> transferred(FrameQuality quality, const VertexMask* vertices, const Progress& progress);
 

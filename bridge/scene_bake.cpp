@@ -1,9 +1,11 @@
-#include "tools/bake_shading.h"
+#include "bridge/scene_bake.h"
 
+#include "fields/base/names.h"
 #include "shading/bake/colour_fit.h"
 #include "shading/bake/dense_renderer.h"
 #include "shading/bake/render_passes.h"
-#include "tools/number_option.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
@@ -18,34 +20,29 @@ const std::map<std::string, RenderPass> render_pass_of{{"diffuse", RenderPass::d
                                                        {"own-shadow", RenderPass::own_shadow}};
 
 /// Of the vertices of fine meshes, or of meshes that suit the radiance.
-Result<Done> shade(const PointShading& shading, const SceneEntities& entities,
-                   const BakeShadingOptions& options, CommandContext& context, BakedScene& baked) {
+Result<Done> shade(const PointShading& shading, const SceneEntities& entities, const BakeOptions& options,
+                   const Progress& progress, BakedScene& baked) {
     if (!options.refine && options.colours == "sampled") {
-        Result<SceneRadiance> radiance = scene_radiance(shading, context.progress);
+        Result<SceneRadiance> radiance = scene_radiance(shading, progress);
         if (!radiance) return radiance.error();
         baked.fine = std::move(*radiance);
         return Done{};
     }
     if (options.refine) {
         const std::vector<Mesh> start = surface_meshes(entities, options.vertex_budget / refinement_share);
-        Result<std::vector<RadiantMesh>> begun = mesh_radiance(shading, start, context.progress);
+        Result<std::vector<RadiantMesh>> begun = mesh_radiance(shading, start, progress);
         if (!begun) return begun.error();
-        Result<Refinement> refined = refined_radiance(shading, {*options.refine, options.vertex_budget},
-                                                      std::move(*begun), context.progress);
+        Result<Refinement> refined =
+            refined_radiance(shading, {*options.refine, options.vertex_budget}, std::move(*begun), progress);
         if (!refined) return refined.error();
-        context.report["refinement"] = {{"tolerance", *options.refine},
-                                        {"vertex_budget", options.vertex_budget},
-                                        {"largest_error", refined->largest_error},
-                                        {"shaded_points", refined->shaded_points},
-                                        {"rounds", refined->rounds}};
+        baked.refinement = RefinementOutcome{refined->largest_error, refined->shaded_points, refined->rounds};
         baked.refined = std::move(refined->meshes);
     } else {
-        Result<std::vector<RadiantMesh>> fine =
-            mesh_radiance(shading, fine_meshes(entities), context.progress);
+        Result<std::vector<RadiantMesh>> fine = mesh_radiance(shading, fine_meshes(entities), progress);
         if (!fine) return fine.error();
         baked.refined = std::move(*fine);
     }
-    if (options.colours == "fitted") return fit_radiance(shading, baked.refined, context.progress);
+    if (options.colours == "fitted") return fit_radiance(shading, baked.refined, progress);
     return Done{};
 }
 
@@ -154,7 +151,7 @@ BakedPass baked_pass(const std::string& name, SceneRadiance values, const SceneR
 
 /// The passes, whose values the instances then have.
 Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const PointShading& shading,
-                        const BakeShadingOptions& options, const Progress& progress, BakedScene& baked) {
+                        const BakeOptions& options, const Progress& progress, BakedScene& baked) {
     std::vector<RenderPass> wanted;
     for (const std::string& name : options.passes) {
         wanted.push_back(render_pass_of.at(name));
@@ -188,69 +185,46 @@ Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const
 
 }  // namespace
 
-void add_bake_shading_options(CLI::App& command, BakeShadingOptions& options) {
-    command
-        .add_option("--evaluator", options.evaluator,
-                    "tree: wavelet product integrals; dense: plain sums, slow")
-        ->check(CLI::IsMember({"tree", "dense"}))
-        ->capture_default_str();
-    add_number(command, "--refine", options.refine,
-               "Split triangles where interpolated radiance is off by more than this, relative to it "
-               "plus the mean radiance",
-               {1e-4, 1})
-        ->type_name("E");
-    add_number(command, "--vertex-budget", options.vertex_budget, "At most so many vertices with --refine",
-               {1, 50e6})
-        ->capture_default_str()
-        ->type_name("N");
-    command
-        .add_option("--colours", options.colours,
-                    "sampled: radiance at the vertices; fitted: what interpolates best between them, too")
-        ->check(CLI::IsMember({"sampled", "fitted"}))
-        ->capture_default_str();
-    command
-        .add_option(
-            "--pass", options.passes,
-            "What is wanted beside the full picture, separated by commas, each as PASS.png, "
-            "PASS/NAME_PASS.pov "
-            "and values in the mesh. diffuse: without highlights; specular: these alone (both without "
-            "images); irradiance: W/m^2, in the picture as white paint shows it; occlusion: the share of the "
-            "hemisphere that is open; own-shadow: each object as if it were alone")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::IsMember(render_pass_of))
-        ->type_name("PASS");
+std::vector<std::string> pass_names() {
+    std::vector<std::string> names;
+    for (const auto& [name, pass] : render_pass_of) names.push_back(name);
+    return names;
 }
 
-Result<Done> check_bake_shading(const BakeShadingOptions& options) {
+Result<Done> check_bake(const BakeOptions& options) {
+    if (options.evaluator != "tree" && options.evaluator != "dense")
+        return Error{"evaluator", fmt::format("is \"{}\"; wanted tree or dense", options.evaluator)};
+    if (options.colours != "sampled" && options.colours != "fitted")
+        return Error{"colours", fmt::format("is \"{}\"; wanted sampled or fitted", options.colours)};
     if (options.evaluator == "dense" && (options.refine || options.colours == "fitted"))
-        return Error{"--evaluator dense",
-                     "knows vertices only; wanted neither --refine nor --colours fitted"};
-    for (auto pass = options.passes.begin(); pass != options.passes.end(); ++pass)
+        return Error{"evaluator dense", "knows vertices only; wanted neither refine nor colours fitted"};
+    for (auto pass = options.passes.begin(); pass != options.passes.end(); ++pass) {
+        if (!render_pass_of.contains(*pass))
+            return Error{"pass " + *pass, "is not known; wanted one of: " + quoted_list(pass_names())};
         if (std::find(options.passes.begin(), pass, *pass) != pass)
-            return Error{"--pass " + *pass, "is asked for twice"};
+            return Error{"pass " + *pass, "is asked for twice"};
+    }
     return Done{};
 }
 
 Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
-                               const RenderSettings& settings, const BakeShadingOptions& options,
-                               CommandContext& context) {
-    const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, context.progress);
+                               const RenderSettings& settings, const BakeOptions& options,
+                               const Progress& progress) {
+    const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, progress);
     if (!geometry) return geometry.error();
-    const SceneLight light = scene_light(shaded.environment, settings, context.progress.stop);
+    const SceneLight light = scene_light(shaded.environment, settings, progress.stop);
     const PointShading shading{shaded, *geometry, light, settings};
     BakedScene baked;
     if (options.evaluator == "dense") {
-        Result<SceneRadiance> radiance = dense_scene_radiance(shaded, settings, context.progress);
+        Result<SceneRadiance> radiance = dense_scene_radiance(shaded, settings, progress);
         if (!radiance) return radiance.error();
         baked.fine = std::move(*radiance);
-    } else if (const Result<Done> done = shade(shading, entities, options, context, baked); !done) {
+    } else if (const Result<Done> done = shade(shading, entities, options, progress, baked); !done) {
         return done.error();
     }
-    if (const Result<Done> added = add_instances(scene, entities, shading, context.progress, baked); !added)
+    if (const Result<Done> added = add_instances(scene, entities, shading, progress, baked); !added)
         return added.error();
-    if (const Result<Done> added = add_passes(scene, entities, shading, options, context.progress, baked);
-        !added)
+    if (const Result<Done> added = add_passes(scene, entities, shading, options, progress, baked); !added)
         return added.error();
     return baked;
 }

@@ -1,32 +1,39 @@
 #pragma once
-/// How `bake` shades: the options of it, and what it makes of a scene.
+/// A scene, baked: shaded with all that its surfaces want, ready to be written.
 
 #include "bridge/baked_scene.h"
 #include "scenes/scene_entities.h"
 #include "shading/bake/mesh_refinement.h"
-#include "tools/command.h"
 
 #include <optional>
 
 namespace haarfield {
 
-struct BakeShadingOptions {
-    std::string evaluator = "tree";
-    std::optional<float> refine;
+/// How a bake shades, in the words of the command line.
+struct BakeOptions {
+    std::string evaluator = "tree";  ///< Or dense: plain sums, slow.
+    std::optional<float> refine;     ///< RefinementSettings::tolerance; none: at the fine meshes' vertices.
     std::size_t vertex_budget = RefinementSettings().vertex_budget;
-    std::string colours = "sampled";
-    std::vector<std::string> passes;  ///< As --pass names them.
+    std::string colours = "sampled";  ///< Or fitted: see fit_radiance.
+    std::vector<std::string> passes;  ///< Of pass_names.
 };
 
-/// Adds --evaluator, --refine, --vertex-budget, --colours and --pass.
-void add_bake_shading_options(CLI::App& command, BakeShadingOptions& options);
+/// The passes that there are: diffuse, irradiance, occlusion, own-shadow, specular.
+std::vector<std::string> pass_names();
 
-/// What of the options can not be had together.
-Result<Done> check_bake_shading(const BakeShadingOptions& options);
+/// Refuses words that are not known, and what can not be had together.
+Result<Done> check_bake(const BakeOptions& options);
+
+/// How a refinement ended: see Refinement.
+struct RefinementOutcome {
+    float largest_error = 0;
+    std::size_t shaded_points = 0;
+    int rounds = 0;
+};
 
 /// A pass of a bake.
 struct BakedPass {
-    std::string name;                      ///< As --pass has it.
+    std::string name;                      ///< Of pass_names.
     SceneRadiance values;                  ///< For meshes.
     std::vector<SeenRadiance> seen;        ///< For POV-Ray, of the instances that follow.
     std::vector<BakedInstance> instances;  ///< As POV-Ray is to show the pass.
@@ -40,14 +47,16 @@ struct BakedScene {
     std::vector<SeenRadiance> seen;    ///< By instance; empty where surfaces are plain.
     std::vector<BakedPass> passes;
     std::vector<BakedInstance> instances;
+    std::optional<RefinementOutcome> refinement;  ///< If it was asked for.
 };
 
 /// Shades a scene.
 ///
 /// scene, entities  must outlive the result, and `shaded` is made of them.
+/// options          check_bake finds nothing wrong (asserted).
 /// errors           interrupted.
 Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
-                               const RenderSettings& settings, const BakeShadingOptions& options,
-                               CommandContext& context);
+                               const RenderSettings& settings, const BakeOptions& options,
+                               const Progress& progress = {});
 
 }  // namespace haarfield

@@ -1,0 +1,37 @@
+#include "scenes/given_files.h"
+
+namespace haarfield {
+namespace {
+
+template <class Given>
+std::shared_ptr<const Given> found_in(
+    const Scene& scene, std::map<std::filesystem::path, std::shared_ptr<const Given>> GivenFiles::*kind,
+    const std::filesystem::path& name) {
+    if (!scene.given) return nullptr;
+    const auto found = (*scene.given.*kind).find(name);
+    return found == (*scene.given.*kind).end() ? nullptr : found->second;
+}
+
+}  // namespace
+
+std::set<std::string> names_of(const GivenFiles& given) {
+    std::set<std::string> names;
+    for (const auto& [name, mesh] : given.meshes) names.insert(name.string());
+    for (const auto& [name, image] : given.images) names.insert(name.string());
+    for (const auto& [name, image] : given.environments) names.insert(name.string());
+    return names;
+}
+
+std::shared_ptr<const ModelFile> given_mesh(const Scene& scene, const std::filesystem::path& name) {
+    return found_in(scene, &GivenFiles::meshes, name);
+}
+
+std::shared_ptr<const std::string> given_image(const Scene& scene, const std::filesystem::path& name) {
+    return found_in(scene, &GivenFiles::images, name);
+}
+
+std::shared_ptr<const LatLongImage> given_environment(const Scene& scene, const std::filesystem::path& name) {
+    return found_in(scene, &GivenFiles::environments, name);
+}
+
+}  // namespace haarfield

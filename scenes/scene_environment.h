@@ -1,0 +1,24 @@
+#pragma once
+/// A scene's light, as its description wants it.
+
+#include "fields/base/result.h"
+#include "scenes/scene.h"
+#include "shading/scene/environment.h"
+
+namespace haarfield {
+
+/// The light, and how it came about.
+struct SceneEnvironment {
+    Environment environment;            ///< Clean, turned and exposed.
+    std::string from;                   ///< The image's file, or `sky`.
+    float exposure = 0;                 ///< [stops]
+    bool is_found = false;              ///< The exposure is automatic_exposure.
+    std::vector<std::string> warnings;  ///< Of what was cleaned, with counts.
+};
+
+/// Reads or makes the light, cleans it, finds its exposure if it is to be found, turns it and exposes it.
+///
+/// errors  as read_environment_image.
+Result<SceneEnvironment> scene_environment(const Scene& scene);
+
+}  // namespace haarfield

@@ -1,0 +1,192 @@
+"""Bakes: the bits of the command line, numpy's arrays without copies, files and figures."""
+
+import gc
+import subprocess
+
+import numpy
+import pytest
+from conftest import PROGRAM, description
+
+import haarfield
+
+def read_ply(path):
+    """The vertices of a file that haarfield wrote."""
+    data = path.read_bytes()
+    head, body = data.split(b"end_header\n", 1)
+    kinds = {"float": "<f4", "uchar": "u1", "int": "<i4", "uint": "<u4"}
+    fields, count = [], 0
+    for line in head.decode().splitlines():
+        words = line.split()
+        if words[:2] == ["element", "vertex"]:
+            count = int(words[2])
+        if words[:1] == ["element"] and words[1] == "face":
+            break
+        if words[:1] == ["property"]:
+            fields.append((words[2], kinds[words[1]]))
+    return numpy.frombuffer(body, numpy.dtype(fields), count)
+
+
+def test_bits_are_those_of_the_command_line(chair_file, tmp_path):
+    subprocess.run(
+        [PROGRAM, "bake", chair_file, "-o", tmp_path / "command", "--no-render", "--quiet", "--pass", "occlusion"],
+        check=True,
+    )
+    bake = haarfield.open(chair_file).bake(passes=["occlusion"])
+    written = read_ply(tmp_path / "command/small_chair.ply")
+    for number in range(len(bake)):
+        mesh, of_file = bake[number], written[written["instance"] == number]
+        for channel, name in enumerate(("radiance_r", "radiance_g", "radiance_b")):
+            assert numpy.array_equal(mesh.radiance[:, channel], of_file[name])
+        assert numpy.array_equal(mesh.passes["occlusion"], of_file["occlusion"])
+    (tmp_path / "module").mkdir()
+    bake.write_ply(tmp_path / "module/small_chair.ply")
+    files = bake.write_povray(tmp_path / "module")
+    for file in [tmp_path / "module/small_chair.ply", files["scene"], *files["includes"]]:
+        assert file.read_bytes() == (tmp_path / "command" / file.name).read_bytes(), file.name
+
+
+def test_fields_in_a_folder_are_the_command_lines(chair_file, tmp_path):
+    subprocess.run([PROGRAM, "precompute", chair_file, "-o", tmp_path, "--quiet"], check=True)
+    before = {file.name: file.stat().st_mtime_ns for file in (tmp_path / "fields").iterdir()}
+    scene = haarfield.open(chair_file)
+    scene.prepare(fields=tmp_path / "fields")
+    assert before == {file.name: file.stat().st_mtime_ns for file in (tmp_path / "fields").iterdir()}
+    in_file = haarfield.read_field(tmp_path / "fields/chair.vdb")
+    in_memory = haarfield.open(chair_file).field("chair")
+    assert in_file.key == in_memory.key == scene.field("chair").key
+    assert numpy.array_equal(in_file.bytes, in_memory.bytes)
+
+
+def test_radiance_does_not_depend_on_threads(scene, bake):
+    haarfield.use_threads(1)
+    try:
+        alone = scene.bake()
+    finally:
+        haarfield.use_threads(0)
+    for name in scene.instances:
+        assert numpy.array_equal(alone[name].radiance, bake[name].radiance)
+
+
+def test_arrays_are_views_that_outlive_the_bake(scene):
+    bake = scene.bake()
+    mesh = bake["left"]
+    radiance, again = mesh.radiance, mesh.radiance
+    assert radiance.dtype == numpy.float32 and radiance.shape == (len(mesh), 3)
+    assert radiance.__array_interface__["data"] == again.__array_interface__["data"]
+    assert not radiance.flags.owndata and not radiance.flags.writeable
+    with pytest.raises(ValueError):
+        radiance[0] = 0
+    kept = radiance.copy()
+    del bake, mesh, again
+    gc.collect()
+    assert numpy.array_equal(radiance, kept)
+
+
+def test_meshes_stand_where_the_scene_has_them(bake):
+    mesh = bake["right"]
+    world = mesh.positions @ mesh.matrix[:3, :3].T + mesh.matrix[:3, 3]
+    assert world.min(axis=0) == pytest.approx([0.5, 0, -0.1], abs=1e-5)
+    assert world.max(axis=0) == pytest.approx([1.1, 0.6, 0.5], abs=1e-5)
+    assert mesh.triangles.max() < len(mesh)
+    assert numpy.allclose(numpy.linalg.norm(mesh.normals, axis=1), 1, atol=1e-5)
+
+
+def test_an_unknown_instance_is_a_key_error(bake):
+    with pytest.raises(KeyError):
+        bake["nobody"]
+    with pytest.raises(IndexError):
+        bake[3]
+    assert bake[-1].name == "right"
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"refine": 2},
+        {"refine": float("nan")},
+        {"vertex_budget": 0},
+        {"occlusion": "none"},
+        {"occlusion_error": float("nan")},
+        {"reach": 0.5},
+        {"depth": -1},
+        {"tolerance": 2},
+        {"light_coefficients": -1},
+    ],
+)
+def test_options_out_of_range_are_value_errors(scene, options):
+    with pytest.raises(ValueError, match=next(iter(options))):
+        scene.bake(**options)
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        ({"evaluator": "slow"}, 'evaluator: is "slow"; wanted tree or dense'),
+        ({"evaluator": "dense", "refine": 0.1}, "knows vertices only"),
+        ({"colours": "red"}, "wanted sampled or fitted"),
+        ({"passes": ["depth"]}, "is not known; wanted one of"),
+        ({"passes": ["diffuse", "diffuse"]}, "is asked for twice"),
+    ],
+)
+def test_words_that_are_not_known_are_errors(scene, options, said):
+    with pytest.raises(haarfield.Error, match=said):
+        scene.bake(**options)
+
+
+def test_refinement_adds_vertices(scene, bake):
+    assert scene.bake(refine=0.02, vertex_budget=6000).vertices > bake.vertices
+
+
+def test_pictures_and_figures(scene, bake, tmp_path):
+    quick = bake.picture()
+    assert quick.shape == (72, 96, 3)
+    baked, coverage = bake.render(tmp_path, antialiasing=0)
+    assert (tmp_path / "baked.exr").exists() and (tmp_path / "baked.png").exists()
+    reference = scene.reference(tmp_path, lights=64, antialiasing=0)
+    assert 0 < reference["relative_error"] < 0.1
+    both = numpy.dstack([reference["image"], reference["coverage"]])
+    figures = haarfield.compare(numpy.dstack([baked, coverage]), both)
+    assert figures["psnr_db"] > 25
+    from_files = haarfield.compare(tmp_path / "baked.exr", tmp_path / "reference.exr")
+    assert from_files["psnr_db"] == pytest.approx(figures["psnr_db"], abs=0.01)
+    assert figures["flip_errors"].shape == (72, 96)
+    shown = coverage == 1
+    assert haarfield.compare(numpy.where(shown[..., None], quick, 0), numpy.where(shown[..., None], baked, 0))[
+        "psnr_db"
+    ] > 30
+
+
+def test_compare_refuses_what_is_no_picture():
+    picture = numpy.zeros((4, 4, 3))
+    with pytest.raises(haarfield.Error):
+        haarfield.compare(picture, numpy.zeros((4, 5, 3)))
+    with pytest.raises(ValueError, match="wanted the name of a picture, or an array"):
+        haarfield.compare(picture, numpy.zeros((4, 4)))
+    with pytest.raises(ValueError, match="b.1, 2, 0. is nan"):
+        bad = picture.copy()
+        bad[1, 2, 0] = numpy.nan
+        haarfield.compare(picture, bad)
+    with pytest.raises(haarfield.Error, match="nowhere.png"):
+        haarfield.read_image("nowhere.png")
+
+
+def test_images_are_written_and_read_back(tmp_path):
+    picture = numpy.linspace(0, 2, 4 * 5 * 4).reshape(4, 5, 4).astype(numpy.float32)
+    picture[..., 3] = 0.5
+    haarfield.write_image(picture, tmp_path / "a.exr")
+    pixels, coverage = haarfield.read_image(tmp_path / "a.exr")
+    assert numpy.allclose(pixels, picture[..., :3], rtol=1e-3)
+    assert (coverage == 0.5).all()
+
+
+def test_the_budget_names_what_errs(scene):
+    entries = scene.budget(points=20)
+    names = [entry["approximation"] for entry in entries]
+    assert "interpolation" in names and len(set(names)) == len(names)
+    assert all(entry["relative_rmse"] >= 0 for entry in entries)
+
+
+def test_bakes_leave_no_file_behind(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    haarfield.scene(description()).bake()
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,178 @@
+"""Scenes: files, dicts and arrays, with haarfield's own words for what is wrong."""
+
+import numpy
+import pytest
+from conftest import SOURCE, box_arrays, description, floor_arrays, sky_pixels
+
+import haarfield
+
+
+def changed(path, value):
+    """The description with one value of it exchanged."""
+    result = description()
+    inside = result
+    for key in path[:-1]:
+        inside = inside[key]
+    inside[path[-1]] = value
+    return result
+
+
+def test_a_file_opens_with_its_names():
+    scene = haarfield.open(SOURCE / "scenes/single_chair.toml")
+    assert scene.name == "single_chair"
+    assert scene.instances == ["floor", "chair"]
+    assert scene.description["entities"]["chair"]["fine_vertices"] == 12000
+
+
+def test_changes_take_the_place_of_what_the_file_has():
+    changes = {"environment": {"sky": None, "image": sky_pixels()}, "camera": {"resolution": [10, 20]}}
+    scene = haarfield.open(SOURCE / "scenes/single_chair.toml", changes)
+    assert scene.description["camera"]["resolution"] == [10, 20]
+    assert scene.description["camera"]["vertical_fov"] == 36
+    assert "sky" not in scene.description["environment"]
+
+
+def test_a_description_is_a_scene(scene):
+    assert scene.instances == ["floor", "left", "right"]
+    camera = scene.camera()
+    assert camera["position"] == pytest.approx((3, 2.5, 4))
+    assert camera["vertical_fov"] == pytest.approx(35)
+    assert scene.environment().shape == (16, 32, 3)
+
+
+def test_a_camera_that_is_missing_is_found():
+    without = description()
+    del without["camera"]
+    position = haarfield.scene(without).camera()["position"]
+    assert position[1] > 1
+
+
+@pytest.mark.parametrize(
+    "path, value, said",
+    [
+        (("materials", "red", "diffuse"), [0.5, 1.5, 0], "materials.red.diffuse[1] is 1.5; wanted"),
+        (("materials", "red", "diffuse"), numpy.array([0.5, numpy.nan, 0]), "diffuse[1] is nan; wanted"),
+        (("materials", "red", "shine"), 1, "materials.red.shine is not known; wanted one of"),
+        (("entities", "box", "material"), "blue", 'is "blue"; there is no such material'),
+        (("instances", 1, "entity"), "ball", 'is "ball"; there is no such entity'),
+        (("instances", 1, "scale"), 0, "scale is 0; wanted"),
+        (("environment",), {}, "environment has neither image nor sky"),
+        (("environment", "exposure"), float("inf"), "exposure is inf; wanted"),
+        (("entities", "box", "mesh"), "nowhere.obj", "there is no such file"),
+    ],
+)
+def test_what_no_scene_can_be_is_an_error(path, value, said):
+    with pytest.raises(haarfield.Error) as raised:
+        haarfield.scene(changed(path, value))
+    assert said in str(raised.value)
+    assert raised.value.where == "scene"
+
+
+@pytest.mark.parametrize("value", [object(), {1: 2}, b"bytes", 1j, [object()]])
+def test_what_no_table_can_hold_is_a_type_error(value):
+    with pytest.raises(TypeError, match="materials.red"):
+        haarfield.scene(changed(("materials", "red", "diffuse"), value))
+
+
+@pytest.mark.parametrize("shape", [(4, 2, 3), (2, 4, 4), (8, 4, 3), (4,), (0, 0, 3)])
+def test_an_environment_of_another_shape_is_refused(shape):
+    with pytest.raises(ValueError, match="environment.image is of shape"):
+        haarfield.scene(changed(("environment", "image"), numpy.zeros(shape)))
+
+
+def test_bad_texels_of_environments_are_mended_with_a_warning():
+    pixels = sky_pixels()
+    pixels[2, 3] = -1
+    pixels[4, 5] = numpy.nan
+    with pytest.warns(haarfield.Warning, match="3 negative and 3 non-finite"):
+        haarfield.scene(changed(("environment", "image"), pixels)).prepare()
+
+
+def test_an_error_of_a_file_says_where():
+    with pytest.raises(haarfield.Error) as raised:
+        haarfield.open("nowhere.toml")
+    assert raised.value.where == "nowhere.toml"
+    assert "no such file" in raised.value.what
+
+
+BOX = box_arrays()
+BAD_MESHES = [
+    (dict(positions=BOX[0][:, :2], triangles=BOX[1]), ValueError, "positions is of shape (8, 2); wanted (N, 3)"),
+    (dict(positions=BOX[0] * numpy.nan, triangles=BOX[1]), ValueError, "positions[0, 0] is nan"),
+    (dict(positions="no", triangles=BOX[1]), TypeError, "positions has elements of type"),
+    (dict(positions=None, triangles=BOX[1]), TypeError, "positions has elements of type object"),
+    (dict(positions=BOX[0] + 1j, triangles=BOX[1]), TypeError, "complex"),
+    (dict(positions=[[1, 2], [3]], triangles=BOX[1]), (TypeError, ValueError), "positions"),
+    (dict(positions=BOX[0], triangles=BOX[1] + 1), ValueError, "triangles has 8; wanted whole numbers from 0 to 7"),
+    (dict(positions=BOX[0], triangles=-BOX[1]), ValueError, "triangles has -1"),
+    (dict(positions=BOX[0], triangles=BOX[1] * 0.5), TypeError, "triangles has elements of type float64"),
+    (dict(positions=BOX[0], triangles=BOX[1][:, :2]), ValueError, "triangles is of shape (12, 2); wanted (N, 3)"),
+    (dict(positions=BOX[0], triangles=BOX[1][:0]), ValueError, "triangles is empty"),
+    (dict(positions=BOX[0], triangles=BOX[1], normals=BOX[0][:4]), ValueError, "normals is of shape (4, 3)"),
+    (dict(positions=BOX[0], triangles=BOX[1], uvs=BOX[0]), ValueError, "uvs is of shape (8, 3)"),
+    (dict(positions=BOX[0], triangles=BOX[1], materials=[]), ValueError, "materials is empty"),
+    (
+        dict(positions=BOX[0], triangles=BOX[1], triangle_materials=numpy.ones(12, int)),
+        ValueError,
+        "triangle_materials has 1; wanted whole numbers from 0 to 0",
+    ),
+]
+
+
+@pytest.mark.parametrize("arrays, error, said", BAD_MESHES)
+def test_arrays_that_are_no_mesh_are_refused(arrays, error, said):
+    with pytest.raises(error) as raised:
+        haarfield.Mesh(**arrays)
+    assert said in str(raised.value)
+
+
+@pytest.mark.parametrize("kind", [numpy.float32, numpy.float64, numpy.int32])
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_arrays_of_any_layout_are_the_same_mesh(kind, order, bake):
+    other = description()
+    positions, triangles = floor_arrays()
+    other["entities"]["floor"]["mesh"] = haarfield.Mesh(
+        numpy.asarray(positions, kind, order), numpy.asarray(triangles, numpy.uint16, order)
+    )
+    assert numpy.array_equal(haarfield.scene(other).bake()["floor"].radiance, bake["floor"].radiance)
+
+
+def test_materials_of_triangles_and_images_are_seen():
+    positions, triangles = floor_arrays()
+    uvs = (positions[:, [0, 2]] + 2) / 4
+    half = haarfield.Mesh(
+        positions, triangles, uvs=uvs, materials=["near", "far"], triangle_materials=numpy.array([0, 1])
+    )
+    texels = numpy.zeros((2, 2, 3), numpy.uint8)
+    texels[:, 0] = [255, 0, 0]
+    texels[:, 1] = [0, 255, 0]
+    scene = haarfield.scene(
+        {
+            "environment": {"image": numpy.ones((8, 16, 3))},
+            "materials": {"plain": {"diffuse": [0.5, 0.5, 0.5]}, "cloth": {"image": texels, "diffuse": [1, 1, 1]}},
+            "entities": {
+                "floor": {"mesh": half, "materials": {"near": "plain", "far": "cloth"}, "fine_vertices": 100}
+            },
+            "instances": [{"entity": "floor"}],
+        }
+    )
+    mesh = scene.bake()[0]
+    assert mesh.materials == ["near", "far"]
+    near = mesh.vertex_materials == 0
+    assert numpy.allclose(mesh.radiance[near], 0.5, atol=0.01)
+    # The image multiplies what lies under it: red on the left, green on the right.
+    far = ~near
+    assert numpy.allclose(mesh.under[far], 1, atol=0.02)
+    assert (mesh.radiance[far][:, 2] == 0).all()
+    left = far & (mesh.uvs[:, 0] == 0.25)
+    assert (mesh.radiance[left, 0] > 0.95).all()
+
+
+def test_changes_share_what_was_prepared(scene, bake):
+    turned = scene.changed({"environment": {"rotation": 90}})
+    told = []
+    other = turned.bake(progress=lambda stage, done, total: told.append(stage))
+    assert not any("mesh" in stage for stage in told)
+    assert not numpy.array_equal(other["floor"].radiance, bake["floor"].radiance)
+    back = turned.changed({"environment": {"rotation": 0}}).bake()
+    assert numpy.array_equal(back["floor"].radiance, bake["floor"].radiance)

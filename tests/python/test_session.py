@@ -1,0 +1,255 @@
+"""Sessions: radiance that follows, from one thread after the other, a thousand times."""
+
+import gc
+import os
+import signal
+import threading
+import time
+
+import numpy
+import pytest
+from conftest import description, sky_pixels
+
+import haarfield
+
+
+@pytest.fixture
+def session(scene):
+    return scene.session()
+
+
+def resident_bytes():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+
+def relative_rmse(a, b):
+    return numpy.sqrt(((a - b) ** 2).mean() / (b**2).mean())
+
+
+def test_a_commit_has_the_bits_of_a_bake(scene, bake, session):
+    session.commit()
+    for array, name in zip(session.radiance, scene.instances):
+        assert numpy.array_equal(array, bake[name].radiance)
+
+
+def test_arrays_follow_the_light(scene, session):
+    session.vary_light()
+    session.frame()
+    floor = session.radiance[0]
+    place, before = floor.__array_interface__["data"][0], floor.copy()
+    session.turn_environment(90)
+    session.frame()
+    assert floor.__array_interface__["data"][0] == place
+    assert not numpy.array_equal(floor, before)
+    turned = scene.changed({"environment": {"rotation": 90}}).bake()
+    assert relative_rmse(floor, turned["floor"].radiance) < 0.05
+    session.commit()
+    assert session.radiance[0].__array_interface__["data"][0] == place
+    assert relative_rmse(floor, turned["floor"].radiance) < 0.01
+
+
+def test_an_exchanged_light_is_followed(scene, session):
+    session.set_environment(2 * scene.environment())
+    session.commit()
+    assert relative_rmse(session.radiance[0], 2 * scene.bake()["floor"].radiance) < 1e-5
+
+
+def test_the_eye_and_instances_move(scene, session):
+    session.vary_eye()
+    session.set_eye((0, 3, 4))
+    session.frame()
+    session.vary_instance("left")
+    session.place("left", translate=(-0.8, 0, 0.5))
+    session.frame()
+    moved = description()
+    moved["camera"]["position"] = [0, 3, 4]
+    moved["instances"][1]["translate"] = [-0.8, 0, 0.5]
+    # The preview draws it, and a commit is what a bake of it makes.
+    assert session.picture().shape == (72, 96, 3)
+    session.commit()
+    baked = haarfield.scene(moved).bake()
+    assert relative_rmse(session.radiance[1], baked["left"].radiance) < 1e-5
+    session.rotate("left", (0, 1, 0), 30)
+    session.commit()
+    assert session.matrices[1][0, 0] == pytest.approx(numpy.cos(numpy.radians(30)), abs=1e-6)
+
+
+def test_clones_and_removals_let_arrays_keep_what_they_had(session):
+    session.commit()
+    shown = session.radiance
+    kept = [array.copy() for array in shown]
+    assert session.clone("right", "third") == 3
+    session.place("third", translate=(0, 0, 1.5))
+    assert session.instances == ["floor", "left", "right", "third"]
+    session.commit()
+    session.remove("left")
+    session.commit()
+    gc.collect()
+    assert session.instances == ["floor", "right", "third"]
+    assert [len(array) for array in session.radiance] == [len(kept[0]), len(kept[2]), len(kept[2])]
+    for array, before in zip(shown, kept):
+        assert numpy.array_equal(array, before)
+    assert not numpy.array_equal(session.radiance[0], kept[0])
+
+
+def test_radiance_outlives_its_session(scene):
+    session = scene.session()
+    session.commit()
+    radiance = session.radiance[1]
+    kept = radiance.copy()
+    del session
+    gc.collect()
+    assert numpy.array_equal(radiance, kept)
+
+
+def test_a_frame_of_nothing_that_varies_is_an_error(session):
+    with pytest.raises(haarfield.Error, match="wanted vary_light, vary_eye or vary_instance first"):
+        session.frame()
+    with pytest.raises(haarfield.Error, match="no radiance yet"):
+        session.picture()
+    assert session.radiance == []
+
+
+@pytest.mark.parametrize(
+    "act, error",
+    [
+        (lambda s: s.place("nobody"), KeyError),
+        (lambda s: s.place(7), IndexError),
+        (lambda s: s.place(None), TypeError),
+        (lambda s: s.place("left", translate=(1, 2)), ValueError),
+        (lambda s: s.place("left", translate=(1, 2, numpy.nan)), ValueError),
+        (lambda s: s.place("left", scale=0), ValueError),
+        (lambda s: s.place("left", scale=numpy.nan), ValueError),
+        (lambda s: s.rotate("left", (0, 0, 0), 1), ValueError),
+        (lambda s: s.rotate("left", (0, 1, 0), numpy.inf), ValueError),
+        (lambda s: s.turn_environment(numpy.nan), ValueError),
+        (lambda s: s.turn_environment(1, (0, 0, 0)), ValueError),
+        (lambda s: s.set_eye("here"), TypeError),
+        (lambda s: s.set_environment(numpy.zeros((4, 4, 3))), ValueError),
+        (lambda s: s.clone("nobody"), KeyError),
+        (lambda s: s.vary_instance(-9), IndexError),
+        (lambda s: s.vary_light(progress=3), TypeError),
+    ],
+)
+def test_wrong_arguments_are_exceptions(session, act, error):
+    with pytest.raises(error):
+        act(session)
+
+
+def test_the_last_instance_stays(session):
+    session.remove(0)
+    session.remove(0)
+    with pytest.raises(ValueError, match="last instance"):
+        session.remove(0)
+
+
+def test_progress_is_told_in_the_calling_thread(session):
+    told = []
+    session.commit(progress=lambda stage, done, total: told.append((threading.get_ident(), stage, done, total)))
+    assert told and {thread for thread, *_ in told} == {threading.get_ident()}
+    assert all(done <= total for _, _, done, total in told)
+
+
+def test_what_progress_raises_ends_the_call(session):
+    def refuse(stage, done, total):
+        raise ZeroDivisionError(stage)
+
+    with pytest.raises(ZeroDivisionError):
+        session.commit(progress=refuse)
+    session.commit()
+
+
+def test_two_threads_share_a_scene_and_a_session(scene, bake):
+    shared = scene.session()
+    shared.vary_light()
+    errors = []
+
+    def drive(turns):
+        try:
+            own = scene.session()
+            own.commit()
+            assert numpy.array_equal(own.radiance[0], bake["floor"].radiance)
+            for _ in range(turns):
+                shared.turn_environment(0)
+                shared.frame()
+                shared.radiance[0].sum()
+        except BaseException as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=drive, args=(20,)) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert errors == []
+
+
+def test_other_threads_run_during_long_calls(scene):
+    counted = [0]
+    stop = threading.Event()
+
+    def count():
+        while not stop.is_set():
+            counted[0] += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    scene.bake(evaluator="dense")
+    stop.set()
+    thread.join()
+    assert counted[0] > 5
+
+
+def test_an_interrupt_ends_a_long_call_soon(scene):
+    sent = []
+
+    def interrupt():
+        time.sleep(0.3)
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    many = scene.changed({"entities": {"floor": {"fine_vertices": 400000}}})
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        many.bake(evaluator="dense")
+    thread.join()
+    assert time.monotonic() - sent[0] < 10  # some 50 ms on an idle machine
+
+
+def test_a_thousand_sessions_leave_nothing_behind(scene):
+    def open_and_close(count):
+        for _ in range(count):
+            session = scene.session()
+            session.set_eye((1, 2, 3))
+            assert session.radiance == []
+        gc.collect()
+
+    open_and_close(50)
+    before = resident_bytes()
+    open_and_close(1000)
+    assert resident_bytes() - before < 8e6
+
+
+def test_committed_sessions_leave_nothing_behind():
+    small = description()
+    for entity in small["entities"].values():
+        entity["fine_vertices"] = 100
+    scene = haarfield.scene(small)
+    scene.prepare()
+    kept = []
+
+    def open_and_close(count):
+        for _ in range(count):
+            session = scene.session(occlusion="fields")
+            session.commit()
+            kept[:] = session.radiance
+        kept.clear()
+        gc.collect()
+
+    open_and_close(8)
+    before = resident_bytes()
+    open_and_close(30)
+    assert resident_bytes() - before < 16e6

@@ -1,0 +1,310 @@
+/// Bakes in Python: Scene.bake and Scene.budget.
+
+#include "bridge/glb_file.h"
+#include "bridge/mesh_file.h"
+#include "bridge/povray_process.h"
+#include "bridge/preview.h"
+#include "bridge/scene_bake.h"
+#include "bridge/scene_budget.h"
+#include "fields/base/names.h"
+#include "shading/transfer/turned_light.h"
+#include "tools/python/arrays.h"
+#include "tools/python/images.h"
+#include "tools/python/scene.h"
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <chrono>
+
+namespace haarfield::python {
+
+namespace {
+
+/// A bake, with everything that it refers to. Never changes.
+struct Bake {
+    std::shared_ptr<const PreparedScene> prepared;
+    BakedScene baked;
+    double seconds = 0;  ///< Of shading.
+};
+
+/// One of a bake's instances.
+struct BakedMesh {
+    std::shared_ptr<const Bake> bake;
+    std::size_t number;
+
+    const BakedInstance& instance() const { return bake->baked.instances[number]; }
+    const Mesh& mesh() const { return *instance().mesh; }
+
+    template <class Element>
+    py::array view(std::span<const Element> elements) const {
+        return view_of<Element>(elements, bake);
+    }
+};
+
+std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refine, std::size_t vertex_budget,
+                           const std::string& colours, const std::vector<std::string>& passes,
+                           const std::string& evaluator, const std::string& occlusion, float occlusion_error,
+                           float reach, int depth, float tolerance, int light_coefficients,
+                           const py::object& progress) {
+    const BakeOptions options{evaluator, refine, vertex_budget, colours, passes};
+    if (refine && !(*refine >= 1e-4f && *refine <= 1))
+        throw py::value_error(fmt::format("refine is {}; wanted [0.0001, 1], or None", *refine));
+    if (!(vertex_budget >= 1 && vertex_budget <= 50'000'000))
+        throw py::value_error(fmt::format("vertex_budget is {}; wanted [1, 5e7]", vertex_budget));
+    value_of(check_bake(options));
+    const auto made = std::make_shared<Bake>();
+    made->prepared = prepare(scene, progress);
+    const PreparedScene& prepared = *made->prepared;
+    const RenderSettings settings =
+        render_settings(prepared, occlusion, occlusion_error, reach, depth, tolerance, light_coefficients);
+    made->baked = long_call<BakedScene>(progress, [&](const Progress& watched) {
+        const auto start = std::chrono::steady_clock::now();
+        const ShadedScene shaded =
+            shaded_scene(prepared.scene, *prepared.entities, prepared.light.environment);
+        Result<BakedScene> baked =
+            baked_scene(prepared.scene, *prepared.entities, shaded, settings, options, watched);
+        made->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        return baked;
+    });
+    return made;
+}
+
+std::size_t vertices_of(const Bake& bake) {
+    std::size_t vertices = 0;
+    for (const BakedInstance& instance : bake.baked.instances) vertices += instance.radiance.size();
+    return vertices;
+}
+
+BakedMesh mesh_named(const std::shared_ptr<Bake>& bake, const std::string& name) {
+    const std::vector<BakedInstance>& instances = bake->baked.instances;
+    const auto found = std::ranges::find(instances, name, &BakedInstance::name);
+    if (found == instances.end()) throw py::key_error("there is no instance \"" + name + "\"");
+    return {bake, static_cast<std::size_t>(found - instances.begin())};
+}
+
+BakedMesh mesh_numbered(const std::shared_ptr<Bake>& bake, std::ptrdiff_t number) {
+    const auto count = static_cast<std::ptrdiff_t>(bake->baked.instances.size());
+    if (number < -count || number >= count)
+        throw py::index_error(fmt::format("instance {} of {}", number, count));
+    return {bake, static_cast<std::size_t>(number < 0 ? number + count : number)};
+}
+
+py::dict write_povray(const Bake& bake, const std::filesystem::path& folder, const std::string& name) {
+    const PreparedScene& prepared = *bake.prepared;
+    const std::string stem = plain_name(name.empty() ? prepared.scene.name : name);
+    const auto files = long_call<BakedFiles>(py::none(), [&](const Progress&) {
+        const LatLongImage background = image_with_suns(prepared.light.environment);
+        return write_baked_scene(folder, stem, prepared.scene.camera, bake.baked.instances,
+                                 BackgroundDescription{&background});
+    });
+    if (files.clamped_vertices > 0)
+        warn({fmt::format("{}: the radiance of {} vertices is clamped to [0, 65000]", stem,
+                          files.clamped_vertices)});
+    py::dict written;
+    written["scene"] = files.scene;
+    written["includes"] = files.includes;
+    written["objects"] = files.objects;
+    written["images"] = files.images;
+    return written;
+}
+
+/// Draws what POV-Ray would, without it.
+py::array picture_of(const Bake& bake) {
+    const PreparedScene& prepared = *bake.prepared;
+    const auto image = std::make_shared<const Image>(long_call<Image>(py::none(), [&](const Progress&) {
+        const LatLongImage background = image_with_suns(prepared.light.environment);
+        std::vector<PreviewInstance> instances;
+        for (const BakedInstance& instance : bake.baked.instances)
+            instances.push_back(
+                {instance.mesh, instance.placement, instance.radiance, instance.over, instance.surfaces});
+        return Result<Image>(Preview().draw(prepared.scene.camera, instances, [&](const Vec3f& direction) {
+            return radiance_from(background, Vec3d(direction));
+        }));
+    }));
+    return pixels_of(image);
+}
+
+py::tuple rendered(const Bake& bake, const std::filesystem::path& folder, int antialiasing,
+                   const py::object& progress) {
+    if (!(antialiasing >= 0 && antialiasing <= 9))
+        throw py::value_error(fmt::format("antialiasing is {}; wanted 0 to 9", antialiasing));
+    const auto scene = write_povray(bake, folder, "")["scene"].cast<std::filesystem::path>();
+    const PovrayOptions options = picture_options(bake.prepared->scene.camera, antialiasing);
+    auto picture = long_call<RenderedScene>(progress, [&](const Progress& watched) {
+        return render_scene(scene, folder / "baked.exr", options, watched);
+    });
+    const auto image = std::make_shared<const Image>(std::move(picture.image));
+    return py::make_tuple(pixels_of(image), coverage_of(image));
+}
+
+/// The radiance that is seen at each vertex; without a copy where there are no textures.
+py::array seen(const BakedMesh& self) {
+    const BakedInstance& instance = self.instance();
+    if (instance.surfaces.empty()) return self.view(instance.radiance);
+    std::vector<Rgb> radiance(instance.radiance.size());
+    for (std::size_t v = 0; v < radiance.size(); ++v) radiance[v] = seen_at(instance, v);
+    return array_of(std::move(radiance));
+}
+
+py::dict passes_of(const BakedMesh& self) {
+    py::dict passes;
+    for (const VertexValues& pass : self.instance().passes)
+        passes[py::str(pass.name)] =
+            pass.is_scalar ? py::object(self.view(pass.values)[py::make_tuple(py::ellipsis(), 0)])
+                           : py::object(self.view(pass.values));
+    return passes;
+}
+
+py::list budget(PythonScene& scene, std::size_t points, const std::string& occlusion, float occlusion_error,
+                float reach, int depth, float tolerance, int light_coefficients, const py::object& progress) {
+    if (points < 1 || points > 1'000'000)
+        throw py::value_error(fmt::format("points is {}; wanted [1, 1e6]", points));
+    const auto prepared = prepare(scene, progress);
+    const RenderSettings settings =
+        render_settings(*prepared, occlusion, occlusion_error, reach, depth, tolerance, light_coefficients);
+    const auto made = long_call<SceneBudget>(progress, [&](const Progress& watched) {
+        Preview preview;
+        return scene_budget(prepared->scene, *prepared->entities,
+                            shaded_scene(prepared->scene, *prepared->entities, prepared->light.environment),
+                            settings, points, preview, watched);
+    });
+    py::list entries;
+    for (const BudgetEntry& entry : made.entries) {
+        py::dict added;
+        added["approximation"] = entry.name;
+        added["meaning"] = entry.meaning;
+        added["relative_rmse"] = entry.relative_rmse;
+        added["relative_99"] = entry.relative_99;
+        added["bias"] = entry.bias;
+        added["points"] = entry.points;
+        entries.append(added);
+    }
+    return entries;
+}
+
+void add_baked_mesh(py::module_& module) {
+    py::class_<BakedMesh> mesh(
+        module, "BakedMesh",
+        "One instance of a bake: its mesh, where it stands, and what its vertices emit.\n\n"
+        "Arrays are views of the bake's own memory, without copies, and can not be "
+        "written to.");
+    mesh.def_property_readonly(
+        "name", [](const BakedMesh& self) { return self.instance().name; }, "The instance's name.");
+    mesh.def_property_readonly(
+        "positions", [](const BakedMesh& self) { return self.view<Vec3f>(self.mesh().positions); },
+        "(N, 3) in the object's frame, metres: world = matrix @ (x, y, z, 1).");
+    mesh.def_property_readonly(
+        "normals", [](const BakedMesh& self) { return self.view<Vec3f>(self.mesh().normals); },
+        "(N, 3) in the object's frame, unit length.");
+    mesh.def_property_readonly(
+        "triangles",
+        [](const BakedMesh& self) { return self.view<std::array<std::uint32_t, 3>>(self.mesh().triangles); },
+        "(M, 3), counter-clockwise seen from outside.");
+    mesh.def_property_readonly(
+        "uvs",
+        [](const BakedMesh& self) -> py::object {
+            if (self.mesh().uvs.empty()) return py::none();
+            return self.view<Vec2f>(self.mesh().uvs);
+        },
+        "(N, 2), or None where no image is used.");
+    mesh.def_property_readonly(
+        "materials", [](const BakedMesh& self) { return self.mesh().material_names; },
+        "The names of the mesh's materials.");
+    mesh.def_property_readonly(
+        "vertex_materials",
+        [](const BakedMesh& self) { return self.view<std::uint16_t>(self.mesh().vertex_materials); },
+        "(N,) indices of materials.");
+    mesh.def_property_readonly(
+        "matrix", [](const BakedMesh& self) { return matrix_of(self.instance().placement); },
+        "(4, 4), from the object's frame to the world; stands before columns.");
+    mesh.def_property_readonly(
+        "radiance", &seen,
+        "(N, 3), outgoing and linear, W/(m^2 sr): what `haarfield bake` writes into a PLY.");
+    mesh.def_property_readonly(
+        "under", [](const BakedMesh& self) { return self.view(self.instance().radiance); },
+        "(N, 3), what the images of the materials multiply; the radiance itself where there are none.");
+    mesh.def_property_readonly(
+        "over",
+        [](const BakedMesh& self) -> py::object {
+            if (self.instance().over.empty()) return py::none();
+            return self.view(self.instance().over);
+        },
+        "(N, 3), highlights that lie over images; None where there are none.");
+    mesh.def_property_readonly(
+        "passes", &passes_of,
+        "The passes that were asked for, by name with _ for -: (N, 3), of occlusion (N,).");
+    mesh.def("__len__", [](const BakedMesh& self) { return self.mesh().positions.size(); });
+    mesh.def("__repr__", [](const BakedMesh& self) {
+        return fmt::format("<haarfield.BakedMesh \"{}\" of {} vertices>", self.instance().name,
+                           self.mesh().positions.size());
+    });
+}
+
+}  // namespace
+
+void add_bake(py::module_& module, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene) {
+    add_baked_mesh(module);
+    py::class_<Bake, std::shared_ptr<Bake>> made(
+        module, "Bake", "A scene, shaded: bake[\"chair_1\"] or bake[0] is one of its instances.");
+    made.def("__len__", [](const Bake& self) { return self.baked.instances.size(); });
+    made.def("__getitem__", &mesh_named, py::arg("name"));
+    made.def("__getitem__", &mesh_numbered, py::arg("number"));
+    made.def("__repr__", [](const Bake& self) {
+        return fmt::format("<haarfield.Bake of {} vertices in {} instances>", vertices_of(self),
+                           self.baked.instances.size());
+    });
+    made.def_property_readonly("vertices", &vertices_of, "Of all instances together.");
+    made.def_property_readonly(
+        "seconds", [](const Bake& self) { return self.seconds; }, "That shading took.");
+    made.def("write_povray", &write_povray, py::arg("folder"), py::arg("name") = "",
+             R"(Writes NAME.pov and one include for each instance.
+
+name     the scene's, if empty.
+returns  a dict: scene, includes, objects (what each include declares), images.)");
+    const auto writer = [&made](const char* name, auto write, const char* text) {
+        made.def(
+            name,
+            [write](const Bake& self, const std::filesystem::path& file) {
+                long_call<Done>(py::none(),
+                                [&](const Progress&) { return write(file, self.baked.instances); });
+            },
+            py::arg("path"), text);
+    };
+    writer("write_ply", &write_baked_ply, "Writes all instances as one PLY, in world space.");
+    writer("write_glb", &write_baked_glb, "Writes all instances as glTF, with linear radiance as COLOR_0.");
+    writer("write_csv", &write_baked_csv, "Writes a table of all vertices, in world space.");
+    made.def(
+        "render", &rendered, py::arg("folder"), py::arg("antialiasing") = 3, py::arg("progress") = py::none(),
+        "Writes the POV-Ray scene and renders it: baked.exr and baked.png in the folder.\n\n"
+        "returns  the objects' radiance (height, width, 3) and coverage (height, width), as read_image.");
+    made.def("picture", &picture_of,
+             "(height, width, 3): a quick picture with its background, drawn without POV-Ray.");
+    scene.def("bake", &bake, py::arg("refine") = py::none(),
+              py::arg("vertex_budget") = RefinementSettings().vertex_budget, py::arg("colours") = "sampled",
+              py::arg("passes") = std::vector<std::string>(), py::arg("evaluator") = "tree",
+              py::arg("occlusion") = "auto", py::arg("occlusion_error") = RenderSettings().occlusion_error,
+              py::arg("reach") = RenderSettings().reach, py::arg("depth") = full_depth,
+              py::arg("tolerance") = RenderSettings().tolerance,
+              py::arg("light_coefficients") = RenderSettings().light_coefficients,
+              py::arg("progress") = py::none(),
+              R"(Shades every vertex, with the bits of `haarfield bake`, whose options have the same names.
+
+refine     split triangles where interpolated radiance is off by more than this; None: not.
+colours    "sampled" at the vertices, or "fitted" to what lies between them.
+passes     any of "diffuse", "specular", "irradiance", "occlusion", "own-shadow".
+evaluator  "tree", or "dense": plain sums, slow.
+occlusion  "auto", "fields" or "exact": how vertices see past other objects.
+progress   called with (stage, done, total), some twenty times a second.)");
+    scene.def(
+        "budget", &budget, py::arg("points") = 400, py::arg("occlusion") = "auto",
+        py::arg("occlusion_error") = RenderSettings().occlusion_error,
+        py::arg("reach") = RenderSettings().reach, py::arg("depth") = full_depth,
+        py::arg("tolerance") = RenderSettings().tolerance,
+        py::arg("light_coefficients") = RenderSettings().light_coefficients, py::arg("progress") = py::none(),
+        "What each approximation of a bake costs alone, against dense sums: a list of dicts, as `haarfield "
+        "budget\n--report` has them: approximation, meaning, relative_rmse, relative_99, bias, points.");
+}
+
+}  // namespace haarfield::python

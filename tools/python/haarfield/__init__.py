@@ -1,0 +1,14 @@
+"""Baked light, visibility fields and wavelet product integrals.
+
+    import haarfield
+    scene = haarfield.open("scenes/single_chair.toml")
+    bake = scene.bake()
+    print(bake["chair"].radiance)    # (N, 3), a numpy array
+    bake.write_povray("out")
+
+Units are metres and W/(m^2 sr); colours are linear RGB; the frame is right-handed with +y up. Angles are degrees.
+Calls that last let other threads run, take a progress function and end with Ctrl-C.
+"""
+
+from haarfield._haarfield import *  # noqa: F401,F403
+from haarfield._haarfield import __version__  # noqa: F401

@@ -1,0 +1,102 @@
+/// Ray-traced references in Python: Scene.reference.
+
+#include "bridge/reference_lights.h"
+#include "fields/base/names.h"
+#include "tools/python/arrays.h"
+#include "tools/python/images.h"
+#include "tools/python/scene.h"
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+namespace haarfield::python {
+
+namespace {
+
+/// A reference, rendered or only written.
+struct Reference {
+    std::shared_ptr<const Image> image;  ///< Null: not rendered.
+    ReferenceFiles files;
+};
+
+Result<Reference> made_reference(const PreparedScene& prepared, const std::filesystem::path& folder,
+                                 int lights, const std::optional<double>& relative_error, int antialiasing,
+                                 bool render, const Progress& progress) {
+    const Result<SceneEntities> originals = original_entities(prepared.scene, progress);
+    if (!originals) return originals.error();
+    const std::vector<ReferenceInstance> instances = reference_instances(prepared.scene, *originals);
+    const std::string stem = plain_name(prepared.scene.name) + "_reference";
+    const Camera& camera = prepared.scene.camera;
+    const Environment& environment = prepared.light.environment;
+    const PovrayOptions povray = picture_options(camera, antialiasing);
+    std::vector<std::string> warnings;
+    if (relative_error) {
+        const Result<LightEstimate> estimate =
+            lights_for_error(folder, stem, camera, instances, environment, povray, *relative_error, progress);
+        if (!estimate) return estimate.error();
+        lights = estimate->lights;
+        if (estimate->relative_error > *relative_error)
+            warnings.push_back(
+                fmt::format("a relative error of {} needs more than {} lights", *relative_error, lights));
+    }
+    Result<ReferenceFiles> files =
+        write_reference_scene(folder, stem, camera, instances, environment, lights);
+    if (!files) return files.error();
+    files->warnings.insert(files->warnings.begin(), warnings.begin(), warnings.end());
+    Reference reference{nullptr, std::move(*files)};
+    if (!render) return reference;
+    Result<ReferencePicture> picture = rendered_reference(reference.files.scene, povray, progress);
+    if (!picture) return picture.error();
+    const Result<Done> written = write_with_background(picture->image, reference.files.scene,
+                                                       folder / "reference.exr", povray, progress);
+    if (!written) return written.error();
+    reference.image = std::make_shared<const Image>(std::move(picture->image));
+    return reference;
+}
+
+py::dict reference(PythonScene& scene, const std::filesystem::path& folder, int lights,
+                   const std::optional<double>& relative_error, int antialiasing, bool render,
+                   const py::object& progress) {
+    if (!(lights >= 16 && lights <= 100'000))
+        throw py::value_error(fmt::format("lights is {}; wanted [16, 100000]", lights));
+    if (relative_error && !(*relative_error >= 1e-4 && *relative_error <= 1))
+        throw py::value_error(
+            fmt::format("relative_error is {}; wanted [0.0001, 1], or None", *relative_error));
+    if (!(antialiasing >= 0 && antialiasing <= 9))
+        throw py::value_error(fmt::format("antialiasing is {}; wanted 0 to 9", antialiasing));
+    const auto prepared = prepare(scene, progress);
+    const auto made = long_call<Reference>(progress, [&](const Progress& watched) {
+        return made_reference(*prepared, folder, lights, relative_error, antialiasing, render, watched);
+    });
+    warn(made.files.warnings);
+    py::dict result;
+    result["scene"] = made.files.scene;
+    result["includes"] = made.files.includes;
+    result["lights"] = made.files.lights;
+    if (!made.image) return result;
+    result["image"] = pixels_of(made.image);
+    result["coverage"] = coverage_of(made.image);
+    result["relative_error"] = *made.image->relative_error;
+    return result;
+}
+
+}  // namespace
+
+void add_reference(py::module_&, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene) {
+    scene.def(
+        "reference", &reference, py::arg("folder"), py::arg("lights") = 1024,
+        py::arg("relative_error") = py::none(), py::arg("antialiasing") = 3, py::arg("render") = true,
+        py::arg("progress") = py::none(),
+        R"(The same scene by POV-Ray's own ray tracer, as `haarfield reference` makes it: the original meshes under a dome
+of distant lights. Writes NAME_reference.pov, reference.exr and reference.png.
+
+lights          at most so many lights stand for the environment.
+relative_error  or as many as bring the reference's own relative error down to this.
+render          False: only the scene is written.
+
+returns         a dict: image (height, width, 3), coverage (height, width), relative_error of the reference itself,
+                lights, and the files: scene, includes.)");
+}
+
+}  // namespace haarfield::python

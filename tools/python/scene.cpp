@@ -1,0 +1,238 @@
+#include "tools/python/scene.h"
+
+#include "scenes/scene_camera.h"
+#include "scenes/scene_tables.h"
+#include "tools/python/arrays.h"
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+namespace haarfield::python {
+
+namespace {
+
+std::shared_ptr<PythonScene> made_scene(toml::table tables, TablesOrigin origin) {
+    Scene scene = value_of(scene_of_tables(tables, origin));
+    return std::make_shared<PythonScene>(std::move(tables), std::move(origin), std::move(scene));
+}
+
+std::shared_ptr<PythonScene> opened(const std::filesystem::path& file, const py::object& changes) {
+    toml::table tables = value_of(read_toml(file));
+    const auto given = std::make_shared<GivenFiles>();
+    if (!changes.is_none()) change_tables(changes.cast<py::dict>(), tables, *given);
+    return made_scene(std::move(tables), {file.string(), file.stem().string(), file.parent_path(), given});
+}
+
+std::shared_ptr<PythonScene> described(const py::dict& description, const std::string& name,
+                                       const std::filesystem::path& folder) {
+    toml::table tables;
+    const auto given = std::make_shared<GivenFiles>();
+    change_tables(description, tables, *given);
+    return made_scene(std::move(tables), {name, name, folder, given});
+}
+
+py::dict camera_of(const Camera& camera) {
+    py::dict result;
+    result["position"] = py::make_tuple(camera.position.x, camera.position.y, camera.position.z);
+    result["target"] = py::make_tuple(camera.target.x, camera.target.y, camera.target.z);
+    result["vertical_fov"] = double(camera.vertical_fov) * (180 / pi);
+    result["resolution"] = py::make_tuple(camera.width, camera.height);
+    return result;
+}
+
+void choose_fields(PythonScene& scene, const std::optional<std::filesystem::path>& fields, int face_size,
+                   int coefficients, float visibility_error, bool allow_unsealed,
+                   const py::object& progress) {
+    SceneEntityOptions options;
+    if (fields) options.fields_folder = *fields;
+    constexpr std::array sizes{16, 32, 64, 128, 256};
+    if (std::ranges::find(sizes, face_size) == sizes.end())
+        throw py::value_error(fmt::format("face_size is {}; wanted one of 16, 32, 64, 128, 256", face_size));
+    if (!(coefficients >= 0 && coefficients <= 65536))
+        throw py::value_error(fmt::format("coefficients is {}; wanted 0 to 65536", coefficients));
+    if (!(visibility_error >= 0 && visibility_error < 1))
+        throw py::value_error(fmt::format("visibility_error is {}; wanted [0, 1)", visibility_error));
+    options.face_size = face_size;
+    options.coefficients = coefficients;
+    options.relative_l2_error = visibility_error;
+    if (allow_unsealed) options.unsealed = Unsealed::allowed;
+    scene.set_options(options);
+    prepare(scene, progress);
+}
+
+}  // namespace
+
+void PythonScene::set_options(const SceneEntityOptions& options) {
+    const py::gil_scoped_release released;
+    const std::lock_guard lock(mutex_);
+    options_ = options;
+    entities_.reset();
+    prepared_.reset();
+}
+
+Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(const Progress& progress) {
+    const Turn turn(mutex_, progress);
+    if (!turn) return Error{"", interrupted};
+    if (prepared_) return prepared_;
+    const auto made = std::make_shared<PreparedScene>();
+    made->scene = scene_;
+    made->face_size = options_.face_size;
+    Result<SceneEnvironment> light = scene_environment(scene_);
+    if (!light) return light.error();
+    made->light = std::move(*light);
+    made->warnings = made->light.warnings;
+    if (!entities_) {
+        Result<SceneEntities> entities = prepare_scene_entities(scene_, options_, progress);
+        if (!entities) return entities.error();
+        made->warnings.insert(made->warnings.end(), entities->warnings.begin(), entities->warnings.end());
+        entities_ = std::make_shared<const SceneEntities>(std::move(*entities));
+    }
+    made->entities = entities_;
+    made->scene.camera = scene_camera(scene_, *entities_);
+    made->scene.finds_camera = false;
+    for (std::string& trouble : camera_troubles(made->scene, *entities_))
+        made->warnings.push_back(std::move(trouble));
+    prepared_ = made;
+    return prepared_;
+}
+
+std::shared_ptr<PythonScene> PythonScene::changed(const py::dict& changes) const {
+    toml::table tables = tables_;
+    const auto given = std::make_shared<GivenFiles>(*origin_.given);
+    change_tables(changes, tables, *given);
+    TablesOrigin origin = origin_;
+    origin.given = given;
+    const auto result = made_scene(std::move(tables), std::move(origin));
+    const auto same = [&](const char* key) {
+        const toml::node *before = tables_.get(key), *after = result->tables_.get(key);
+        if (before == nullptr || after == nullptr) return before == after;
+        if (before->is_table() && after->is_table()) return *before->as_table() == *after->as_table();
+        return before->is_array() && after->is_array() && *before->as_array() == *after->as_array();
+    };
+    const py::gil_scoped_release released;
+    const std::lock_guard lock(mutex_);
+    result->options_ = options_;
+    if (same("entities") && same("materials") && same("instances")) result->entities_ = entities_;
+    return result;
+}
+
+std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::object& progress) {
+    const auto prepared = long_call<std::shared_ptr<const PreparedScene>>(
+        progress, [&scene](const Progress& watched) { return scene.prepared(watched); });
+    if (!prepared->is_told.exchange(true)) warn(prepared->warnings);
+    return prepared;
+}
+
+RenderSettings render_settings(const PreparedScene& scene, const std::string& occlusion,
+                               float occlusion_error, float reach, int depth, float tolerance,
+                               int light_coefficients) {
+    const auto check = [](const char* name, double value, const Range& range) {
+        if (!range.contains(value))
+            throw py::value_error(fmt::format("{} is {}; wanted {}", name, value, range.text()));
+    };
+    check("occlusion_error", double(occlusion_error), {0, 1, false, true});
+    check("reach", double(reach), {1, 1e4});
+    check("depth", depth, {0, full_depth});
+    check("tolerance", double(tolerance), {0, 1});
+    check("light_coefficients", light_coefficients, {0, 65536});
+    RenderSettings settings;
+    settings.face_size = scene.face_size;
+    settings.occlusion = occlusion == "fields"  ? Occlusion::fields
+                         : occlusion == "exact" ? Occlusion::exact
+                                                : Occlusion::automatic;
+    if (occlusion != "fields" && occlusion != "exact" && occlusion != "auto")
+        throw py::value_error(
+            fmt::format("occlusion is \"{}\"; wanted \"fields\", \"exact\" or \"auto\"", occlusion));
+    settings.occlusion_error = occlusion_error;
+    settings.reach = reach;
+    settings.depth = depth;
+    settings.tolerance = tolerance;
+    settings.light_coefficients = light_coefficients;
+    return settings;
+}
+
+py::array matrix_of(const Placement& placement) {
+    const std::array<float, 12> columns = placement.columns();
+    std::vector<double> rows(16, 0);
+    for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t column = 0; column < 4; ++column)
+            rows[4 * row + column] = double(columns[3 * column + row]);
+    rows[15] = 1;
+    return array_of(std::move(rows), {4, 4});
+}
+
+void add_scene(py::module_& module, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene) {
+    module.def("open", &opened, py::arg("path"), py::arg("changes") = py::none(),
+               R"(Opens a scene file.
+
+path     the TOML file; README's table has its keys.
+changes  a dict of these keys, which take the place of the file's: {"environment": {"rotation": 90}}. None takes a
+         key away. Meshes may be haarfield.Mesh, images arrays, as in haarfield.scene.
+
+raises   haarfield.Error, with line and column of what the file has wrong.)");
+    module.def("scene", &described, py::arg("description"), py::arg("name") = "scene",
+               py::arg("folder") = ".",
+               R"(A scene made in Python, with the keys of a scene file.
+
+description  a dict as the file has tables. Where the file names a mesh, a haarfield.Mesh may stand; where it names
+             an image, an array: (height, 2 height, 3) of linear radiance for the environment, (height, width, 3
+             or 4) for a material: bytes are sRGB, floats linear.
+name         what its POV-Ray files are called.
+folder       that relative names of files start from.
+
+raises       haarfield.Error, in the words that the reader of scene files has; TypeError and ValueError for what is
+             no such array.)");
+    scene.def("__repr__", [](const PythonScene& self) {
+        return fmt::format("<haarfield.Scene \"{}\" of {} instances>", self.scene().name,
+                           self.scene().instances.size());
+    });
+    scene.def_property_readonly(
+        "name", [](const PythonScene& self) { return self.scene().name; },
+        "The file's name without its ending.");
+    scene.def_property_readonly(
+        "instances",
+        [](const PythonScene& self) {
+            std::vector<std::string> names;
+            for (const Instance& instance : self.scene().instances) names.push_back(instance.name);
+            return names;
+        },
+        "The names of the instances, in the order of everything that is by instance.");
+    scene.def_property_readonly(
+        "description", [](const PythonScene& self) { return dict_of(self.tables()); },
+        "A copy of the tables that the scene was made of; arrays stand in it as names.");
+    scene.def(
+        "camera", [](PythonScene& self) { return camera_of(prepare(self, py::none())->scene.camera); },
+        "The camera as a scene file has it, found if the scene leaves that to haarfield: a dict of position "
+        "and\n"
+        "target [m], vertical_fov [degrees], resolution [pixels].");
+    scene.def(
+        "environment",
+        [](PythonScene& self) {
+            const auto prepared = prepare(self, py::none());
+            const LatLongImage& image = prepared->light.environment.image;
+            return view_of<Rgb>(image.pixels, prepared, {image.height, image.width});
+        },
+        "The distant light: (height, width, 3) radiance, clean, turned and exposed; of an analytic sky "
+        "without "
+        "the\nsun's disc.");
+    scene.def(
+        "changed", &PythonScene::changed, py::arg("changes"),
+        "Another scene, with changes as haarfield.open takes them. It shares meshes and fields with this one "
+        "if\nneither entities, materials nor instances change.");
+    scene.def(
+        "prepare", &choose_fields, py::arg("fields") = py::none(), py::arg("face_size") = 64,
+        py::arg("coefficients") = FieldSettings().coefficients,
+        py::arg("visibility_error") = FieldSettings().relative_l2_error, py::arg("allow_unsealed") = false,
+        py::arg("progress") = py::none(),
+        R"(Reads and prepares the meshes and makes the visibility fields; bakes and sessions do so if it was not done.
+
+fields            folder that keeps them as files, from which they are taken if they fit; None: nowhere.
+face_size         texels along an edge of the cubemaps: 16, 32, 64, 128, 256.
+coefficients      at most so many wavelets of visibility a face; 0: no limit.
+visibility_error  wavelets are dropped up to this part of what is blocked or open, whichever is less.
+allow_unsealed    take fields that another program saved again.
+progress          called with (stage, done, total), some twenty times a second.)");
+}
+
+}  // namespace haarfield::python

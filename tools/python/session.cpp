@@ -1,0 +1,319 @@
+/// Relighting sessions in Python: Scene.session.
+
+#include "bridge/preview.h"
+#include "bridge/scene_budget.h"
+#include "shading/transfer/relight_session.h"
+#include "tools/python/arrays.h"
+#include "tools/python/images.h"
+#include "tools/python/scene.h"
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+
+namespace haarfield::python {
+
+namespace {
+
+constexpr double degree = pi / 180;
+
+/// What arrays of radiance refer to: the session, as long as its instances stay, then what they had last.
+struct ShownRadiance {
+    std::shared_ptr<RelightSession> session;
+    SceneRadiance last;  ///< Once `session` has given it away.
+};
+
+/// A session, which one thread after the other may drive.
+class PythonSession {
+public:
+    PythonSession(std::shared_ptr<const PreparedScene> prepared, const RenderSettings& settings,
+                  const TransferSettings& transfer)
+        : prepared_(std::move(prepared)),
+          session_(std::make_shared<RelightSession>(
+              shaded_scene(prepared_->scene, *prepared_->entities, prepared_->light.environment), settings,
+              transfer)),
+          shown_(std::make_shared<ShownRadiance>(session_, SceneRadiance())) {
+        for (const Instance& instance : prepared_->scene.instances) names_.push_back(instance.name);
+    }
+
+    /// Makes transfer vectors or a commit.
+    void do_long(const py::object& progress,
+                 const std::function<Result<Done>(RelightSession&, const Progress&)>& act) {
+        long_call<Done>(progress, [&](const Progress& watched) -> Result<Done> {
+            const Turn turn(mutex_, watched);
+            if (!turn) return Error{"", interrupted};
+            return act(*session_, watched);
+        });
+    }
+
+    /// A change of the scene.
+    template <class Act>
+    auto do_now(const Act& act) {
+        const py::gil_scoped_release released;
+        const std::lock_guard lock(mutex_);
+        return act(*session_);
+    }
+
+    // Milliseconds: in this thread, without Python's lock.
+    void frame(bool is_moving) {
+        const Result<Done> done = do_now([&](RelightSession& session) {
+            return session.frame(is_moving ? FrameQuality::moving : FrameQuality::still);
+        });
+        value_of(done);
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    }
+
+    std::size_t clone(const py::object& instance, const std::string& name) {
+        const std::size_t of = number_of(instance);
+        let_go();
+        const std::size_t made = do_now([&](RelightSession& session) { return session.clone(of); });
+        names_.push_back(name.empty() ? fmt::format("{}_copy_{}", names_[of], ++copies_) : name);
+        return made;
+    }
+
+    void remove(const py::object& instance) {
+        const std::size_t of = number_of(instance);
+        if (names_.size() == 1) throw py::value_error("the last instance can not be removed");
+        let_go();
+        do_now([&](RelightSession& session) { session.remove(of); });
+        names_.erase(names_.begin() + static_cast<std::ptrdiff_t>(of));
+    }
+
+    py::list radiance() {
+        const auto instances = do_now([](RelightSession& session) {
+            const SceneRadiance& radiance = session.radiance();
+            return std::vector<std::span<const Rgb>>(radiance.begin(), radiance.end());
+        });
+        py::list arrays;
+        for (const std::span<const Rgb> instance : instances) arrays.append(view_of(instance, shown_));
+        return arrays;
+    }
+
+    py::array picture() {
+        const auto image = std::make_shared<Image>();
+        long_call<Done>(py::none(), [&](const Progress& watched) -> Result<Done> {
+            const Turn turn(mutex_, watched);
+            if (!turn) return Error{"", interrupted};
+            if (session_->radiance().size() != session_->instances().size())
+                return Error{"", "there is no radiance yet; wanted frame or commit first"};
+            const LatLongImage background = image_with_suns(session_->scene().environment);
+            Camera camera = prepared_->scene.camera;
+            camera.position = session_->eye();
+            *image =
+                preview_.draw(camera, preview_instances(session_->scene(), session_->radiance()),
+                              [&](const Vec3f& direction) {
+                                  return radiance_from(background, Vec3d(background_turn_.back(direction)));
+                              });
+            return Done{};
+        });
+        return pixels_of(image);
+    }
+
+    void turn_environment(const Rotation& rotation) {
+        do_now([&](RelightSession& session) {
+            session.turn_environment(rotation);
+            background_turn_ = rotation;
+        });
+    }
+
+    void commit(const py::object& progress) {
+        do_long(progress, [this](RelightSession& session, const Progress& watched) {
+            Result<Done> done = session.commit(watched);
+            if (done) background_turn_ = {};  // the scene's environment is turned now
+            return done;
+        });
+    }
+
+    void place(const py::object& instance, const py::object& translate, const py::object& scale,
+               const py::object& rotate) {
+        const std::size_t of = number_of(instance);
+        Placement placement =
+            do_now([&](RelightSession& session) { return session.instances()[of].placement; });
+        if (!translate.is_none()) placement.translate = vector(translate, "translate");
+        if (!scale.is_none()) {
+            placement.scale = scale.cast<float>();
+            if (!(placement.scale >= 1e-6f && placement.scale <= 1e6f))
+                throw py::value_error(fmt::format("scale is {}; wanted [1e-06, 1e+06]", placement.scale));
+        }
+        if (!rotate.is_none())
+            placement.rotate = rotation_xyz(vector(rotate, "rotate") * static_cast<float>(degree));
+        do_now([&](RelightSession& session) { session.place(of, placement); });
+    }
+
+    std::size_t number_of(const py::object& instance) const {
+        if (py::isinstance<py::str>(instance)) {
+            const auto found = std::ranges::find(names_, instance.cast<std::string>());
+            if (found == names_.end())
+                throw py::key_error("there is no instance \"" + instance.cast<std::string>() + "\"");
+            return static_cast<std::size_t>(found - names_.begin());
+        }
+        if (!py::isinstance<py::int_>(instance))
+            throw py::type_error("instance is neither a name nor a number");
+        const auto count = static_cast<py::ssize_t>(names_.size());
+        const auto number = instance.cast<py::ssize_t>();
+        if (number < -count || number >= count)
+            throw py::index_error(fmt::format("instance {} of {}", number, count));
+        return static_cast<std::size_t>(number < 0 ? number + count : number);
+    }
+
+    const std::vector<std::string>& names() const { return names_; }
+
+private:
+    /// Arrays of before keep what they show.
+    void let_go() {
+        shown_->last = do_now([](RelightSession& session) { return session.take_radiance(); });
+        shown_->session.reset();
+        shown_ = std::make_shared<ShownRadiance>(session_, SceneRadiance());
+    }
+
+    std::shared_ptr<const PreparedScene> prepared_;  ///< That the session's pointers refer to.
+    std::timed_mutex mutex_;
+    std::shared_ptr<RelightSession> session_;
+    std::shared_ptr<ShownRadiance> shown_;
+    std::vector<std::string> names_;
+    std::size_t copies_ = 0;
+    Rotation background_turn_;  ///< Of the light, beyond the session's environment.
+    Preview preview_;
+};
+
+}  // namespace
+
+void add_session(py::module_& module, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene) {
+    py::class_<PythonSession> session(
+        module, "Session",
+        R"(A scene held open: light, eye and instances change, and radiance follows.
+
+vary_light, vary_eye or vary_instance makes the transfer vectors of what is to change; then frame is quick. commit
+shades in full, as a bake does. Instances are named, or numbered as in `instances`. One thread at a time drives a
+session: another one waits.)");
+    session.def_property_readonly(
+        "instances", [](const PythonSession& self) { return self.names(); },
+        "The names of the instances as they are now.");
+    session.def(
+        "vary_light",
+        [](PythonSession& self, const py::object& progress) {
+            self.do_long(progress,
+                         [](RelightSession& of, const Progress& watched) { return of.vary_light(watched); });
+        },
+        py::arg("progress") = py::none(),
+        "Makes the vectors with which frames follow a light that turns or is exchanged.");
+    session.def(
+        "vary_eye",
+        [](PythonSession& self, const py::object& progress) {
+            self.do_long(progress,
+                         [](RelightSession& of, const Progress& watched) { return of.vary_eye(watched); });
+        },
+        py::arg("progress") = py::none(), "Makes the vectors with which frames follow a moving eye.");
+    session.def(
+        "vary_instance",
+        [](PythonSession& self, const py::object& instance, const py::object& progress) {
+            const std::size_t of = self.number_of(instance);
+            self.do_long(progress, [of](RelightSession& inside, const Progress& watched) {
+                return inside.vary_instance(of, watched);
+            });
+        },
+        py::arg("instance"), py::arg("progress") = py::none(),
+        "Makes the vectors with which frames follow an instance that is moved or scaled.");
+    session.def(
+        "turn_environment",
+        [](PythonSession& self, double angle, const py::object& axis) {
+            const Vec3f about = vector(axis, "axis");
+            if (!std::isfinite(angle)) throw py::value_error("angle is no finite number");
+            if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); wanted a direction");
+            self.turn_environment(rotation_about(Vec3d(about), angle * degree));
+        },
+        py::arg("angle"), py::arg("axis") = py::make_tuple(0, 1, 0),
+        "Turns the environment as the scene has it, by degrees about an axis; not beyond earlier turns.");
+    session.def(
+        "set_environment",
+        [](PythonSession& self, const py::object& pixels) {
+            const FloatArray array = floats(pixels, "pixels", {any_length, any_length, 3});
+            if (array.shape(0) == 0 || array.shape(1) != 2 * array.shape(0))
+                throw py::value_error(
+                    fmt::format("pixels is of shape {}; wanted (height, 2 height, 3)", shape_text(array)));
+            LatLongImage image{static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)), {}};
+            for (py::ssize_t i = 0; i < array.size(); i += 3)
+                image.pixels.emplace_back(array.data()[i], array.data()[i + 1], array.data()[i + 2]);
+            clean_environment(image);
+            self.turn_environment({});
+            self.do_now([&](RelightSession& of) { of.set_environment(std::move(image)); });
+        },
+        py::arg("pixels"),
+        "Exchanges the light for a lat-long image of radiance, (height, 2 height, 3), which then is not "
+        "turned.");
+    session.def(
+        "set_eye",
+        [](PythonSession& self, const py::object& position) {
+            const Vec3f eye = vector(position, "position");
+            self.do_now([&](RelightSession& of) { of.set_eye(eye); });
+        },
+        py::arg("position"), "Moves the eye, from which the highlights are seen, to (x, y, z) metres.");
+    session.def(
+        "place", &PythonSession::place, py::arg("instance"), py::arg("translate") = py::none(),
+        py::arg("scale") = py::none(), py::arg("rotate") = py::none(),
+        "Moves an instance: to (x, y, z) metres, to a scale, to angles about x, then y, then z [degrees]. "
+        "What\nis None stays.");
+    session.def(
+        "rotate",
+        [](PythonSession& self, const py::object& instance, const py::object& axis, double angle) {
+            const std::size_t of = self.number_of(instance);
+            const Vec3f about = vector(axis, "axis");
+            if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); wanted a direction");
+            if (!std::isfinite(angle)) throw py::value_error("angle is no finite number");
+            self.do_now([&](RelightSession& inside) { inside.rotate(of, Vec3d(about), angle * degree); });
+        },
+        py::arg("instance"), py::arg("axis"), py::arg("angle"),
+        "Turns an instance by degrees about an axis through its origin, beyond the turns that it has.");
+    session.def("clone", &PythonSession::clone, py::arg("instance"), py::arg("name") = "",
+                "A copy in the same place; returns its number, the last.");
+    session.def("remove", &PythonSession::remove, py::arg("instance"),
+                "Takes an instance away; later ones move up by one.");
+    session.def(
+        "frame", &PythonSession::frame, py::arg("moving") = false,
+        "Radiance as it is now, by the transfer vectors. moving: quicker, while something is dragged.");
+    session.def("commit", &PythonSession::commit, py::arg("progress") = py::none(),
+                "Radiance as it is now, in full: with the bits of a bake.");
+    session.def_property_readonly(
+        "radiance", &PythonSession::radiance,
+        R"(A list with an array for each instance, (N, 3), outgoing and linear, W/(m^2 sr).
+
+They are the session's own memory: each frame and commit changes what they show, until instances are cloned or
+removed; then they keep what they had. As bakes, they are without images.)");
+    session.def_property_readonly(
+        "matrices",
+        [](PythonSession& self) {
+            const auto instances = self.do_now([](RelightSession& of) { return of.instances(); });
+            py::list matrices;
+            for (const ShadedInstance& instance : instances) matrices.append(matrix_of(instance.placement));
+            return matrices;
+        },
+        "Where each instance stands: (4, 4), from its frame to the world.");
+    session.def("picture", &PythonSession::picture,
+                "(height, width, 3): a quick picture from the eye, without images; drawn without POV-Ray.");
+    session.def_property_readonly(
+        "transfer_bytes",
+        [](PythonSession& self) {
+            return self.do_now([](RelightSession& of) { return of.transfer_bytes(); });
+        },
+        "Memory of the transfer vectors.");
+    scene.def(
+        "session",
+        [](PythonScene& self, float pruning_error, const std::string& occlusion, float occlusion_error,
+           float reach, int light_coefficients, const py::object& progress) {
+            const auto prepared = prepare(self, progress);
+            const RenderSettings settings = render_settings(*prepared, occlusion, occlusion_error, reach,
+                                                            full_depth, 0, light_coefficients);
+            if (!(pruning_error >= 0 && pruning_error < 1))
+                throw py::value_error(fmt::format("pruning_error is {}; wanted [0, 1)", pruning_error));
+            TransferSettings transfer;
+            transfer.pruning_error = pruning_error;
+            return std::make_unique<PythonSession>(prepared, settings, transfer);
+        },
+        py::arg("pruning_error") = TransferSettings().pruning_error, py::arg("occlusion") = "auto",
+        py::arg("occlusion_error") = RenderSettings().occlusion_error,
+        py::arg("reach") = RenderSettings().reach,
+        py::arg("light_coefficients") = RenderSettings().light_coefficients, py::arg("progress") = py::none(),
+        "Holds the scene open for changes; see Session.\n\npruning_error  what transfer vectors may lack of "
+        "radiance, relatively.");
+}
+
+}  // namespace haarfield::python
