@@ -112,6 +112,10 @@ std::vector<std::string> arguments_of(const std::string& scene, const std::strin
                                        "-P",
                                        "-C"};
     if (options.threads > 0) arguments.push_back(fmt::format("+WT{}", options.threads));
+    if (options.last_row > 0) {
+        arguments.push_back(fmt::format("+SR{}", options.first_row + 1));
+        arguments.push_back(fmt::format("+ER{}", options.last_row));
+    }
     if (options.antialiasing > 0)
         for (std::string argument :
              {fmt::format("+A{:.4f}", options.antialiasing_threshold), std::string("+AM1"),
@@ -153,7 +157,8 @@ PovrayOptions picture_options(const Camera& camera, int antialiasing) {
 Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::filesystem::path& exr,
                              const PovrayOptions& options, const Progress& progress) {
     assert(options.width >= 1 && options.height >= 1 && options.threads >= 0 && options.antialiasing >= 0 &&
-           options.antialiasing_threshold >= 0);
+           options.antialiasing_threshold >= 0 && options.first_row >= 0 &&
+           options.last_row <= options.height);
     std::error_code code;
     if (!std::filesystem::is_regular_file(scene, code)) return Error{scene.string(), "no such file"};
     if (contains(scene.string(), "\"") || contains(exr.string(), "\""))

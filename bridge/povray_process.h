@@ -17,6 +17,10 @@ struct PovrayOptions {
     /// of them. A dome of many lights is some ten times faster with 0.05, and looks the same.
     double antialiasing_threshold = 0;
     std::vector<std::string> declarations;  ///< Each set to 1 before the scene is read.
+    /// Rows of the picture that are rendered, from the first up to, but not at, the last; 0 and 0: all. The
+    /// others are black. They have the same bits as in the whole picture if both are multiples of 32, or the
+    /// last is the height: by blocks of so many POV-Ray decides which pixels get more rays.
+    int first_row = 0, last_row = 0;
 };
 
 /// For a picture of the camera's resolution, with n x n rays where pixels differ from their neighbours.

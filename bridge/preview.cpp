@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 
+#include "fields/base/instruction_set.h"
 #include "scenes/camera_frame.h"
 
 namespace haarfield {
@@ -79,8 +80,8 @@ bool differs(const Sample& a, const Sample& b) {
 }  // namespace
 
 struct Preview::Rays {
-    std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device{rtcNewDevice(nullptr),
-                                                                     &rtcReleaseDevice};
+    std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device{
+        rtcNewDevice(embree_settings("").c_str()), &rtcReleaseDevice};
     std::map<const Mesh*, OwnedScene> meshes;
     /// What pass_cut_outs is told: the mesh, and surfaces that live as long as it.
     std::map<const Mesh*, PreviewInstance> cut_outs;

@@ -32,27 +32,35 @@ Image mean_picture(const Image& a, const Image& b, std::vector<Rgb>& half_differ
 
 }  // namespace
 
+Result<RenderedScene> rendered_half(const std::filesystem::path& scene, std::size_t set,
+                                    const PovrayOptions& options, const Progress& progress) {
+    PovrayOptions objects = options;
+    objects.declarations.push_back(without_background);
+    objects.declarations.push_back(set == 0 ? first_lights_alone : second_lights_alone);
+    return rendered_scene(scene, objects, progress);
+}
+
+ReferencePicture reference_of_halves(std::array<RenderedScene, 2> halves) {
+    ReferencePicture picture;
+    picture.image = mean_picture(halves[0].image, halves[1].image, picture.half_difference);
+    for (std::size_t set = 0; set < 2; ++set) picture.run[set] = std::move(halves[set].run);
+    return picture;
+}
+
 Result<ReferencePicture> rendered_reference(const std::filesystem::path& scene, const PovrayOptions& options,
                                             const Progress& progress) {
-    ReferencePicture picture;
-    std::array<Image, 2> halves;
-    const std::array<const char*, 2> alone{first_lights_alone, second_lights_alone};
+    std::array<RenderedScene, 2> halves;
     for (std::size_t set = 0; set < 2; ++set) {
-        PovrayOptions objects = options;
-        objects.declarations.push_back(without_background);
-        objects.declarations.push_back(alone[set]);
         Progress part = progress;
         if (progress.report)
             part.report = [&progress, set](std::string_view stage, std::uint64_t done, std::uint64_t total) {
                 progress.report(stage, set * total + done, 2 * total);
             };
-        Result<RenderedScene> half = rendered_scene(scene, objects, part);
+        Result<RenderedScene> half = rendered_half(scene, set, options, part);
         if (!half) return half.error();
-        picture.run[set] = std::move(half->run);
-        halves[set] = std::move(half->image);
+        halves[set] = *std::move(half);
     }
-    picture.image = mean_picture(halves[0], halves[1], picture.half_difference);
-    return picture;
+    return reference_of_halves(std::move(halves));
 }
 
 Result<RenderedScene> radiosity_picture(const std::filesystem::path& scene, const PovrayOptions& options,

@@ -23,6 +23,16 @@ struct ReferencePicture {
 Result<ReferencePicture> rendered_reference(const std::filesystem::path& scene,
                                             const PovrayOptions& options = {}, const Progress& progress = {});
 
+/// One of its two pictures.
+///
+/// set               0 or 1: the lights.
+/// progress, errors  those of run_povray.
+Result<RenderedScene> rendered_half(const std::filesystem::path& scene, std::size_t set,
+                                    const PovrayOptions& options = {}, const Progress& progress = {});
+
+/// The reference of both pictures: their mean.
+ReferencePicture reference_of_halves(std::array<RenderedScene, 2> halves);
+
 /// A second opinion, without any lights: POV-Ray's radiosity gathers the background's light.
 ///
 /// accuracy          for smooth skies, 0.6 % RMS; concentrated light is biased. Diffuse terms only:

@@ -32,6 +32,7 @@
 /// | precompute_field | fields/field/field_precompute.h |
 /// | VisibilityField, interpolated_visibility | fields/field/visibility_field.h |
 /// | write_field, read_field | fields/field/field_file.h |
+/// | library_field, library_entries | fields/field/field_library.h |
 /// | make_occluder | fields/mesh/occluder.h |
 /// | VisibilityRasterizer | fields/rasterizer/visibility_rasterizer.h |
 /// | CubemapTree, BasicQuadtree: the wavelets' convention | fields/wavelets/quadtree.h |
@@ -82,6 +83,7 @@
 /// ```
 
 #include "fields/field/field_file.h"
+#include "fields/field/field_library.h"
 #include "fields/field/field_precompute.h"
 #include "fields/mesh/mesh_reader.h"
 #include "fields/rasterizer/visibility_rasterizer.h"

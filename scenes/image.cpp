@@ -59,6 +59,8 @@ Result<std::string> exr_bytes(const Image& image, const std::string& where) {
     }
     OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::HALF);
     spec.attribute("compression", "zip");
+    // Otherwise it would be the time of writing, and equal pictures were unequal files.
+    spec.attribute("DateTime", "2000:01:01 00:00:00");
     if (image.relative_error) spec.attribute(error_attribute, *image.relative_error);
     return encoded_file("openexr", spec, OIIO::TypeDesc::FLOAT, values.data(), where);
 }

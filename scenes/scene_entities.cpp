@@ -8,6 +8,8 @@
 #include <set>
 
 #include "fields/base/names.h"
+#include "fields/field/field_library.h"
+#include "fields/file/claim.h"
 #include "fields/file/write_file.h"
 #include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_subdivision.h"
@@ -15,6 +17,7 @@
 #include "fields/mesh/model_file.h"
 #include "fields/mesh/shared_vertices.h"
 #include "fields/mesh/thin_sheets.h"
+#include "scenes/entity_field.h"
 #include "scenes/entity_surfaces.h"
 #include "scenes/given_files.h"
 #include "scenes/scene_camera.h"
@@ -131,57 +134,53 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
     return Done{};
 }
 
-/// Reads the field if the file is there, may be used, and has the key.
-bool reuse_field(SceneEntity& entity, const ContentHash& key, Unsealed unsealed) {
-    std::error_code ignored;
-    if (!std::filesystem::exists(entity.field_file, ignored)) return false;
-    Result<VisibilityField> field = read_field(entity.field_file, unsealed);
-    if (!field)
-        entity.remade_because = field.error().message();
-    else if (!(field->key == key))
-        entity.remade_because =
-            fmt::format("{}: made from another mesh or with other settings", entity.field_file.string());
-    else if (field->local_handles.size() != entity.mesh.fine.positions.size())
-        entity.remade_because = fmt::format("{}: not of this mesh", entity.field_file.string());
-    else {
-        entity.field = *std::move(field);
-        entity.reused = true;
-        entity.remade_because.clear();
-    }
-    return entity.reused;
-}
-
-Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settings, Unsealed unsealed,
-                                const Progress& progress) {
-    if (entity.field_file.empty()) {
+Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settings,
+                                const SceneEntityOptions& options, const Progress& progress) {
+    if (options.fields_folder.empty()) {
         Result<VisibilityField> field =
             precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress);
         if (!field) return field.error();
         entity.field = *std::move(field);
         return Done{};
     }
-    const ContentHash key = field_key(entity.mesh, settings);
-    if (reuse_field(entity, key, unsealed)) return Done{};
-    // Held while the field is made: who wants the same one waits for it, and a folder where nothing can be
-    // written is noticed before the work.
-    Result<TemporaryFile> temporary = TemporaryFile::beside(entity.field_file, progress);
-    if (!temporary) return temporary.error();
-    if (reuse_field(entity, key, unsealed)) return Done{};  // another process made it meanwhile
-    Result<VisibilityField> field =
-        precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress);
-    if (!field) return field.error();
-    entity.field = *std::move(field);
-    return write_field(entity.field, *temporary);
+    Result<LibraryField> found = library_field(
+        options.fields_folder, entity.name, field_keys(entity.mesh, settings), options.unsealed,
+        [&](const KnownSamples& known) {
+            return precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress, known);
+        },
+        progress);
+    if (!found) return found.error();
+    if (found->field.local_handles.size() != entity.mesh.fine.positions.size())
+        return Error{found->file.string(), "not of this mesh, though its key says so"};
+    entity.field = std::move(found->field);
+    entity.field_file = std::move(found->file);
+    entity.reused = found->reused;
+    entity.surroundings_reused = found->surroundings_reused;
+    entity.remade_because = std::move(found->remade_because);
+    return Done{};
 }
 
 }  // namespace
+
+FieldSettings entity_field_settings(const Entity& description, const EntityOcclusion& occlusion,
+                                    const SceneEntityOptions& options) {
+    FieldSettings settings;
+    settings.face_size = options.face_size;
+    settings.coefficients = options.coefficients;
+    settings.relative_l2_error = options.relative_l2_error;
+    // What is rasterized at the vertex itself needs no samples around it, beyond the fewest there can be.
+    const bool is_exact = occlusion.coarse().triangles().size() <= RenderSettings().exact_triangles;
+    settings.planar_samples = is_exact ? 0 : description.planar_samples;
+    settings.spherical_samples = is_exact ? 0 : description.spherical_samples;
+    return settings;
+}
 
 Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEntityOptions& options,
                                              const Progress& progress) {
     SceneEntities result;
     if (options.fields && !options.fields_folder.empty()) {
         if (const Result<Done> made = make_folder(options.fields_folder); !made) return made.error();
-        remove_abandoned_files(options.fields_folder);
+        remove_abandoned_claims(options.fields_folder);
     }
     std::vector<Variant> known;  // by result.entities
     TextureShelf shelf;
@@ -214,19 +213,8 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         if (progress.report) progress.report("mesh of " + entity->name, 1, 1);
         if (options.fields) {
             const Clock::time_point field_start = Clock::now();
-            if (!options.fields_folder.empty())
-                entity->field_file = options.fields_folder / (entity->name + ".vdb");
-            FieldSettings settings;
-            settings.face_size = options.face_size;
-            settings.coefficients = options.coefficients;
-            settings.relative_l2_error = options.relative_l2_error;
-            // What is rasterized at the vertex itself needs no samples around it, beyond the fewest there can
-            // be.
-            const bool is_exact =
-                entity->occlusion->coarse().triangles().size() <= RenderSettings().exact_triangles;
-            settings.planar_samples = is_exact ? 0 : description.planar_samples;
-            settings.spherical_samples = is_exact ? 0 : description.spherical_samples;
-            const Result<Done> done = find_or_make_field(*entity, settings, options.unsealed, progress);
+            const FieldSettings settings = entity_field_settings(description, *entity->occlusion, options);
+            const Result<Done> done = find_or_make_field(*entity, settings, options, progress);
             if (!done) return done.error();
             entity->field_seconds = seconds_since(field_start);
         }

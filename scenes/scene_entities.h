@@ -25,7 +25,8 @@ struct SceneEntity {
     std::vector<Material> materials;  ///< and their materials.
     std::filesystem::path field_file;
     bool reused = false;
-    std::string remade_because;  ///< Why a file that was there was not used; empty if none was there.
+    bool surroundings_reused = false;  ///< Of a field that is made: only its local samples were.
+    std::string remade_because;        ///< Why a file that was there was not used; empty if none was there.
     double mesh_seconds = 0, field_seconds = 0;
 };
 
@@ -41,7 +42,8 @@ struct SceneEntities {
 
 /// How fields are made, and where they are kept.
 struct SceneEntityOptions {
-    std::filesystem::path fields_folder;  ///< Made if missing; empty: fields are not kept in files.
+    /// A library (field_library.h), made if missing; empty: fields are not kept in files.
+    std::filesystem::path fields_folder;
     std::int32_t face_size = 64;
     std::int32_t coefficients = FieldSettings().coefficients;
     float relative_l2_error = FieldSettings().relative_l2_error;
@@ -58,7 +60,7 @@ struct SceneEntityOptions {
 ///
 /// Each field is in the folder, whole, as soon as it is made: a run that was killed goes on where it was, and
 /// removes what the killed one left half-written. Of several processes that want the same field one makes it
-/// while the others wait.
+/// while the others wait. Entities with the same mesh and settings share one, also those of other scenes.
 Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEntityOptions& options,
                                              const Progress& progress = {});
 

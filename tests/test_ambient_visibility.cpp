@@ -14,16 +14,24 @@ namespace {
 TEST(AmbientVisibility, MeanOverDirectionsIsTheSumOfTexelsTimesSolidAngles) {
     for (const VisibilityField& field : {example_field(), random_field(3, 0)}) {
         const int size = field.pool.face_size;
-        const std::vector<float> means = mean_over_directions(field.pool);
+        const std::vector<DirectionMeans> means = mean_over_directions(field.pool);
         ASSERT_EQ(means.size(), field.pool.cubemaps.size());
         for (std::size_t handle = 0; handle < means.size(); handle += 1 + means.size() / 50) {
             double sum = 0;
-            for (const std::uint32_t face : field.pool.cubemaps[handle]) {
+            Vec3d directions(0.0);
+            for (int f = 0; f < cubemap_faces; ++f) {
+                const std::uint32_t face = field.pool.cubemaps[handle][std::size_t(f)];
                 const std::vector<float> texels = quadtree_texels(unpacked_face(field.pool, face), size);
-                for (int i = 0; i < size * size; ++i)
-                    sum += double(texels[std::size_t(i)]) * texel_solid_angle(i % size, i / size, size);
+                for (int i = 0; i < size * size; ++i) {
+                    const double open =
+                        double(texels[std::size_t(i)]) * texel_solid_angle(i % size, i / size, size);
+                    sum += open;
+                    directions += Vec3d(texel_direction(f, i % size, i / size, size)) * open;
+                }
             }
-            EXPECT_NEAR(means[handle], sum / (4 * pi), 1e-6) << "handle " << handle;
+            EXPECT_NEAR(means[handle].visibility, sum / (4 * pi), 1e-6) << "handle " << handle;
+            EXPECT_TRUE(Vec3d(means[handle].direction).equalWithAbsError(directions / (4 * pi), 1e-6))
+                << "handle " << handle << ": " << means[handle].direction;
         }
     }
 }
@@ -51,11 +59,16 @@ TEST(AmbientVisibility, OfASphereIsWhatItsConeLeavesOpen) {
                 // Nearer to the surface a cell of the sampler has corners in and out of the sphere.
                 if (distance > 1.6 * radius) {
                     const double sine = radius / distance;
-                    EXPECT_NEAR(volume.values[i], (1 + std::sqrt(1 - sine * sine)) / 2, 0.03)
-                        << x << " " << y << " " << z;
+                    const double cosine = std::sqrt(1 - sine * sine);
+                    EXPECT_NEAR(volume.values[i], (1 + cosine) / 2, 0.03) << x << " " << y << " " << z;
+                    // Of the cone's axis, what is blocked has sine^2 / 4 in the mean over all directions.
+                    const Vec3d away = Vec3d(place - centre) / distance * (sine * sine / (2 * (1 + cosine)));
+                    EXPECT_TRUE(Vec3d(volume.directions[i]).equalWithAbsError(away, 0.03))
+                        << x << " " << y << " " << z << ": " << volume.directions[i] << ", not " << away;
                     ++outside;
                 } else if (distance < 0.6 * radius) {
                     EXPECT_EQ(volume.values[i], 0.0f) << x << " " << y << " " << z;
+                    EXPECT_EQ(volume.directions[i], Vec3f(0.0f)) << x << " " << y << " " << z;
                 }
             }
     EXPECT_GT(outside, 5000);

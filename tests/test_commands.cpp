@@ -19,12 +19,14 @@
 #include <sstream>
 #include <thread>
 
+#include "tests/fixtures/library_files.h"
+
 extern char** environ;
 
 namespace {
 
-constexpr const char* all_commands[] = {"precompute", "bake",    "reference", "compare",
-                                        "budget",     "relight", "info",      "verify"};
+constexpr const char* all_commands[] = {"precompute", "bake", "reference", "compare", "budget",
+                                        "relight",    "info", "verify",    "library"};
 
 std::string text_of(const std::filesystem::path& file) {
     std::ostringstream text;
@@ -286,8 +288,8 @@ TEST_F(Commands, ABoxOnAFloorLooksAsItsReference) {
                                         "32",   "--threads", "2",  "--report", "out/baked.json"};
     const Outcome baked = run(bake);
     ASSERT_EQ(baked.code, 0) << baked.err;
-    for (const char* file : {"baked.exr", "baked.png", "room.pov", "room_Box.inc", "room_Floor.inc",
-                             "room.ply", "fields/box.vdb", "fields/floor.vdb"})
+    for (const char* file :
+         {"baked.exr", "baked.png", "room.pov", "room_Box.inc", "room_Floor.inc", "room.ply"})
         EXPECT_TRUE(std::filesystem::is_regular_file(folder_ / "out" / file)) << file;
 
     const nlohmann::json made = report("out/baked.json");
@@ -310,21 +312,22 @@ TEST_F(Commands, ABoxOnAFloorLooksAsItsReference) {
     }
 
     // Fields are reused, and say what is in them.
+    const std::string box = haarfield::field_of(folder_ / "out/fields", "box");
     const Outcome again =
         run({"precompute", "room.toml", "-o", "out", "--face-size", "32", "--report", "again.json"});
     ASSERT_EQ(again.code, 0) << again.err;
     const nlohmann::json reuse = report("again.json");
     for (const nlohmann::json& field : reuse.at("fields")) EXPECT_EQ(field["reused"], true);
-    EXPECT_EQ(run({"verify", "out/fields/box.vdb"}).code, 0);
-    const nlohmann::json info =
-        nlohmann::json::parse(run({"info", "out/fields/box.vdb", "--json"}).out, nullptr, false);
+    EXPECT_EQ(run({"verify", box}).code, 0);
+    const nlohmann::json info = nlohmann::json::parse(run({"info", box, "--json"}).out, nullptr, false);
     EXPECT_EQ(info.value("entity", ""), "box");
     EXPECT_EQ(info.value("face_size", 0), 32);
-    EXPECT_NE(run({"info", "out/fields/box.vdb"}).out.find("box"), std::string::npos);
+    EXPECT_NE(run({"info", box}).out.find("box"), std::string::npos);
 
+    EXPECT_NE(run({"library", "out/fields"}).out.find("2 fields"), std::string::npos);
     // A damaged field is noticed, and made anew.
-    std::filesystem::resize_file(folder_ / "out/fields/box.vdb", 1000);
-    EXPECT_EQ(run({"verify", "out/fields/box.vdb"}).code, 1);
+    std::filesystem::resize_file(box, 1000);
+    EXPECT_EQ(run({"verify", box}).code, 1);
     const Outcome remade = run({"precompute", "room.toml", "-o", "out", "--face-size", "32"});
     EXPECT_EQ(remade.code, 0);
     EXPECT_NE(remade.err.find("field remade"), std::string::npos) << remade.err;
@@ -394,8 +397,11 @@ TEST_F(Commands, ThePictureDoesNotDependOnTheNumberOfThreads) {
         EXPECT_EQ(outcome.err, "");
         EXPECT_FALSE(std::filesystem::exists(folder_ / threads / "baked.exr"));
     }
-    for (const char* file : {"room_Box.inc", "room_Floor.inc", "room.ply", "room.glb", "room.csv",
-                             "fields/box.vdb", "fields/floor.vdb"})
+    std::vector<std::filesystem::path> files{"room_Box.inc", "room_Floor.inc", "room.ply", "room.glb",
+                                             "room.csv"};
+    for (const char* entity : {"box", "floor"})
+        files.push_back(haarfield::field_of(folder_ / "1/fields", entity).lexically_relative(folder_ / "1"));
+    for (const std::filesystem::path& file : files)
         EXPECT_TRUE(text_of(folder_ / "1" / file) == text_of(folder_ / "3" / file) &&
                     !text_of(folder_ / "1" / file).empty())
             << file;
@@ -521,6 +527,8 @@ TEST_F(Commands, ACameraIsFoundWhereTheSceneHasNoneOrWhereItIsAskedFor) {
 
 TEST_F(Commands, QuietSaysOnlyWhatJsonAsksFor) {
     write_scene();
+    ASSERT_EQ(run({"precompute", "room.toml", "-o", "out", "--face-size", "16", "--quiet"}).code, 0);
+    const std::string box = haarfield::field_of(folder_ / "out/fields", "box");
     using Arguments = std::vector<std::string>;
     for (Arguments arguments :
          {Arguments{"bake", "room.toml", "-o", "out", "--face-size", "16", "--antialiasing", "0", "--frame",
@@ -528,14 +536,14 @@ TEST_F(Commands, QuietSaysOnlyWhatJsonAsksFor) {
           {"reference", "room.toml", "-o", "out", "--lights", "16", "--antialiasing", "0"},
           {"compare", "out/baked.exr", "out/reference.exr", "-o", "out"},
           {"relight", "room.toml", "-o", "out", "--face-size", "16", "--spin-light", "--frames", "1"},
-          {"info", "out/fields/box.vdb"},
-          {"verify", "out/fields/box.vdb"}}) {
+          {"info", box},
+          {"verify", box}}) {
         arguments.emplace_back("--quiet");
         const Outcome outcome = run(arguments);
         EXPECT_EQ(outcome.code, 0) << arguments[0] << outcome.err;
         EXPECT_EQ(outcome.out + outcome.err, "") << arguments[0];
     }
-    const Outcome asked = run({"info", "out/fields/box.vdb", "--quiet", "--json"});
+    const Outcome asked = run({"info", box, "--quiet", "--json"});
     EXPECT_EQ(nlohmann::json::parse(asked.out, nullptr, false).value("entity", ""), "box") << asked.out;
     EXPECT_NE(run({"info", "missing.vdb", "--quiet"}).err, "");
 }
@@ -585,7 +593,8 @@ TEST_F(Commands, CtrlCEndsABakeWithNothingHalfWritten) {
         EXPECT_EQ(outcome.code, 130) << outcome.err;
         EXPECT_NE(outcome.err.find("left"), std::string::npos) << outcome.err;
         for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / "out"))
-            EXPECT_TRUE(entry.is_directory() || entry.path().filename() == "floor.vdb") << entry.path();
+            EXPECT_TRUE(entry.is_directory() || entry.path().filename().string().starts_with("floor-"))
+                << entry.path();
     }
 }
 
@@ -601,8 +610,10 @@ TEST_F(Commands, AKilledPrecomputeLeavesWholeFieldsAndTheNextOneGoesOn) {
     const auto begin = std::chrono::steady_clock::now();
     ASSERT_EQ(run(into("whole")).code, 0);
     const std::chrono::duration<double> undisturbed = std::chrono::steady_clock::now() - begin;
-    std::map<std::string, std::string> wanted;
-    for (const char* name : {"box.vdb", "floor.vdb"}) wanted[name] = text_of(folder_ / "whole/fields" / name);
+    std::map<std::string, std::string> wanted;  // the fields by their files' names
+    for (const auto& entry : std::filesystem::directory_iterator(folder_ / "whole/fields"))
+        wanted[entry.path().filename()] = text_of(entry.path());
+    ASSERT_EQ(wanted.size(), 2u);
 
     const std::filesystem::path fields = folder_ / "out/fields";
     const auto finished = [&] {
@@ -628,8 +639,9 @@ TEST_F(Commands, AKilledPrecomputeLeavesWholeFieldsAndTheNextOneGoesOn) {
         for (const std::string& name : after)
             EXPECT_TRUE(text_of(fields / name) == wanted[name]) << "kill " << k << ": " << name;
         between += after.size() == 1;
-        leftovers += std::filesystem::exists(fields / "box.vdb.tmp") ||
-                     std::filesystem::exists(fields / "floor.vdb.tmp");
+        std::error_code none;
+        for (std::filesystem::directory_iterator entry(fields, none), end; entry != end; ++entry)
+            leftovers += !entry->path().string().ends_with(".vdb");
     }
     RecordProperty("killed_between_fields", between);
     RecordProperty("killed_while_one_was_made", leftovers);
@@ -656,7 +668,7 @@ TEST_F(Commands, TwoProcessesInOneFolderMakeEachFieldOnce) {
     }
     EXPECT_EQ(made, (std::map<std::string, int>{{"box", 1}, {"floor", 1}}));
     for (const char* name : {"box", "floor"})
-        EXPECT_EQ(run({"verify", fmt::format("out/fields/{}.vdb", name)}).code, 0) << name;
+        EXPECT_EQ(run({"verify", haarfield::field_of(folder_ / "out/fields", name)}).code, 0) << name;
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_ / "out/fields"), {}), 2);
 }
 
@@ -664,13 +676,13 @@ TEST_F(Commands, FieldsWithoutASealAreRefusedUnlessAllowed) {
     write_scene();
     const std::vector<std::string> precompute{"precompute", "room.toml", "-o", "out", "--face-size", "16"};
     ASSERT_EQ(run(precompute).code, 0);
-    const std::filesystem::path field = folder_ / "out/fields/box.vdb";
+    const std::string field = haarfield::field_of(folder_ / "out/fields", "box");
     std::filesystem::resize_file(field, std::filesystem::file_size(field) - 64);
     for (const char* command : {"info", "verify"}) {
-        const Outcome refused = run({command, "out/fields/box.vdb"});
+        const Outcome refused = run({command, field});
         EXPECT_EQ(refused.code, 1);
         EXPECT_NE(refused.err.find("no seal"), std::string::npos) << refused.err;
-        const Outcome allowed = run({command, "out/fields/box.vdb", "--allow-unsealed"});
+        const Outcome allowed = run({command, field, "--allow-unsealed"});
         EXPECT_EQ(allowed.code, 0) << allowed.err;
         EXPECT_NE(allowed.out.find("not sealed"), std::string::npos) << allowed.out;
     }

@@ -50,7 +50,7 @@ TEST(FieldFile, SummaryCountsWhatIsInTheFile) {
     const Result<FieldSummary> summary = read_field_summary(folder / "example.vdb");
     ASSERT_TRUE(summary) << summary.error().message();
     EXPECT_EQ(summary->entity, field.entity);
-    EXPECT_EQ(summary->key, field.key);
+    EXPECT_TRUE(summary->keys == field.keys);
     EXPECT_EQ(summary->settings, field.settings);
     EXPECT_EQ(summary->planar.rings, field.planar.rings);
     EXPECT_EQ(summary->spherical.azimuths, field.spherical.azimuths);
@@ -208,19 +208,19 @@ TEST(FieldFile, RefusesForgedTables) {
         {"a section of 2^64 bytes", forged(listed(nodes) + 16, ~std::uint64_t(0))},
         {"a section of 2^63 bytes", forged(listed(cubemaps) + 16, std::uint64_t(1) << 63)},
         {"something before a section", forged(at(entity) - 1, 'x')},
-        {"face size 0", forged(at(record, 16), 0)},
-        {"face size 2", forged(at(record, 16), 2)},
-        {"face size 48", forged(at(record, 16), 48)},
-        {"bounds not a number", forged(at(record, 36), NAN)},
-        {"2^31 - 1 rings", forged(at(record, 72), 0x7fffffff)},
-        {"-1 rings", forged(at(record, 72), -1)},
-        {"0 rings", forged(at(record, 72), 0)},
-        {"one ring less", forged(at(record, 72), field.planar.rings - 1)},
-        {"one ring more", forged(at(record, 72), field.planar.rings + 1)},
-        {"0 angles", forged(at(record, 76), 0)},
-        {"infinite outer radius", forged(at(record, 80), INFINITY)},
-        {"2^20 shells", forged(at(record, 100), 1 << 20)},
-        {"-3 azimuths", forged(at(record, 108), -3)},
+        {"face size 0", forged(at(record, 32), 0)},
+        {"face size 2", forged(at(record, 32), 2)},
+        {"face size 48", forged(at(record, 32), 48)},
+        {"bounds not a number", forged(at(record, 52), NAN)},
+        {"2^31 - 1 rings", forged(at(record, 88), 0x7fffffff)},
+        {"-1 rings", forged(at(record, 88), -1)},
+        {"0 rings", forged(at(record, 88), 0)},
+        {"one ring less", forged(at(record, 88), field.planar.rings - 1)},
+        {"one ring more", forged(at(record, 88), field.planar.rings + 1)},
+        {"0 angles", forged(at(record, 92), 0)},
+        {"infinite outer radius", forged(at(record, 96), INFINITY)},
+        {"2^20 shells", forged(at(record, 116), 1 << 20)},
+        {"-3 azimuths", forged(at(record, 124), -3)},
         {"a planar handle beyond the last", forged(at(planar, 4), Handle(50))},
         {"a negative spherical handle", forged(at(spherical, 8), Handle(-1))},
         {"a local handle beyond the last", forged(at(local, 396), Handle(0x7fffffff))},

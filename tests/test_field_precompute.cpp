@@ -7,6 +7,7 @@
 #include "fields/wavelets/haar_transform.h"
 #include "scenes/furniture.h"
 #include "tests/fixtures/example_meshes.h"
+#include "tests/fixtures/field_fixtures.h"
 #include "tests/fixtures/unpacked_face.h"
 
 namespace haarfield {
@@ -166,23 +167,64 @@ TEST(LocalSamples, ASimplifiedOpenSurfaceDoesNotDarkenItsVertices) {
     EXPECT_EQ(EntityOcclusion(box).own().triangles().size(), 12u);
 }
 
-TEST(FieldKey, ChangesWithMeshAndSettings) {
+TEST(FieldKeys, ChangeWithMeshAndSettings) {
     const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}));
     const FieldSettings settings;
-    const ContentHash key = field_key(mesh, settings);
-    EXPECT_EQ(field_key(mesh, settings), key);
-    PreparedMesh moved = mesh;
-    moved.fine.positions[3].x += 1e-6f;
-    EXPECT_FALSE(field_key(moved, settings) == key);
+    const FieldKeys keys = field_keys(mesh, settings);
+    EXPECT_TRUE(field_keys(mesh, settings) == keys);
+    PreparedMesh finer = mesh;
+    finer.fine.triangles.pop_back();
+    EXPECT_EQ(field_keys(finer, settings).surroundings, keys.surroundings) << "seen by the coarse mesh alone";
+    EXPECT_FALSE(field_keys(finer, settings).whole == keys.whole);
     PreparedMesh coarser = mesh;
     coarser.coarse.triangles.pop_back();
-    EXPECT_FALSE(field_key(coarser, settings) == key);
+    PreparedMesh larger = mesh;
+    larger.fine.positions[6].x += 1e-6f;  // the samplers are as large as the fine mesh
+    for (const PreparedMesh* other : {&coarser, &larger}) {
+        EXPECT_FALSE(field_keys(*other, settings).surroundings == keys.surroundings);
+        EXPECT_FALSE(field_keys(*other, settings).whole == keys.whole);
+    }
     for (const FieldSettings& other :
          {FieldSettings{32, 70, 0, 20000, 10000}, FieldSettings{64, 71, 0, 20000, 10000},
           FieldSettings{64, 70, 0.1f, 20000, 10000}, FieldSettings{64, 70, 0, 20001, 10000},
-          FieldSettings{64, 70, 0, 20000, 10001}})
-        EXPECT_FALSE(field_key(mesh, other) == key);
-    EXPECT_EQ(key.hex().size(), 32u);
+          FieldSettings{64, 70, 0, 20000, 10001}}) {
+        EXPECT_FALSE(field_keys(mesh, other).surroundings == keys.surroundings);
+        EXPECT_FALSE(field_keys(mesh, other).whole == keys.whole);
+    }
+    EXPECT_EQ(keys.whole.hex().size(), 32u);
+}
+
+TEST(FieldPrecompute, OfPartsIsTheUndividedFieldBitForBit) {
+    const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
+    const EntityOcclusion occlusion(mesh);
+    const FieldSettings settings{16, 0, 0.1f, 150, 150};
+    const VisibilityField whole = *precompute_field("box", mesh, occlusion, settings);
+    const std::uint64_t count = sample_count(mesh, settings);
+    ASSERT_EQ(count,
+              whole.planar_handles.size() + whole.spherical_handles.size() + whole.local_handles.size());
+    for (const std::uint64_t parts : {1, 2, 7, 64}) {
+        std::vector<SampleRun> runs;
+        for (std::uint64_t part = 0; part < parts; ++part)
+            if (parts != 7 || part % 3 != 1)  // what is not known is made
+                runs.push_back(*field_samples("box", mesh, occlusion, settings, count * part / parts,
+                                              count * (part + 1) / parts));
+        const VisibilityField joined = *precompute_field("box", mesh, occlusion, settings, {}, {runs, {}});
+        expect_same(joined, whole, std::to_string(parts) + " parts");
+    }
+}
+
+TEST(FieldPrecompute, TakesTheSurroundingsOfAnotherFineMesh) {
+    const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
+    PreparedMesh finer = mesh;
+    finer.fine = box_mesh({0, 0, 0}, {1, 1, 1}, 7);
+    const FieldSettings settings{16, 0, 0.1f, 150, 150};
+    const SampleRun surroundings =
+        surrounding_samples(*precompute_field("box", mesh, EntityOcclusion(mesh), settings));
+    const EntityOcclusion occlusion(finer);
+    const VisibilityField wanted = *precompute_field("box", finer, occlusion, settings);
+    const VisibilityField field =
+        *precompute_field("box", finer, occlusion, settings, {}, {{&surroundings, 1}, wanted.error});
+    expect_same(field, wanted, "with known surroundings");
 }
 
 TEST(FieldPrecompute, ReportsSteadilyToTheEnd) {

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "fields/file/process_name.h"
 #include "tests/fixtures/example_textures.h"
 
 namespace haarfield {
@@ -85,15 +86,54 @@ TEST_F(SceneEntitiesTest, WarnsOfOpenEdgesUnlessTheMeshIsFlat) {
     EXPECT_NE(warnings("0 0.01 3").find("4 open edges in its only piece"), std::string::npos);
 }
 
-TEST_F(SceneEntitiesTest, RemakesAStaleOrDamagedFieldAndSaysWhy) {
-    ASSERT_TRUE(prepare_scene_entities(scene, options));
+TEST_F(SceneEntitiesTest, MakesAFieldOfAnotherMeshBesideAndKeepsBoth) {
+    const auto first = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(first);
     write_box(2.0f);
-    const auto stale = prepare_scene_entities(scene, options);
-    ASSERT_TRUE(stale);
-    EXPECT_FALSE(stale->entities[0]->reused);
-    EXPECT_NE(stale->entities[0]->remade_because.find("another mesh"), std::string::npos);
+    const auto other = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(other);
+    EXPECT_FALSE(other->entities[0]->reused);
+    EXPECT_EQ(other->entities[0]->remade_because, "");
+    EXPECT_NE(other->entities[0]->field_file, first->entities[0]->field_file);
+    write_box(1.0f);
+    const auto again = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(again);
+    EXPECT_TRUE(again->entities[0]->reused);
+    EXPECT_EQ(again->entities[0]->field_file, first->entities[0]->field_file);
+}
 
-    std::filesystem::resize_file(stale->entities[0]->field_file, 1000);
+TEST_F(SceneEntitiesTest, MakesAMeshUnderTwoNamesOnce) {
+    ASSERT_TRUE(prepare_scene_entities(scene, options));
+    scene.entities[0].name = "crate";
+    const auto renamed = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(renamed);
+    EXPECT_TRUE(renamed->entities[0]->reused);
+    EXPECT_EQ(renamed->entities[0]->name, "crate");
+}
+
+TEST_F(SceneEntitiesTest, AnotherNumberOfVerticesMakesNoOtherThanLocalSamples) {
+    ASSERT_TRUE(prepare_scene_entities(scene, options));
+    scene.entities[0].fine_vertices = 200;
+    const auto finer = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(finer);
+    EXPECT_FALSE(finer->entities[0]->reused);
+    EXPECT_TRUE(finer->entities[0]->surroundings_reused);
+    SceneEntityOptions elsewhere = options;
+    elsewhere.fields_folder = folder / "elsewhere";
+    const auto alone = prepare_scene_entities(scene, elsewhere);
+    ASSERT_TRUE(alone);
+    EXPECT_FALSE(alone->entities[0]->surroundings_reused);
+    const auto bytes = [](const std::filesystem::path& file) {
+        std::ifstream stream(file, std::ios::binary);
+        return std::string(std::istreambuf_iterator<char>(stream), {});
+    };
+    EXPECT_TRUE(bytes(finer->entities[0]->field_file) == bytes(alone->entities[0]->field_file));
+}
+
+TEST_F(SceneEntitiesTest, RemakesADamagedFieldAndSaysWhy) {
+    const auto made = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(made);
+    std::filesystem::resize_file(made->entities[0]->field_file, 1000);
     const auto damaged = prepare_scene_entities(scene, options);
     ASSERT_TRUE(damaged);
     EXPECT_FALSE(damaged->entities[0]->reused);
@@ -139,17 +179,19 @@ TEST_F(SceneEntitiesTest, AFolderWhereNothingCanBeWrittenIsAnErrorBeforeTheWork)
     setfsuid(static_cast<uid_t>(before));
     std::filesystem::permissions(options.fields_folder, std::filesystem::perms(0755));
     ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().where, (options.fields_folder / "box.vdb").string());
+    EXPECT_EQ(std::filesystem::path(refused.error().where).parent_path(), options.fields_folder);
     EXPECT_FALSE(worked);
 }
 
 TEST_F(SceneEntitiesTest, RemovesWhatAKilledRunLeft) {
     std::filesystem::create_directory(options.fields_folder);
-    for (const char* name : {"box.vdb.tmp", "gone.vdb.tmp"})
-        std::ofstream(options.fields_folder / name) << "half";
-    ASSERT_TRUE(prepare_scene_entities(scene, options));
+    const std::string own = process_name(), ended = own.substr(0, own.find('-')) + "-1-1";
+    std::ofstream(options.fields_folder / ("gone.vdb." + ended + ".0.tmp")) << "half";
+    std::ofstream(options.fields_folder / "gone.claim") << ended;
+    const auto made = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(made);
     for (const auto& entry : std::filesystem::directory_iterator(options.fields_folder))
-        EXPECT_EQ(entry.path().filename(), "box.vdb");
+        EXPECT_EQ(entry.path(), made->entities[0]->field_file);
 }
 
 TEST_F(SceneEntitiesTest, TurnedInstancesShareTheEntity) {
@@ -179,9 +221,9 @@ TEST_F(SceneEntitiesTest, EachShapeOfAnEntityHasAFieldOfItsOwn) {
     ASSERT_TRUE(first) << first.error().message();
     EXPECT_EQ(first->entity_of_instance, (std::vector<std::size_t>{0, 0, 1, 2, 1, 2, 0}));
     ASSERT_EQ(first->entities.size(), 3u);
-    EXPECT_EQ(first->entities[0]->field_file, options.fields_folder / "box.vdb");
+    EXPECT_TRUE(first->entities[0]->field_file.filename().string().starts_with("box-"));
     EXPECT_EQ(first->entities[1]->name, "box~" + shape_name(flat));
-    EXPECT_EQ(first->entities[1]->field_file, options.fields_folder / ("box~" + shape_name(flat) + ".vdb"));
+    EXPECT_NE(first->entities[1]->field_file, first->entities[0]->field_file);
     EXPECT_EQ(first->entities[2]->name, "box~" + shape_name(mirrored));
     const auto extent = [](const Mesh& mesh) { return mesh_bounds(mesh).upper - mesh_bounds(mesh).lower; };
     for (const auto& entity : first->entities)

@@ -5,10 +5,10 @@
 #include <sys/fsuid.h>
 #include <sys/wait.h>
 
-#include <atomic>
 #include <chrono>
 #include <thread>
 
+#include "fields/file/process_name.h"
 #include "tests/fixtures/test_folder.h"
 
 namespace haarfield {
@@ -42,49 +42,32 @@ TEST(TemporaryFile, TakesTheTargetsPlaceWholeOrNotAtAll) {
     EXPECT_EQ(folder.files(), std::vector<std::string>{"target"});
 }
 
-TEST(TemporaryFile, OneAtATimeForEachTarget) {
+TEST(TemporaryFile, SeveralOfOneTargetDoNotDisturbEachOther) {
     const TestFolder folder;
-    std::atomic<int> holders = 0, turns = 0;
     std::vector<std::thread> threads;
     for (int t = 0; t < 4; ++t)
-        threads.emplace_back([&] {
+        threads.emplace_back([&, t] {
             for (int i = 0; i < 5; ++i) {
+                const std::string text(1000, static_cast<char>('a' + t));
                 Result<TemporaryFile> temporary = TemporaryFile::beside(folder / "target");
-                ASSERT_TRUE(temporary);
-                EXPECT_EQ(++holders, 1);
-                std::this_thread::sleep_for(std::chrono::milliseconds(1));
-                EXPECT_TRUE(temporary->write("x"));
-                --holders;
-                ++turns;
+                ASSERT_TRUE(temporary) << temporary.error().message();
+                EXPECT_TRUE(temporary->write(text));
                 if (i % 2 == 0) {
-                    EXPECT_TRUE(temporary->replace_target("x"));
+                    EXPECT_TRUE(temporary->replace_target(text));
                 }
             }
         });
     for (std::thread& thread : threads) thread.join();
-    EXPECT_EQ(turns, 20);
+    const std::string left = text_of(folder / "target");
+    EXPECT_EQ(left, std::string(1000, left[0]));
     EXPECT_EQ(folder.files(), std::vector<std::string>{"target"});
-    const auto held = TemporaryFile::beside(folder / "target");
-    EXPECT_TRUE(TemporaryFile::beside(folder / "another"));
 }
 
-TEST(TemporaryFile, WaitingSaysSoAndEndsWhenAskedTo) {
+TEST(TemporaryFile, TakesTargetsWithNamesOfAnyLength) {
     const TestFolder folder;
-    const auto held = TemporaryFile::beside(folder / "target");
-    ASSERT_TRUE(held);
-    std::stop_source stop;
-    Progress progress;
-    progress.stop = stop.get_token();
-    std::string said;
-    progress.report = [&](std::string_view stage, std::uint64_t, std::uint64_t) {
-        said = stage;
-        stop.request_stop();
-    };
-    const auto waited = TemporaryFile::beside(folder / "target", progress);
-    ASSERT_FALSE(waited);
-    EXPECT_EQ(waited.error().what, interrupted);
-    EXPECT_NE(said.find("waiting"), std::string::npos) << said;
-    EXPECT_NE(said.find("target"), std::string::npos) << said;
+    const std::string longest(255, 'n');
+    ASSERT_TRUE(write_whole(folder / longest, "text"));
+    EXPECT_EQ(folder.files(), std::vector<std::string>{longest});
 }
 
 /// Ends a child process by SIGKILL while it holds a temporary file with something in it.
@@ -101,21 +84,47 @@ void leave_behind(const path& target) {
     ASSERT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL);
 }
 
-TEST(TemporaryFile, WhatAKilledProcessLeftIsUsedOrRemoved) {
+TEST(TemporaryFile, WhatAKilledProcessLeftIsRemovedAndNothingElse) {
     const TestFolder folder;
     leave_behind(folder / "target");
-    ASSERT_EQ(folder.files(), std::vector<std::string>{"target.tmp"});
+    ASSERT_EQ(folder.files().size(), 1u);
+    EXPECT_TRUE(folder.files()[0].starts_with("target.")) << folder.files()[0];
     ASSERT_TRUE(write_whole(folder / "target", "whole"));
-    EXPECT_EQ(text_of(folder / "target"), "whole");
-    EXPECT_EQ(folder.files(), std::vector<std::string>{"target"});
-
-    leave_behind(folder / "target");
     leave_behind(folder / "another");
     write_text(folder / "notes.txt", "not ours");
-    const auto held = TemporaryFile::beside(folder / "held");
+    write_text(folder / "notes.tmp", "nor this");
+    // Of another machine's process: it may be at work, but not since two days ago.
+    write_text(folder / "field.0123456789ab-1-1.0.tmp", "new");
+    write_text(folder / "field.0123456789ab-1-1.1.tmp", "old");
+    std::filesystem::last_write_time(folder / "field.0123456789ab-1-1.1.tmp",
+                                     std::filesystem::file_time_type::clock::now() - std::chrono::hours(48));
+    const Result<TemporaryFile> held = TemporaryFile::beside(folder / "held");
     remove_abandoned_files(folder.path());
-    EXPECT_EQ(folder.files(), (std::vector<std::string>{"held.tmp", "notes.txt", "target"}));
+    const std::vector<std::string> files = folder.files();
+    ASSERT_EQ(files.size(), 5u);
+    EXPECT_EQ(files[0], "field.0123456789ab-1-1.0.tmp");
+    EXPECT_TRUE(files[1].starts_with("held.")) << files[1];
+    EXPECT_EQ(files[2], "notes.tmp");
+    EXPECT_EQ(files[3], "notes.txt");
+    EXPECT_EQ(files[4], "target");
     remove_abandoned_files(folder / "missing");
+}
+
+TEST(ProcessName, TellsTheLivingFromTheDead) {
+    const std::string own = process_name();
+    EXPECT_EQ(process_name(), own);
+    EXPECT_EQ(process_liveness(own), Liveness::alive);
+    const pid_t child = fork();
+    if (child == 0) _exit(0);
+    siginfo_t ended{};
+    waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED);
+    const std::string place = own.substr(0, own.find('-'));
+    EXPECT_EQ(process_liveness(place + "-" + std::to_string(child) + "-1"), Liveness::ended);
+    EXPECT_EQ(process_liveness(place + "-" + std::to_string(getpid()) + "-1"), Liveness::ended)
+        << "an earlier process with this one's number";
+    for (const std::string& other : {std::string("0123456789ab-1-1"), std::string(), place, place + "-x-1",
+                                     place + "-1", place + "-1-", place + "--1-5", place + "-1-1x"})
+        EXPECT_EQ(process_liveness(other), Liveness::unknown) << other;
 }
 
 TEST(TemporaryFile, NoFolderAndAReadOnlyOneAreErrors) {
@@ -135,7 +144,7 @@ TEST(TemporaryFile, NoFolderAndAReadOnlyOneAreErrors) {
 
     std::filesystem::create_directory(folder / "target");
     EXPECT_FALSE(write_whole(folder / "target", "x")) << "a folder has the name";
-    EXPECT_FALSE(std::filesystem::exists(folder / "target.tmp"));
+    EXPECT_EQ(folder.files(), (std::vector<std::string>{"folder", "target"}));
 }
 
 }  // namespace

@@ -37,11 +37,11 @@ TEST(VdbStore, GridsHoldTheHandlesWhereTheHeaderSays) {
         const Result<VdbFile> file = vdb_file(field);
         ASSERT_TRUE(file) << file.error().message();
         const openvdb::GridPtrVec grids = grids_of(*file);
-        ASSERT_EQ(grids.size(), 5u);
+        ASSERT_EQ(grids.size(), 6u);
         const auto tree = [&](std::size_t g) {
             return openvdb::gridPtrCast<openvdb::Int32Grid>(grids[g])->tree();
         };
-        const auto planar = tree(1), spherical = tree(2), local = tree(3);
+        const auto planar = tree(2), spherical = tree(3), local = tree(4);
         EXPECT_EQ(planar.activeVoxelCount(), field.planar_handles.size());
         EXPECT_EQ(spherical.activeVoxelCount(), field.spherical_handles.size());
         EXPECT_EQ(local.activeVoxelCount(), vertices);
@@ -65,9 +65,9 @@ TEST(VdbStore, GridsHoldTheHandlesWhereTheHeaderSays) {
                       field.local_handles[v])
                 << v;
         }
-        for (const auto& [grid, handles] : {std::pair(grids[1], &field.planar_handles),
-                                            {grids[2], &field.spherical_handles},
-                                            {grids[3], &field.local_handles}})
+        for (const auto& [grid, handles] : {std::pair(grids[2], &field.planar_handles),
+                                            {grids[3], &field.spherical_handles},
+                                            {grids[4], &field.local_handles}})
             EXPECT_EQ(grid->metaValue<std::int64_t>("haarfield_xxh3"),
                       hash_of(handles->data(), handles->size() * 4));
     }
@@ -90,7 +90,11 @@ TEST(VdbStore, EveryGridTellsItsVersionItsSchemaAndItsHash) {
                     active.push_back(ambient->tree().getValue({x, y, z}));
     EXPECT_EQ(active.size(), ambient->activeVoxelCount());
     EXPECT_EQ(ambient->metaValue<std::int64_t>("haarfield_xxh3"), hash_of(active.data(), active.size() * 4));
-    EXPECT_EQ(grids[4]->metaValue<std::int64_t>("haarfield_xxh3"),
+    const auto direction = openvdb::gridPtrCast<openvdb::Vec3SGrid>(grids[1]);
+    EXPECT_TRUE(direction->tree().hasSameTopology(ambient->tree())) << "where one is shown, so is the other";
+    EXPECT_EQ(direction->transform(), ambient->transform());
+    EXPECT_EQ(direction->getVectorType(), openvdb::VEC_CONTRAVARIANT_RELATIVE);
+    EXPECT_EQ(grids[5]->metaValue<std::int64_t>("haarfield_xxh3"),
               hash_of(file.blob().data(), file.blob_bytes));
 }
 
@@ -137,8 +141,8 @@ TEST(VdbStore, VdbPrintListsTheGridsWithoutAWarning) {
     const std::string listing =
         output_of("vdb_print -l '" + (folder / "example.vdb").string() + "' 2>'" + errors.string() + "'");
     EXPECT_EQ(text_of(errors), "");
-    for (const char* grid :
-         {"ambient_visibility", "planar_handles", "spherical_handles", "local_handles", "quadtree_pool"})
+    for (const char* grid : {"ambient_visibility", "open_direction", "planar_handles", "spherical_handles",
+                             "local_handles", "quadtree_pool"})
         EXPECT_NE(listing.find(grid), std::string::npos) << grid << " is missing in:\n" << listing;
     EXPECT_NE(listing.find("fog volume"), std::string::npos) << listing;
 }

@@ -1,6 +1,7 @@
 #include "bridge/glb_file.h"
 #include "bridge/mesh_file.h"
 #include "bridge/scene_bake.h"
+#include "tools/farm/task_share.h"
 #include "tools/number_option.h"
 #include "tools/scene_options.h"
 
@@ -83,10 +84,13 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     RenderSettings settings = options.settings;
     settings.face_size = options.fields.face_size;
     apply_occlusion(options.occlusion, settings);
+    std::optional<SharedShading> shared;
+    if (context.share) shared.emplace(point_sharing(*context.share));
     const auto start = std::chrono::steady_clock::now();
     const Result<BakedScene> baked =
         baked_scene(*scene, *entities, shaded, settings, options.shading, context.progress);
     if (!baked) return baked.error();
+    if (context.share && !context.share->joins) return ExitCode::done;
     if (baked->refinement)
         context.report["refinement"] = {{"tolerance", *options.shading.refine},
                                         {"vertex_budget", options.shading.vertex_budget},

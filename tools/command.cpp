@@ -67,6 +67,9 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
                       {"threads", threads},
                       {"warnings", nlohmann::json::array()}};
 
+    // A plan's tasks go to the folder where it was made.
+    const std::filesystem::path report =
+        options.report.empty() ? std::filesystem::path() : std::filesystem::absolute(options.report);
     const auto start = std::chrono::steady_clock::now();
     const Result<ExitCode> result = guarded_run(command, context);
     ExitCode code = result ? *result : ExitCode::failed;
@@ -78,13 +81,13 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
         context.report["error"] = result.error().message();
         bar.message(name + ": " + result.error().message());
     }
-    if (!options.report.empty()) {
+    if (!report.empty()) {
         context.report["seconds"] = seconds_since(start);
         context.report["exit_code"] = static_cast<int>(code);
         // Names of files may be any bytes; JSON must be UTF-8.
         const std::string text =
             context.report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-        if (const Result<Done> written = write_file(options.report, text); !written) {
+        if (const Result<Done> written = write_file(report, text); !written) {
             bar.message(name + ": " + written.error().message());
             if (code == ExitCode::done) code = ExitCode::failed;
         }

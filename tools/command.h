@@ -23,6 +23,8 @@ enum class ExitCode : int {
     stopped = 130,      ///< As a shell reports SIGINT.
 };
 
+struct TaskShare;
+
 /// What a command is given when it runs.
 struct CommandContext {
     int threads = 0;  ///< In use, > 0.
@@ -31,6 +33,7 @@ struct CommandContext {
     nlohmann::ordered_json report;                         ///< What --report writes; commands add their keys.
     std::function<void(const std::string& text)> message;  ///< To stderr; nothing if --quiet.
     bool quiet = false;                                    ///< --quiet
+    TaskShare* share = nullptr;  ///< Of a plan's job that is done in parts; null: all of it is done.
 
     /// A result, to stdout; nothing if --quiet.
     template <class... Values>
@@ -59,6 +62,11 @@ Command budget_command(CLI::App& program);
 Command relight_command(CLI::App& program);
 Command info_command(CLI::App& program);
 Command verify_command(CLI::App& program);
+Command library_command(CLI::App& program);
+Command plan_command(CLI::App& program);
+Command work_command(CLI::App& program);
+Command join_command(CLI::App& program);
+Command status_command(CLI::App& program);
 
 /// Options that every subcommand has.
 struct CommonOptions {

@@ -26,7 +26,8 @@ nlohmann::ordered_json error_json(const SamplerError& error) {
 nlohmann::ordered_json summary_json(const FieldSummary& field) {
     return {
         {"entity", field.entity},
-        {"key", field.key.hex()},
+        {"key", field.keys.whole.hex()},
+        {"surroundings", field.keys.surroundings.hex()},
         {"bytes", field.file_bytes},
         {"sealed", field.sealed},
         {"samples", field.planar.sample_count() + field.spherical.sample_count() + field.local_samples},
@@ -90,7 +91,7 @@ void print_summary(const FieldSummary& field, const CommandContext& context) {
     print_bands(context, "around", field.spherical, field.error.spherical);
     context.print("\nfile        {:.2f} MB, {}\nhash        {}\n",
                   static_cast<double>(field.file_bytes) / 1e6, field.sealed ? "sealed" : "not sealed",
-                  field.key.hex());
+                  field.keys.whole.hex());
 }
 
 Result<ExitCode> run(const InfoOptions& options, CommandContext& context) {

@@ -1,5 +1,6 @@
 #include "bridge/reference_lights.h"
 #include "tools/command.h"
+#include "tools/farm/task_share.h"
 #include "tools/number_option.h"
 #include "tools/scene_options.h"
 
@@ -82,8 +83,11 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     if (options.radiosity) return render_by_radiosity(*files, exr, instances, povray, context);
     context.print("scene  {} with {} lights\n", files->scene.string(), files->lights);
 
-    const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, context.progress);
+    const Result<ReferencePicture> picture =
+        context.share ? shared_reference(files->scene, povray, context.progress, *context.share)
+                      : rendered_reference(files->scene, povray, context.progress);
     if (!picture) return picture.error();
+    if (context.share && !context.share->joins) return ExitCode::done;
     if (Result<Done> written =
             write_with_background(picture->image, files->scene, exr, povray, context.progress);
         !written)

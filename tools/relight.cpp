@@ -4,6 +4,7 @@
 #include "fields/file/write_file.h"
 #include "scenes/scene_entities.h"
 #include "tools/command.h"
+#include "tools/farm/task_share.h"
 #include "tools/number_option.h"
 #include "tools/relight_modes.h"
 
@@ -140,12 +141,40 @@ Result<Done> check_options(const RelightOptions& options) {
         return Error{"--lights", "only one environment; wanted two or more, separated by commas"};
     if (options.format != "png" && !options.movie.empty())
         return Error{"--movie", "is made of PNG pictures; wanted --format png"};
+    const int last = options.last_frame > 0 ? options.last_frame : options.frames;
+    if (last > options.frames || options.first_frame > last)
+        return Error{"--first-frame, --last-frame", fmt::format("are {} and {}; wanted some of {} frames",
+                                                                options.first_frame, last, options.frames)};
+    if (!options.movie.empty() && last - options.first_frame + 1 < options.frames)
+        return Error{"--movie", "is made of all frames; wanted neither --first-frame nor --last-frame"};
     if (std::ranges::count(options.axis, 0.0f) == 3) return Error{"--axis", "has no length"};
     return Done{};
 }
 
+/// The frames that are to be made, from 0: from the first up to, but not at, the second.
+std::pair<int, int> frame_range(const RelightOptions& options, const CommandContext& context) {
+    const int first = options.first_frame - 1,
+              last = options.last_frame > 0 ? options.last_frame : options.frames;
+    if (!context.share) return {first, last};
+    const auto [begin, end] = context.share->range(static_cast<std::size_t>(last - first));
+    return {first + static_cast<int>(begin), first + static_cast<int>(end)};
+}
+
+/// Makes a movie of the frames that are there, if it is wanted.
+Result<ExitCode> filmed(const RelightOptions& options, CommandContext& context) {
+    if (options.movie.empty()) return ExitCode::done;
+    const Result<Done> movie =
+        write_movie(std::filesystem::path(options.output) / "frame_%04d.png", options.frames, options.movie,
+                    options.frames_per_second, context.progress);
+    if (!movie) return movie.error();
+    context.report["movie"] = options.movie;
+    context.print("movie  {}\n", options.movie);
+    return ExitCode::done;
+}
+
 Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     if (const Result<Done> good = check_options(options); !good) return good.error();
+    if (context.share && context.share->joins) return filmed(options, context);
     const std::filesystem::path output = options.output;
     Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
@@ -178,7 +207,8 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
 
     double change_seconds = 0, moving_seconds = 0;
     FrameWriter writer(stage, *entities);
-    for (int frame = 0; frame < options.frames; ++frame) {
+    const auto [first, last] = frame_range(options, context);
+    for (int frame = first; frame < last; ++frame) {
         if (context.progress.stop.stop_requested()) return Error{"", interrupted};
         const int steps = mode->closed ? options.frames : std::max(1, options.frames - 1);
         const bool is_at_rest = mode->rests && frame + 1 == options.frames;
@@ -191,38 +221,32 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
             context.progress);
         if (!written) return written.error();
         if (context.progress.report)
-            context.progress.report("frames", std::uint64_t(frame) + 1, std::uint64_t(options.frames));
+            context.progress.report("frames", std::uint64_t(frame - first) + 1, std::uint64_t(last - first));
     }
+    if (context.share) return ExitCode::done;
     const double frame_seconds = change_seconds + writer.shading_seconds();
-    const bool has_rest = mode->rests && options.frames > 1;
-    const double frames_per_second =
-                     has_rest ? (options.frames - 1) / moving_seconds : options.frames / frame_seconds,
-                 preview_seconds = writer.preview_seconds() / options.frames;
+    const int made = last - first;
+    const bool has_rest = mode->rests && made > 1 && last == options.frames;
+    const double frames_per_second = has_rest ? (made - 1) / moving_seconds : made / frame_seconds,
+                 preview_seconds = writer.preview_seconds() / made;
     context.report["mode"] = mode->name;
     context.report["setup_seconds"] = setup_seconds;
     context.report["scene_seconds"] = scene_seconds;
     context.report["vector_seconds"] = vector_seconds;
     context.report["transfer_bytes"] = relight.transfer_bytes();
-    context.report["frames"] = options.frames;
+    context.report["frames"] = made;
     context.report["frames_per_second"] = frames_per_second;
     if (has_rest) context.report["rest_seconds"] = frame_seconds - moving_seconds;
     context.report["preview_seconds"] = preview_seconds;
     context.print(
         "setup  {:.2f} s: {:.2f} s for the scene, {:.2f} s for {:.1f} MB of transfer vectors\n"
         "frames {} in {}, {:.1f} a second, {:.0f} ms a picture\n",
-        setup_seconds, scene_seconds, vector_seconds, double(relight.transfer_bytes()) / 1e6, options.frames,
+        setup_seconds, scene_seconds, vector_seconds, double(relight.transfer_bytes()) / 1e6, made,
         output.string(), frames_per_second, preview_seconds * 1e3);
     if (has_rest)
         context.print("rest   {:.2f} s for the last frame, in full\n", frame_seconds - moving_seconds);
 
-    if (!options.movie.empty()) {
-        const Result<Done> movie = write_movie(output / "frame_%04d.png", options.frames, options.movie,
-                                               options.frames_per_second, context.progress);
-        if (!movie) return movie.error();
-        context.report["movie"] = options.movie;
-        context.print("movie  {}\n", options.movie);
-    }
-    return ExitCode::done;
+    return filmed(options, context);
 }
 
 std::string path_trouble(const std::string& text) {
@@ -278,6 +302,12 @@ Command relight_command(CLI::App& program) {
         ->type_name("X,Y,Z");
     add_number(*app, "--frames", options->frames, "How many", {1, 9999})
         ->capture_default_str()
+        ->type_name("N");
+    add_number(*app, "--first-frame", options->first_frame, "Of these, make those from this one on",
+               {1, 9999})
+        ->capture_default_str()
+        ->type_name("N");
+    add_number(*app, "--last-frame", options->last_frame, "And up to this one (default: the last)", {1, 9999})
         ->type_name("N");
     app->add_option("--format", options->format,
                     "png, exr: quick pictures; povray: a scene for POV-Ray a frame")

@@ -19,6 +19,7 @@ struct RelightOptions {
     std::vector<std::pair<std::string, std::string>> turns;  ///< Instance and degrees, which are a place_in.
     bool keyframes = false;                                  ///< The scene's.
     int frames = 48;
+    int first_frame = 1, last_frame = 0;  ///< Those that are made, counted from 1; 0: the last there is.
     std::string format = "png";
     std::string movie;
     int frames_per_second = 24;  ///< Of the movie.

@@ -197,14 +197,19 @@ void add_field_options(CLI::App& command, FieldOptions& options) {
     add_unsealed_option(command, options.allow_unsealed);
 }
 
-Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
-                                      const std::filesystem::path& output, CommandContext& context) {
+SceneEntityOptions entity_options(const FieldOptions& options, const std::filesystem::path& output) {
     SceneEntityOptions wanted;
     wanted.fields_folder = options.folder.empty() ? output / "fields" : std::filesystem::path(options.folder);
     wanted.face_size = options.face_size;
     wanted.coefficients = options.coefficients;
     wanted.relative_l2_error = options.relative_l2_error;
     if (options.allow_unsealed) wanted.unsealed = Unsealed::allowed;
+    return wanted;
+}
+
+Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
+                                      const std::filesystem::path& output, CommandContext& context) {
+    const SceneEntityOptions wanted = entity_options(options, output);
     Result<SceneEntities> entities = prepare_scene_entities(scene, wanted, context.progress);
     if (!entities) return entities;
     for (const std::string& warning : entities->warnings) context.warn(warning);
@@ -219,6 +224,7 @@ Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& op
         if (!entity->remade_because.empty()) context.message("field remade: " + entity->remade_because);
         context.report["fields"].push_back({{"entity", entity->name},
                                             {"reused", entity->reused},
+                                            {"surroundings_reused", entity->surroundings_reused},
                                             {"samples", samples},
                                             {"nodes", node_count(field.pool)},
                                             {"bytes", unknown ? 0 : bytes},
@@ -227,8 +233,11 @@ Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& op
                                             {"remade_because", entity->remade_because},
                                             {"file", entity->field_file.string()}});
         context.print("field  {:<24} {}  {} samples, {} nodes, {:.1f} MB, {:.2f} s\n", entity->name,
-                      entity->reused ? "reused" : "made  ", samples, node_count(field.pool),
-                      unknown ? 0.0 : static_cast<double>(bytes) / 1e6, entity->field_seconds);
+                      entity->reused                ? "reused"
+                      : entity->surroundings_reused ? "local "
+                                                    : "made  ",
+                      samples, node_count(field.pool), unknown ? 0.0 : static_cast<double>(bytes) / 1e6,
+                      entity->field_seconds);
     }
     return entities;
 }

@@ -85,6 +85,9 @@ void add_unsealed_option(CLI::App& command, bool& allow_unsealed);
 /// Adds --fields, --face-size, --coefficients, --visibility-error and --allow-unsealed.
 void add_field_options(CLI::App& command, FieldOptions& options);
 
+/// What of them prepare_scene_entities is told.
+SceneEntityOptions entity_options(const FieldOptions& options, const std::filesystem::path& output);
+
 /// prepare_scene_entities, with warnings, messages and the report's `fields`; a line for each on stdout.
 Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
                                       const std::filesystem::path& output, CommandContext& context);

@@ -9,26 +9,33 @@
 namespace haarfield {
 namespace {
 
-/// The wavelets' integrals over solid angle, so that the integral of a tree is one product a node. All
-/// faces are alike.
+/// Integrals over the solid angle of a face: of a function, and of it times the direction's components along
+/// the face's axis, its u and its v. [sr]
+using FaceIntegrals = std::array<double, 4>;
+
+/// Those of the wavelets, so that those of a tree are a few products a node. All faces are alike.
 class SolidAngleWavelets {
 public:
     explicit SolidAngleWavelets(int face_size) {
-        std::vector<double> sums;
+        std::vector<FaceIntegrals> sums;
         for (int row = 0; row < face_size; ++row)
-            for (int column = 0; column < face_size; ++column)
-                sums.push_back(texel_solid_angle(column, row, face_size));
+            for (int column = 0; column < face_size; ++column) {
+                const double u = (2 * column + 1.0) / face_size - 1, v = (2 * row + 1.0) / face_size - 1,
+                             angle = texel_solid_angle(column, row, face_size),
+                             along_axis = angle / std::sqrt(1 + u * u + v * v);
+                sums.push_back({angle, along_axis, u * along_axis, v * along_axis});
+            }
         for (int cells = face_size / 2; cells >= 1; cells /= 2) {
             const auto width = static_cast<std::size_t>(cells);
-            std::vector<double> means(width * width);
-            std::vector<std::array<double, 3>> level(width * width);
+            std::vector<FaceIntegrals> means(width * width);
+            std::vector<std::array<FaceIntegrals, 3>> level(width * width);
             for (std::size_t y = 0; y < width; ++y)
                 for (std::size_t x = 0; x < width; ++x)
                     for (std::size_t q = 0; q < 4; ++q) {
-                        const double sum = sums[(2 * y + q / 2) * 2 * width + 2 * x + q % 2];
-                        means[y * width + x] += sum;
+                        const FaceIntegrals& sum = sums[(2 * y + q / 2) * 2 * width + 2 * x + q % 2];
+                        add(means[y * width + x], 1, sum);
                         for (std::size_t a = 0; a < 3; ++a)
-                            level[y * width + x][a] += double(wavelet_sign[a][q]) * sum;
+                            add(level[y * width + x][a], double(wavelet_sign[a][q]), sum);
                     }
             sums = std::move(means);
             levels_.push_back(std::move(level));
@@ -37,45 +44,65 @@ public:
         face_ = sums[0];
     }
 
-    /// Integral of a face's tree over the face's solid angle.
-    double integral(const Quadtree& tree) const {
-        double sum = double(tree.scaling) * face_;
-        if (!tree.nodes.empty()) add(tree, 0, 0, 0, 0, sum);
+    /// Of a face's tree.
+    FaceIntegrals integrals(const Quadtree& tree) const {
+        FaceIntegrals sum{};
+        add(sum, double(tree.scaling), face_);
+        if (!tree.nodes.empty()) add_nodes(tree, 0, 0, 0, 0, sum);
         return sum;
     }
 
 private:
-    void add(const Quadtree& tree, std::size_t node_index, std::size_t level, std::size_t x, std::size_t y,
-             double& sum) const {
-        const Quadtree::Node& node = tree.nodes[node_index];
-        const std::array<double, 3>& wavelets = levels_[level][(y << level) + x];
-        for (std::size_t a = 0; a < 3; ++a) sum += double(node.wavelet[a]) * wavelets[a];
-        for (unsigned q = 0; q < 4; ++q)
-            if (const std::int32_t child = child_of(node, q); child != no_node)
-                add(tree, static_cast<std::size_t>(child), level + 1, 2 * x + q % 2, 2 * y + q / 2, sum);
+    static void add(FaceIntegrals& sum, double factor, const FaceIntegrals& added) {
+        for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += factor * added[k];
     }
 
-    std::vector<std::vector<std::array<double, 3>>> levels_;  ///< Root first; 2^l cells across.
-    double face_ = 0;                                         ///< Solid angle of a face. [sr]
+    void add_nodes(const Quadtree& tree, std::size_t node_index, std::size_t level, std::size_t x,
+                   std::size_t y, FaceIntegrals& sum) const {
+        const Quadtree::Node& node = tree.nodes[node_index];
+        const std::array<FaceIntegrals, 3>& wavelets = levels_[level][(y << level) + x];
+        for (std::size_t a = 0; a < 3; ++a)
+            if (node.wavelet[a] != 0) add(sum, double(node.wavelet[a]), wavelets[a]);
+        for (unsigned q = 0; q < 4; ++q)
+            if (const std::int32_t child = child_of(node, q); child != no_node)
+                add_nodes(tree, static_cast<std::size_t>(child), level + 1, 2 * x + q % 2, 2 * y + q / 2,
+                          sum);
+    }
+
+    std::vector<std::vector<std::array<FaceIntegrals, 3>>> levels_;  ///< Root first; 2^l cells across.
+    FaceIntegrals face_{};
 };
+
+/// No longer than 1, as means of unit vectors are.
+Vec3f shortened(const Vec3f& mean) {
+    return mean / std::max(1.0f, mean.length());
+}
 
 }  // namespace
 
-std::vector<float> mean_over_directions(const QuadtreePool& pool) {
+std::vector<DirectionMeans> mean_over_directions(const QuadtreePool& pool) {
     const SolidAngleWavelets wavelets(pool.face_size);
-    std::vector<double> integrals(pool.faces.size());
+    std::vector<FaceIntegrals> integrals(pool.faces.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pool.faces.size(), 256), [&](const auto& range) {
         Quadtree tree;
         for (std::size_t face = range.begin(); face < range.end(); ++face) {
             unpack_face(pool, static_cast<std::uint32_t>(face), tree);
-            integrals[face] = wavelets.integral(tree);
+            integrals[face] = wavelets.integrals(tree);
         }
     });
-    std::vector<float> means(pool.cubemaps.size());
+    std::vector<DirectionMeans> means(pool.cubemaps.size());
     for (std::size_t handle = 0; handle < means.size(); ++handle) {
         double sum = 0;
-        for (const std::uint32_t face : pool.cubemaps[handle]) sum += integrals[face];
-        means[handle] = static_cast<float>(sum / (4 * pi));
+        Vec3d directions(0.0);
+        for (int face = 0; face < cubemap_faces; ++face) {
+            const auto& [all, along_axis, along_u, along_v] =
+                integrals[pool.cubemaps[handle][static_cast<std::size_t>(face)]];
+            const auto axis = cubemap_direction<Vec3d>(face, 0, 0);
+            sum += all;
+            directions += axis * along_axis + (cubemap_direction<Vec3d>(face, 1, 0) - axis) * along_u +
+                          (cubemap_direction<Vec3d>(face, 0, 1) - axis) * along_v;
+        }
+        means[handle] = {static_cast<float>(sum / (4 * pi)), Vec3f(directions / (4 * pi))};
     }
     return means;
 }
@@ -94,22 +121,30 @@ AmbientVisibility ambient_visibility(const VisibilityField& field) {
         volume.size[static_cast<std::size_t>(k)] =
             1 + static_cast<std::int32_t>(std::min(std::ceil(extent[k] / volume.voxel_size), voxels_across));
 
-    const std::vector<float> means = mean_over_directions(field.pool);
+    const std::vector<DirectionMeans> means = mean_over_directions(field.pool);
     const auto [width, height, depth] = volume.size;
     volume.values.resize(static_cast<std::size_t>(width * height * depth));
+    volume.directions.assign(volume.values.size(), Vec3f(0.0f));
     tbb::parallel_for(0, width, [&, height = height, depth = depth](std::int32_t x) {
-        auto value = volume.values.begin() + x * height * depth;
+        auto voxel = static_cast<std::size_t>(x * height * depth);
         for (std::int32_t y = 0; y < height; ++y)
-            for (std::int32_t z = 0; z < depth; ++z) {
+            for (std::int32_t z = 0; z < depth; ++z, ++voxel) {
                 const Vec3f centre = volume.origin + Vec3f(static_cast<float>(x), static_cast<float>(y),
                                                            static_cast<float>(z)) *
                                                          volume.voxel_size;
                 const Interpolation interpolation = field.spherical.interpolation(centre);
-                float sum = interpolation.open;
-                for (std::size_t i = 0; i < static_cast<std::size_t>(interpolation.count); ++i)
-                    sum += interpolation.weight[i] *
-                           means[static_cast<std::size_t>(field.spherical_handles[interpolation.sample[i]])];
-                *value++ = std::clamp(sum, 0.0f, 1.0f);  // truncated trees overshoot
+                float open = interpolation.open;
+                Vec3f directions(0.0f);  // where all is open they cancel
+                for (std::size_t i = 0; i < static_cast<std::size_t>(interpolation.count); ++i) {
+                    const DirectionMeans& mean =
+                        means[static_cast<std::size_t>(field.spherical_handles[interpolation.sample[i]])];
+                    open += interpolation.weight[i] * mean.visibility;
+                    directions += mean.direction * interpolation.weight[i];
+                }
+                volume.values[voxel] = std::clamp(open, 0.0f, 1.0f);  // truncated trees overshoot
+                // What is left of trees whose mean is next to nothing is their error.
+                constexpr float least_open = 1e-3f;
+                if (open > least_open) volume.directions[voxel] = shortened(directions / open);
             }
     });
     return volume;

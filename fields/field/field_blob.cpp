@@ -48,7 +48,7 @@ using Sections = std::array<std::string_view, section_count>;
 
 /// Words of four bytes only, so that there is no padding.
 struct FieldRecord {
-    std::array<std::uint32_t, 4> key;  ///< Low word first.
+    std::array<std::uint32_t, 8> keys;  ///< Low words first; of the surroundings, of the whole.
     std::int32_t face_size, coefficients;
     float relative_l2_error;
     std::uint32_t planar_samples, spherical_samples;
@@ -61,7 +61,7 @@ struct FieldRecord {
     float spherical_outer_radius, spherical_growth;
     SamplerError planar_error, spherical_error;
 };
-static_assert(sizeof(FieldRecord) == (30 + 2 * (1 + SamplerError::bands)) * 4);
+static_assert(sizeof(FieldRecord) == (34 + 2 * (1 + SamplerError::bands)) * 4);
 
 std::array<float, 3> words(const Vec3f& v) {
     return {v.x, v.y, v.z};
@@ -74,7 +74,9 @@ Vec3f vector(const std::array<float, 3>& words) {
 FieldRecord field_record(const VisibilityField& field) {
     const PlanarSampler& planar = field.planar;
     const SphericalSampler& spherical = field.spherical;
-    return {std::bit_cast<std::array<std::uint32_t, 4>>(std::array{field.key.low, field.key.high}),
+    const auto& [around, whole] = field.keys;
+    return {std::bit_cast<std::array<std::uint32_t, 8>>(
+                std::array{around.low, around.high, whole.low, whole.high}),
             field.settings.face_size,
             field.settings.coefficients,
             field.settings.relative_l2_error,
@@ -98,8 +100,8 @@ FieldRecord field_record(const VisibilityField& field) {
 }
 
 void apply_record(const FieldRecord& record, VisibilityField& field) {
-    const auto key = std::bit_cast<std::array<std::uint64_t, 2>>(record.key);
-    field.key = {key[0], key[1]};
+    const auto keys = std::bit_cast<std::array<std::uint64_t, 4>>(record.keys);
+    field.keys = {{keys[0], keys[1]}, {keys[2], keys[3]}};
     field.settings = {record.face_size, record.coefficients, record.relative_l2_error, record.planar_samples,
                       record.spherical_samples};
     field.bounds = {vector(record.lower), vector(record.upper)};
@@ -159,8 +161,8 @@ Result<BlobHeader> checked_header(std::string_view bytes) {
     return header;
 }
 
-/// The blob's sections, once header, table and checksums hold.
-Result<Sections> checked_sections(std::string_view blob) {
+/// The blob's sections, once header, table and the checksums of the first `checked` sections hold.
+Result<Sections> checked_sections(std::string_view blob, std::size_t checked = section_count) {
     const Result<BlobHeader> header = checked_header(blob);
     if (!header) return header.error();
     if (header->sections != section_count || header->bytes != blob.size())
@@ -179,7 +181,7 @@ Result<Sections> checked_sections(std::string_view blob) {
             return Error{"",
                          fmt::format("something lies before table \"{}\" of the field", section_names[s])};
         sections[s] = blob.substr(section.offset, section.bytes);
-        if (short_hash(sections[s]) != section.hash)
+        if (s < checked && short_hash(sections[s]) != section.hash)
             return Error{"",
                          fmt::format("the checksum of table \"{}\" of the field is wrong", section_names[s])};
         end = section.offset + section.bytes;
@@ -208,6 +210,17 @@ bool read_table(std::string_view bytes, const std::shared_ptr<const void>& owner
     if (!read_values(bytes, values)) return false;
     table = std::move(values);
     return true;
+}
+
+/// The field without its tables.
+Result<VisibilityField> described_field(const Sections& sections) {
+    VisibilityField field;
+    field.entity = sections[entity];
+    if (sections[record].size() != sizeof(FieldRecord))
+        return Error{"", fmt::format("table \"record\" of the field has {} bytes; wanted {}",
+                                     sections[record].size(), sizeof(FieldRecord))};
+    apply_record(value_at<FieldRecord>(sections[record], 0), field);
+    return field;
 }
 
 }  // namespace
@@ -253,20 +266,25 @@ std::string field_blob(const VisibilityField& field) {
 Result<VisibilityField> blob_field(std::string_view blob, const std::shared_ptr<const void>& owner) {
     const Result<Sections> sections = checked_sections(blob);
     if (!sections) return sections.error();
-    VisibilityField field;
-    field.entity = (*sections)[entity];
-    if ((*sections)[record].size() != sizeof(FieldRecord))
-        return Error{"", fmt::format("table \"record\" of the field has {} bytes; wanted {}",
-                                     (*sections)[record].size(), sizeof(FieldRecord))};
-    apply_record(value_at<FieldRecord>((*sections)[record], 0), field);
-    if (!read_values((*sections)[planar_table], field.planar_handles) ||
-        !read_values((*sections)[spherical_table], field.spherical_handles) ||
-        !read_values((*sections)[local_table], field.local_handles) ||
-        !read_table((*sections)[cubemaps], owner, field.pool.cubemaps) ||
-        !read_table((*sections)[faces], owner, field.pool.faces) ||
-        !read_table((*sections)[nodes], owner, field.pool.node_bytes))
+    Result<VisibilityField> field = described_field(*sections);
+    if (!field) return field;
+    if (!read_values((*sections)[planar_table], field->planar_handles) ||
+        !read_values((*sections)[spherical_table], field->spherical_handles) ||
+        !read_values((*sections)[local_table], field->local_handles) ||
+        !read_table((*sections)[cubemaps], owner, field->pool.cubemaps) ||
+        !read_table((*sections)[faces], owner, field->pool.faces) ||
+        !read_table((*sections)[nodes], owner, field->pool.node_bytes))
         return Error{"", "a table of the field ends within an element"};
     return field;
+}
+
+Result<BlobHead> blob_head(std::string_view blob) {
+    const Result<Sections> sections = checked_sections(blob, record + 1);
+    if (!sections) return sections.error();
+    Result<VisibilityField> field = described_field(*sections);
+    if (!field) return field.error();
+    const auto count = [&](std::size_t table) { return (*sections)[table].size() / sizeof(std::int32_t); };
+    return BlobHead{*std::move(field), count(planar_table), count(spherical_table), count(local_table)};
 }
 
 std::string_view find_field_blob(std::string_view file) {

@@ -8,7 +8,7 @@
 ///     sections x { char name[8]  u64 offset  u64 bytes  u64 XXH3-64 }           32 bytes each
 ///     u64 XXH3-64 of all that before                                             8 bytes
 ///     "entity"    the entity's name, UTF-8
-///     "record"    key, settings, bounds, samplers, error: words of 4 bytes, as FieldRecord lists them
+///     "record"    keys, settings, bounds, samplers, error: words of 4 bytes, as FieldRecord lists them
 ///     "planar"    i32 handle per planar sample
 ///     "spheric"   i32 handle per spherical sample
 ///     "local"     i32 handle per fine vertex
@@ -26,7 +26,7 @@
 namespace haarfield {
 
 /// Raised whenever the bytes of equal fields change.
-inline constexpr std::uint32_t field_blob_version = 5;
+inline constexpr std::uint32_t field_blob_version = 6;
 
 /// Sections, and with them the blob, lie at multiples of this. [bytes]
 inline constexpr std::size_t field_blob_alignment = 64;
@@ -40,6 +40,17 @@ std::string field_blob(const VisibilityField& field);  ///< A field as the bytes
 /// errors  (with an empty `where`) another version, a wrong checksum, a size that does not fit.
 /// cost    reads every byte once.
 Result<VisibilityField> blob_field(std::string_view blob, const std::shared_ptr<const void>& owner);
+
+/// What a blob tells before its tables.
+struct BlobHead {
+    VisibilityField field;  ///< Without handles and pool.
+    std::uint64_t planar_samples = 0, spherical_samples = 0, local_samples = 0;
+};
+
+/// Reads no more than that, and checks no other checksums than those of what it reads.
+///
+/// errors  as blob_field.
+Result<BlobHead> blob_head(std::string_view blob);
 
 /// The first blob in a file, by its magic number and the checksum of its header; empty if there is none.
 ///

@@ -4,6 +4,7 @@
 #include "fields/field/field_seal.h"
 #include "fields/field/vdb_store.h"
 #include "fields/file/mapped_file.h"
+#include "fields/file/temporary_file.h"
 
 namespace haarfield {
 namespace {
@@ -45,20 +46,16 @@ Result<OpenedField> opened_field(const path& file, Unsealed unsealed) {
 }  // namespace
 
 Result<Done> write_field(const VisibilityField& field, const path& file) {
-    Result<TemporaryFile> temporary = TemporaryFile::beside(file);
-    if (!temporary) return temporary.error();
-    return write_field(field, *temporary);
-}
-
-Result<Done> write_field(const VisibilityField& field, TemporaryFile& temporary) {
-    const std::string where = temporary.target().string();
+    const std::string where = file.string();
     if (const std::string defect = field_defect(field); !defect.empty())
         return Error{where, "the field is not written, for it has a defect: " + defect};
     Result<VdbFile> made = vdb_file(field);
     if (!made) return Error{where, made.error().what};
     made->bytes += field_seal(made->bytes, made->blob());
-    if (Result<Done> written = temporary.write(made->bytes); !written) return written;
-    return temporary.replace_target(made->bytes);
+    Result<TemporaryFile> temporary = TemporaryFile::beside(file);
+    if (!temporary) return temporary.error();
+    if (Result<Done> written = temporary->write(made->bytes); !written) return written;
+    return temporary->replace_target(made->bytes);
 }
 
 Result<VisibilityField> read_field(const path& file, Unsealed unsealed) {
@@ -73,7 +70,7 @@ Result<FieldSummary> read_field_summary(const path& file, Unsealed unsealed) {
     const VisibilityField& field = opened->field;
     FieldSummary summary;
     summary.entity = field.entity;
-    summary.key = field.key;
+    summary.keys = field.keys;
     summary.settings = field.settings;
     summary.bounds = field.bounds;
     summary.planar = field.planar;
@@ -86,6 +83,27 @@ Result<FieldSummary> read_field_summary(const path& file, Unsealed unsealed) {
     summary.file_bytes = opened->file.bytes.size();
     summary.sealed = opened->sealed;
     return summary;
+}
+
+Result<FieldCard> read_field_card(const path& file) {
+    const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
+    if (!mapped) return mapped.error();
+    const std::string_view bytes = mapped->bytes;
+    const bool sealed = has_field_seal(bytes);
+    std::string_view blob;
+    if (sealed) {
+        const Result<FieldSeal> seal = read_field_seal(bytes);
+        if (!seal) return Error{file.string(), seal.error().what};
+        blob = bytes.substr(seal->blob_offset, seal->blob_bytes);
+    } else {
+        blob = find_field_blob(bytes);
+    }
+    const Result<BlobHead> head = blob_head(blob);
+    if (!head) return Error{file.string(), head.error().what};
+    const VisibilityField& field = head->field;
+    return FieldCard{
+        field.entity,        field.keys,  field.bounds, head->planar_samples, head->spherical_samples,
+        head->local_samples, field.error, sealed};
 }
 
 Result<FieldVerdict> verify_field(const path& file, Unsealed unsealed) {

@@ -8,7 +8,6 @@
 
 #include "fields/base/result.h"
 #include "fields/field/visibility_field.h"
-#include "fields/file/temporary_file.h"
 
 #include <filesystem>
 
@@ -21,16 +20,12 @@ enum class Unsealed {
     allowed,  ///< The blob's own checksums decide.
 };
 
-/// Writes the field to `file`, atomically: beside it, synced, read back and compared, then renamed. Waits
-/// while another thread or process writes the same file.
+/// Writes the field to `file`, atomically: beside it, synced, read back and compared, then renamed.
 ///
 /// errors  a defect of the field; tables of 4 GiB or more; what the system says (full disk, read-only
 ///         folder ...). The target is then as it was, and nothing lies beside it.
 /// cost    about three times the field's memory.
 Result<Done> write_field(const VisibilityField& field, const std::filesystem::path& file);
-
-/// Likewise, for who already holds the temporary file of the target; it has to be empty.
-Result<Done> write_field(const VisibilityField& field, TemporaryFile& temporary);
 
 /// Reads a field. A file that is cut short, changed, of another version or not ours is refused, with the
 /// reason. The field's pool lies in the mapped file.
@@ -39,7 +34,7 @@ Result<VisibilityField> read_field(const std::filesystem::path& file, Unsealed u
 /// What `haarfield info` shows.
 struct FieldSummary {
     std::string entity;
-    ContentHash key;
+    FieldKeys keys;
     FieldSettings settings;
     Bounds bounds;  ///< [m]
     PlanarSampler planar;
@@ -54,6 +49,21 @@ struct FieldSummary {
 /// Reads and checks all that read_field does.
 Result<FieldSummary> read_field_summary(const std::filesystem::path& file,
                                         Unsealed unsealed = Unsealed::refused);
+
+/// What a list of fields shows.
+struct FieldCard {
+    std::string entity;
+    FieldKeys keys;
+    Bounds bounds;  ///< [m]
+    std::uint64_t planar_samples = 0, spherical_samples = 0, local_samples = 0;
+    FieldError error;
+    bool sealed = false;
+};
+
+/// Reads the head of a file, and checks that alone: neither the seal's checksum nor any table.
+///
+/// cost  a few pages of the file, if it has a seal.
+Result<FieldCard> read_field_card(const std::filesystem::path& file);
 
 /// What is known of a file after all checks.
 struct FieldVerdict {

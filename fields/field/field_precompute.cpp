@@ -6,6 +6,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cassert>
 #include <memory>
 
 #include "fields/field/field_error.h"
@@ -16,20 +17,7 @@ namespace haarfield {
 namespace {
 
 /// Raised whenever the same mesh and settings would give another field.
-constexpr std::uint32_t field_version = 9;
-
-template <class T>
-void hash_vector(XXH3_state_t& state, const std::vector<T>& values) {
-    const std::uint64_t count = values.size();
-    XXH3_128bits_update(&state, &count, sizeof count);
-    XXH3_128bits_update(&state, values.data(), values.size() * sizeof(T));
-}
-
-void hash_mesh(XXH3_state_t& state, const Mesh& mesh) {
-    hash_vector(state, mesh.positions);
-    hash_vector(state, mesh.normals);
-    hash_vector(state, mesh.triangles);
-}
+constexpr std::uint32_t field_version = 10;
 
 /// What samples see.
 struct SampledOccluder {
@@ -46,8 +34,9 @@ struct SampledOccluder {
 /// Makes the samples of a field, numbered in the order planar, spherical, local. From any thread.
 class FieldSampler {
 public:
-    FieldSampler(const VisibilityField& field, const SampledOccluder& occluder)
-        : field_(field), occluder_(occluder), threads_(field.settings) {
+    FieldSampler(const VisibilityField& field, const SampledOccluder& occluder,
+                 std::span<const SampleRun> known)
+        : field_(field), occluder_(occluder), known_(known), threads_(field.settings) {
         pack_trees(CubemapTree(), closed_);
     }
 
@@ -57,7 +46,11 @@ public:
     std::uint64_t count() const { return local_begin() + occluder_.points.size(); }
 
     void sample(std::uint64_t index, PackedTrees& trees) {
-        if (index < local_begin())
+        const auto after = std::ranges::upper_bound(known_, index, {}, &SampleRun::first);
+        if (after != known_.begin() && index - (after - 1)->first < (after - 1)->handles.size()) {
+            const SampleRun& run = *(after - 1);
+            take_trees(run.pool, run.handles[static_cast<std::size_t>(index - run.first)], trees);
+        } else if (index < local_begin())
             sample_around(static_cast<std::uint32_t>(index), trees);
         else
             sample_local(static_cast<std::size_t>(index - local_begin()), trees);
@@ -100,6 +93,7 @@ private:
 
     const VisibilityField& field_;
     const SampledOccluder& occluder_;
+    const std::span<const SampleRun> known_;
     tbb::enumerable_thread_specific<Thread> threads_;
     PackedTrees closed_;
 };
@@ -110,9 +104,8 @@ struct Chunk {
     std::vector<PackedTrees> samples;
 };
 
-/// Sets up a field's samplers and makes its samples.
-Result<Done> make_samples(VisibilityField& field, const SampledOccluder& occluder, const Bounds& bounds,
-                          const FieldSettings& settings, const Progress& progress) {
+/// Sets up a field's samplers.
+void set_samplers(VisibilityField& field, const Bounds& bounds, const FieldSettings& settings) {
     field.settings = settings;
     field.bounds = bounds;
     const Vec3f centre = field.bounds.centre();
@@ -120,26 +113,29 @@ Result<Done> make_samples(VisibilityField& field, const SampledOccluder& occlude
     const Vec3f ground_centre(centre.x, field.bounds.lower.y, centre.z);
     field.planar = planar_sampler(ground_centre, radius, settings.planar_samples);
     field.spherical = spherical_sampler(centre, radius, settings.spherical_samples);
+}
 
-    FieldSampler sampler(field, occluder);
-    const std::uint64_t total = sampler.count();
-    if (total > 0x7fffffff) return Error{field.entity, "more than 2^31 samples"};
-
+/// Makes samples from `begin` up to, but not at, `end`.
+Result<SampleRun> made_samples(const std::string& entity, const FieldSettings& settings,
+                               FieldSampler& sampler, std::uint64_t begin, std::uint64_t end,
+                               const Progress& progress) {
+    if (sampler.count() > 0x7fffffff) return Error{entity, "more than 2^31 samples"};
     // Chunks are made in parallel and put into the pool in order, a few at a time, so that memory stays
     // bounded and the pool does not depend on the threads.
     constexpr std::uint64_t chunk_size = 64;
     std::vector<Chunk> chunks(4 * std::size_t(tbb::this_task_arena::max_concurrency()));
     QuadtreePoolBuilder pool(settings.face_size);
-    std::vector<std::int32_t> handles;
-    std::uint64_t next = 0;
+    SampleRun run{begin, {}, {}};
+    std::uint64_t next = begin;
+    std::size_t chunk_index = 0;
     const auto next_chunk = [&](tbb::flow_control& control) -> Chunk* {
-        if (next >= total || progress.stop.stop_requested()) {
+        if (next >= end || progress.stop.stop_requested()) {
             control.stop();
             return nullptr;
         }
-        Chunk& chunk = chunks[next / chunk_size % chunks.size()];
+        Chunk& chunk = chunks[chunk_index++ % chunks.size()];
         chunk.first = next;
-        chunk.samples.resize(std::min(chunk_size, total - next));
+        chunk.samples.resize(std::min(chunk_size, end - next));
         next += chunk_size;
         return &chunk;
     };
@@ -150,58 +146,134 @@ Result<Done> make_samples(VisibilityField& field, const SampledOccluder& occlude
     };
     const auto add_samples = [&](const Chunk* chunk) {
         if (progress.stop.stop_requested() || pool.is_full()) return;
-        for (const PackedTrees& trees : chunk->samples) handles.push_back(pool.add(trees));
-        if (progress.report) progress.report("visibility of " + field.entity, handles.size(), total);
+        for (const PackedTrees& trees : chunk->samples) run.handles.push_back(pool.add(trees));
+        if (progress.report) progress.report("visibility of " + entity, run.handles.size(), end - begin);
     };
     using tbb::filter_mode;
     tbb::parallel_pipeline(chunks.size(),
                            tbb::make_filter<void, Chunk*>(filter_mode::serial_in_order, next_chunk) &
                                tbb::make_filter<Chunk*, Chunk*>(filter_mode::parallel, make_chunk) &
                                tbb::make_filter<Chunk*, void>(filter_mode::serial_in_order, add_samples));
-    if (progress.stop.stop_requested()) return Error{field.entity, interrupted};
-    if (pool.is_full()) return Error{field.entity, "more than 4 GiB of quadtree nodes"};
+    if (progress.stop.stop_requested()) return Error{entity, interrupted};
+    if (pool.is_full()) return Error{entity, "more than 4 GiB of quadtree nodes"};
+    run.pool = std::move(pool).finish();
+    return run;
+}
 
+/// Makes all samples of a field that has its samplers.
+Result<Done> make_samples(VisibilityField& field, const SampledOccluder& occluder,
+                          std::span<const SampleRun> known, const Progress& progress) {
+    FieldSampler sampler(field, occluder, known);
+    Result<SampleRun> made =
+        made_samples(field.entity, field.settings, sampler, 0, sampler.count(), progress);
+    if (!made) return made.error();
+    const std::vector<std::int32_t>& handles = made->handles;
     const auto local = handles.begin() + std::ptrdiff_t(sampler.local_begin()),
                spherical = local - std::ptrdiff_t(field.spherical.sample_count());
     field.planar_handles.assign(handles.begin(), spherical);
     field.spherical_handles.assign(spherical, local);
     field.local_handles.assign(local, handles.end());
-    field.pool = std::move(pool).finish();
+    field.pool = std::move(made->pool);
     return Done{};
 }
 
+/// What the samples of an entity's field see; `is_inside` must outlive it, and so must its mesh.
+SampledOccluder sampled_occluder(const PreparedMesh& mesh, const EntityOcclusion& occlusion,
+                                 const std::function<bool(const Vec3f&)>& is_inside) {
+    return {occlusion.coarse(),         is_inside,         &occlusion.own(),
+            occlusion.samples().points, mesh.fine.normals, occlusion.samples().buried};
+}
+
+class ContentHasher {
+public:
+    ContentHasher() : state_(XXH3_createState(), &XXH3_freeState) {
+        XXH3_128bits_reset(state_.get());
+        add(field_version);
+    }
+    template <class T>
+    void add(const T& value) {
+        static_assert(std::has_unique_object_representations_v<T> || std::is_same_v<T, float>);
+        XXH3_128bits_update(state_.get(), &value, sizeof value);
+    }
+    void add(const Mesh& mesh) {
+        add_values(mesh.positions);
+        add_values(mesh.normals);
+        add_values(mesh.triangles);
+    }
+    ContentHash hash() const {
+        const XXH128_hash_t hash = XXH3_128bits_digest(state_.get());
+        return {hash.low64, hash.high64};
+    }
+
+private:
+    template <class T>
+    void add_values(const std::vector<T>& values) {
+        add(std::uint64_t(values.size()));
+        XXH3_128bits_update(state_.get(), values.data(), values.size() * sizeof(T));
+    }
+
+    std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
+};
+
 }  // namespace
 
-ContentHash field_key(const PreparedMesh& mesh, const FieldSettings& settings) {
-    const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> owned(XXH3_createState(), &XXH3_freeState);
-    XXH3_state_t& state = *owned;
-    XXH3_128bits_reset(&state);
-    XXH3_128bits_update(&state, &field_version, sizeof field_version);
-    hash_mesh(state, mesh.original);
-    hash_mesh(state, mesh.fine);
-    hash_mesh(state, mesh.coarse);
-    if (mesh.opaque) hash_mesh(state, *mesh.opaque);
-    const std::array<std::int64_t, 4> counts{settings.face_size, settings.coefficients,
-                                             settings.planar_samples, settings.spherical_samples};
-    XXH3_128bits_update(&state, counts.data(), sizeof counts);
-    XXH3_128bits_update(&state, &settings.relative_l2_error, sizeof settings.relative_l2_error);
-    const XXH128_hash_t hash = XXH3_128bits_digest(&state);
-    return {hash.low64, hash.high64};
+FieldKeys field_keys(const PreparedMesh& mesh, const FieldSettings& settings) {
+    ContentHasher surroundings;
+    surroundings.add(mesh.original);
+    surroundings.add(mesh.coarse);
+    if (mesh.opaque) surroundings.add(*mesh.opaque);
+    const Bounds bounds = mesh_bounds(mesh.fine);
+    for (const Vec3f& corner : {bounds.lower, bounds.upper})
+        for (int axis = 0; axis < 3; ++axis) surroundings.add(corner[axis]);
+    surroundings.add(std::array<std::int64_t, 4>{settings.face_size, settings.coefficients,
+                                                 settings.planar_samples, settings.spherical_samples});
+    surroundings.add(settings.relative_l2_error);
+    FieldKeys keys{surroundings.hash(), {}};
+    ContentHasher whole;
+    whole.add(keys.surroundings);
+    whole.add(mesh.fine);
+    keys.whole = whole.hash();
+    return keys;
+}
+
+SampleRun surrounding_samples(const VisibilityField& field) {
+    SampleRun run{0, field.planar_handles, field.pool};
+    run.handles.insert(run.handles.end(), field.spherical_handles.begin(), field.spherical_handles.end());
+    return run;
+}
+
+std::uint64_t sample_count(const PreparedMesh& mesh, const FieldSettings& settings) {
+    VisibilityField field;
+    set_samplers(field, mesh_bounds(mesh.fine), settings);
+    return std::uint64_t(field.planar.sample_count()) + field.spherical.sample_count() +
+           mesh.fine.positions.size();
+}
+
+Result<SampleRun> field_samples(const std::string& entity, const PreparedMesh& mesh,
+                                const EntityOcclusion& occlusion, const FieldSettings& settings,
+                                std::uint64_t begin, std::uint64_t end, const Progress& progress) {
+    VisibilityField field;
+    set_samplers(field, mesh_bounds(mesh.fine), settings);
+    const std::function<bool(const Vec3f&)> is_inside = std::cref(occlusion.in_original());
+    const SampledOccluder occluder = sampled_occluder(mesh, occlusion, is_inside);
+    FieldSampler sampler(field, occluder, {});
+    assert(begin <= end && end <= sampler.count());
+    return made_samples(entity, settings, sampler, begin, end, progress);
 }
 
 Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh,
                                          const EntityOcclusion& occlusion, const FieldSettings& settings,
-                                         const Progress& progress) {
+                                         const Progress& progress, const KnownSamples& known) {
     VisibilityField field;
     field.entity = std::move(entity);
-    field.key = field_key(mesh, settings);
+    field.keys = field_keys(mesh, settings);
+    set_samplers(field, mesh_bounds(mesh.fine), settings);
     const std::function<bool(const Vec3f&)> is_inside = std::cref(occlusion.in_original());
-    const SampledOccluder occluder{occlusion.coarse(),         is_inside,         &occlusion.own(),
-                                   occlusion.samples().points, mesh.fine.normals, occlusion.samples().buried};
-    if (const Result<Done> made = make_samples(field, occluder, mesh_bounds(mesh.fine), settings, progress);
+    if (const Result<Done> made =
+            make_samples(field, sampled_occluder(mesh, occlusion, is_inside), known.runs, progress);
         !made)
         return made.error();
-    field.error = field_error(field, occlusion, progress.stop);
+    field.error = known.error ? *known.error : field_error(field, occlusion, progress.stop);
     if (progress.stop.stop_requested()) return Error{field.entity, interrupted};
     return field;
 }
@@ -211,9 +283,9 @@ Result<VisibilityField> precompute_surroundings(std::string entity, const Occlud
                                                 const FieldSettings& settings, const Progress& progress) {
     VisibilityField field;
     field.entity = std::move(entity);
+    set_samplers(field, occluder.bounds(), settings);
     const SampledOccluder sampled{occluder, is_inside, nullptr, {}, {}, {}};
-    if (const Result<Done> made = make_samples(field, sampled, occluder.bounds(), settings, progress); !made)
-        return made.error();
+    if (const Result<Done> made = make_samples(field, sampled, {}, progress); !made) return made.error();
     return field;
 }
 

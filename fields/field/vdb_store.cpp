@@ -148,26 +148,37 @@ vdb::GridBase::Ptr pool_grid(const std::shared_ptr<PlacedBlob>& blob, const Boun
 /// hull that follows the entity.
 constexpr float least_occlusion = 0.1f;
 
-vdb::GridBase::Ptr ambient_grid(const VisibilityField& field) {
+/// The grids for viewers: how open it is, and which way.
+std::array<vdb::GridBase::Ptr, 2> ambient_grids(const VisibilityField& field) {
     const AmbientVisibility volume = ambient_visibility(field);
-    const auto grid = vdb::FloatGrid::create(1.0f);
-    grid->setGridClass(vdb::GRID_FOG_VOLUME);
+    const auto open = vdb::FloatGrid::create(1.0f);
+    const auto direction = vdb::Vec3SGrid::create(vdb::Vec3s(0.0f));
+    open->setGridClass(vdb::GRID_FOG_VOLUME);
+    direction->setVectorType(vdb::VEC_CONTRAVARIANT_RELATIVE);  // turns with the grid
     const auto transform = vdb::math::Transform::createLinearTransform(volume.voxel_size);
     transform->postTranslate(vdb::Vec3d(volume.origin.x, volume.origin.y, volume.origin.z));
-    grid->setTransform(transform);
-    auto accessor = grid->getAccessor();
-    auto value = volume.values.begin();
+    open->setTransform(transform);
+    direction->setTransform(transform->copy());
+    auto open_voxels = open->getAccessor();
+    auto direction_voxels = direction->getAccessor();
+    std::size_t i = 0;
     std::vector<float> active;
+    std::vector<Vec3f> active_directions;
     for (std::int32_t x = 0; x < volume.size[0]; ++x)
         for (std::int32_t y = 0; y < volume.size[1]; ++y)
-            for (std::int32_t z = 0; z < volume.size[2]; ++z, ++value)
-                if (*value < 1 - least_occlusion) {
-                    accessor.setValueOn(vdb::Coord(x, y, z), *value);
-                    active.push_back(*value);
-                }
-    describe(*grid, "ambient_visibility", "x, y, z: fraction of all directions that is open",
+            for (std::int32_t z = 0; z < volume.size[2]; ++z, ++i) {
+                if (!(volume.values[i] < 1 - least_occlusion)) continue;
+                const Vec3f& mean = volume.directions[i];
+                open_voxels.setValueOn(vdb::Coord(x, y, z), volume.values[i]);
+                direction_voxels.setValueOn(vdb::Coord(x, y, z), vdb::Vec3s(mean.x, mean.y, mean.z));
+                active.push_back(volume.values[i]);
+                active_directions.push_back(mean);
+            }
+    describe(*open, "ambient_visibility", "x, y, z: fraction of all directions that is open",
              bytes_of(active));
-    return grid;
+    describe(*direction, "open_direction", "x, y, z: mean of all directions that are open",
+             bytes_of(active_directions));
+    return {open, direction};
 }
 
 /// A file begins with u64 magic, u32 version of the format, u32 major and u32 minor version of the library,
@@ -200,8 +211,10 @@ Result<VdbFile> vdb_file(const VisibilityField& field) {
         return Error{"", fmt::format("the field has {} bytes; OpenVDB's metadata ends at 4 GiB", size)};
     initialize_openvdb();
     try {
+        const auto [open, direction] = ambient_grids(field);
         const vdb::GridPtrVec grids{
-            ambient_grid(field),
+            open,
+            direction,
             handle_grid("planar_handles", "ring, angle, 0: handle of a cubemap", field.bounds,
                         field.planar_handles, [&](auto i) { return planar_place(field.planar, i); }),
             handle_grid("spherical_handles", "shell, row, azimuth: handle of a cubemap", field.bounds,

@@ -5,6 +5,8 @@
 ///     ambient_visibility   float      x, y, z                  fraction of all directions that is open; fog
 ///                                                              volume for viewers, 1 outside, in the
 ///                                                              entity's frame (ambient_visibility.h)
+///     open_direction       vec3s      x, y, z                  mean of all directions that are open, 0
+///                                                              outside; likewise
 ///     planar_handles       int32      ring, angle, 0           handle of a cubemap; -1 outside; likewise:
 ///     spherical_handles    int32      shell, row, azimuth
 ///     local_handles        int32      bricks of 8^3 vertices   vertex i at, in bits from high to low,
@@ -15,8 +17,8 @@
 ///                                                              multiple of 64 in the file
 ///
 /// Every grid has the metadata `haarfield_version` (field_blob_version), `haarfield_schema`, this table's
-/// line as text, and `haarfield_xxh3`: XXH3-64 of the values of its active voxels, 4 bytes each, in the order
-/// of x, y, z; of local_handles in the order of the vertices; of quadtree_pool, of the blob.
+/// line as text, and `haarfield_xxh3`: XXH3-64 of the values of its active voxels, 4 bytes a number, in the
+/// order of x, y, z; of local_handles in the order of the vertices; of quadtree_pool, of the blob.
 ///
 /// The grids of handles are there for other programs; their maps stretch them over the entity's box, so that
 /// a viewer that shows all grids frames the entity. haarfield reads the blob alone and in place: no byte of a

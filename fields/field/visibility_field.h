@@ -17,6 +17,15 @@ struct ContentHash {
     std::string hex() const;                              ///< 32 digits, high half first.
 };
 
+/// What fields are called: equal keys, equal fields, bit for bit.
+struct FieldKeys {
+    /// Of all that planar and spherical samples depend on: coarse mesh, what is inside, settings, format.
+    ContentHash surroundings;
+    ContentHash whole;  ///< Of that and the fine mesh, with its local samples.
+
+    bool operator==(const FieldKeys&) const = default;  ///< Equal in all bits.
+};
+
 /// What decides a field, beside the mesh.
 struct FieldSettings {
     std::int32_t face_size = 64;     ///< Texels along a cubemap edge: 16, 32, 64, 128 or 256.
@@ -57,7 +66,7 @@ struct FieldError {
 /// the vertex; texels below the vertex's horizon hold nothing to rely on and must be multiplied by zero.
 struct VisibilityField {
     std::string entity;
-    ContentHash key;  ///< Of mesh, settings and format: equal keys, equal fields.
+    FieldKeys keys;
     FieldSettings settings;
     Bounds bounds;  ///< Of the mesh. [m]
     PlanarSampler planar;

@@ -11,7 +11,7 @@
 
 namespace haarfield {
 
-Result<MappedFile> mapped_file(const std::filesystem::path& file) {
+Result<MappedFile> mapped_file(const std::filesystem::path& file, MappedPages pages) {
     const auto failure = [&](int number) {
         return Error{file.string(), fmt::format("cannot be read: {}", std::strerror(number))};
     };
@@ -28,7 +28,8 @@ Result<MappedFile> mapped_file(const std::filesystem::path& file) {
         close(descriptor);
         return MappedFile{};
     }
-    void* const address = mmap(nullptr, size, PROT_READ, MAP_PRIVATE | MAP_POPULATE, descriptor, 0);
+    const int flags = MAP_PRIVATE | (pages == MappedPages::now ? MAP_POPULATE : 0);
+    void* const address = mmap(nullptr, size, PROT_READ, flags, descriptor, 0);
     const int number = errno;
     close(descriptor);
     if (address == MAP_FAILED) return failure(number);

@@ -17,9 +17,15 @@ struct MappedFile {
     std::shared_ptr<const void> owner;
 };
 
-/// Maps a regular file, and brings all of it in.
+/// When the bytes are brought in.
+enum class MappedPages {
+    now,      ///< All of them.
+    as_read,  ///< Where and when they are read.
+};
+
+/// Maps a regular file.
 ///
 /// errors  what the system says; a folder, a pipe or a device.
-Result<MappedFile> mapped_file(const std::filesystem::path& file);
+Result<MappedFile> mapped_file(const std::filesystem::path& file, MappedPages pages = MappedPages::now);
 
 }  // namespace haarfield

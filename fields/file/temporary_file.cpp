@@ -2,82 +2,72 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <thread>
 #include <utility>
 
 #include "fields/file/mapped_file.h"
+#include "fields/file/process_name.h"
 
 namespace haarfield {
 namespace {
 
 using std::filesystem::path;
 
-constexpr const char* ending = ".tmp";
+constexpr std::string_view ending = ".tmp";
 
 path temporary_path(const path& target) {
-    path temporary = target;
-    temporary += ending;
-    return temporary;
+    static std::atomic<unsigned> count = 0;
+    constexpr std::size_t kept = 100;  // of a name; all of it and ours may be longer than names can be
+    const std::string name = target.filename().string().substr(0, kept);
+    return target.parent_path() / fmt::format("{}.{}.{}{}", name, process_name(), count++, ending);
+}
+
+/// The process that a temporary file is named after; empty if it is none of ours.
+std::string_view process_of(std::string_view file_name) {
+    if (!file_name.ends_with(ending)) return {};
+    file_name.remove_suffix(ending.size());
+    const std::size_t number = file_name.rfind('.');
+    if (number == std::string_view::npos || number == 0) return {};
+    const std::size_t process = file_name.rfind('.', number - 1);
+    if (process == std::string_view::npos) return {};
+    return file_name.substr(process + 1, number - process - 1);
 }
 
 Error system_error(const path& file, const char* action, int number) {
     return {file.string(), fmt::format("cannot {}: {}", action, std::strerror(number))};
 }
 
-/// Whether a descriptor is still what the path names: the file may have been renamed or removed meanwhile.
-bool is_at(int descriptor, const path& file) {
-    struct stat held {
-    }, named{};
-    return fstat(descriptor, &held) == 0 && stat(file.c_str(), &named) == 0 && held.st_dev == named.st_dev &&
-           held.st_ino == named.st_ino;
-}
-
-/// Locks a file, or tells at once that another one holds it (EWOULDBLOCK).
-bool try_lock(int descriptor) {
-    int locked = -1;
-    do locked = flock(descriptor, LOCK_EX | LOCK_NB);
-    while (locked != 0 && errno == EINTR);
-    return locked == 0;
+bool is_old(const path& file) {
+    std::error_code failed;
+    const auto written = std::filesystem::last_write_time(file, failed);
+    return !failed && std::filesystem::file_time_type::clock::now() - written > std::chrono::hours(24);
 }
 
 }  // namespace
 
-Result<TemporaryFile> TemporaryFile::beside(const path& target, const Progress& progress) {
-    const path temporary = temporary_path(target);
-    while (true) {
-        const int descriptor = open(temporary.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
-        if (descriptor < 0) return system_error(target, "make a file beside it", errno);
-        const bool locked = try_lock(descriptor);
-        const int number = errno;
-        if (locked && is_at(descriptor, temporary) && ftruncate(descriptor, 0) == 0)
-            return TemporaryFile(target, descriptor);
-        close(descriptor);
-        if (!locked && number != EWOULDBLOCK) return system_error(target, "lock the file beside it", number);
-        if (progress.stop.stop_requested()) return Error{target.string(), interrupted};
-        if (locked) continue;
-        if (progress.report)
-            progress.report("waiting for another process that makes " + target.filename().string(), 0, 1);
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+Result<TemporaryFile> TemporaryFile::beside(const path& target) {
+    const path file = temporary_path(target);
+    const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (descriptor < 0) return system_error(target, "make a file beside it", errno);
+    return TemporaryFile(target, file, descriptor);
 }
 
 TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept
     : target_(std::move(other.target_)),
+      file_(std::move(other.file_)),
       descriptor_(std::exchange(other.descriptor_, -1)),
       in_place_(other.in_place_) {}
 
 TemporaryFile::~TemporaryFile() {
     if (descriptor_ < 0) return;
-    if (!in_place_) unlink(temporary_path(target_).c_str());
-    close(descriptor_);  // last: it lets go of the lock
+    if (!in_place_) unlink(file_.c_str());
+    close(descriptor_);
 }
 
 Result<Done> TemporaryFile::write(std::string_view bytes) {
@@ -91,7 +81,7 @@ Result<Done> TemporaryFile::write(std::string_view bytes) {
 }
 
 Result<Done> TemporaryFile::take_place() {
-    if (std::rename(temporary_path(target_).c_str(), target_.c_str()) != 0)
+    if (std::rename(file_.c_str(), target_.c_str()) != 0)
         return system_error(target_, "put it in its place", errno);
     in_place_ = true;
     return Done{};
@@ -100,7 +90,7 @@ Result<Done> TemporaryFile::take_place() {
 Result<Done> TemporaryFile::replace_target(std::string_view bytes) {
     if (fsync(descriptor_) != 0) return system_error(target_, "bring it to the disk", errno);
     {
-        const Result<MappedFile> written = mapped_file(temporary_path(target_));
+        const Result<MappedFile> written = mapped_file(file_);
         if (!written) return written.error();
         if (written->bytes != bytes) return Error{target_.string(), "reads back otherwise than written"};
     }
@@ -119,12 +109,12 @@ void remove_abandoned_files(const path& folder) {
     std::error_code failed;
     for (std::filesystem::directory_iterator entry(folder, failed), end; !failed && entry != end;
          entry.increment(failed)) {
-        const path& file = entry->path();
-        if (file.extension() != ending) continue;
-        const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-        if (descriptor < 0) continue;
-        if (try_lock(descriptor) && is_at(descriptor, file)) unlink(file.c_str());
-        close(descriptor);
+        const std::string name = entry->path().filename().string();
+        const std::string_view process = process_of(name);
+        if (process.empty()) continue;
+        const Liveness liveness = process_liveness(process);
+        if (liveness == Liveness::ended || (liveness == Liveness::unknown && is_old(entry->path())))
+            unlink(entry->path().c_str());
     }
 }
 

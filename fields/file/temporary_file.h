@@ -1,24 +1,21 @@
 #pragma once
-/// Files that appear whole or not at all, made by one process at a time.
+/// Files that appear whole or not at all, whoever else makes the same ones.
 
-#include "fields/base/progress.h"
 #include "fields/base/result.h"
 
-#include <cstdint>
 #include <filesystem>
 #include <string_view>
 
 namespace haarfield {
 
-/// An empty file beside a target, with `.tmp` after its name; removed with this object unless it took the
-/// target's place. While it lives, no other thread or process has one for the same target (flock). What a
-/// killed process left there is emptied and used.
+/// An empty file beside a target, of a name that no other process has, on whatever machine: the target's (its
+/// first 100 bytes), process_name, a number, `.tmp`. Removed with this object unless it took the target's
+/// place. Several may be made for one target at once, by threads, processes and machines: the last one that
+/// takes the place stays. Nothing rests on locks, which some network file systems grant to everybody.
 class TemporaryFile {
 public:
-    /// Waits while another thread or process makes the target.
-    ///
-    /// errors  what the system says (no such folder, no right to write ...); `interrupted`.
-    static Result<TemporaryFile> beside(const std::filesystem::path& target, const Progress& progress = {});
+    /// errors  what the system says (no such folder, no right to write ...).
+    static Result<TemporaryFile> beside(const std::filesystem::path& target);
 
     TemporaryFile(TemporaryFile&& other) noexcept;  ///< Takes the file over.
     TemporaryFile& operator=(TemporaryFile&&) = delete;
@@ -42,15 +39,16 @@ public:
     Result<Done> replace_target(std::string_view bytes);
 
 private:
-    TemporaryFile(std::filesystem::path target, int descriptor)
-        : target_(std::move(target)), descriptor_(descriptor) {}
+    TemporaryFile(std::filesystem::path target, std::filesystem::path file, int descriptor)
+        : target_(std::move(target)), file_(std::move(file)), descriptor_(descriptor) {}
 
-    std::filesystem::path target_;
+    std::filesystem::path target_, file_;
     int descriptor_;         ///< -1: moved from.
     bool in_place_ = false;  ///< Took the target's place.
 };
 
-/// Removes the temporary files in a folder that no living process holds. What cannot be removed stays.
+/// Removes the temporary files in a folder whose processes have ended: this machine's at once, those of other
+/// machines, of which that can not be known, after a day. What cannot be removed stays.
 void remove_abandoned_files(const std::filesystem::path& folder);
 
 }  // namespace haarfield

@@ -16,6 +16,7 @@ Result<Done> make_folder(const std::filesystem::path& folder) {
     std::filesystem::create_directories(folder, code);
     if (!std::filesystem::is_directory(folder, ignored))
         return Error{folder.string(), "is no folder, and can not be made: " + code.message()};
+    remove_abandoned_files(folder);
     return Done{};
 }
 

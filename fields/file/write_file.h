@@ -14,7 +14,8 @@ namespace haarfield {
 /// errors  what the system says (no such folder, full disk ...).
 Result<Done> write_file(const std::filesystem::path& file, std::string_view bytes);
 
-/// Makes the folder, with those above it, if it is not there.
+/// Makes the folder, with those above it, if it is not there; and removes from it what processes that have
+/// ended left half-written (remove_abandoned_files).
 ///
 /// errors  what the system says; a file of that name.
 Result<Done> make_folder(const std::filesystem::path& folder);

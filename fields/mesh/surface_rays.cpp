@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fields/base/instruction_set.h"
+
 namespace haarfield {
 namespace {
 
@@ -42,7 +44,7 @@ RTCRayHit nearest_hit(RTCScene scene, const Vec3f& from, const Vec3f& direction,
 
 SurfaceRays::SurfaceRays(std::span<const Vec3f> positions,
                          std::span<const std::array<std::uint32_t, 3>> triangles)
-    : device_(rtcNewDevice("threads=1"), &rtcReleaseDevice),
+    : device_(rtcNewDevice(embree_settings("threads=1").c_str()), &rtcReleaseDevice),
       scene_(rtcNewScene(device_.get()), &rtcReleaseScene) {
     const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* coordinates = static_cast<float*>(rtcSetNewGeometryBuffer(

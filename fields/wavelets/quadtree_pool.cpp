@@ -224,6 +224,20 @@ std::string face_defect(const QuadtreePool& pool, std::size_t f, int levels) {
 
 }  // namespace
 
+void take_trees(const QuadtreePool& pool, std::int32_t handle, PackedTrees& packed) {
+    packed.node_bytes.clear();
+    const PackedCubemap& cubemap = pool.cubemaps[static_cast<std::size_t>(handle)];
+    for (std::size_t f = 0; f < cubemap_faces; ++f) {
+        const PackedFace& face = pool.faces[cubemap[f]];
+        packed.faces[f] = face;
+        packed.faces[f].first_byte = static_cast<std::uint32_t>(packed.node_bytes.size());
+        const std::uint8_t* const begin = pool.node_bytes.data() + face.first_byte;
+        const std::uint8_t* end = begin;
+        for (unsigned node = 0; node < face.node_count; ++node) end += node_heads[*end].bytes;
+        packed.node_bytes.insert(packed.node_bytes.end(), begin, end);
+    }
+}
+
 std::string pool_defect(const QuadtreePool& pool) {
     if (!is_face_size(pool.face_size))
         return fmt::format("face size is {}; wanted a power of two up to 256", pool.face_size);

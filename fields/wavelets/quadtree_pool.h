@@ -53,6 +53,11 @@ struct PackedTrees {
 /// packed  the result; its memory is reused.
 void pack_trees(const CubemapTree& tree, PackedTrees& packed);
 
+/// The trees of a pool's cubemap, as they were packed. The pool must be without defect.
+///
+/// packed  the result; its memory is reused.
+void take_trees(const QuadtreePool& pool, std::int32_t handle, PackedTrees& packed);
+
 /// Adds cubemaps in the order of the calls; the handles and the pool depend on that order alone.
 class QuadtreePoolBuilder {
 public:

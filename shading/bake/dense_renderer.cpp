@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "shading/scene/lighting.h"
+#include "shading/scene/shared_shading.h"
 #include "shading/visibility/buried_fill.h"
 
 namespace haarfield {
@@ -87,17 +88,21 @@ Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const Rende
     for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
     const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
     SceneRadiance radiance = black_vertices(scene);
-    const Result<Done> visited = visit_vertices(
-        scene, order_spans,
-        [&]() -> VertexVisitor {
-            return [&, shader = std::make_shared<DenseShader>(*dense)](std::size_t instance,
-                                                                       std::uint32_t vertex) {
-                radiance[instance][vertex] = shader->radiance(
-                    instance, surface_point(scene.entities[scene.instances[instance].entity], vertex));
-            };
-        },
-        "shading", progress);
-    if (!visited) return visited.error();
+    const auto shade = [&](const VertexMask* wanted) {
+        return visit_vertices(
+            scene, order_spans,
+            [&, wanted]() -> VertexVisitor {
+                return [&, wanted, shader = std::make_shared<DenseShader>(*dense)](std::size_t instance,
+                                                                                   std::uint32_t vertex) {
+                    if (wanted && (*wanted)[instance][vertex] == 0) return;
+                    radiance[instance][vertex] = shader->radiance(
+                        instance, surface_point(scene.entities[scene.instances[instance].entity], vertex));
+                };
+            },
+            "shading", progress);
+    };
+    if (const Result<Done> shaded = share_vertices(scene, order_spans, radiance, shade); !shaded)
+        return shaded.error();
     for (std::size_t i = 0; i < radiance.size(); ++i) {
         const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
         BuriedFill(*entity.mesh, entity.occlusion->samples().buried)(radiance[i]);

@@ -5,6 +5,7 @@
 
 #include "fields/base/parallel_loop.h"
 #include "shading/bake/source_light.h"
+#include "shading/scene/shared_shading.h"
 #include "shading/scene/vertex_loop.h"
 #include "shading/walk/vertex_shading.h"
 
@@ -100,21 +101,31 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view) {
 Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress& progress) {
     const ShadedScene& scene = shading.scene;
     SceneRadiance radiance = black_vertices(scene);
-    const Result<Done> visited = visit_vertex_runs(
-        scene, shading.geometry.orders(),
-        [&]() -> VertexRunVisitor {
-            return [&, shader = std::make_shared<PointShader>(shading)](
-                       std::size_t instance, std::span<const std::uint32_t> vertices) {
-                for (const std::uint32_t vertex : vertices) {
-                    if (progress.stop.stop_requested()) return;
-                    shader->add(instance, vertex);
-                }
-                const std::span<const Rgb> run = shader->finish();
-                for (std::size_t k = 0; k < vertices.size(); ++k) radiance[instance][vertices[k]] = run[k];
-            };
-        },
-        "shading", progress);
-    if (!visited) return visited.error();
+    const std::vector<std::span<const std::uint32_t>> orders = shading.geometry.orders();
+    const auto shade = [&](const VertexMask* wanted) {
+        return visit_vertex_runs(
+            scene, orders,
+            [&, wanted]() -> VertexRunVisitor {
+                return [&, wanted, shader = std::make_shared<PointShader>(shading)](
+                           std::size_t instance, std::span<const std::uint32_t> vertices) {
+                    // Runs are shaded as wholes, so that it does not matter who shades them.
+                    if (wanted && std::ranges::none_of(vertices, [&](std::uint32_t vertex) {
+                            return (*wanted)[instance][vertex] != 0;
+                        }))
+                        return;
+                    for (const std::uint32_t vertex : vertices) {
+                        if (progress.stop.stop_requested()) return;
+                        shader->add(instance, vertex);
+                    }
+                    const std::span<const Rgb> run = shader->finish();
+                    for (std::size_t k = 0; k < vertices.size(); ++k)
+                        radiance[instance][vertices[k]] = run[k];
+                };
+            },
+            "shading", progress);
+    };
+    if (const Result<Done> shaded = share_vertices(scene, orders, radiance, shade); !shaded)
+        return shaded.error();
     for (std::size_t i = 0; i < radiance.size(); ++i)
         shading.geometry.entities[scene.instances[i].entity].fill(radiance[i]);
     return radiance;
@@ -132,20 +143,25 @@ Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<c
                                         const Progress& progress) {
     std::vector<Rgb> radiance(points.size());
     constexpr std::size_t run = 64;
-    const Result<Done> shaded = parallel_loop(
-        {(points.size() + run - 1) / run},
-        [&]() -> LoopBody {
-            return [&, shader = std::make_shared<PointShader>(shading)](std::size_t r) {
-                const std::size_t begin = r * run, end = std::min(points.size(), begin + run);
-                for (std::size_t i = begin; i != end; ++i) {
-                    if (progress.stop.stop_requested()) return;
-                    shader->add(points[i].instance, points[i].point);
-                }
-                std::ranges::copy(shader->finish(), radiance.begin() + static_cast<std::ptrdiff_t>(begin));
-            };
-        },
-        "shading", counted_by(run, points.size(), progress));
-    if (!shaded) return shaded.error();
+    const auto shade = [&](std::size_t first_point, std::size_t last_point) {
+        const std::size_t first_run = first_point / run, last_run = (last_point + run - 1) / run;
+        return parallel_loop(
+            {last_run - first_run},
+            [&, first_run]() -> LoopBody {
+                return [&, first_run, shader = std::make_shared<PointShader>(shading)](std::size_t r) {
+                    const std::size_t begin = (first_run + r) * run,
+                                      end = std::min(points.size(), begin + run);
+                    for (std::size_t i = begin; i != end; ++i) {
+                        if (progress.stop.stop_requested()) return;
+                        shader->add(points[i].instance, points[i].point);
+                    }
+                    std::ranges::copy(shader->finish(),
+                                      radiance.begin() + static_cast<std::ptrdiff_t>(begin));
+                };
+            },
+            "shading", counted_by(run, last_point - first_point, progress));
+    };
+    if (const Result<Done> shaded = share_points(radiance, shade); !shaded) return shaded.error();
     return radiance;
 }
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "fields/base/instruction_set.h"
+
 namespace haarfield {
 namespace {
 
@@ -21,7 +23,8 @@ std::shared_ptr<RTCSceneTy> new_scene(RTCDevice device) {
 }  // namespace
 
 // Embree builds with its own threads, unless told: oneTBB's are enough to do one entity each.
-ShadowRays::ShadowRays() : device_(rtcNewDevice("threads=1,set_affinity=0"), &rtcReleaseDevice) {}
+ShadowRays::ShadowRays()
+    : device_(rtcNewDevice(embree_settings("threads=1,set_affinity=0").c_str()), &rtcReleaseDevice) {}
 
 void ShadowRays::build(const ShadedScene& scene) {
     entities_.clear();

@@ -1,0 +1,81 @@
+#include "fields/file/process_name.h"
+
+#include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+namespace haarfield {
+namespace {
+
+constexpr std::size_t place_digits = 12;
+
+std::string text_of(const char* file) {
+    std::ifstream stream(file);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// The machine, and what numbers its processes: containers of one machine may have the same numbers.
+std::string this_place() {
+    std::array<char, 256> host{}, numbers{};
+    gethostname(host.data(), host.size() - 1);
+    (void)!readlink("/proc/self/ns/pid", numbers.data(), numbers.size() - 1);
+    const std::string all =
+        std::string(host.data()) + '\n' + text_of("/proc/sys/kernel/random/boot_id") + numbers.data();
+    return fmt::format("{:016x}", XXH3_64bits(all.data(), all.size())).substr(0, place_digits);
+}
+
+/// When a process was started, as the system counts; 0 if that can not be known.
+std::uint64_t start_of(pid_t process) {
+    const std::string status = text_of(fmt::format("/proc/{}/stat", process).c_str());
+    const std::size_t name_end = status.rfind(')');  // a process's name may be anything
+    if (name_end == std::string::npos) return 0;
+    constexpr int words_before = 19;
+    std::istringstream words(status.substr(name_end + 1));
+    std::string skipped;
+    for (int i = 0; i < words_before; ++i) words >> skipped;
+    std::uint64_t start = 0;
+    words >> start;
+    return start;
+}
+
+/// Reads a number that ends with the text, or before the character `end`; moves behind it.
+template <class T>
+bool take_number(std::string_view& text, char end, T& number) {
+    const auto [last, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc()) return false;
+    text.remove_prefix(static_cast<std::size_t>(last - text.data()));
+    if (text.empty()) return end == '\0';
+    if (text.front() != end) return false;
+    text.remove_prefix(1);
+    return true;
+}
+
+}  // namespace
+
+std::string process_name() {
+    const pid_t process = getpid();
+    return fmt::format("{}-{}-{}", this_place(), process, start_of(process));
+}
+
+Liveness process_liveness(std::string_view name) {
+    const std::string place = this_place();
+    if (!name.starts_with(place + "-")) return Liveness::unknown;
+    name.remove_prefix(place.size() + 1);
+    pid_t process = 0;
+    std::uint64_t start = 0;
+    if (!take_number(name, '-', process) || process <= 0 || !take_number(name, '\0', start))
+        return Liveness::unknown;
+    if (kill(process, 0) != 0 && errno == ESRCH) return Liveness::ended;
+    const std::uint64_t its_start = start_of(process);
+    return its_start == 0 || its_start == start ? Liveness::alive : Liveness::ended;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,105 @@
+#include "fields/file/section_file.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+
+#include "fields/file/mapped_file.h"
+
+namespace haarfield {
+namespace {
+
+constexpr std::string_view magic = "HAARPART";
+constexpr std::uint32_t version = 1;
+constexpr std::size_t head_size = 16, hash_size = 16;
+
+template <class T>
+void append(std::string& bytes, const T& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// Takes a value off the begin; there are enough bytes.
+template <class T>
+T taken(std::string_view& bytes) {
+    T value;
+    std::memcpy(&value, bytes.data(), sizeof value);
+    bytes.remove_prefix(sizeof value);
+    return value;
+}
+
+std::array<std::uint64_t, 2> hash_of(std::string_view bytes) {
+    const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+    return {hash.low64, hash.high64};
+}
+
+/// Takes a section off the begin; nothing if it is longer than what there is.
+std::optional<Section> taken_section(std::string_view& bytes) {
+    if (bytes.size() < 2 * sizeof(std::uint64_t)) return std::nullopt;
+    const auto name = taken<std::uint64_t>(bytes), size = taken<std::uint64_t>(bytes);
+    if (name > bytes.size() || size > bytes.size() - name) return std::nullopt;
+    Section section{std::string(bytes.substr(0, name)), std::string(bytes.substr(name, size))};
+    bytes.remove_prefix(name + size);
+    return section;
+}
+
+}  // namespace
+
+std::string section_file(const std::vector<Section>& sections) {
+    std::string bytes(magic);
+    append(bytes, version);
+    append(bytes, static_cast<std::uint32_t>(sections.size()));
+    for (const Section& section : sections) {
+        append(bytes, std::uint64_t(section.name.size()));
+        append(bytes, std::uint64_t(section.bytes.size()));
+        bytes += section.name;
+        bytes += section.bytes;
+    }
+    append(bytes, hash_of(bytes));
+    return bytes;
+}
+
+Result<std::vector<Section>> read_section_file(const std::filesystem::path& file) {
+    const Result<MappedFile> mapped = mapped_file(file);
+    if (!mapped) return mapped.error();
+    std::string_view bytes = mapped->bytes;
+    const auto refusal = [&](const char* reason) { return Error{file.string(), reason}; };
+    if (bytes.size() < head_size + hash_size || !bytes.starts_with(magic))
+        return refusal("cut short, or no file of a task's results");
+    std::string_view end = bytes.substr(bytes.size() - hash_size);
+    bytes.remove_suffix(hash_size);
+    if (taken<std::array<std::uint64_t, 2>>(end) != hash_of(bytes))
+        return refusal("cut short or damaged: its checksum is wrong");
+    bytes.remove_prefix(magic.size());
+    if (taken<std::uint32_t>(bytes) != version) return refusal("of another version");
+    std::vector<Section> sections;
+    for (auto count = taken<std::uint32_t>(bytes); count > 0; --count) {
+        std::optional<Section> section = taken_section(bytes);
+        if (!section) return refusal("its sections are not as long as they say");
+        sections.push_back(*std::move(section));
+    }
+    if (!bytes.empty()) return refusal("something follows its last section");
+    return sections;
+}
+
+Result<Section> read_first_section(const std::filesystem::path& file) {
+    const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
+    if (!mapped) return mapped.error();
+    std::string_view bytes = mapped->bytes;
+    if (bytes.size() < head_size || !bytes.starts_with(magic))
+        return Error{file.string(), "cut short, or no file of a task's results"};
+    bytes.remove_prefix(head_size);
+    std::optional<Section> section = taken_section(bytes);
+    if (!section) return Error{file.string(), "cut short"};
+    return *std::move(section);
+}
+
+const std::string* section_named(const std::vector<Section>& sections, std::string_view name) {
+    const auto found = std::ranges::find(sections, name, &Section::name);
+    return found == sections.end() ? nullptr : &found->bytes;
+}
+
+}  // namespace haarfield

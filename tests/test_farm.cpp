@@ -1,0 +1,291 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <random>
+#include <thread>
+
+#include "tests/farm/farm_test.h"
+
+namespace haarfield {
+namespace {
+
+using Words = std::vector<std::string>;
+
+/// How many of something that takes long; more if HAARFIELD_KILLS is in the environment.
+int asked_kills(int otherwise) {
+    const char* const asked = std::getenv("HAARFIELD_KILLS");
+    return asked ? std::atoi(asked) : otherwise;
+}
+
+std::vector<std::size_t> shuffled_tasks(std::size_t count, std::uint32_t seed) {
+    std::vector<std::size_t> tasks(count);
+    for (std::size_t i = 0; i < count; ++i) tasks[i] = i;
+    std::ranges::shuffle(tasks, std::mt19937(seed));
+    return tasks;
+}
+
+TEST_F(FarmTest, JoinedIsUndividedByteForByte) {
+    write_scene();
+    const std::string bake = "--face-size 16 --antialiasing 2 --pass own-shadow,occlusion --format ply,glb",
+                      reference = "--lights 16 --antialiasing 2",
+                      relight = "--face-size 16 --move box_2 2,0.001,0:1,0.001,1 --frames 5";
+    const auto undivided = [&](const std::string& command, const std::string& options, const char* output) {
+        Words words{command, "room.toml", "-o", output};
+        if (command != "reference") words.insert(words.end(), {"--fields", "whole_fields"});
+        std::istringstream stream(options);
+        for (std::string word; stream >> word;) words.push_back(word);
+        expect_done(words);
+    };
+    undivided("bake", bake, "whole");
+    undivided("reference", reference, "whole");
+    undivided("relight", relight, "whole");
+    for (const int tasks : {1, 2, 7}) {
+        const std::string plan = fmt::format("plan_{}", tasks);
+        expect_done({"plan", "room.toml", "-o", plan, "--want", "bake,reference,relight", "--bake-options",
+                     bake, "--reference-options", reference, "--relight-options", relight, "--tasks",
+                     std::to_string(tasks)});
+        const std::size_t count = task_count(plan);
+        EXPECT_GE(count, std::size_t(tasks == 7 ? 2 * 7 + 7 + 6 + 5 : 5 * tasks));
+        for (const std::size_t task : shuffled_tasks(count, static_cast<std::uint32_t>(tasks))) {
+            const Outcome done = work(plan, task);
+            EXPECT_EQ(done.code, 0) << plan << ", task " << task << ": " << done.err;
+        }
+        EXPECT_EQ(status(plan).value("done", std::size_t(0)), count);
+        expect_done({"join", plan});
+        expect_same_files(plan + "/results/room", "whole");
+        expect_same_files(plan + "/fields", "whole_fields");
+    }
+}
+
+TEST_F(FarmTest, SixtyFourTasksMakeWhatOneDoes) {
+    write_scene();
+    const std::string bake = "--face-size 16 --no-render --colours fitted";
+    expect_done({"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16",
+                 "--no-render", "--colours", "fitted"});
+    expect_done({"plan", "room.toml", "-o", "plan", "--bake-options", bake, "--tasks", "64"});
+    const std::size_t count = task_count("plan");
+    EXPECT_EQ(count, 3u * 64);
+    for (const std::size_t task : shuffled_tasks(count, 64)) ASSERT_EQ(work("plan", task).code, 0) << task;
+    expect_done({"join", "plan"});
+    expect_same_files("plan/results/room", "whole");
+    expect_same_files("plan/fields", "whole_fields");
+}
+
+TEST_F(FarmTest, WhatCanNotBeDividedIsOneTask) {
+    write_scene();
+    expect_done({"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16",
+                 "--refine", "0.1", "--vertex-budget", "500", "--no-render"});
+    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "3", "--bake-options",
+                 "--face-size 16 --refine 0.1 --vertex-budget 500 --no-render"});
+    const std::size_t count = task_count("plan");
+    EXPECT_EQ(count, 2u * 3 + 1);
+    for (std::size_t task = 0; task < count; ++task) ASSERT_EQ(work("plan", task).code, 0) << task;
+    expect_done({"join", "plan"});
+    expect_same_files("plan/results/room", "whole");
+}
+
+TEST_F(FarmTest, KilledTasksAreDoneAgainAndLeaveNothingHalf) {
+    write_scene();
+    expect_done(
+        {"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "32", "--no-render"});
+    expect_done(
+        {"plan", "room.toml", "-o", "plan", "--tasks", "3", "--bake-options", "--face-size 32 --no-render"});
+    const std::size_t count = task_count("plan");
+    const auto begin = std::chrono::steady_clock::now();
+    ASSERT_EQ(work("plan", 0).code, 0);
+    const std::chrono::duration<double> undisturbed = std::chrono::steady_clock::now() - begin;
+    std::mt19937 random(5);
+    const int kills = asked_kills(12);
+    for (int kill_number = 0; kill_number < kills; ++kill_number) {
+        if (kill_number % int(count) == 0) {  // all over again
+            std::filesystem::remove_all(folder / "plan/parts");
+            std::filesystem::create_directories(folder / "plan/parts");
+            std::filesystem::remove_all(folder / "plan/fields");
+        }
+        const pid_t child =
+            start({"work", "plan", "--task", std::to_string(random() % static_cast<unsigned>(count))});
+        std::this_thread::sleep_for(undisturbed * (static_cast<double>(random() % 1000) / 1000));
+        kill(child, SIGKILL);
+        finish(child);
+    }
+    // Each twice at once.
+    for (std::size_t task = 0; task < count; ++task) {
+        const pid_t first = start({"work", "plan", "--task", std::to_string(task)}),
+                    second = start({"work", "plan", "--task", std::to_string(task)});
+        EXPECT_EQ(finish(first).code, 0) << task;
+        EXPECT_EQ(finish(second).code, 0) << task;
+    }
+    expect_done({"join", "plan"});
+    expect_same_files("plan/results/room", "whole");
+    expect_same_files("plan/fields", "whole_fields");
+}
+
+TEST_F(FarmTest, JoinNamesWhatIsMissingOrDamagedAndWorkMendsIt) {
+    write_scene();
+    expect_done(
+        {"plan", "room.toml", "-o", "plan", "--tasks", "2", "--bake-options", "--face-size 16 --no-render"});
+    const std::size_t count = task_count("plan");
+    ASSERT_EQ(count, 6u);
+    EXPECT_EQ(run({"plan", "room.toml", "-o", "plan"}).code, 1) << "there is one already";
+    for (std::size_t task = 0; task + 1 < count; ++task) ASSERT_EQ(work("plan", task).code, 0);
+    const Outcome missing = run({"join", "plan"});
+    EXPECT_EQ(missing.code, 1);
+    EXPECT_NE(missing.err.find("task 5"), std::string::npos) << missing.err;
+    ASSERT_EQ(work("plan", 5).code, 0);
+    expect_done({"join", "plan"});
+    const auto joined = files_below("plan/results");
+
+    std::string bytes = text_of(folder / "plan/parts/4.part");
+    bytes[bytes.size() / 2] ^= 1;
+    write_text(folder / "plan/parts/4.part", bytes);
+    write_text(folder / "plan/parts/1.part", text_of(folder / "plan/parts/0.part"));
+    const Outcome damaged = run({"join", "plan", "--report", "report.json"});
+    EXPECT_EQ(damaged.code, 1);
+    EXPECT_NE(damaged.err.find("task 4"), std::string::npos) << damaged.err;
+    const auto report = nlohmann::json::parse(text_of(folder / "report.json"), nullptr, false);
+    EXPECT_EQ(report.value("bad_tasks", std::vector<int>()), (std::vector<int>{1, 4}));
+    for (const std::size_t task : {1u, 4u}) ASSERT_EQ(work("plan", task).code, 0);
+    expect_done({"join", "plan"});
+    EXPECT_TRUE(files_below("plan/results") == joined);
+    EXPECT_NE(work("plan", 4).out.find("done already"), std::string::npos);
+
+    write_scene("room", 700);
+    std::filesystem::remove(folder / "plan/parts/4.part");
+    const Outcome changed = work("plan", 4);
+    EXPECT_EQ(changed.code, 1);
+    EXPECT_NE(changed.err.find("changed since it was planned"), std::string::npos) << changed.err;
+    const nlohmann::json state = status("plan");
+    EXPECT_EQ(state.value("done", 0), 5);
+    EXPECT_EQ(state.value("failed", 0), 1);
+    EXPECT_EQ(run({"join", "plan"}).code, 1);
+}
+
+TEST_F(FarmTest, AnInstructionSetIsKeptAndOneThatIsMissingRefused) {
+    write_scene();
+    const Outcome unknown = run({"plan", "room.toml", "-o", "none", "--instructions", "SVE9"});
+    EXPECT_EQ(unknown.code, 1);
+    EXPECT_NE(unknown.err.find("SVE9"), std::string::npos) << unknown.err;
+    const Words bake{"--bake-options", "--face-size 16 --no-render", "--instructions", "AVX2"};
+    for (const char* tasks : {"1", "3"}) {
+        const std::string plan = std::string("plan_") + tasks;
+        Words words{"plan", "room.toml", "-o", plan, "--tasks", tasks};
+        words.insert(words.end(), bake.begin(), bake.end());
+        const Outcome planned = run(words);
+        if (planned.code != 0) GTEST_SKIP() << planned.err;
+        for (std::size_t task = 0; task < task_count(plan); ++task) ASSERT_EQ(work(plan, task).code, 0);
+        expect_done({"join", plan});
+    }
+    expect_same_files("plan_3/results", "plan_1/results");
+    expect_same_files("plan_3/fields", "plan_1/fields");
+}
+
+TEST_F(FarmTest, ManyProcessesFillOneLibraryAndEachFieldIsGoodWheneverItIsThere) {
+    for (const int scene : {0, 1, 2, 3})
+        write_scene(fmt::format("room_{}", scene), 600, scene < 3 ? 1.0f : 0.5f);  // two boxes, one floor
+    const auto precompute = [](int scene) {
+        return Words{"precompute", fmt::format("room_{}.toml", scene), "--fields", "library", "--face-size",
+                     "32"};
+    };
+    // Killed at random moments first.
+    std::mt19937 random(8);
+    for (int i = 0; i < asked_kills(6); ++i) {
+        const pid_t child = start(precompute(i % 4));
+        std::this_thread::sleep_for(std::chrono::milliseconds(random() % 300));
+        kill(child, SIGKILL);
+        finish(child);
+        for (const auto& [name, bytes] : files_below("library"))
+            if (name.ends_with(".vdb")) {
+                EXPECT_EQ(run({"verify", "library/" + name}).code, 0) << name;
+            }
+    }
+    std::filesystem::remove_all(folder / "library");
+    std::vector<pid_t> children;
+    for (int i = 0; i < 8; ++i) {
+        Words words = precompute(i % 4);
+        words.insert(words.end(), {"--report", fmt::format("report_{}.json", i)});
+        children.push_back(start(words));
+    }
+    for (const pid_t child : children) EXPECT_EQ(finish(child).code, 0);
+    int made = 0;
+    for (int i = 0; i < 8; ++i) {
+        const auto report =
+            nlohmann::json::parse(text_of(folder / fmt::format("report_{}.json", i)), nullptr, false);
+        for (const auto& field : report.at("fields")) made += field.at("reused") == false;
+    }
+    EXPECT_EQ(made, 3) << "two kinds of box, and the floor";
+    EXPECT_EQ(files_below("library").size(), 3u);
+    const auto library =
+        nlohmann::json::parse(run({"library", "library", "--verify", "--json"}).out, nullptr, false);
+    ASSERT_EQ(library.at("fields").size(), 3u);
+    for (const auto& field : library.at("fields")) EXPECT_EQ(field.at("good"), true);
+}
+
+TEST_F(FarmTest, ALibraryIsListedVerifiedAndPruned) {
+    write_scene();
+    expect_done({"precompute", "room.toml", "--fields", "library", "--face-size", "16"});
+    const Outcome listed = run({"library", "library"});
+    EXPECT_EQ(listed.code, 0);
+    EXPECT_NE(listed.out.find("2 fields"), std::string::npos) << listed.out;
+    EXPECT_NE(listed.out.find("box"), std::string::npos) << listed.out;
+    EXPECT_EQ(run({"library", "missing"}).code, 1);
+    EXPECT_EQ(run({"library", "library", "--unused-for", "soon"}).code, 2);
+    EXPECT_EQ(run({"library", "library", "--shrink-to", "-1MB"}).code, 2);
+    for (const auto& [name, bytes] : files_below("library"))
+        if (name.starts_with("box")) {
+            std::filesystem::resize_file(folder / ("library/" + name), bytes.size() / 2);
+            std::filesystem::last_write_time(
+                folder / ("library/" + name),
+                std::filesystem::file_time_type::clock::now() - std::chrono::hours(24 * 40));
+        }
+    const Outcome bad = run({"library", "library", "--verify"});
+    EXPECT_EQ(bad.code, 1);
+    EXPECT_NE(bad.out.find("1 not good"), std::string::npos) << bad.out << bad.err;
+    expect_done({"library", "library", "--unused-for", "30d", "--dry-run"});
+    EXPECT_EQ(files_below("library").size(), 2u);
+    expect_done({"library", "library", "--unused-for", "30d"});
+    EXPECT_EQ(files_below("library").size(), 1u);
+    expect_done({"library", "library", "--verify"});
+    expect_done({"library", "library", "--shrink-to", "1kB"});
+    EXPECT_EQ(files_below("library").size(), 0u);
+}
+
+TEST_F(FarmTest, GnuParallelRunsAPlanWithTwoJobs) {
+    if (std::system("command -v parallel > /dev/null") != 0) GTEST_SKIP() << "GNU parallel is not installed";
+    write_scene();
+    expect_done(
+        {"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16", "--no-render"});
+    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "3", "--threads", "1", "--bake-options",
+                 "--face-size 16 --no-render"});
+    const std::string command = "sh '" + (folder / "plan/parallel.sh").string() + "' --jobs 2 > '" +
+                                (folder / "log").string() + "' 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0) << text_of(folder / "log");
+    expect_same_files("plan/results/room", "whole");
+    expect_same_files("plan/fields", "whole_fields");
+    EXPECT_EQ(std::system(command.c_str()), 0) << "once more: " << text_of(folder / "log");
+}
+
+TEST_F(FarmTest, TenThousandInstancesArePlannedAndSimulated) {
+    write_scene();
+    std::string scene = text_of(folder / "room.toml");
+    for (int i = 0; i < 10000; ++i)
+        scene += fmt::format("[[instances]]\nentity = \"box\"\ntranslate = [{}, 0.001, {}]\n",
+                             2 + 1.5 * (i % 100), 1.5 * (i / 100));
+    write_text(folder / "room.toml", scene);
+    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "10000"});
+    const Outcome simulated = run({"status", "plan", "--nodes", "10,100,1000", "--json"});
+    const auto state = nlohmann::json::parse(simulated.out, nullptr, false);
+    EXPECT_EQ(state.value("tasks", 0), 30000);
+    EXPECT_EQ(state.value("waiting", 0), 30000);
+    const double one = state.value("seconds_left", 0.0) + 30000;  // a second each for the scheduler
+    double before = one;
+    for (const auto& time : state.at("simulated")) {
+        const double seconds = time.at("seconds"), nodes = time.at("nodes");
+        EXPECT_GE(seconds, one / nodes * 0.999);
+        EXPECT_LE(seconds, one / nodes * 1.1 + 10);
+        EXPECT_LT(seconds, before);
+        before = seconds;
+    }
+}
+
+}  // namespace
+}  // namespace haarfield

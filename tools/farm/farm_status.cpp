@@ -1,0 +1,96 @@
+#include "tools/farm/farm_status.h"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <queue>
+
+#include "fields/file/process_name.h"
+
+namespace haarfield {
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+bool is_running(const std::filesystem::path& claim) {
+    std::error_code none;
+    const auto renewed = std::filesystem::last_write_time(claim, none);
+    if (none) return false;
+    const Liveness liveness = process_liveness(text_of(claim));
+    return liveness == Liveness::alive ||
+           (liveness == Liveness::unknown &&
+            std::filesystem::file_time_type::clock::now() - renewed < std::chrono::seconds(60));
+}
+
+}  // namespace
+
+std::vector<TaskStatus> task_states(const std::filesystem::path& folder, const FarmPlan& plan) {
+    std::vector<TaskStatus> states(plan.task_count());
+    for (std::size_t task = 0; task < states.size(); ++task) {
+        TaskStatus& status = states[task];
+        std::error_code none;
+        if (std::optional<TaskCost> cost = part_cost(folder, plan, task)) {
+            status.state = TaskState::done;
+            status.cost = *std::move(cost);
+        } else if (is_running(task_file(folder, task, "claim"))) {
+            status.state = TaskState::running;
+        } else if (const auto failed = task_file(folder, task, "failed");
+                   std::filesystem::exists(failed, none)) {
+            status.state = TaskState::failed;
+            status.failure = text_of(failed);
+            while (!status.failure.empty() && status.failure.back() == '\n') status.failure.pop_back();
+        }
+    }
+    return states;
+}
+
+std::vector<double> task_seconds(const FarmPlan& plan, const std::vector<TaskStatus>& states) {
+    constexpr std::size_t kinds = static_cast<std::size_t>(Division::undivided) + 1;
+    std::array<double, kinds> estimated{}, taken{};
+    std::vector<double> seconds;
+    for (std::size_t j = 0; j < plan.jobs.size(); ++j)
+        for (std::size_t part = 0; part < plan.jobs[j].parts; ++part) {
+            const auto kind = static_cast<std::size_t>(plan.jobs[j].division);
+            const TaskStatus& status = states[seconds.size()];
+            seconds.push_back(plan.jobs[j].part_seconds);
+            if (status.state != TaskState::done) continue;
+            estimated[kind] += seconds.back();
+            taken[kind] += status.cost.seconds;
+        }
+    std::size_t task = 0;
+    for (const PlanJob& job : plan.jobs)
+        for (std::size_t part = 0; part < job.parts; ++part, ++task) {
+            const auto kind = static_cast<std::size_t>(job.division);
+            if (states[task].state == TaskState::done)
+                seconds[task] = states[task].cost.seconds;
+            else if (estimated[kind] > 0)
+                seconds[task] *= taken[kind] / estimated[kind];
+        }
+    return seconds;
+}
+
+double simulated_seconds(const FarmPlan& plan, const std::vector<double>& seconds,
+                         const std::vector<bool>& left, std::size_t nodes, double overhead) {
+    double stage_begin = 0;
+    for (std::size_t stage = 0; stage + 1 < plan.stages.size(); ++stage) {
+        std::priority_queue<double, std::vector<double>, std::greater<>> free_at;
+        for (std::size_t node = 0; node < nodes; ++node) free_at.push(stage_begin);
+        double end = stage_begin;
+        for (std::size_t task = plan.stages[stage]; task < plan.stages[stage + 1]; ++task) {
+            if (!left[task]) continue;
+            const double done = free_at.top() + seconds[task] + overhead;
+            free_at.pop();
+            free_at.push(done);
+            end = std::max(end, done);
+        }
+        stage_begin = end;
+    }
+    return stage_begin;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,255 @@
+#include "tools/farm/job_run.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "fields/base/instruction_set.h"
+#include "fields/field/field_library.h"
+#include "fields/field/sample_run.h"
+#include "fields/file/process_name.h"
+#include "fields/file/write_file.h"
+#include "scenes/entity_field.h"
+#include "tools/farm/task_share.h"
+
+#include <fmt/format.h>
+
+namespace haarfield {
+namespace {
+
+/// Parses arguments and gives the command that understands them to `use`.
+template <class Use>
+auto with_command(const std::vector<std::string>& arguments, const Use& use)
+    -> decltype(use(std::declval<Command&>())) {
+    CLI::App program{"", "haarfield"};
+    std::vector<Command> commands;
+    CommonOptions common;
+    for (const auto make : {precompute_command, bake_command, reference_command, relight_command}) {
+        commands.push_back(make(program));
+        add_common_options(*commands.back().app, common);
+    }
+    program.require_subcommand(1);
+    try {
+        std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
+        program.parse(std::move(reversed));
+    } catch (const CLI::ParseError& error) {
+        return Error{"", error.what()};
+    }
+    const auto parsed = std::ranges::find_if(commands, [](const Command& c) { return c.app->parsed(); });
+    return use(*parsed);
+}
+
+/// Runs a job's command, or its share.
+Result<Done> run_job(const std::vector<std::string>& arguments, TaskShare* share, CommandContext& context) {
+    return with_command(arguments, [&](Command& command) -> Result<Done> {
+        context.share = share;
+        const Result<ExitCode> code = command.run(context);
+        context.share = nullptr;
+        if (!code) return code.error();
+        return Done{};
+    });
+}
+
+/// The arguments with another folder for the results.
+std::vector<std::string> with_output(std::vector<std::string> arguments, const std::string& folder) {
+    for (std::size_t i = 0; i + 1 < arguments.size(); ++i)
+        if (arguments[i] == "-o") arguments[i + 1] = folder;
+    return arguments;
+}
+
+/// A folder for one process, removed afterwards; and those of processes that have ended.
+class ScratchFolder {
+public:
+    explicit ScratchFolder(const std::filesystem::path& plan) : path_(plan / "scratch" / process_name()) {
+        std::error_code ignored;
+        for (std::filesystem::directory_iterator entry(plan / "scratch", ignored), end; entry != end;
+             entry.increment(ignored))
+            if (process_liveness(entry->path().filename().string()) == Liveness::ended)
+                std::filesystem::remove_all(entry->path(), ignored);
+    }
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+    ~ScratchFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+};
+
+/// The entity of a job that makes a field, and which field that is.
+struct FieldJob {
+    SceneEntities entities;  // one
+    FieldSettings settings;
+    FieldKeys keys;
+    std::filesystem::path library;
+    Unsealed unsealed = Unsealed::refused;
+
+    const SceneEntity& entity() const { return *entities.entities.front(); }
+};
+
+Result<FieldJob> opened_field_job(const PlanJob& job, const Progress& progress) {
+    const Result<JobOptions> options = job_options(job.arguments);
+    if (!options) return options.error();
+    Result<Scene> scene = opened_scene(options->scene);
+    if (!scene) return scene.error();
+    if (job.instance >= scene->instances.size())
+        return Error{options->scene.scene, "has fewer instances than when it was planned"};
+    const Instance instance = scene->instances[job.instance];
+    scene->instances = {instance};
+    scene->keyframes.clear();
+    SceneEntityOptions wanted = entity_options(options->fields, options->output);
+    FieldJob field;
+    field.library = wanted.fields_folder;
+    field.unsealed = wanted.unsealed;
+    wanted.fields = false;
+    Result<SceneEntities> entities = prepare_scene_entities(*scene, wanted, progress);
+    if (!entities) return entities.error();
+    field.entities = *std::move(entities);
+    field.settings =
+        entity_field_settings(scene->entities[instance.entity], *field.entity().occlusion, wanted);
+    field.keys = field_keys(field.entity().mesh, field.settings);
+    return field;
+}
+
+/// Adds a field to its library; what of it is not known is made.
+Result<Done> add_field(const FieldJob& field, std::span<const SampleRun> known, const Progress& progress) {
+    const SceneEntity& entity = field.entity();
+    if (Result<Done> made = make_folder(field.library); !made) return made;
+    const Result<LibraryField> added = library_field(
+        field.library, entity.name, field.keys, field.unsealed,
+        [&](const KnownSamples& surroundings) {
+            KnownSamples all = surroundings;
+            if (!known.empty()) all.runs = known;
+            return precompute_field(entity.name, entity.mesh, *entity.occlusion, field.settings, progress,
+                                    all);
+        },
+        progress);
+    if (!added) return added.error();
+    return Done{};
+}
+
+constexpr const char* in_library = "the library has the field";
+
+/// The runs of samples that parts have; none if one of them says that the library has the field.
+Result<std::vector<SampleRun>> sample_runs(const FieldJob& field,
+                                           const std::vector<std::vector<Section>>& parts) {
+    std::vector<SampleRun> runs;
+    for (const std::vector<Section>& part : parts) {
+        if (section_named(part, in_library)) continue;
+        Result<SampleRun> run = sections_samples(part, field.keys);
+        if (!run) return run.error();
+        runs.push_back(*std::move(run));
+    }
+    return runs;
+}
+
+Result<std::vector<Section>> done_samples(const FarmPlan& plan, const PlanTask& task,
+                                          const std::filesystem::path& folder, CommandContext& context) {
+    const PlanJob& job = plan.jobs[task.job];
+    const Result<FieldJob> field = opened_field_job(job, context.progress);
+    if (!field) return field.error();
+    if (has_library_field(field->library, field->keys, field->unsealed))
+        return std::vector<Section>{{in_library, {}}};
+    const SceneEntity& entity = field->entity();
+    const std::uint64_t count = sample_count(entity.mesh, field->settings);
+    const Result<SampleRun> run =
+        field_samples(entity.name, entity.mesh, *entity.occlusion, field->settings,
+                      count * task.part / job.parts, count * (task.part + 1) / job.parts, context.progress);
+    if (!run) return run.error();
+    std::vector<Section> made = sample_sections(*run, field->keys);
+    // Whoever makes the last part puts them together, so that what comes next finds the field.
+    std::vector<std::vector<Section>> parts;
+    for (std::size_t part = 0; part < job.parts; ++part) {
+        if (part == task.part) {
+            parts.push_back(made);
+            continue;
+        }
+        const std::size_t number = plan.first_task(task.job) + part;
+        std::error_code none;
+        if (!std::filesystem::exists(task_file(folder, number, "part"), none)) return made;
+        Result<TaskPart> other = read_part(folder, plan, number);
+        if (!other) return made;
+        parts.push_back(std::move(other->sections));
+    }
+    const Result<std::vector<SampleRun>> runs = sample_runs(*field, parts);
+    if (!runs) return made;  // what is wrong is told when all is joined
+    if (Result<Done> added = add_field(*field, *runs, context.progress); !added) return added.error();
+    return made;
+}
+
+}  // namespace
+
+Result<JobOptions> job_options(const std::vector<std::string>& arguments) {
+    CLI::App app;
+    JobOptions options;
+    app.allow_extras();
+    add_scene_option(app, options.scene);
+    add_field_options(app, options.fields);
+    app.add_option("-o,--output", options.output);
+    try {
+        app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend() - 1));
+    } catch (const CLI::ParseError& error) {
+        return Error{"", error.what()};
+    }
+    return options;
+}
+
+Result<Done> check_arguments(const std::vector<std::string>& arguments) {
+    return with_command(arguments, [](Command&) { return Result<Done>(Done{}); });
+}
+
+Result<Done> enter_plan(const FarmPlan& plan) {
+    std::error_code failed;
+    std::filesystem::current_path(plan.folder, failed);
+    if (failed) return Error{plan.folder, "the plan was made there: " + failed.message()};
+    return use_instruction_set(plan.instructions);
+}
+
+Result<std::vector<Section>> done_task(const FarmPlan& plan, const PlanTask& task,
+                                       const std::filesystem::path& folder, CommandContext& context) {
+    const PlanJob& job = plan.jobs[task.job];
+    if (job.division == Division::samples) return done_samples(plan, task, folder, context);
+    TaskShare share;
+    share.part = task.part;
+    share.parts = job.parts;
+    // Nothing of a task that is killed stays among the results.
+    const ScratchFolder scratch(folder);
+    const std::filesystem::path output = scratch.path() / "results";
+    if (Result<Done> made = make_folder(output); !made) return made.error();
+    TaskShare* const divided = job.division == Division::undivided ? nullptr : &share;
+    if (Result<Done> done = run_job(with_output(job.arguments, output.string()), divided, context); !done)
+        return done.error();
+    if (job.division == Division::shading || job.division == Division::strips) return std::move(share.made);
+    return file_sections(output);
+}
+
+Result<Done> join_job(const FarmPlan& plan, std::size_t number, std::vector<std::vector<Section>> parts,
+                      CommandContext& context) {
+    const PlanJob& job = plan.jobs[number];
+    if (job.division == Division::samples) {
+        const Result<FieldJob> field = opened_field_job(job, context.progress);
+        if (!field) return field.error();
+        const Result<std::vector<SampleRun>> runs = sample_runs(*field, parts);
+        if (!runs) return runs.error();
+        return add_field(*field, *runs, context.progress);
+    }
+    TaskShare share;
+    share.parts = job.parts;
+    share.joins = true;
+    if (job.division == Division::frames || job.division == Division::undivided) {
+        const Result<JobOptions> options = job_options(job.arguments);
+        if (!options) return options.error();
+        for (const std::vector<Section>& part : parts)
+            if (Result<Done> written = write_file_sections(part, options->output); !written) return written;
+        if (job.division == Division::undivided) return Done{};
+    } else {
+        share.joined = std::move(parts);
+    }
+    return run_job(job.arguments, &share, context);
+}
+
+}  // namespace haarfield

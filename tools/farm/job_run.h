@@ -1,0 +1,48 @@
+#pragma once
+/// The jobs of a plan, done in parts and as wholes.
+
+#include "scenes/scene_entities.h"
+#include "tools/command.h"
+#include "tools/farm/farm_plan.h"
+#include "tools/farm/task_part.h"
+#include "tools/scene_options.h"
+
+namespace haarfield {
+
+/// What a plan's commands have in common.
+struct JobOptions {
+    SceneOptions scene;
+    FieldOptions fields;
+    std::string output;
+};
+
+/// The options that a command line has of these; it need be no more than understood.
+///
+/// errors  what CLI11 says of them.
+Result<JobOptions> job_options(const std::vector<std::string>& arguments);
+
+/// Whether the command would take the arguments.
+///
+/// errors  what CLI11 says of them; a command that no plan has.
+Result<Done> check_arguments(const std::vector<std::string>& arguments);
+
+/// Goes to the folder where the plan was made, and chooses its instructions.
+///
+/// errors  there is no such folder; instructions that this machine has not.
+Result<Done> enter_plan(const FarmPlan& plan);
+
+/// The result of a task.
+///
+/// folder  the plan's.
+/// errors  those of the command.
+Result<std::vector<Section>> done_task(const FarmPlan& plan, const PlanTask& task,
+                                       const std::filesystem::path& folder, CommandContext& context);
+
+/// Puts together what the parts of a job have.
+///
+/// parts   by their numbers; all of them are good.
+/// errors  those of the command.
+Result<Done> join_job(const FarmPlan& plan, std::size_t job, std::vector<std::vector<Section>> parts,
+                      CommandContext& context);
+
+}  // namespace haarfield

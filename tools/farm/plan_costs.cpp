@@ -1,0 +1,108 @@
+#include "tools/farm/plan_costs.h"
+
+#include <algorithm>
+#include <set>
+#include <system_error>
+
+#include "tools/number_option.h"
+
+namespace haarfield {
+namespace {
+
+// Of one core of an AMD EPYC (Zen 4), rounded. [s]
+constexpr double a_sample = 40e-6, a_vertex = 40e-6, a_vertex_by_fields = 12e-6, a_dense_vertex = 2e-3,
+                 a_fitted_vertex = 150e-6, a_transfer_vertex = 15e-6, a_frame_vertex = 0.2e-6,
+                 a_frame_pixel = 0.3e-6, a_light_of_a_pixel = 0.15e-6, a_mesh_byte = 50e-9, at_least = 0.3;
+
+/// Vertices of an entity's fine mesh; those of a large file are more than are asked for.
+double vertices_of(const Entity& entity) {
+    constexpr double bytes_a_vertex = 100;
+    std::error_code unknown;
+    const auto bytes = std::filesystem::file_size(entity.mesh, unknown);
+    return std::max(double(entity.fine_vertices), unknown ? 0.0 : double(bytes) / bytes_a_vertex);
+}
+
+double all_vertices(const Scene& scene) {
+    double sum = 0;
+    for (const Instance& instance : scene.instances) sum += vertices_of(scene.entities[instance.entity]);
+    return sum;
+}
+
+/// Reading and preparing meshes, and what else comes before the work.
+double setup_of(const Scene& scene) {
+    std::set<std::size_t> entities;
+    for (const Instance& instance : scene.instances) entities.insert(instance.entity);
+    double setup = at_least;
+    for (const std::size_t entity : entities) {
+        std::error_code unknown;
+        const auto bytes = std::filesystem::file_size(scene.entities[entity].mesh, unknown);
+        if (!unknown) setup += a_mesh_byte * double(bytes);
+    }
+    return setup;
+}
+
+}  // namespace
+
+double option_number(const std::vector<std::string>& arguments, std::string_view name, double otherwise) {
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        const std::string& argument = arguments[i];
+        std::string_view text;
+        if (argument == name && i + 1 < arguments.size()) text = arguments[i + 1];
+        if (argument.starts_with(std::string(name) + "="))
+            text = std::string_view(argument).substr(name.size() + 1);
+        if (const auto number = number_in({-1e30, 1e30}, text)) return *number;
+    }
+    return otherwise;
+}
+
+bool has_option(const std::vector<std::string>& arguments, std::string_view name) {
+    return std::ranges::any_of(arguments, [&](const std::string& argument) {
+        return argument == name || argument.starts_with(std::string(name) + "=");
+    });
+}
+
+JobCost field_cost(const Scene& scene, std::size_t instance) {
+    const Entity& entity = scene.entities[scene.instances[instance].entity];
+    Scene alone;
+    alone.entities = {entity};
+    alone.instances = {{"", 0, {}}};
+    return {setup_of(alone),
+            a_sample * (vertices_of(entity) + entity.planar_samples + entity.spherical_samples)};
+}
+
+JobCost command_cost(const Scene& scene, const std::vector<std::string>& arguments) {
+    const std::string& command = arguments.front();
+    const double vertices = all_vertices(scene),
+                 pixels = double(scene.camera.width) * double(scene.camera.height);
+    if (command == "bake") {
+        const auto has_value = [&](std::string_view name, std::string_view value) {
+            return std::ranges::any_of(arguments,
+                                       [&](const std::string& argument) {
+                                           return argument == std::string(name) + "=" + std::string(value);
+                                       }) ||
+                   std::ranges::adjacent_find(arguments, [&](const std::string& a, const std::string& b) {
+                       return a == name && b == value;
+                   }) != arguments.end();
+        };
+        const double each = has_value("--evaluator", "dense")    ? a_dense_vertex
+                            : has_value("--colours", "fitted")   ? a_fitted_vertex
+                            : has_value("--occlusion", "fields") ? a_vertex_by_fields
+                                                                 : a_vertex;
+        const double refined = option_number(arguments, "--vertex-budget", 60000);
+        if (has_option(arguments, "--refine")) return {setup_of(scene), 3 * a_vertex * refined};
+        return {setup_of(scene), each * vertices * (has_option(arguments, "--pass") ? 3 : 1)};
+    }
+    if (command == "reference")
+        return {setup_of(scene),
+                a_light_of_a_pixel * pixels * std::max(64.0, option_number(arguments, "--lights", 1024))};
+    if (command == "relight") {
+        const double frames =
+            option_number(arguments, "--last-frame", option_number(arguments, "--frames", 48)) -
+            option_number(arguments, "--first-frame", 1) + 1;
+        return {setup_of(scene) + a_transfer_vertex * vertices,
+                std::max(1.0, frames) * (a_frame_vertex * vertices + a_frame_pixel * pixels)};
+    }
+    return {setup_of(scene), 0};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,26 @@
+#pragma once
+/// Estimates of what jobs take, before any is done: right to a factor of some two, which `status` mends.
+
+#include "scenes/scene.h"
+#include "tools/farm/farm_plan.h"
+
+namespace haarfield {
+
+/// What a task costs beside its share, and all shares together. [s of one core]
+struct JobCost {
+    double setup = 0, work = 0;
+};
+
+/// Of the field of an instance's entity.
+JobCost field_cost(const Scene& scene, std::size_t instance);
+
+/// Of a command with these arguments.
+JobCost command_cost(const Scene& scene, const std::vector<std::string>& arguments);
+
+/// The number after an option's name; `otherwise` if it is not there.
+double option_number(const std::vector<std::string>& arguments, std::string_view name, double otherwise);
+
+/// Whether an option is there.
+bool has_option(const std::vector<std::string>& arguments, std::string_view name);
+
+}  // namespace haarfield

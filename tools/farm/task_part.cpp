@@ -1,0 +1,122 @@
+#include "tools/farm/task_part.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+
+#include "fields/file/mapped_file.h"
+#include "fields/file/temporary_file.h"
+#include "fields/file/write_file.h"
+
+namespace haarfield {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::string_view file_prefix = "file ";
+
+/// The cost, if the section is the head of that task's part.
+std::optional<TaskCost> head_cost(const Section& head, const FarmPlan& plan, std::size_t task) {
+    const ordered_json json = ordered_json::parse(head.bytes, nullptr, /*allow_exceptions=*/false);
+    if (head.name != "task" || !json.is_object() || json.value("plan", "") != plan.id ||
+        json.value("task", plan.task_count()) != task)
+        return std::nullopt;
+    return TaskCost{json.value("seconds", 0.0), json.value("cpu_seconds", 0.0),
+                    json.value("peak_bytes", std::uint64_t(0)), json.value("host", "")};
+}
+
+double seconds_of(const timeval& time) {
+    return double(time.tv_sec) + 1e-6 * double(time.tv_usec);
+}
+
+}  // namespace
+
+Result<Done> write_part(const std::filesystem::path& folder, const FarmPlan& plan, std::size_t task,
+                        const TaskPart& part) {
+    const ordered_json head{{"plan", plan.id},
+                            {"task", task},
+                            {"seconds", part.cost.seconds},
+                            {"cpu_seconds", part.cost.cpu_seconds},
+                            {"peak_bytes", part.cost.peak_bytes},
+                            {"host", part.cost.host}};
+    std::vector<Section> sections{
+        {"task", head.dump(-1, ' ', false, ordered_json::error_handler_t::replace)}};
+    sections.insert(sections.end(), part.sections.begin(), part.sections.end());
+    const std::string bytes = section_file(sections);
+    Result<TemporaryFile> temporary = TemporaryFile::beside(task_file(folder, task, "part"));
+    if (!temporary) return temporary.error();
+    if (Result<Done> written = temporary->write(bytes); !written) return written;
+    return temporary->replace_target(bytes);
+}
+
+Result<TaskPart> read_part(const std::filesystem::path& folder, const FarmPlan& plan, std::size_t task) {
+    const std::filesystem::path file = task_file(folder, task, "part");
+    Result<std::vector<Section>> sections = read_section_file(file);
+    if (!sections) return sections.error();
+    const std::optional<TaskCost> cost =
+        sections->empty() ? std::nullopt : head_cost(sections->front(), plan, task);
+    if (!cost) return Error{file.string(), "is the result of another plan's task, or of another task"};
+    sections->erase(sections->begin());
+    return TaskPart{*cost, *std::move(sections)};
+}
+
+std::optional<TaskCost> part_cost(const std::filesystem::path& folder, const FarmPlan& plan,
+                                  std::size_t task) {
+    const std::filesystem::path file = task_file(folder, task, "part");
+    std::error_code none;
+    if (!std::filesystem::exists(file, none)) return std::nullopt;
+    const Result<Section> head = read_first_section(file);
+    return head ? head_cost(*head, plan, task) : std::nullopt;
+}
+
+TaskCost process_cost(double seconds) {
+    TaskCost cost{seconds, 0, 0, {}};
+    for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+        rusage usage{};
+        getrusage(who, &usage);
+        cost.cpu_seconds += seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
+        cost.peak_bytes = std::max(cost.peak_bytes, std::uint64_t(usage.ru_maxrss) * 1024);
+    }
+    std::array<char, 256> host{};
+    gethostname(host.data(), host.size() - 1);
+    // Nodes that share a machine have names of their own.
+    const char* const node = std::getenv("SLURMD_NODENAME");
+    cost.host = node ? node : host.data();
+    return cost;
+}
+
+Result<std::vector<Section>> file_sections(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    std::error_code failed;
+    for (std::filesystem::recursive_directory_iterator entry(folder, failed), end; !failed && entry != end;
+         entry.increment(failed))
+        if (entry->is_regular_file()) files.push_back(entry->path());
+    if (failed) return Error{folder.string(), failed.message()};
+    std::ranges::sort(files);
+    std::vector<Section> sections;
+    for (const std::filesystem::path& file : files) {
+        const Result<MappedFile> mapped = mapped_file(file);
+        if (!mapped) return mapped.error();
+        sections.push_back({std::string(file_prefix) + file.lexically_relative(folder).generic_string(),
+                            std::string(mapped->bytes)});
+    }
+    return sections;
+}
+
+Result<Done> write_file_sections(const std::vector<Section>& sections, const std::filesystem::path& folder) {
+    for (const Section& section : sections) {
+        if (!section.name.starts_with(file_prefix)) continue;
+        const std::filesystem::path name =
+            std::filesystem::path(section.name.substr(file_prefix.size())).lexically_normal();
+        if (name.empty() || name.is_absolute() || *name.begin() == "..")
+            return Error{section.name, "leads out of the folder of results"};
+        const std::filesystem::path file = folder / name;
+        if (Result<Done> made = make_folder(file.parent_path()); !made) return made;
+        if (Result<Done> written = write_file(file, section.bytes); !written) return written;
+    }
+    return Done{};
+}
+
+}  // namespace haarfield

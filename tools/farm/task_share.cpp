@@ -1,0 +1,127 @@
+#include "tools/farm/task_share.h"
+
+#include "bridge/povray_scene.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <memory>
+
+namespace haarfield {
+namespace {
+
+template <class T>
+std::string bytes_of(std::span<const T> values) {
+    return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
+}
+
+/// Fills in a section's values; false if it is missing or of another size.
+template <class T>
+bool take_values(const std::vector<Section>& sections, const std::string& name, std::span<T> values) {
+    const std::string* const bytes = section_named(sections, name);
+    if (!bytes || bytes->size() != values.size_bytes()) return false;
+    if (!bytes->empty()) std::memcpy(static_cast<void*>(values.data()), bytes->data(), bytes->size());
+    return true;
+}
+
+Error wrong_part(std::size_t part, const std::string& section) {
+    return {fmt::format("part {}", part), fmt::format("its {} are not there, or of another number", section)};
+}
+
+/// Which strip a part is: the set of lights, and rows counted from 0, the last not with them.
+struct Strip {
+    std::size_t set = 0;
+    int first_row = 0, last_row = 0;
+};
+
+/// The first half of the parts is of the first set.
+Strip strip_of(std::size_t part, std::size_t parts, int height) {
+    const std::size_t of_set = parts / 2, strip = part % of_set,
+                      units = static_cast<std::size_t>((height + strip_unit - 1) / strip_unit);
+    const auto row = [&](std::size_t s) {
+        return std::min(height, static_cast<int>(units * s / of_set) * strip_unit);
+    };
+    return {part / of_set, row(strip), row(strip + 1)};
+}
+
+std::span<Rgb> rows_of(Image& image, const Strip& strip) {
+    const auto width = static_cast<std::size_t>(image.width);
+    return std::span(image.pixels)
+        .subspan(width * static_cast<std::size_t>(strip.first_row),
+                 width * static_cast<std::size_t>(strip.last_row - strip.first_row));
+}
+
+std::span<float> coverage_rows_of(Image& image, const Strip& strip) {
+    const auto width = static_cast<std::size_t>(image.width);
+    return std::span(image.coverage)
+        .subspan(width * static_cast<std::size_t>(strip.first_row),
+                 width * static_cast<std::size_t>(strip.last_row - strip.first_row));
+}
+
+Result<ReferencePicture> rendered_strip(const std::filesystem::path& scene, const PovrayOptions& options,
+                                        const Progress& progress, TaskShare& share) {
+    const Strip strip = strip_of(share.part, share.parts, options.height);
+    PovrayOptions rows = options;
+    rows.first_row = strip.first_row;
+    rows.last_row = strip.last_row;
+    Result<RenderedScene> half = rendered_half(scene, strip.set, rows, progress);
+    if (!half) return half.error();
+    Image& image = half->image;
+    if (image.width != options.width || image.height != options.height || image.coverage.empty())
+        return Error{scene.string(), "POV-Ray made a picture of another kind than was asked for"};
+    share.made.push_back({"pixels", bytes_of<Rgb>(rows_of(image, strip))});
+    share.made.push_back({"coverage", bytes_of<float>(coverage_rows_of(image, strip))});
+    return ReferencePicture{};
+}
+
+}  // namespace
+
+PointSharing point_sharing(TaskShare& share) {
+    return [&share, loop = std::make_shared<int>(0)](std::span<Rgb> radiance,
+                                                     const ShadeRange& shade) -> Result<Done> {
+        const std::string name = fmt::format("points of loop {}", (*loop)++);
+        if (!share.joins) {
+            const auto [begin, end] = share.range(radiance.size());
+            if (begin < end)
+                if (Result<Done> shaded = shade(begin, end); !shaded) return shaded;
+            share.made.push_back({name, bytes_of<Rgb>(radiance.subspan(begin, end - begin))});
+            return Done{};
+        }
+        TaskShare other;
+        other.parts = share.parts;
+        for (std::size_t part = 0; part < share.parts; ++part) {
+            other.part = part;
+            const auto [begin, end] = other.range(radiance.size());
+            if (!take_values(share.joined[part], name, radiance.subspan(begin, end - begin)))
+                return wrong_part(part, name);
+        }
+        return Done{};
+    };
+}
+
+std::size_t most_reference_parts(int height) {
+    return 2 * static_cast<std::size_t>((height + strip_unit - 1) / strip_unit);
+}
+
+Result<ReferencePicture> shared_reference(const std::filesystem::path& scene, const PovrayOptions& options,
+                                          const Progress& progress, TaskShare& share) {
+    if (!share.joins) return rendered_strip(scene, options, progress, share);
+    std::array<RenderedScene, 2> halves;
+    const auto pixels = static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height);
+    for (RenderedScene& half : halves) {
+        half.image.width = options.width;
+        half.image.height = options.height;
+        half.image.pixels.resize(pixels);
+        half.image.coverage.resize(pixels);
+    }
+    for (std::size_t part = 0; part < share.parts; ++part) {
+        const Strip strip = strip_of(part, share.parts, options.height);
+        Image& image = halves[strip.set].image;
+        if (!take_values(share.joined[part], "pixels", rows_of(image, strip)) ||
+            !take_values(share.joined[part], "coverage", coverage_rows_of(image, strip)))
+            return wrong_part(part, "pixels");
+    }
+    return reference_of_halves(std::move(halves));
+}
+
+}  // namespace haarfield

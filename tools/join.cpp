@@ -1,0 +1,81 @@
+#include "tools/farm/job_run.h"
+
+#include <fmt/format.h>
+
+namespace haarfield {
+
+namespace {
+
+struct JoinOptions {
+    std::string plan;
+};
+
+/// Whether the results of all tasks are good.
+///
+/// errors  names those that are not.
+Result<Done> check_parts(const FarmPlan& plan, const JoinOptions& options, CommandContext& context) {
+    constexpr std::size_t most_named = 10;
+    std::size_t bad = 0;
+    nlohmann::ordered_json numbers = nlohmann::ordered_json::array();
+    std::string named;
+    for (std::size_t task = 0; task < plan.task_count(); ++task) {
+        if (context.progress.stop.stop_requested()) return Error{"", interrupted};
+        const Result<TaskPart> part = read_part(options.plan, plan, task);
+        if (context.progress.report) context.progress.report("checking parts", task + 1, plan.task_count());
+        if (part) continue;
+        numbers.push_back(task);
+        if (bad++ < most_named) named += fmt::format("\n  task {}: {}", task, part.error().message());
+    }
+    context.report["bad_tasks"] = numbers;
+    if (bad == 0) return Done{};
+    if (bad > most_named) named += fmt::format("\n  and {} more", bad - most_named);
+    return Error{options.plan,
+                 fmt::format("{} of {} tasks have no good result; run `haarfield work {} --task K` "
+                             "for each of them:{}",
+                             bad, plan.task_count(), options.plan, named)};
+}
+
+Result<ExitCode> run(const JoinOptions& options, CommandContext& context) {
+    const Result<FarmPlan> plan = read_plan(options.plan);
+    if (!plan) return plan.error();
+    if (const Result<Done> good = check_parts(*plan, options, context); !good) return good.error();
+    if (const Result<Done> entered = enter_plan(*plan); !entered) return entered.error();
+    for (std::size_t job = 0; job < plan->jobs.size(); ++job) {
+        if (context.progress.stop.stop_requested()) return Error{"", interrupted};
+        if (const Result<Done> same = check_inputs(plan->jobs[job]); !same) return same.error();
+        std::vector<std::vector<Section>> parts;
+        for (std::size_t part = 0; part < plan->jobs[job].parts; ++part) {
+            Result<TaskPart> read = read_part(options.plan, *plan, plan->first_task(job) + part);
+            if (!read) return read.error();
+            parts.push_back(std::move(read->sections));
+        }
+        CommandContext inner = context;
+        inner.quiet = context.quiet || plan->jobs[job].division == Division::samples;
+        if (const Result<Done> joined = join_job(*plan, job, std::move(parts), inner); !joined)
+            return joined.error();
+        context.report["warnings"] = inner.report["warnings"];
+    }
+    context.report["tasks"] = plan->task_count();
+    context.print("joined {} tasks of {} jobs\n", plan->task_count(), plan->jobs.size());
+    return ExitCode::done;
+}
+
+}  // namespace
+
+Command join_command(CLI::App& program) {
+    CLI::App* app =
+        program.add_subcommand("join", "Check the results of a plan's tasks and put them together");
+    const auto options = std::make_shared<JoinOptions>();
+    app->add_option("PLAN", options->plan, "The plan's folder")->required()->type_name("");
+    app->footer(
+        "Makes what the undivided commands make, byte for byte. Exit code 1 if a result is missing or "
+        "damaged,\n"
+        "with the number of its task: run that again.\n"
+        "Example:\n  haarfield join out/plan");
+    return {app, [options](CommandContext& context) {
+                options->plan = std::filesystem::absolute(options->plan).string();  // tasks go elsewhere
+                return run(*options, context);
+            }};
+}
+
+}  // namespace haarfield

@@ -1,0 +1,318 @@
+#include "fields/base/instruction_set.h"
+#include "fields/base/names.h"
+#include "fields/file/write_file.h"
+#include "tools/farm/job_run.h"
+#include "tools/farm/plan_costs.h"
+#include "tools/farm/plan_scripts.h"
+#include "tools/farm/task_share.h"
+#include "tools/number_option.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+
+namespace haarfield {
+
+namespace {
+
+struct PlanOptions {
+    std::vector<std::string> scenes;
+    std::string folder, output, fields, instructions;
+    std::vector<std::string> wanted{"bake"};
+    std::string bake, reference, relight;  // further options of these
+    double task_seconds = 300;
+    int tasks = 0;  // of each job that can be divided; 0: by task_seconds
+};
+
+/// Everything that planning needs to know of a scene.
+struct PlannedScene {
+    std::string file;  // absolute
+    Scene scene;
+    std::vector<PlanInput> inputs;
+};
+
+std::string absolute(const std::string& path) {
+    return std::filesystem::absolute(path).lexically_normal().string();
+}
+
+/// Hashes each file once.
+class InputHashes {
+public:
+    Result<PlanInput> input(const std::filesystem::path& file) {
+        const std::string name = absolute(file.string());
+        const auto known = hashes_.find(name);
+        if (known != hashes_.end()) return PlanInput{name, known->second};
+        const Result<std::string> hash = file_hash(name);
+        if (!hash) return hash.error();
+        hashes_[name] = *hash;
+        return PlanInput{name, *hash};
+    }
+
+private:
+    std::map<std::string, std::string> hashes_;
+};
+
+Result<PlannedScene> opened(const std::string& file, InputHashes& hashes) {
+    SceneOptions options;
+    options.scene = absolute(file);
+    Result<Scene> scene = opened_scene(options);
+    if (!scene) return scene.error();
+    std::set<std::filesystem::path> files{options.scene};
+    std::set<std::size_t> entities;
+    for (const Instance& instance : scene->instances) entities.insert(instance.entity);
+    for (const std::size_t entity : entities) files.insert(scene->entities[entity].mesh);
+    if (!scene->environment.image.empty()) files.insert(scene->environment.image);
+    PlannedScene planned{options.scene, *std::move(scene), {}};
+    for (const std::filesystem::path& input : files) {
+        Result<PlanInput> hashed = hashes.input(input);
+        if (!hashed) return hashed.error();
+        planned.inputs.push_back(*std::move(hashed));
+    }
+    return planned;
+}
+
+/// Into how many parts a job goes, and what one takes.
+void divide(const JobCost& cost, std::size_t most, const PlanOptions& options, int threads, PlanJob& job) {
+    const double whole = cost.work / threads, setup = cost.setup / threads;
+    // Set-up is paid by every part: at most a tenth of it, unless a number of parts is asked for.
+    const double share = std::max(options.task_seconds - setup, 10 * setup);
+    double parts = std::ceil(whole / std::max(share, 1e-3));
+    if (options.tasks > 0) parts = options.tasks;
+    job.parts = static_cast<std::size_t>(std::clamp(parts, 1.0, double(most)));
+    job.part_seconds = setup + whole / double(job.parts);
+}
+
+/// Adds the fields that jobs on a scene read, unless they are planned already.
+Result<Done> add_fields(const PlannedScene& planned, const std::vector<std::string>& arguments,
+                        const PlanOptions& options, int threads, std::set<std::string>& known,
+                        FarmPlan& plan) {
+    const Result<JobOptions> job_settings = job_options(arguments);
+    if (!job_settings) return job_settings.error();
+    const FieldOptions& fields = job_settings->fields;
+    std::vector<std::string> own{"precompute", planned.file, "-o", job_settings->output};
+    const auto add = [&own](const char* name, const auto& value) {
+        own.insert(own.end(), {name, fmt::format("{}", value)});
+    };
+    if (!fields.folder.empty()) add("--fields", fields.folder);
+    add("--face-size", fields.face_size);
+    add("--coefficients", fields.coefficients);
+    add("--visibility-error", fields.relative_l2_error);
+    if (fields.allow_unsealed) own.emplace_back("--allow-unsealed");
+    for (std::size_t i = 0; i < planned.scene.instances.size(); ++i) {
+        const Instance& instance = planned.scene.instances[i];
+        const Entity& entity = planned.scene.entities[instance.entity];
+        // Fields of one name here may be two, and the other way round: then one task finds nothing to do.
+        const std::string name = fmt::format(
+            "{}\n{}\n{} {} {} {}\n{}\n{} {} {} {} {}", entity.mesh.string(), entity.part,
+            entity.fine_vertices, entity.coarse_triangles, entity.planar_samples, entity.spherical_samples,
+            instance.shape == Shape() ? std::string() : shape_name(instance.shape), fields.folder,
+            fields.folder.empty() ? job_settings->output : "", fields.face_size, fields.coefficients,
+            fields.relative_l2_error);
+        if (!known.insert(name).second) continue;
+        PlanJob job;
+        job.arguments = own;
+        job.division = Division::samples;
+        job.instance = i;
+        for (const PlanInput& input : planned.inputs)
+            if (input.file == planned.file || input.file == absolute(entity.mesh.string()))
+                job.inputs.push_back(input);
+        divide(field_cost(planned.scene, i), 100000, options, threads, job);
+        plan.jobs.push_back(std::move(job));
+    }
+    return Done{};
+}
+
+/// Images of environments that arguments name.
+std::vector<std::string> files_in(const std::vector<std::string>& arguments) {
+    std::vector<std::string> files;
+    const auto add_list = [&](const std::string& list) {
+        for (std::size_t first = 0; first <= list.size();) {
+            const std::size_t end = std::min(list.find(',', first), list.size());
+            files.push_back(list.substr(first, end - first));
+            first = end + 1;
+        }
+    };
+    const bool fades = arguments.front() == "relight";  // a reference's lights are a number
+    for (std::size_t i = 0; i + 1 < arguments.size(); ++i) {
+        if (arguments[i] == "--environment") files.push_back(arguments[i + 1]);
+        if (fades && arguments[i] == "--lights") add_list(arguments[i + 1]);
+    }
+    return files;
+}
+
+/// The job of a command, and how it can be divided.
+Result<PlanJob> command_job(const PlannedScene& planned, std::vector<std::string> arguments,
+                            const PlanOptions& options, int threads, InputHashes& hashes) {
+    PlanJob job;
+    const std::string command = arguments.front();
+    if (Result<Done> good = check_arguments(arguments); !good)
+        return Error{"--" + command + "-options", good.error().what};
+    std::size_t most = 1;
+    if (command == "bake" && !has_option(arguments, "--refine") && !has_option(arguments, "--bounces")) {
+        job.division = Division::shading;
+        most = 100000;
+    } else if (command == "reference" && !has_option(arguments, "--relative-error") &&
+               !has_option(arguments, "--radiosity")) {
+        job.division = Division::strips;
+        most = most_reference_parts(planned.scene.camera.height);
+    } else if (command == "relight") {
+        job.division = Division::frames;
+        const double first = option_number(arguments, "--first-frame", 1),
+                     last =
+                         option_number(arguments, "--last-frame", option_number(arguments, "--frames", 48));
+        most = static_cast<std::size_t>(std::max(1.0, last - first + 1));
+    }
+    divide(command_cost(planned.scene, arguments), most, options, threads, job);
+    if (job.division == Division::strips && job.parts % 2 == 1) ++job.parts;  // two sets of lights
+    job.inputs = planned.inputs;
+    for (const std::string& file : files_in(arguments)) {
+        Result<PlanInput> input = hashes.input(file);
+        if (!input) return input.error();
+        job.inputs.push_back(*std::move(input));
+    }
+    job.arguments = std::move(arguments);
+    return job;
+}
+
+std::string new_id() {
+    std::random_device random;
+    return fmt::format("{:08x}{:08x}", random(), random());
+}
+
+Result<FarmPlan> made_plan(const PlanOptions& options, CommandContext& context) {
+    FarmPlan plan;
+    plan.version = HAARFIELD_VERSION;
+    plan.id = new_id();
+    plan.folder = std::filesystem::current_path().string();
+    plan.threads = context.threads;
+    plan.task_seconds = options.task_seconds;
+    const std::vector<std::string> sets = instruction_sets();
+    plan.instructions = !options.instructions.empty() ? options.instructions
+                        : sets.empty()                ? ""
+                                                      : sets.front();
+    if (Result<Done> used = use_instruction_set(plan.instructions); !used) return used.error();
+
+    const std::string fields =
+        options.fields.empty() ? absolute(options.folder + "/fields") : absolute(options.fields);
+    InputHashes hashes;
+    std::set<std::string> known_fields, stems;
+    std::vector<PlanJob> jobs;  // of the second stage
+    for (const std::string& file : options.scenes) {
+        const Result<PlannedScene> planned = opened(file, hashes);
+        if (!planned) return planned.error();
+        const std::string stem = unique_name(file_stem(planned->scene), stems);
+        const std::string output =
+            absolute((options.output.empty() ? options.folder + "/results" : options.output) + "/" + stem);
+        for (const std::string& command : options.wanted) {
+            const bool is_fields = command == "fields";
+            const std::string& further = command == "bake"        ? options.bake
+                                         : command == "reference" ? options.reference
+                                         : is_fields              ? options.bake
+                                                                  : options.relight;
+            std::vector<std::string> arguments{is_fields ? "precompute" : command, planned->file, "-o",
+                                               output};
+            if (command != "reference") arguments.insert(arguments.end(), {"--fields", fields});
+            for (std::string& word : CLI::detail::split_up(further)) arguments.push_back(std::move(word));
+            if (command != "reference")
+                if (Result<Done> added =
+                        add_fields(*planned, arguments, options, plan.threads, known_fields, plan);
+                    !added)
+                    return added.error();
+            if (is_fields) continue;
+            Result<PlanJob> job = command_job(*planned, std::move(arguments), options, plan.threads, hashes);
+            if (!job) return job.error();
+            jobs.push_back(*std::move(job));
+        }
+    }
+    // References want no fields: they begin at once.
+    const auto second =
+        std::ranges::stable_partition(jobs, [](const PlanJob& job) { return job.command() == "reference"; });
+    std::move(jobs.begin(), second.begin(), std::back_inserter(plan.jobs));
+    plan.stages[1] = plan.first_task(plan.jobs.size());
+    std::move(second.begin(), second.end(), std::back_inserter(plan.jobs));
+    plan.stages[2] = plan.first_task(plan.jobs.size());
+    return plan;
+}
+
+Result<ExitCode> run(const PlanOptions& options, CommandContext& context) {
+    const std::filesystem::path folder = options.folder;
+    std::error_code none;
+    if (std::filesystem::exists(folder / "plan.json", none))
+        return Error{(folder / "plan.json").string(),
+                     "is there already; wanted a folder of its own for each plan"};
+    const Result<FarmPlan> plan = made_plan(options, context);
+    if (!plan) return plan.error();
+    if (Result<Done> made = make_folder(folder / "parts"); !made) return made.error();
+    const ScriptPaths paths{std::filesystem::read_symlink("/proc/self/exe", none).string(),
+                            absolute(options.folder)};
+    for (const auto& [name, text] :
+         {std::pair("slurm.sh", slurm_script(*plan, paths)),
+          std::pair("parallel.sh", parallel_script(*plan, paths)), std::pair("plan.json", plan_text(*plan))})
+        if (Result<Done> written = write_file(folder / name, text); !written) return written.error();
+    double seconds = 0;
+    for (const PlanJob& job : plan->jobs) seconds += job.part_seconds * double(job.parts);
+    context.report["tasks"] = plan->task_count();
+    context.report["jobs"] = plan->jobs.size();
+    context.report["estimated_seconds"] = seconds;
+    context.print("plan   {} tasks of {} jobs, some {:.3g} s each on {} threads with {}\n",
+                  plan->task_count(), plan->jobs.size(),
+                  plan->task_count() > 0 ? seconds / double(plan->task_count()) : 0.0, plan->threads,
+                  plan->instructions);
+    context.print("files  {0}/plan.json, {0}/slurm.sh, {0}/parallel.sh\n", options.folder);
+    return ExitCode::done;
+}
+
+}  // namespace
+
+Command plan_command(CLI::App& program) {
+    CLI::App* app = program.add_subcommand("plan", "Divide work into tasks for a scheduler");
+    const auto options = std::make_shared<PlanOptions>();
+    app->add_option("SCENE", options->scenes, "Scene files")->required()->type_name("");
+    app->add_option("-o,--output", options->folder, "The plan's folder, which all machines must share")
+        ->required()
+        ->type_name("PLAN");
+    app->add_option("--want", options->wanted, "What is wanted of each scene, separated by commas")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember({"fields", "bake", "reference", "relight"}))
+        ->default_str("bake")
+        ->type_name("WHAT,...");
+    app->add_option("--bake-options", options->bake, "Options of `bake`, in one text; of the fields, too")
+        ->type_name("TEXT");
+    app->add_option("--reference-options", options->reference, "Options of `reference`")->type_name("TEXT");
+    app->add_option("--relight-options", options->relight,
+                    "Options of `relight`; --first-frame and --last-frame for a range")
+        ->type_name("TEXT");
+    app->add_option("--results", options->output,
+                    "Folder of the results, one below for each scene (default: results/ in the plan)")
+        ->type_name("DIR");
+    app->add_option("--fields", options->fields,
+                    "Folder of the visibility fields (default: fields/ in the plan)")
+        ->type_name("DIR");
+    add_number(*app, "--task-seconds", options->task_seconds, "How long a task shall take, by estimate",
+               {1, 1e6})
+        ->capture_default_str()
+        ->type_name("S");
+    add_number(*app, "--tasks", options->tasks, "Divide each job into so many instead, as far as it can be",
+               {1, 1e5})
+        ->type_name("N");
+    app->add_option("--instructions", options->instructions,
+                    "Vector instructions of all tasks, on whatever machine: AVX2 if some have no others "
+                    "(default: the best that this machine has)")
+        ->type_name("SET");
+    app->footer(
+        "--threads is what a task will have. A field is divided by samples, a bake by vertices, a reference "
+        "by\n"
+        "lights and rows, a relight by frames; bakes with --refine or --bounces, and references with\n"
+        "--relative-error or --radiosity, are one task.\n"
+        "Example:\n  haarfield plan scenes/table_and_chairs.toml -o out/plan --want bake,reference --threads "
+        "2\n"
+        "  sh out/plan/parallel.sh --jobs 1    # or sh out/plan/slurm.sh");
+    return {app, [options](CommandContext& context) { return run(*options, context); }};
+}
+
+}  // namespace haarfield
