@@ -12,6 +12,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -41,8 +42,11 @@ protected:
         posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, (said + ".out").c_str(), flags, 0600);
         posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, (said + ".err").c_str(), flags, 0600);
         pid_t child = -1;
-        EXPECT_EQ(posix_spawn(&child, HAARFIELD_PROGRAM, &actions, nullptr, pointers.data(), environ), 0);
+        const int failure =
+            posix_spawn(&child, HAARFIELD_PROGRAM, &actions, nullptr, pointers.data(), environ);
         posix_spawn_file_actions_destroy(&actions);
+        // No number of a process is returned that is none: a signal to -1 would reach every process there is.
+        if (failure != 0 || child <= 0) throw std::runtime_error(HAARFIELD_PROGRAM " can not be run");
         said_[child] = said;
         return child;
     }
