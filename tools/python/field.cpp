@@ -134,7 +134,7 @@ equal cubemaps are stored once. Points are in the entity's frame, metres.)");
     field.def_property_readonly(
         "entity", [](const PythonField& self) { return self.field->entity; }, "The entity's name.");
     field.def_property_readonly(
-        "key", [](const PythonField& self) { return self.field->key.hex(); },
+        "key", [](const PythonField& self) { return self.field->keys.whole.hex(); },
         "A hash of mesh, settings and format.");
     field.def_property_readonly(
         "face_size", [](const PythonField& self) { return self.field->pool.face_size; },
