@@ -1,0 +1,144 @@
+"""Cycles as a second ray tracer: direct diffuse light at the vertices of the baked copies."""
+
+import time
+
+import bpy
+import numpy
+
+from . import results
+
+ATTRIBUTE = "cycles"
+TABLE = "haarfield and Cycles"
+
+
+def diffuse_material(name, colour):
+    """What haarfield's diffuse term is: Lambert's. Principled's own darkens or brightens with roughness."""
+    material = bpy.data.materials.new(f"cycles {name}")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    shader.inputs["Color"].default_value = (*colour, 1)
+    tree.links.new(shader.outputs["BSDF"], output.inputs["Surface"])
+    return material
+
+
+def bake_seconds(scene, seed):
+    scene.cycles.seed = seed
+    start = time.perf_counter()
+    bpy.ops.object.bake(type="DIFFUSE", pass_filter={"DIRECT", "COLOR"}, target="VERTEX_COLORS")
+    return time.perf_counter() - start
+
+
+def colours_of(mesh):
+    values = numpy.empty(4 * len(mesh.vertices), numpy.float32)
+    mesh.color_attributes[ATTRIBUTE].data.foreach_get("color", values)
+    return values.reshape(-1, 4)[:, :3].copy()
+
+
+def compared(context, bake, gathered):
+    """Bakes the copies twice with Cycles, with different seeds: their difference tells its noise.
+
+    bake     with the pass diffuse.
+    returns  for each instance a dict of name, vertices, haarfield and cycles (n, 3), noise (n, 3), seconds.
+    """
+    scene = context.scene
+    copies = results.copies(scene)
+    before = {
+        (scene.render, "engine"): scene.render.engine,
+        (scene.cycles, "samples"): scene.cycles.samples,
+        (scene.cycles, "seed"): scene.cycles.seed,
+        (scene.cycles, "use_adaptive_sampling"): scene.cycles.use_adaptive_sampling,
+        (scene.cycles, "use_denoising"): scene.cycles.use_denoising,
+        (scene.cycles, "sample_clamp_direct"): scene.cycles.sample_clamp_direct,
+        (scene.render.bake, "margin"): scene.render.bake.margin,
+    }
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples = scene.haarfield.cycles_samples
+    scene.cycles.use_adaptive_sampling = False
+    scene.cycles.use_denoising = False
+    scene.cycles.sample_clamp_direct = 0
+    materials, made = {}, []
+    tables = gathered.description["materials"]
+    for object in copies.values():
+        materials[object] = [slot.material for slot in object.material_slots]
+        for slot in object.material_slots:
+            own = slot.material.name.removeprefix("haarfield ")
+            shown = diffuse_material(own, tables[own]["diffuse"])
+            made.append(shown)
+            slot.material = shown
+    selected = [object for object in context.view_layer.objects if object.select_get()]
+    active = context.view_layer.objects.active
+    try:
+        for object in context.view_layer.objects:
+            object.select_set(object in copies.values())
+        context.view_layer.objects.active = next(iter(copies.values()))
+        for object in copies.values():
+            attribute = results.set_colours(object.data, ATTRIBUTE, numpy.zeros((len(object.data.vertices), 3)))
+            object.data.color_attributes.active_color = attribute
+        seconds, values = [], []
+        for seed in (1, 2):
+            seconds.append(bake_seconds(scene, seed))
+            values.append({name: colours_of(object.data) for name, object in copies.items()})
+    finally:
+        for object, slots in materials.items():
+            for slot, material in zip(object.material_slots, slots):
+                slot.material = material
+            object.data.color_attributes.active_color = object.data.color_attributes[results.ATTRIBUTE]
+        for material in made:
+            bpy.data.materials.remove(material)
+        for (owner, name), value in before.items():
+            setattr(owner, name, value)
+        for object in context.view_layer.objects:
+            object.select_set(object in selected)
+        context.view_layer.objects.active = active
+    rows = []
+    for name in copies:
+        first, second = values[0][name], values[1][name]
+        rows.append(
+            {
+                "name": gathered.names[name],
+                "haarfield": bake[name].passes["diffuse"],
+                "cycles": (first + second) / 2,
+                "noise": (first - second) / 2,
+                "seconds": seconds,
+            }
+        )
+    return rows
+
+
+def figures_of(rows):
+    """Relative to the RMS of what Cycles has: RMSE, Cycles' own noise, bias; and the number of vertices."""
+    ours, theirs, noise = (numpy.concatenate([row[key] for row in rows]) for key in ("haarfield", "cycles", "noise"))
+    size = numpy.sqrt((theirs**2).mean())
+    error = numpy.sqrt(((ours - theirs) ** 2).mean(axis=1))
+    return {
+        "vertices": len(ours),
+        "rmse": float(numpy.sqrt((error**2).mean()) / size),
+        "median": float(numpy.median(error) / size),
+        "noise": float(numpy.sqrt((noise**2).mean()) / size),
+        "bias": float(ours.mean() / theirs.mean() - 1),
+    }
+
+
+def write_table(scene, rows, seconds):
+    """Into a text of Blender's; returns its name."""
+    text = bpy.data.texts.get(TABLE) or bpy.data.texts.new(TABLE)
+    text.clear()
+    text.write(
+        "Direct diffuse light at the vertices, haarfield against Cycles: relative to the RMS of Cycles' values.\n"
+        "noise: what the mean of Cycles' two bakes errs itself, by half of their difference.\n\n"
+    )
+    text.write(f"{'object':<32} {'vertices':>9} {'RMSE':>9} {'median':>9} {'noise':>9} {'bias':>9}\n")
+    for name, part in [*((row["name"], [row]) for row in rows), ("all", rows)]:
+        figures = figures_of(part)
+        text.write(
+            f"{name[:32]:<32} {figures['vertices']:>9} {100 * figures['rmse']:>7.2f} % {100 * figures['median']:>7.2f} % "
+            f"{100 * figures['noise']:>7.2f} % {100 * figures['bias']:>+7.2f} %\n"
+        )
+    cycles = sum(rows[0]["seconds"])
+    text.write(
+        f"\nhaarfield, all light: {seconds:.2f} s.  Cycles, 2 x {scene.haarfield.cycles_samples} samples: {cycles:.2f} s.\n"
+    )
+    return text.name

@@ -1,0 +1,257 @@
+"""Blender's scene as a scene of haarfield."""
+
+import hashlib
+
+import numpy
+
+import haarfield
+
+from .shaders import Refusal, material_of, world_of
+
+# Blender's z is up; haarfield's y is: (x, y, z) is (x, z, -y) there.
+TO_HAARFIELD = numpy.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], float)
+
+# The mark of what was made by a bake.
+BAKED = "haarfield_baked"
+
+GEOMETRY = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+
+
+class Gathered:
+    """A scene, with what is needed to show its bake."""
+
+    def __init__(self):
+        self.description = {}
+        self.names = {}  # of instances: the objects'
+        self.owners = set()  # names of the objects that were baked, or that instance what was
+        self.images = {}  # of materials: image texture nodes' images
+        self.materials = {}  # by haarfield's names: Blender's
+        self.warnings = []
+        self.digests = {}  # of everything that decides the bake, by instance, "light" and "camera"
+
+
+def digest_of(*parts):
+    made = hashlib.blake2b(digest_size=16)
+    for part in parts:
+        made.update(part.tobytes() if isinstance(part, numpy.ndarray) else repr(part).encode())
+        made.update(b"\0")
+    return made.hexdigest()
+
+
+def table_digest(table):
+    return digest_of(*(part for key in sorted(table) for part in (key, table[key])))
+
+
+def arrays_of(mesh):
+    """A mesh's corners with normals, uvs and materials, each vertex once: in haarfield's frame."""
+    mesh.calc_loop_triangles()
+    mesh.calc_normals_split()
+    count = len(mesh.loop_triangles)
+    if count == 0:
+        return None
+
+    def taken(collection, name, kind, width):
+        values = numpy.empty(len(collection) * width, kind)
+        collection.foreach_get(name, values)
+        return values.reshape(-1, width) if width > 1 else values
+
+    positions = taken(mesh.vertices, "co", numpy.float32, 3)
+    normals = taken(mesh.loops, "normal", numpy.float32, 3)
+    vertices = taken(mesh.loops, "vertex_index", numpy.int32, 1)
+    triangles = taken(mesh.loop_triangles, "loops", numpy.int32, 3)
+    materials = taken(mesh.loop_triangles, "material_index", numpy.int32, 1)
+    columns = [positions[vertices], normals]
+    if mesh.uv_layers.active:
+        columns.append(taken(mesh.uv_layers.active.data, "uv", numpy.float32, 2))
+    corners = numpy.ascontiguousarray(numpy.hstack(columns) + 0.0)  # no -0
+    rows = corners.view(numpy.dtype((numpy.void, corners.dtype.itemsize * corners.shape[1]))).ravel()
+    _, first, number = numpy.unique(rows, return_index=True, return_inverse=True)
+    unique = corners[first]
+    turned = TO_HAARFIELD.astype(numpy.float32)
+    return {
+        "positions": unique[:, :3] @ turned.T,
+        "triangles": number[triangles],
+        "normals": unique[:, 3:6] @ turned.T,
+        "uvs": numpy.ascontiguousarray(unique[:, 6:8]) if unique.shape[1] > 6 else None,
+        "triangle_materials": materials,
+    }
+
+
+def matrix_of(matrix_world, name):
+    """A place as rows of haarfield's scenes."""
+    matrix = numpy.array(matrix_world, float)
+    stretch = numpy.linalg.svd(matrix[:3, :3], compute_uv=False)
+    if not numpy.isfinite(matrix).all() or stretch[2] < 1e-6 or stretch[0] > 1e4 * stretch[2]:
+        raise Refusal(f"Object '{name}': its scale is zero, or nearly, along an axis; wanted a solid one")
+    rows = numpy.empty((3, 4))
+    rows[:, :3] = TO_HAARFIELD @ matrix[:3, :3] @ TO_HAARFIELD.T
+    rows[:, 3] = TO_HAARFIELD @ matrix[:3, 3]
+    return rows.tolist()
+
+
+def camera_of(scene, warnings):
+    """The active camera as a table; only a resolution if there is none that haarfield can have."""
+    render = scene.render
+    scale = render.resolution_percentage / 100
+    resolution = [max(1, int(render.resolution_x * scale)), max(1, int(render.resolution_y * scale))]
+    camera = scene.camera
+    if camera is None or camera.type != "CAMERA" or camera.data.type != "PERSP":
+        warnings.append("There is no perspective camera: haarfield finds a place for its own")
+        return {"resolution": resolution}
+    corners = [numpy.array(corner) for corner in camera.data.view_frame(scene=scene)]
+    height = max(c[1] for c in corners) - min(c[1] for c in corners)
+    middle = sum(corners) / 4
+    if abs(middle[0]) + abs(middle[1]) > 1e-5:
+        warnings.append(f"Camera '{camera.name}': its shift is left out")
+    matrix = numpy.array(camera.matrix_world, float)
+    axes = matrix[:3, :3] / numpy.linalg.norm(matrix[:3, :3], axis=0)
+    if abs(axes[2, 0]) > 1e-3:
+        warnings.append(f"Camera '{camera.name}': its roll is left out, POV-Ray's picture is level")
+    position = TO_HAARFIELD @ matrix[:3, 3]
+    return {
+        "position": position.tolist(),
+        "target": (position - TO_HAARFIELD @ axes[:, 2]).tolist(),
+        "vertical_fov": float(numpy.degrees(2 * numpy.arctan2(height / 2, -corners[0][2]))),
+        "resolution": resolution,
+    }
+
+
+def plain_name(name, taken):
+    """A name that files can have, unlike those that are taken."""
+    plain = "".join(c if c.isprintable() and c not in "/\\" else "_" for c in name).lstrip(".-")[:80] or "object"
+    result, number = plain, 1
+    while result in taken:
+        number += 1
+        result = f"{plain}_{number}"
+    taken.add(result)
+    return result
+
+
+def wanted_instances(context, settings):
+    """What the dependency graph shows that is rendered, too: objects, evaluated, and where they stand."""
+    depsgraph = context.evaluated_depsgraph_get()
+    for instance in depsgraph.object_instances:
+        made = instance.object
+        original = made.original
+        owner = instance.parent.original if instance.is_instance else original
+        if made.type not in GEOMETRY or BAKED in original or original.hide_render or owner.hide_render:
+            continue
+        if not instance.show_self:
+            continue
+        if settings.objects == "SELECTED" and not (owner.select_get() or original.select_get()):
+            continue
+        name = f"{owner.name}.{original.name}" if instance.is_instance else original.name
+        yield name, owner.name, made, instance.matrix_world.copy()
+
+
+class Gatherer:
+    def __init__(self, context):
+        self.context = context
+        self.settings = context.scene.haarfield
+        self.result = Gathered()
+        self.entities = {}  # by digest: names
+        self.known = {}  # by original mesh, if not modified: digests
+        self.tables = {}
+        self.materials = {}
+        self.names = {"entity": set(), "instance": set(), "material": set()}
+
+    def gathered(self):
+        scene, result = self.context.scene, self.result
+        instances = []
+        for name, owner, made, matrix in wanted_instances(self.context, self.settings):
+            entity = self.entity(name, made)
+            if entity is None:
+                continue
+            own = plain_name(name, self.names["instance"])
+            result.names[own] = name
+            result.owners.add(owner)
+            rows = matrix_of(matrix, name)
+            instances.append({"entity": entity, "name": own, "matrix": rows})
+            result.digests[own] = digest_of(entity, self.tables[entity][1], rows)
+        if not instances:
+            raise Refusal("There is nothing to bake; wanted a visible mesh with faces")
+        light = world_of(scene.world, result.warnings)
+        camera = camera_of(scene, result.warnings)
+        result.description = {
+            "camera": camera,
+            "environment": light,
+            "materials": {name: table for name, table in self.materials.values()},
+            "entities": {name: table for name, (table, _) in self.tables.items()},
+            "instances": instances,
+        }
+        result.digests["light"] = table_digest(light)
+        result.digests["camera"] = table_digest(camera)
+        settings = self.settings
+        result.digests["settings"] = digest_of(settings.vertices, settings.refine, settings.samples)
+        return result
+
+    def material(self, slot_material):
+        key = slot_material.name if slot_material else None
+        if key not in self.materials:
+            table, image = material_of(slot_material, self.result.warnings)
+            name = plain_name(key or "default", self.names["material"])
+            self.materials[key] = (name, table)
+            self.result.materials[name] = slot_material
+            self.result.images[name] = image.image if image else None
+        return self.materials[key]
+
+    def entity(self, name, made):
+        """The name of an object's entity, which those of equal meshes and materials share."""
+        slots = [slot.material for slot in made.material_slots] or [None]
+        materials = [self.material(material) for material in slots]
+        original = made.original
+        shared = None
+        if original.type == "MESH" and not original.modifiers and original.data.shape_keys is None:
+            shared = (original.data.name_full, tuple(own for own, _ in materials))
+        if shared in self.known:
+            return self.known[shared]
+        mesh = made.to_mesh()
+        try:
+            arrays = arrays_of(mesh)
+        finally:
+            made.to_mesh_clear()
+        if arrays is None:
+            return None
+        names = [own for own, _ in materials]
+        of_triangles = numpy.clip(arrays["triangle_materials"], 0, len(names) - 1)
+        if arrays["uvs"] is None:
+            missing = [own for own, table in materials if "image" in table]
+            if missing:
+                raise Refusal(f"Object '{name}': has no UV map for the image of its material '{missing[0]}'")
+        digest = digest_of(
+            *(arrays[key] for key in ("positions", "triangles", "normals")),
+            arrays["uvs"] if arrays["uvs"] is not None else 0,
+            of_triangles,
+            [table_digest(table) for _, table in materials],
+            names,
+        )
+        if digest not in self.entities:
+            entity = plain_name(original.data.name if original.data else name, self.names["entity"])
+            slots_of = [f"{number} {own}" for number, own in enumerate(names)]  # two slots may have one material
+            used = sorted(set(of_triangles.tolist()))
+            self.entities[digest] = entity
+            self.tables[entity] = (
+                {
+                    "mesh": haarfield.Mesh(
+                        arrays["positions"],
+                        arrays["triangles"],
+                        arrays["normals"],
+                        arrays["uvs"],
+                        materials=slots_of,
+                        triangle_materials=of_triangles,
+                    ),
+                    "materials": {slots_of[number]: names[number] for number in used},
+                    "fine_vertices": max(1, self.settings.vertices),
+                    "planar_samples": max(1, self.settings.samples * 2 // 3),
+                    "spherical_samples": max(1, self.settings.samples // 3),
+                },
+                digest,
+            )
+        if shared is not None:
+            self.known[shared] = self.entities[digest]
+        return self.entities[digest]
+
+
+def gather(context):
+    """Everything that a bake needs of Blender, with warnings; raises Refusal for what can not be baked."""
+    return Gatherer(context).gathered()
