@@ -290,13 +290,36 @@ void add_warnings(std::vector<std::string>& warnings, std::span<const ReferenceI
     warnings.assign(said.begin(), said.end());
 }
 
+std::string bounces_text(const ReferenceBounces& bounces) {
+    const int limit = bounces.baked.empty() ? bounces.limit : 1;
+    if (limit == 0) return "";
+    // Without an adc_bailout of its own, radiosity ends after six bounces.
+    return fmt::format(
+        "// What the lights shed goes on from surface to surface.\n"
+        "global_settings {{ radiosity {{ recursion_limit {} brightness 1 gray_threshold 0 normal on\n"
+        "  pretrace_start 0.08 pretrace_end 0.01 count 400 error_bound 0.2 nearest_count 10\n"
+        "  minimum_reuse 0.004 adc_bailout 1e-6 }} }}\n",
+        limit);
+}
+
+/// The baked objects, which only radiosity sees.
+std::string baked_text(const ReferenceBounces& bounces, double world_scale) {
+    std::string text;
+    for (const ReferenceBounces::BakedObject& baked : bounces.baked)
+        text +=
+            fmt::format("#include \"{}\"\nobject {{ {} no_image no_shadow no_reflection scale {:.17g} }}\n",
+                        baked.include.filename().string(), baked.name, world_scale);
+    return text;
+}
+
 }  // namespace
 
 Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder,
                                              const std::string& scene_name, const Camera& camera,
                                              std::span<const ReferenceInstance> instances,
-                                             const Environment& environment, int lights) {
-    assert(lights >= 16);
+                                             const Environment& environment, int lights,
+                                             const ReferenceBounces& bounces) {
+    assert(lights >= 16 && bounces.limit >= 0 && bounces.limit <= 20);
     if (!is_scene_name(scene_name))
         return Error{scene_name, "is no scene name; wanted letters, digits, _, - and ."};
     if (Result<Done> good = check_instances(instances); !good) return good.error();
@@ -326,10 +349,10 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "global_settings {{ radiosity {{ recursion_limit 1 brightness 1 gray_threshold 0 normal on\n"
         "  pretrace_start 0.08 pretrace_end 0.01 count 1600 error_bound 0.1 nearest_count 10\n"
         "  minimum_reuse 0.004 }} }}\n"
-        "#end\n\n{4}\n{5}\n"
+        "#end\n{8}\n{4}\n{5}\n"
         "#ifndef ({6})\n",
         scene_name, camera.width, camera.height, files.world_scale, *camera_text, *background_text,
-        background_alone, by_radiosity);
+        background_alone, by_radiosity, bounces_text(bounces));
     std::vector<std::string> declarations;
     for (const auto& [texture, file] : *textures)
         declarations.push_back(
@@ -356,12 +379,12 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         const Vec3d translate = Vec3d(instance.placement.translate) * files.world_scale;
         const Rotation& rotate = instance.placement.rotate;
         const std::string turned = is_identity(rotate) ? "" : " " + povray_rotation(rotate);
-        objects +=
-            fmt::format("object {{ {}{} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}> }}  // {}\n",
-                        object, turned, instance.placement.scale * files.world_scale, translate.x,
-                        translate.y, translate.z, povray_identifier(instance.name));
+        objects += fmt::format(
+            "object {{ {}{} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}>{} }}  // {}\n", object,
+            turned, instance.placement.scale * files.world_scale, translate.x, translate.y, translate.z,
+            bounces.baked.empty() ? "" : " no_radiosity", povray_identifier(instance.name));
     }
-    text += "\n" + objects + "\n";
+    text += "\n" + objects + baked_text(bounces, files.world_scale) + "\n";
 
     const double distance = std::max(1e4, 8 * extent * files.world_scale);  // outside of everything
     text += fmt::format(

@@ -1,6 +1,7 @@
 #include "bridge/scene_bake.h"
 
 #include "fields/base/names.h"
+#include "shading/bake/bounced_radiance.h"
 #include "shading/bake/colour_fit.h"
 #include "shading/bake/dense_renderer.h"
 #include "shading/bake/render_passes.h"
@@ -13,21 +14,39 @@
 namespace haarfield {
 namespace {
 
-const std::map<std::string, RenderPass> render_pass_of{{"diffuse", RenderPass::diffuse},
-                                                       {"specular", RenderPass::specular},
-                                                       {"irradiance", RenderPass::irradiance},
-                                                       {"occlusion", RenderPass::occlusion},
-                                                       {"own-shadow", RenderPass::own_shadow}};
+const std::map<std::string, RenderPass> render_pass_of{
+    {"diffuse", RenderPass::diffuse},       {"specular", RenderPass::specular},
+    {"irradiance", RenderPass::irradiance}, {"occlusion", RenderPass::occlusion},
+    {"own-shadow", RenderPass::own_shadow}, {"indirect", RenderPass::indirect}};
 
-/// Of the vertices of fine meshes, or of meshes that suit the radiance.
-Result<Done> shade(const PointShading& shading, const SceneEntities& entities, const BakeOptions& options,
-                   const Progress& progress, BakedScene& baked) {
-    if (!options.refine && options.colours == "sampled") {
-        Result<SceneRadiance> radiance = scene_radiance(shading, progress);
+/// Of the vertices of fine meshes.
+///
+/// indirect  becomes the scene's, if there are bounces.
+Result<Done> shade_fine(const PointShading& direct, const BakeOptions& options,
+                        std::optional<IndirectLight>& indirect, const Progress& progress, BakedScene& baked) {
+    if (options.evaluator == "tree") {
+        Result<SceneRadiance> radiance = bounced_radiance(direct, indirect, progress);
         if (!radiance) return radiance.error();
         baked.fine = std::move(*radiance);
         return Done{};
     }
+    Result<SceneRadiance> radiance = dense_scene_radiance(direct.scene, direct.settings, progress);
+    if (!radiance) return radiance.error();
+    baked.fine = std::move(*radiance);
+    if (direct.settings.bounces.most == 0) return Done{};
+    Result<IndirectLight> found = scene_indirect_light(direct, progress);
+    if (!found) return found.error();
+    indirect = std::move(*found);
+    PointShading lit = direct;
+    lit.indirect = &*indirect;
+    return add_indirect_radiance(lit, baked.fine, progress);
+}
+
+/// Of meshes that suit the radiance.
+///
+/// shading  has the indirect light, if there is any.
+Result<Done> shade(const PointShading& shading, const SceneEntities& entities, const BakeOptions& options,
+                   const Progress& progress, BakedScene& baked) {
     if (options.refine) {
         const std::vector<Mesh> start = surface_meshes(entities, options.vertex_budget / refinement_share);
         Result<std::vector<RadiantMesh>> begun = mesh_radiance(shading, start, progress);
@@ -213,15 +232,25 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
     const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, progress);
     if (!geometry) return geometry.error();
     const SceneLight light = scene_light(shaded.environment, settings, progress.stop);
-    const PointShading shading{shaded, *geometry, light, settings};
+    PointShading shading{shaded, *geometry, light, settings};
     BakedScene baked;
-    if (options.evaluator == "dense") {
-        Result<SceneRadiance> radiance = dense_scene_radiance(shaded, settings, progress);
-        if (!radiance) return radiance.error();
-        baked.fine = std::move(*radiance);
-    } else if (const Result<Done> done = shade(shading, entities, options, progress, baked); !done) {
-        return done.error();
+    std::optional<IndirectLight> indirect;
+    const bool is_fine = !options.refine && options.colours == "sampled";
+    if (is_fine) {
+        if (const Result<Done> done = shade_fine(shading, options, indirect, progress, baked); !done)
+            return done.error();
+    } else if (settings.bounces.most > 0) {
+        Result<IndirectLight> found = scene_indirect_light(shading, progress);
+        if (!found) return found.error();
+        indirect = std::move(*found);
     }
+    if (indirect) {
+        shading.indirect = &*indirect;
+        baked.bounces = BounceOutcome{indirect->bounces, indirect->left_out, indirect->transport_bytes};
+    }
+    if (!is_fine)
+        if (const Result<Done> done = shade(shading, entities, options, progress, baked); !done)
+            return done.error();
     if (const Result<Done> added = add_instances(scene, entities, shading, progress, baked); !added)
         return added.error();
     if (const Result<Done> added = add_passes(scene, entities, shading, options, progress, baked); !added)

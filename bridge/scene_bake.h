@@ -18,7 +18,7 @@ struct BakeOptions {
     std::vector<std::string> passes;  ///< Of pass_names.
 };
 
-/// The passes that there are: diffuse, irradiance, occlusion, own-shadow, specular.
+/// The passes that there are: diffuse, indirect, irradiance, occlusion, own-shadow, specular.
 std::vector<std::string> pass_names();
 
 /// Refuses words that are not known, and what can not be had together.
@@ -29,6 +29,13 @@ struct RefinementOutcome {
     float largest_error = 0;
     std::size_t shaded_points = 0;
     int rounds = 0;
+};
+
+/// What bounces came to: see IndirectLight.
+struct BounceOutcome {
+    int computed = 0;
+    double left_out = 0;
+    std::size_t matrix_bytes = 0;
 };
 
 /// A pass of a bake.
@@ -48,6 +55,7 @@ struct BakedScene {
     std::vector<BakedPass> passes;
     std::vector<BakedInstance> instances;
     std::optional<RefinementOutcome> refinement;  ///< If it was asked for.
+    std::optional<BounceOutcome> bounces;         ///< If there are any.
 };
 
 /// Shades a scene.

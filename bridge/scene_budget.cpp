@@ -34,7 +34,11 @@ Result<SceneBudget> scene_budget(const Scene& scene, const SceneEntities& entiti
     if (!budget) return budget.error();
     Result<SceneRadiance> radiance = scene_radiance(shaded, settings, progress);
     if (!radiance) return radiance.error();
-    SceneBudget result{std::move(budget->entries), std::move(budget->vertices), std::move(*radiance), {}};
+    SceneBudget result{std::move(budget->entries),
+                       std::move(budget->vertices),
+                       std::move(budget->wrong),
+                       std::move(*radiance),
+                       {}};
     result.pixels = preview.points(scene.camera, preview_instances(shaded, result.radiance));
     const Result<BudgetEntry> interpolation =
         interpolation_error(shaded, random_points(result.pixels, points), settings, progress);

@@ -10,7 +10,7 @@ namespace haarfield {
 /// A budget, and what it was measured on.
 struct SceneBudget {
     std::vector<BudgetEntry> entries;              ///< Those of error_budget, then that of interpolation.
-    std::vector<BudgetVertex> vertices;            ///< As error_budget has them.
+    std::vector<BudgetVertex> vertices, wrong;     ///< As error_budget has them.
     SceneRadiance radiance;                        ///< Of the bake, by instance.
     std::vector<std::optional<MeshPoint>> pixels;  ///< What the camera's pixels show.
 };

@@ -209,6 +209,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
             if (std::ranges::find(result.warnings, warning) == result.warnings.end())
                 result.warnings.push_back(std::move(warning));
         entity->occlusion.emplace(entity->mesh);
+        entity->tints = vertex_tints(entity->mesh.fine, entity->surfaces);
         entity->mesh_seconds = seconds_since(mesh_start);
         if (progress.report) progress.report("mesh of " + entity->name, 1, 1);
         if (options.fields) {
@@ -273,7 +274,7 @@ ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Envi
     ShadedScene shaded;
     for (const auto& entity : entities.entities)
         shaded.entities.push_back(
-            {&entity->mesh.fine, &*entity->occlusion, &entity->field, entity->materials});
+            {&entity->mesh.fine, &*entity->occlusion, &entity->field, entity->materials, entity->tints});
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
         shaded.instances.push_back({entities.entity_of_instance[i], scene.instances[i].placement});
     shaded.environment = std::move(environment);

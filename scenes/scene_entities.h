@@ -23,6 +23,7 @@ struct SceneEntity {
     VisibilityField field;
     std::vector<Surface> surfaces;    ///< By the mesh's material index,
     std::vector<Material> materials;  ///< and their materials.
+    std::vector<Rgb> tints;           ///< vertex_tints of the fine mesh.
     std::filesystem::path field_file;
     bool reused = false;
     bool surroundings_reused = false;  ///< Of a field that is made: only its local samples were.

@@ -1,6 +1,7 @@
 #include "scenes/surface.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -92,6 +93,43 @@ std::vector<Rgb> seen_highlights(const Mesh& mesh, std::span<const Surface> surf
             seen[v] *= mesh.colours[v] * surface.tinted_highlights + Rgb(1 - surface.tinted_highlights);
     }
     return seen;
+}
+
+std::vector<Rgb> vertex_tints(const Mesh& mesh, std::span<const Surface> surfaces) {
+    if (!has_textures(surfaces) &&
+        std::ranges::none_of(surfaces, [](const Surface& surface) { return surface.coloured; }))
+        return {};
+    // By the corners' weights: the middle, the corners and the edges drawn in by a little.
+    constexpr float third = 1.0f / 3, most = 0.8f, rest = 0.1f, half = 0.45f;
+    constexpr std::array<std::array<float, 3>, 7> places{{{third, third, third},
+                                                          {most, rest, rest},
+                                                          {rest, most, rest},
+                                                          {rest, rest, most},
+                                                          {half, half, rest},
+                                                          {rest, half, half},
+                                                          {half, rest, half}}};
+    std::vector<Rgb> sums(mesh.positions.size(), Rgb(0.0f));
+    std::vector<float> weights(mesh.positions.size(), 0.0f);
+    for (const std::array<std::uint32_t, 3>& corners : mesh.triangles) {
+        const auto& [a, b, c] = corners;
+        const Texture* texture = surfaces[mesh.vertex_materials[a]].texture.get();
+        if (!texture) continue;
+        Rgb mean(0.0f);
+        for (const auto& [u, v, w] : places)
+            mean += texture->colour_at(mesh.uvs[a] * u + mesh.uvs[b] * v + mesh.uvs[c] * w);
+        const float area =
+            (mesh.positions[b] - mesh.positions[a]).cross(mesh.positions[c] - mesh.positions[a]).length();
+        for (const std::uint32_t v : corners) {
+            sums[v] += mean * (area / float(places.size()));
+            weights[v] += area;
+        }
+    }
+    std::vector<Rgb> tints(mesh.positions.size(), Rgb(1.0f));
+    for (std::size_t v = 0; v < tints.size(); ++v) {
+        if (weights[v] > 0) tints[v] = sums[v] / weights[v];
+        if (surfaces[mesh.vertex_materials[v]].coloured) tints[v] *= mesh.colours[v];
+    }
+    return tints;
 }
 
 bool has_textures(std::span<const Surface> surfaces) {

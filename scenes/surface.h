@@ -69,6 +69,12 @@ std::vector<Rgb> seen_diffuse(const Mesh& mesh, std::span<const Surface> surface
 std::vector<Rgb> seen_highlights(const Mesh& mesh, std::span<const Surface> surfaces,
                                  std::span<const Rgb> highlights);
 
+/// What the surfaces multiply the diffuse term with, by vertex: its colour, and the mean of the image over
+/// the triangles round it. None if all is white.
+///
+/// cost  seven looks into the image a triangle.
+std::vector<Rgb> vertex_tints(const Mesh& mesh, std::span<const Surface> surfaces);
+
 bool has_textures(std::span<const Surface> surfaces);  ///< Whether one of them has a texture.
 bool all_plain(std::span<const Surface> surfaces);     ///< Whether each of them is.
 

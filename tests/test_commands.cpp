@@ -27,7 +27,7 @@ extern char** environ;
 namespace {
 
 constexpr const char* all_commands[] = {"precompute", "bake", "reference", "compare", "budget",
-                                        "relight",    "info", "verify",    "library"};
+                                        "relight",    "info", "verify",    "library", "residual"};
 
 std::string text_of(const std::filesystem::path& file) {
     std::ostringstream text;
@@ -378,7 +378,8 @@ TEST_F(Commands, ABudgetSaysWhatIsApproximatedAndWhetherTheOracleIsRight) {
     const nlohmann::json made = report("budget.json");
     std::map<std::string, double> error;
     for (const auto& entry : made["budget"]) error[entry["approximation"]] = entry["relative_rmse"];
-    EXPECT_EQ(error.size(), 12u);
+    EXPECT_EQ(error.size(), 15u);
+    EXPECT_GT(error["no bounces"], error["bounces"]);
     EXPECT_LT(error["sources"], 0.01);
     EXPECT_GT(error["lighting"], 1e-4);
     EXPECT_LT(error["lighting"], 0.1);
@@ -414,8 +415,9 @@ TEST_F(Commands, ThePictureDoesNotDependOnTheNumberOfThreads) {
 TEST_F(Commands, PassesArePicturesScenesAndColumns) {
     write_scene();
     const std::vector<std::string> names{"diffuse", "specular", "irradiance", "occlusion", "own-shadow"};
-    const std::vector<std::string> bake{"bake",   "room.toml", "--face-size", "16",       "--fields",
-                                        "fields", "--format",  "csv,ply,glb", "--report", "report.json"};
+    const std::vector<std::string> bake{"bake",     "room.toml",   "--face-size", "16",
+                                        "--fields", "fields",      "--format",    "csv,ply,glb",
+                                        "--report", "report.json", "--bounces",   "0"};
     const auto run_with = [&](std::vector<std::string> more) {
         more.insert(more.begin(), bake.begin(), bake.end());
         return run(more);

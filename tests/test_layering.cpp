@@ -22,7 +22,7 @@ constexpr std::array folders{"fields", "shading", "scenes", "bridge", "tools"};
 // front door.
 const std::map<std::string, std::vector<std::string>> rooms_of{
     {"fields", {"base", "file", "mesh", "wavelets", "rasterizer", "field"}},
-    {"shading", {"walk", "scene", "visibility", "bake", "transfer"}},
+    {"shading", {"walk", "scene", "visibility", "bounces", "bake", "transfer"}},
 };
 
 // Libraries that few files may know, and those files: one a folder.
@@ -32,7 +32,8 @@ const std::map<std::string, std::set<std::string>> only_known_to{
     {"assimp/",
      {"fields/mesh/assimp_model.cpp", "fields/mesh/assimp_materials.cpp", "fields/mesh/assimp_materials.h"}},
     {"embree3/",
-     {"fields/mesh/surface_rays.cpp", "shading/visibility/shadow_rays.cpp", "bridge/preview.cpp"}},
+     {"fields/mesh/surface_rays.cpp", "shading/visibility/instanced_triangles.cpp",
+      "shading/visibility/shadow_rays.cpp", "shading/bounces/fine_surface.cpp", "bridge/preview.cpp"}},
     {"toml++/", {"scenes/toml_table.h"}},
     {"OpenImageIO/", {"scenes/image.cpp"}},
 };

@@ -18,6 +18,7 @@ struct BakeCommandOptions {
     RenderSettings settings;
     std::string output;
     BakeOptions shading;
+    BounceOptions bounces;
     std::vector<std::string> formats{"ply"};
     bool no_render = false;
 };
@@ -61,7 +62,8 @@ void add_bake_options(CLI::App& command, BakeOptions& options) {
             "PASS/NAME_PASS.pov "
             "and values in the mesh. diffuse: without highlights; specular: these alone (both without "
             "images); irradiance: W/m^2, in the picture as white paint shows it; occlusion: the share of the "
-            "hemisphere that is open; own-shadow: each object as if it were alone")
+            "hemisphere that is open; own-shadow: each object as if it were alone; indirect: what bounces "
+            "alone")
         ->delimiter(',')
         ->allow_extra_args(false)
         ->check(CLI::IsMember(pass_names()))
@@ -85,7 +87,8 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     settings.face_size = options.fields.face_size;
     apply_occlusion(options.occlusion, settings);
     std::optional<SharedShading> shared;
-    if (context.share) shared.emplace(point_sharing(*context.share));
+    if (context.share) shared.emplace(point_sharing(*context.share), context.share->joins);
+    apply_bounces(options.bounces, settings);
     const auto start = std::chrono::steady_clock::now();
     const Result<BakedScene> baked =
         baked_scene(*scene, *entities, shaded, settings, options.shading, context.progress);
@@ -97,6 +100,10 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
                                         {"largest_error", baked->refinement->largest_error},
                                         {"shaded_points", baked->refinement->shaded_points},
                                         {"rounds", baked->refinement->rounds}};
+    if (baked->bounces)
+        context.report["bounces"] = {{"computed", baked->bounces->computed},
+                                     {"left_out", baked->bounces->left_out},
+                                     {"matrix_bytes", baked->bounces->matrix_bytes}};
     const double shade_seconds = seconds_since(start);
 
     const std::vector<BakedInstance>& instances = baked->instances;
@@ -173,6 +180,7 @@ Command bake_command(CLI::App& program) {
     app->add_flag("--no-render", options->no_render, "Do not run POV-Ray");
     add_shading_options(*app, options->settings);
     add_bake_options(*app, options->shading);
+    add_bounce_options(*app, options->bounces);
     app->add_option(
            "--format", options->formats,
            "The mesh for other programs, separated by commas: ply; glb: glTF with linear radiance as "

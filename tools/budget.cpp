@@ -3,7 +3,6 @@
 #include "bridge/scene_budget.h"
 #include "fields/file/write_file.h"
 #include "scenes/camera_frame.h"
-#include "shading/transfer/turned_light.h"
 #include "tools/command.h"
 #include "tools/number_option.h"
 #include "tools/scene_options.h"
@@ -21,6 +20,7 @@ struct BudgetOptions {
     FieldOptions fields;
     OcclusionOptions occlusion;
     RenderSettings settings;
+    BounceOptions bounces;
     std::string output;
     std::size_t points = 400;
     std::optional<int> lights;  // of POV-Ray's dome, if the oracle is to be checked
@@ -119,6 +119,24 @@ void report_check(const OracleCheck& check, CommandContext& context) {
                                 {"reference_relative_error", check.reference_error}};
 }
 
+/// Those that err by more than a fifth, the worst of them by name.
+void report_wrong_vertices(const Scene& scene, const SceneBudget& budget, CommandContext& context) {
+    constexpr std::size_t most_named = 10;
+    auto& list = context.report["wrong_vertices"];
+    list = nlohmann::json::array();
+    std::size_t named = 0;
+    for (const BudgetVertex& vertex : budget.wrong) {
+        const std::string& name = scene.instances[vertex.instance].name;
+        const double baked = double(luminance(vertex.baked)), exact = double(luminance(vertex.exact));
+        list.push_back({{"instance", name}, {"vertex", vertex.vertex}, {"baked", baked}, {"exact", exact}});
+        if (++named <= most_named)
+            context.print("wrong  vertex {} of {}: {:.4g} instead of {:.4g}\n", vertex.vertex, name, baked,
+                          exact);
+    }
+    context.print("wrong  {} of {} vertices by more than 20 %\n", budget.wrong.size(),
+                  budget.vertices.size());
+}
+
 Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
     Result<Scene> scene = opened_scene(options.scene);
@@ -135,6 +153,7 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     RenderSettings settings = options.settings;
     settings.face_size = options.fields.face_size;
     apply_occlusion(options.occlusion, settings);
+    apply_bounces(options.bounces, settings);
 
     Preview preview;
     Result<SceneBudget> budget =
@@ -142,6 +161,7 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     if (!budget) return budget.error();
     report_entries(budget->entries, context);
     context.report["vertices"] = budget->vertices.size();
+    report_wrong_vertices(*scene, *budget, context);
 
     const LatLongImage background = image_with_suns(*environment);
     const Image picture =
@@ -178,6 +198,7 @@ Command budget_command(CLI::App& program) {
     add_field_options(*app, options->fields);
     add_occlusion_options(*app, options->occlusion);
     add_shading_options(*app, options->settings);
+    add_bounce_options(*app, options->bounces);
     add_view_options(*app, options->scene);
     add_number(*app, "--points", options->points, "Random vertices, and pixels, at which errors are measured",
                {1, 1e6})

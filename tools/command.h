@@ -59,6 +59,7 @@ Command bake_command(CLI::App& program);
 Command reference_command(CLI::App& program);
 Command compare_command(CLI::App& program);
 Command budget_command(CLI::App& program);
+Command residual_command(CLI::App& program);
 Command relight_command(CLI::App& program);
 Command info_command(CLI::App& program);
 Command verify_command(CLI::App& program);

@@ -21,9 +21,10 @@ ExitCode run_program(int argument_count, const char* const* arguments) {
         "2 bad usage, 3 images differ more than asked, 130 interrupted.");
     std::vector<Command> commands;
     CommonOptions options;
-    for (const auto make : {import_command, precompute_command, bake_command, reference_command,
-                            compare_command, budget_command, relight_command, info_command, verify_command,
-                            library_command, plan_command, work_command, join_command, status_command}) {
+    for (const auto make :
+         {import_command, precompute_command, bake_command, reference_command, compare_command,
+          budget_command, residual_command, relight_command, info_command, verify_command, library_command,
+          plan_command, work_command, join_command, status_command}) {
         commands.push_back(make(program));
         add_common_options(*commands.back().app, options);
     }

@@ -18,6 +18,7 @@ struct ReferenceOptions {
     int lights = 1024;
     double relative_error = 0;  // instead of `lights`, unless 0
     bool radiosity = false;     // instead of lights
+    int bounces = 0;
 };
 
 /// The number of lights that the wanted error needs.
@@ -75,8 +76,8 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
         lights = chosen_lights(output, stem, scene->camera, instances, *environment, povray,
                                options.relative_error, context);
     if (!lights) return lights.error();
-    const Result<ReferenceFiles> files =
-        write_reference_scene(output, stem, scene->camera, instances, *environment, *lights);
+    const Result<ReferenceFiles> files = write_reference_scene(output, stem, scene->camera, instances,
+                                                               *environment, *lights, {options.bounces});
     if (!files) return files.error();
     for (const std::string& warning : files->warnings) context.warn(warning);
     const std::filesystem::path exr = output / "reference.exr";
@@ -96,6 +97,7 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     const double error = double(*picture->image.relative_error);
     context.print("error  {:.4f}, relative, of the reference itself\n", error);
     context.report["lights"] = files->lights;
+    context.report["bounces"] = options.bounces;
     context.report["scene"] = files->scene.string();
     context.report["relative_error"] = error;
     return ExitCode::done;
@@ -124,6 +126,14 @@ Command reference_command(CLI::App& program) {
                   "A second opinion for smooth skies: POV-Ray's radiosity instead of lights; no highlights")
         ->excludes(lights)
         ->excludes(relative_error);
+    add_number(
+        *app, "--bounces", options->bounces,
+        "How often light goes on from one diffuse surface to another, by POV-Ray's radiosity: minutes, and "
+        "some noise of its own that the error does not count; 0: direct light alone, as of bake --bounces 0",
+        {0, 20})
+        ->capture_default_str()
+        ->excludes("--radiosity")
+        ->type_name("N");
     add_picture_options(*app, options->scene);
     app->footer(
         "Two independent sets of lights are rendered; the reference is their mean, and their difference "

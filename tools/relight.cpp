@@ -191,6 +191,7 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
         stage.backgrounds.push_back(image_with_suns(environment));
     stage.settings.face_size = options.fields.face_size;
     apply_occlusion(options.occlusion, stage.settings);
+    apply_bounces(options.bounces, stage.settings);
     stage.weights.assign(stage.environments.size(), 0);
     stage.weights[0] = 1;
     SeenSession relight(shaded_scene(stage.scene, *entities, stage.environments[0]), *entities,
@@ -268,6 +269,7 @@ Command relight_command(CLI::App& program) {
     options->occlusion.choice =
         "fields";  // what moves is seen by its field while it does, and set-up is short
     add_occlusion_options(*app, options->occlusion);
+    add_bounce_options(*app, options->bounces);
     add_view_options(*app, options->scene);
     CLI::Option_group* modes =
         app->add_option_group("Modes", "What varies; one of them, or --move and --rotate");

@@ -11,6 +11,7 @@ struct RelightOptions {
     SceneOptions scene;
     FieldOptions fields;
     OcclusionOptions occlusion;
+    BounceOptions bounces;
     std::string output;
     bool spin_light = false, orbit = false;
     std::vector<float> axis{0, 1, 0};                        ///< Of the spin.

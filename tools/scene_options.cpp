@@ -14,6 +14,7 @@ namespace {
 
 constexpr Range shares{0, 1, false, true};
 constexpr Range exposures{-60, 60};  // [stops]
+constexpr Range bounce_numbers{0, any_bounces};
 constexpr const char* automatic = "auto";
 
 constexpr double much_clipped = 0.02;  // share of the objects' pixels
@@ -258,6 +259,21 @@ void add_shading_options(CLI::App& command, RenderSettings& settings) {
                "Wavelets kept a cubemap face, of lighting; 0: all", {0, 65536})
         ->capture_default_str()
         ->type_name("M");
+}
+
+void add_bounce_options(CLI::App& command, BounceOptions& options) {
+    add_number_or_word(
+        command, "--bounces", options.bounces,
+        "How many times light goes from one diffuse surface to another; 0: direct light alone; "
+        "auto: as often as it changes more than a thousandth",
+        bounce_numbers, automatic)
+        ->capture_default_str()
+        ->type_name("N");
+}
+
+void apply_bounces(const BounceOptions& options, RenderSettings& settings) {
+    const std::optional<double> number = number_in(bounce_numbers, options.bounces, /*whole=*/true);
+    settings.bounces.most = number ? static_cast<int>(*number) : any_bounces;
 }
 
 Result<SceneEntities> opened_originals(const Scene& scene, CommandContext& context) {

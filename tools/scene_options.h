@@ -92,6 +92,13 @@ SceneEntityOptions entity_options(const FieldOptions& options, const std::filesy
 Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
                                       const std::filesystem::path& output, CommandContext& context);
 
+/// How many times light is followed from surface to surface: a number, or automatic.
+struct BounceOptions {
+    std::string bounces = "auto";
+};
+void add_bounce_options(CLI::App& command, BounceOptions& options);          ///< Adds --bounces.
+void apply_bounces(const BounceOptions& options, RenderSettings& settings);  ///< Sets them.
+
 /// Adds --depth, --tolerance and --light-coefficients.
 void add_shading_options(CLI::App& command, RenderSettings& settings);
 

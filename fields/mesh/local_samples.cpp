@@ -70,7 +70,7 @@ Vec3f LocalSampler::sample(const Vec3f& position, const Vec3f& normal, const Vis
     const float offset = radius_ * surface_offset;
     const Vec3f towards = middles.sum / static_cast<float>(middles.count) - position;
     Vec3f point = position;
-    point += (towards - normal * normal.dot(towards)) * inwards + normal * offset;
+    point += (towards - normal * std::min(0.0f, normal.dot(towards))) * inwards + normal * offset;
     point = outside(point, middles.nearest);
     if (!rays_) return point;
     for (int layer = 0; layer < 3; ++layer) {

@@ -27,11 +27,11 @@ struct VisibleMiddles {
 /// A point lies on the surface, and on a crease, at a contact or where two pieces meet on other surfaces
 /// too, which would be seen edge-on, that is, not at all. So its sample is offset along the normal by
 /// surface_offset, and moved by a twentieth of the way towards the middle of the point's own triangles that
-/// are not buried in another piece. If that lies in another piece, as with triangles that are buried in part,
-/// it moves on towards the middle of the nearest of them until it is outside: what can be seen of the surface
-/// begins there, and from inside a piece one would look out through its back. Where a simplified two-sided
-/// occluder bulges over the point (its back is met along the normal within a fiftieth of the radius), the
-/// sample is lifted above the bulge.
+/// are not buried in another piece; up with them where they are hollow, but not down. If that lies in another
+/// piece, as with triangles that are buried in part, it moves on towards the middle of the nearest of them
+/// until it is outside: what can be seen of the surface begins there, and from inside a piece one would look
+/// out through its back. Where a simplified two-sided occluder bulges over the point (its back is met along
+/// the normal within a fiftieth of the radius), the sample is lifted above the bulge.
 ///
 /// Safe to share between threads.
 class LocalSampler {

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "fields/base/parallel_loop.h"
 #include "fields/base/random_choice.h"
+#include "shading/bake/bounced_radiance.h"
+#include "shading/bake/path_tracer.h"
 #include "shading/bake/vertex_oracles.h"
 
 namespace haarfield {
@@ -104,6 +107,70 @@ std::vector<BudgetEntry> budget_entries(const std::vector<OracleRadiances>& radi
     return entries;
 }
 
+/// Paths are followed until their irradiance is as certain as this, or so many of them.
+constexpr double path_certainty = 0.01;
+constexpr std::uint32_t most_paths = 65536;
+
+/// Adds what bounces to the vertices, and its errors to the entries: before the last, which is of everything.
+Result<Done> add_bounces(const ShadedScene& scene, const OracleContext& context, ErrorBudget& budget,
+                         const Progress& progress) {
+    const PointShading direct{scene, context.geometry, context.baked_light, context.settings};
+    const Result<IndirectLight> indirect = scene_indirect_light(direct, progress);
+    if (!indirect) return indirect.error();
+    const PathTracer tracer(scene, *indirect->surface, context.geometry.rays, context.settings.sources);
+    struct Bounced {
+        Rgb found{0.0f}, exact{0.0f}, deviation{0.0f};
+    };
+    std::vector<Bounced> bounced(budget.vertices.size());
+    const Result<Done> traced = parallel_loop(
+        {bounced.size()},
+        [&]() -> LoopBody {
+            return [&](std::size_t k) {
+                const BudgetVertex& at = budget.vertices[k];
+                const ShadedInstance& instance = scene.instances[at.instance];
+                const ShadedEntity& entity = scene.entities[instance.entity];
+                const SurfacePoint point = surface_point(entity, at.vertex);
+                const Rgb diffuse = entity.materials[point.material].diffuse * static_cast<float>(1 / pi);
+                const PathTracer::Estimate truth =
+                    tracer.indirect_irradiance(instance.placement.point_to_world(point.sample),
+                                               instance.placement.direction_to_world(point.normal),
+                                               path_certainty, most_paths, static_cast<std::uint32_t>(k));
+                bounced[k] = {diffuse * indirect->irradiance[at.instance][at.vertex],
+                              diffuse * truth.irradiance, diffuse * truth.deviation};
+            };
+        },
+        "paths", progress);
+    if (!traced) return traced.error();
+    ErrorSum errors, without, all;
+    double noise = 0, energy = 0;
+    for (std::size_t k = 0; k < bounced.size(); ++k) {
+        BudgetVertex& vertex = budget.vertices[k];
+        vertex.exact += bounced[k].exact;
+        vertex.baked += bounced[k].found;
+        vertex.deviation = bounced[k].deviation;
+        errors.add(bounced[k].found, bounced[k].exact, vertex.exact);
+        without.add(Rgb(0.0f), bounced[k].exact, vertex.exact);
+        all.add(vertex.baked, vertex.exact, vertex.exact);
+        noise += squared(bounced[k].deviation);
+        energy += squared(vertex.exact);
+    }
+    const std::size_t points = bounced.size();
+    const BudgetEntry direct_light = std::exchange(budget.entries.back(), {});
+    budget.entries.pop_back();
+    budget.entries.push_back({"direct light", "the bake without bounces, against the finest oracle", points,
+                              direct_light.relative_rmse, direct_light.relative_99, direct_light.bias});
+    budget.entries.push_back(
+        without.entry("no bounces", "if there were none, against all that paths find", points));
+    budget.entries.push_back(
+        errors.entry("bounces",
+                     fmt::format("{} of them, {} directions a vertex, against paths, which err by {:.2f} %",
+                                 indirect->bounces, context.settings.bounces.directions,
+                                 energy > 0 ? 100 * std::sqrt(noise / energy) : 0.0),
+                     points));
+    budget.entries.push_back(all.entry("all at the vertices", "the bake, against the finest oracle", points));
+    return Done{};
+}
+
 }  // namespace
 
 Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh* const> originals,
@@ -129,9 +196,19 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
         budget.vertices[k].exact = radiances[k].finest;
         budget.vertices[k].baked = radiances[k].baked;
     }
+    if (settings.bounces.most > 0)
+        if (const Result<Done> added = add_bounces(scene, context, budget, progress); !added)
+            return added.error();
     std::ranges::stable_sort(budget.vertices, std::greater(), [](const BudgetVertex& v) {
         const Vec3f error = v.baked - v.exact;
         return error.length2();
+    });
+    double energy = 0;
+    for (const BudgetVertex& vertex : budget.vertices) energy += squared(vertex.exact);
+    const auto floor = static_cast<float>(
+        0.01 * std::sqrt(energy / double(std::max<std::size_t>(1, budget.vertices.size()))));
+    std::ranges::copy_if(budget.vertices, std::back_inserter(budget.wrong), [floor](const BudgetVertex& v) {
+        return (v.baked - v.exact).length() > 0.2f * v.exact.length() + floor + 3 * v.deviation.length();
     });
     return budget;
 }

@@ -15,16 +15,21 @@ struct BudgetEntry {
     double bias = 0;           ///< Mean error / mean of the oracle's radiance.
 };
 
-/// A vertex, its radiance by the finest oracle, and by the bake.
+/// A vertex, its radiance by the finest oracle, and by the bake; with light that bounces, if there are
+/// bounces: of it the diffuse part.
 struct BudgetVertex {
     std::uint32_t instance = 0, vertex = 0;
     Rgb exact{0.0f}, baked{0.0f};  ///< [W/(m^2 sr)]
+    Rgb deviation{0.0f};           ///< Standard deviation of `exact`, where paths have found it.
 };
 
 /// What the approximations of a bake cost.
 struct ErrorBudget {
     std::vector<BudgetEntry> entries;    ///< Each approximation alone; last all of them together.
     std::vector<BudgetVertex> vertices;  ///< That were measured; the worst first.
+    /// Of these, those whose radiance errs by more than a fifth of what it is, plus a hundredth of its root
+    /// mean square over all of them, plus three standard deviations.
+    std::vector<BudgetVertex> wrong;
 };
 
 /// Measures at random vertices that are not buried, the same ones each time.
@@ -33,11 +38,13 @@ struct ErrorBudget {
 ///             leaves it, or interpolated between exact samples; the lighting's truncated wavelets; lobes and
 ///             cosines as the walk evaluates them; a lesser depth. Resolution and coarse meshes the other way
 ///             round: the oracle, less a finer one (four times the texels along an edge, at most 256), or one
-///             with the original meshes.
+///             with the original meshes. Bounces: those of the settings, and none at all, against paths
+///             (path_tracer.h); the first error includes what direct light errs where it is reflected.
 /// originals   the mesh of each of the scene's entities as it was read: what of it blocks light.
 /// settings    of the bake.
 /// vertices    how many; all there are if these are fewer.
-/// cost        some 20 ms a vertex, on all of oneTBB's threads; the result does not depend on their number.
+/// cost        some 20 ms a vertex, and up to 200 more for paths where light is hard to find, on all of
+///             oneTBB's threads; the result does not depend on their number.
 /// errors      interrupted.
 Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh* const> originals,
                                  const RenderSettings& settings, std::size_t vertices,

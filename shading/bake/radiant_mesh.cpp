@@ -55,7 +55,14 @@ Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std:
 
 Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
                                       const VertexMask& wanted, const Progress& progress) {
-    assert(meshes.size() == shading.scene.instances.size());
+    return vertex_values(shading.scene, meshes, wanted, [&](std::span<const InstancePoint> points) {
+        return point_radiance(shading, points, progress);
+    });
+}
+
+Result<SceneRadiance> vertex_values(const ShadedScene& scene, std::span<const SampledMesh> meshes,
+                                    const VertexMask& wanted, const PointRadiance& radiance_of) {
+    assert(meshes.size() == scene.instances.size());
     SceneRadiance result;
     std::vector<InstancePoint> points;
     std::vector<std::uint32_t> vertices;
@@ -70,7 +77,7 @@ Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<con
             vertices.push_back(v);
         }
     }
-    const Result<std::vector<Rgb>> radiance = point_radiance(shading, points, progress);
+    const Result<std::vector<Rgb>> radiance = radiance_of(points);
     if (!radiance) return radiance.error();
     for (std::size_t k = 0; k < points.size(); ++k) result[points[k].instance][vertices[k]] = (*radiance)[k];
     for (std::size_t i = 0; i < meshes.size(); ++i)
@@ -95,8 +102,9 @@ Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<
         for (const std::uint16_t material : meshes[i].mesh->vertex_materials)
             marked.push_back(materials[material]);
     }
-    return vertex_radiance({shining, shading.geometry, shading.light, shading.settings}, meshes, mask,
-                           progress);
+    return vertex_radiance(
+        {shining, shading.geometry, shading.light, shading.settings, nullptr, shading.indirect}, meshes, mask,
+        progress);
 }
 
 }  // namespace haarfield

@@ -46,6 +46,13 @@ Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std:
 Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
                                       const VertexMask& wanted, const Progress& progress = {});
 
+/// Values of points, in their order; or why there are none.
+using PointRadiance = std::function<Result<std::vector<Rgb>>(std::span<const InstancePoint>)>;
+
+/// The same of whatever a function makes of the vertices' points.
+Result<SceneRadiance> vertex_values(const ShadedScene& scene, std::span<const SampledMesh> meshes,
+                                    const VertexMask& wanted, const PointRadiance& radiance_of);
+
 ShadedScene with_highlights_alone(ShadedScene scene);  ///< Of its materials.
 
 /// The highlights of vertices, without what is diffuse.

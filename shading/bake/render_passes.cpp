@@ -4,6 +4,7 @@
 #include <cassert>
 #include <optional>
 
+#include "shading/bake/bounced_radiance.h"
 #include "shading/bake/colour_fit.h"
 #include "shading/bake/dense_renderer.h"
 
@@ -54,13 +55,13 @@ Result<SceneRadiance> radiance_as(const PassShading& bake, const PointShading& s
 /// The same of the scene with other materials.
 Result<SceneRadiance> radiance_of(const PassShading& bake, const ShadedScene& scene,
                                   const Progress& progress) {
-    const auto& [own, geometry, light, settings, visibility] = bake.shading;
-    return radiance_as(bake, {scene, geometry, light, settings, visibility}, bake.meshes, progress);
+    const auto& [own, geometry, light, settings, visibility, indirect] = bake.shading;
+    return radiance_as(bake, {scene, geometry, light, settings, visibility, indirect}, bake.meshes, progress);
 }
 
 /// Under light of radiance 1 from everywhere, white paint has the share of it that is open.
 Result<SceneRadiance> openness(const PassShading& bake, const Progress& progress) {
-    const auto& [own, geometry, own_light, settings, visibility] = bake.shading;
+    const auto& [own, geometry, own_light, settings, visibility, indirect] = bake.shading;
     ShadedScene scene = in_white_paint(own);
     scene.environment = LatLongImage{4, 2, std::vector<Rgb>(8, Rgb(1.0f))};
     const SceneLight light = scene_light(scene.environment, settings, progress.stop);
@@ -102,6 +103,21 @@ Result<SceneRadiance> radiance_alone(const PassShading& bake, const ShadedScene&
         }
     }
     return result;
+}
+
+/// What bounces, where the bake has it.
+Result<SceneRadiance> radiance_by_bounces(const PassShading& bake, SceneRadiance black,
+                                          const Progress& progress) {
+    if (!bake.shading.indirect) return black;
+    if (bake.meshes.empty()) {
+        if (const Result<Done> added = add_indirect_radiance(bake.shading, black, progress); !added)
+            return added.error();
+        return black;
+    }
+    const PointRadiance indirect_alone = [&](std::span<const InstancePoint> points) {
+        return indirect_radiance(bake.shading, points, progress);
+    };
+    return vertex_values(bake.shading.scene, bake.meshes, {}, indirect_alone);
 }
 
 SceneRadiance black(std::span<const std::span<const Rgb>> full) {
@@ -147,6 +163,7 @@ Result<std::vector<SceneRadiance>> render_passes(const PassShading& bake,
                 case RenderPass::irradiance: return radiance_of(bake, in_white_paint(scene), progress);
                 case RenderPass::occlusion: return openness(bake, progress);
                 case RenderPass::own_shadow: return radiance_alone(bake, scene, progress);
+                case RenderPass::indirect: return radiance_by_bounces(bake, black(full), progress);
                 case RenderPass::own_specular: break;
             }
             return radiance_alone(bake, with_highlights_alone(scene), progress);

@@ -13,8 +13,11 @@ enum class RenderPass : std::uint8_t {
     /// The cosine-weighted share of the hemisphere above the surface that is open, in [0, 1], in all
     /// channels: independent of the light.
     occlusion,
-    own_shadow,    ///< Radiance as if each instance were alone: nothing but itself shadows it. [W/(m^2 sr)]
+    /// Radiance as if each instance were alone: nothing but itself shadows it, nothing sends it light.
+    /// [W/(m^2 sr)]
+    own_shadow,
     own_specular,  ///< The highlights of own_shadow. [W/(m^2 sr)]
+    indirect,      ///< What light makes of the surface that was reflected before. [W/(m^2 sr)]
 };
 
 /// How the vertices of a bake were shaded, so that its passes are shaded alike.
@@ -36,9 +39,9 @@ struct PassShading {
 /// accuracy  that of scene_radiance; other objects are seen as exactly as the scene's own light wants it,
 ///           also by `occlusion`. Passes of an instance alone have the same bits as the bake of a scene that
 ///           has no other instance.
-/// cost      one shading of all vertices a pass; `diffuse` and `specular` together one, and none if no
-///           material has highlights. Of passes with each instance alone, besides, a ShadingGeometry of each
-///           entity, one at a time.
+/// cost      one shading of all vertices a pass, but none for `indirect`; `diffuse` and `specular` together
+///           one, and none if no material has highlights. Of passes with each instance alone, besides, a
+///           ShadingGeometry of each entity, one at a time.
 /// errors    interrupted.
 Result<std::vector<SceneRadiance>> render_passes(const PassShading& bake,
                                                  std::span<const std::span<const Rgb>> full,

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "fields/base/parallel_loop.h"
+#include "shading/bake/bounced_radiance.h"
 #include "shading/bake/source_light.h"
 #include "shading/scene/shared_shading.h"
 #include "shading/scene/vertex_loop.h"
@@ -15,13 +16,16 @@ namespace {
 /// Shades runs of neighbouring points, on one thread.
 class PointShader {
 public:
-    explicit PointShader(const PointShading& shading)
-        : shading_(shading), visibility_(shading.scene, shading.geometry) {}
+    /// parts_diffuse  the diffuse part of the radiance is wanted, too.
+    explicit PointShader(const PointShading& shading, bool parts_diffuse = false)
+        : shading_(shading), parts_diffuse_(parts_diffuse), visibility_(shading.scene, shading.geometry) {}
 
     /// One more point of the run.
     void add(std::size_t instance, const SurfacePoint& point) {
         const VertexView view = take_up(instance, point);
         shade_if(visibility_.look(instance, point, view));
+        if (shading_.indirect)
+            add_indirect(shading_.indirect->irradiance_at(shading_.scene, instance, point));
     }
 
     /// The same of a vertex.
@@ -32,19 +36,25 @@ public:
         if (!kept)
             shade_if(visibility_.look(instance, vertex, view));
         else if (kept->trees.empty())
-            radiance_.emplace_back(0.0f);
+            shade_if(false);
         else
             shade(*kept);
+        if (shading_.indirect) add_indirect(shading_.indirect->irradiance[instance][vertex]);
     }
 
     /// Ends the run: the points' radiance, valid until the next.
     std::span<const Rgb> finish() {
-        add_source_light(shading_.geometry.rays, shading_.light.lights, receivers_, radiance_);
+        add_source_light(shading_.geometry.rays, shading_.light.lights, receivers_, radiance_, diffuse_);
         finished_.swap(radiance_);
+        finished_diffuse_.swap(diffuse_);
         radiance_.clear();
+        diffuse_.clear();
         receivers_.clear();
         return finished_;
     }
+
+    /// Of the same points, what is diffuse, if that is wanted.
+    std::span<const Rgb> finished_diffuse() const { return finished_diffuse_; }
 
 private:
     VertexView take_up(std::size_t instance_index, const SurfacePoint& point) {
@@ -56,25 +66,89 @@ private:
         return view;
     }
     void shade_if(bool sees) {
-        if (sees)
-            shade(visibility_.sight());
-        else
-            radiance_.emplace_back(0.0f);
+        if (sees) return shade(visibility_.sight());
+        radiance_.emplace_back(0.0f);
+        if (parts_diffuse_) diffuse_.emplace_back(0.0f);
     }
     void shade(const VertexSight& sight) {
+        const VertexBrdf& brdf = receivers_.back().brdf;
+        radiance_.push_back(walked(brdf, sight));
+        if (!parts_diffuse_) return;
+        if (brdf.specular == Rgb(0.0f)) {
+            diffuse_.push_back(radiance_.back());
+            return;
+        }
+        VertexBrdf dull = brdf;
+        dull.specular = Rgb(0.0f);
+        diffuse_.push_back(walked(dull, sight));
+    }
+    Rgb walked(const VertexBrdf& brdf, const VertexSight& sight) {
         const RenderSettings& settings = shading_.settings;
-        radiance_.push_back(without_negative(
-            outgoing_radiance(shading_.light.smooth,
-                              {shading_.geometry.directions, receivers_.back().brdf, sight, settings.depth},
-                              memory_, settings.tolerance)));
+        return without_negative(outgoing_radiance(shading_.light.smooth,
+                                                  {shading_.geometry.directions, brdf, sight, settings.depth},
+                                                  memory_, settings.tolerance));
+    }
+    /// To the point taken up last.
+    void add_indirect(const Rgb& irradiance) {
+        const SourceReceiver& receiver = receivers_.back();
+        const Rgb diffuse = receiver.brdf.diffuse * irradiance;
+        radiance_.back() +=
+            diffuse + shading_.indirect->highlights(shading_.scene, receiver.from, receiver.brdf);
+        if (parts_diffuse_) diffuse_.back() += diffuse;
     }
 
     const PointShading shading_;
+    const bool parts_diffuse_;
     VertexVisibility visibility_;
     WalkMemory<std::uint8_t> memory_;
-    std::vector<SourceReceiver> receivers_;  ///< The points of the run at hand,
-    std::vector<Rgb> radiance_, finished_;   ///< and their radiance.
+    std::vector<SourceReceiver> receivers_;        ///< The points of the run at hand,
+    std::vector<Rgb> radiance_, finished_;         ///< and their radiance,
+    std::vector<Rgb> diffuse_, finished_diffuse_;  ///< and what of it is diffuse.
 };
+
+/// diffuse  null: is not wanted.
+Result<Done> shade_vertices(const PointShading& shading, SceneRadiance& radiance, SceneRadiance* diffuse,
+                            const Progress& progress) {
+    const ShadedScene& scene = shading.scene;
+    radiance = black_vertices(scene);
+    if (diffuse) *diffuse = radiance;
+    const std::vector<std::span<const std::uint32_t>> orders = shading.geometry.orders();
+    const auto shade = [&](const VertexMask* wanted) {
+        return visit_vertex_runs(
+            scene, orders,
+            [&, wanted]() -> VertexRunVisitor {
+                return [&, wanted, shader = std::make_shared<PointShader>(shading, diffuse != nullptr)](
+                           std::size_t instance, std::span<const std::uint32_t> vertices) {
+                    // Runs are shaded as wholes, so that it does not matter who shades them.
+                    if (wanted && std::ranges::none_of(vertices, [&](std::uint32_t vertex) {
+                            return (*wanted)[instance][vertex] != 0;
+                        }))
+                        return;
+                    for (const std::uint32_t vertex : vertices) {
+                        if (progress.stop.stop_requested()) return;
+                        shader->add(instance, vertex);
+                    }
+                    const std::span<const Rgb> run = shader->finish();
+                    for (std::size_t k = 0; k < vertices.size(); ++k) {
+                        radiance[instance][vertices[k]] = run[k];
+                        if (diffuse) (*diffuse)[instance][vertices[k]] = shader->finished_diffuse()[k];
+                    }
+                };
+            },
+            "shading", progress);
+    };
+    if (const Result<Done> shaded = share_vertices(scene, orders, radiance, shade); !shaded)
+        return shaded.error();
+    // The same loop has found the diffuse part, where it has shaded.
+    const auto found = [](const VertexMask*) -> Result<Done> { return Done{}; };
+    if (diffuse)
+        if (const Result<Done> shared = share_vertices(scene, orders, *diffuse, found); !shared)
+            return shared.error();
+    for (SceneRadiance* values : {&radiance, diffuse})
+        for (std::size_t i = 0; values && i < values->size(); ++i)
+            shading.geometry.entities[scene.instances[i].entity].fill((*values)[i]);
+    return Done{};
+}
 
 }  // namespace
 
@@ -99,36 +173,17 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view) {
 }
 
 Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress& progress) {
-    const ShadedScene& scene = shading.scene;
-    SceneRadiance radiance = black_vertices(scene);
-    const std::vector<std::span<const std::uint32_t>> orders = shading.geometry.orders();
-    const auto shade = [&](const VertexMask* wanted) {
-        return visit_vertex_runs(
-            scene, orders,
-            [&, wanted]() -> VertexRunVisitor {
-                return [&, wanted, shader = std::make_shared<PointShader>(shading)](
-                           std::size_t instance, std::span<const std::uint32_t> vertices) {
-                    // Runs are shaded as wholes, so that it does not matter who shades them.
-                    if (wanted && std::ranges::none_of(vertices, [&](std::uint32_t vertex) {
-                            return (*wanted)[instance][vertex] != 0;
-                        }))
-                        return;
-                    for (const std::uint32_t vertex : vertices) {
-                        if (progress.stop.stop_requested()) return;
-                        shader->add(instance, vertex);
-                    }
-                    const std::span<const Rgb> run = shader->finish();
-                    for (std::size_t k = 0; k < vertices.size(); ++k)
-                        radiance[instance][vertices[k]] = run[k];
-                };
-            },
-            "shading", progress);
-    };
-    if (const Result<Done> shaded = share_vertices(scene, orders, radiance, shade); !shaded)
-        return shaded.error();
-    for (std::size_t i = 0; i < radiance.size(); ++i)
-        shading.geometry.entities[scene.instances[i].entity].fill(radiance[i]);
+    SceneRadiance radiance;
+    const Result<Done> shaded = shade_vertices(shading, radiance, nullptr, progress);
+    if (!shaded) return shaded.error();
     return radiance;
+}
+
+Result<RadianceParts> radiance_parts(const PointShading& shading, const Progress& progress) {
+    RadianceParts parts;
+    const Result<Done> shaded = shade_vertices(shading, parts.full, &parts.diffuse, progress);
+    if (!shaded) return shaded.error();
+    return parts;
 }
 
 Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
@@ -136,7 +191,8 @@ Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSetti
     Result<ShadingGeometry> geometry = shading_geometry(scene, settings, progress);
     if (!geometry) return geometry.error();
     const SceneLight light = scene_light(scene.environment, settings, progress.stop);
-    return scene_radiance({scene, *geometry, light, settings}, progress);
+    std::optional<IndirectLight> indirect;
+    return bounced_radiance({scene, *geometry, light, settings}, indirect, progress);
 }
 
 Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<const InstancePoint> points,

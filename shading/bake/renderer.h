@@ -3,6 +3,7 @@
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
+#include "shading/bounces/indirect_light.h"
 #include "shading/scene/scene_light.h"
 #include "shading/visibility/kept_visibility.h"
 #include "shading/walk/vertex_shading.h"
@@ -31,11 +32,22 @@ struct PointShading {
     const SceneLight& light;
     const RenderSettings& settings;
     const KeptVisibility* visibility = nullptr;  ///< Of the scene's vertices; null: they look round anew.
+    const IndirectLight* indirect = nullptr;     ///< Null: direct light alone.
 };
 
 /// The same for new light or a new eye, with what does not depend on them made once: with the same bits,
 /// whether the visibility was kept or not.
 Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress& progress = {});
+
+/// Radiance, and what of it is diffuse.
+struct RadianceParts {
+    SceneRadiance full, diffuse;
+};
+
+/// The same with the diffuse part apart, as materials have it, without tints.
+///
+/// cost  a second walk for vertices that have highlights.
+Result<RadianceParts> radiance_parts(const PointShading& shading, const Progress& progress = {});
 
 /// A point of an instance's surface.
 struct InstancePoint {

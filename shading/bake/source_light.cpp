@@ -57,10 +57,15 @@ Rgb reflectance(const VertexBrdf& brdf, const Vec3f& light) {
 }
 
 void add_source_light(const ShadowRays& rays, std::span<const DirectionalLight> lights,
-                      std::span<const SourceReceiver> receivers, std::span<Rgb> radiance) {
+                      std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
+                      std::span<Rgb> diffuse) {
     assert(receivers.size() == radiance.size());
+    assert(diffuse.empty() || diffuse.size() == radiance.size());
     for_each_lit(rays, lights, receivers, [&](std::size_t i, const DirectionalLight& light) {
-        radiance[i] += reflectance(receivers[i].brdf, light.direction) * light.irradiance;
+        const VertexBrdf& brdf = receivers[i].brdf;
+        radiance[i] += reflectance(brdf, light.direction) * light.irradiance;
+        if (!diffuse.empty())
+            diffuse[i] += brdf.diffuse * light.irradiance * brdf.normal.dot(light.direction);
     });
 }
 

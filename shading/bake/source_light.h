@@ -24,9 +24,11 @@ struct SourceReceiver {
 ///
 /// receivers  neighbours in space beside each other.
 /// radiance   as many. [W/(m^2 sr)]
+/// diffuse    as many, to which what the diffuse term makes of it is added, too; or none.
 /// cost       50 to 100 ns a light that a receiver faces.
 void add_source_light(const ShadowRays& rays, std::span<const DirectionalLight> lights,
-                      std::span<const SourceReceiver> receivers, std::span<Rgb> radiance);
+                      std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
+                      std::span<Rgb> diffuse = {});
 
 /// What a receiver sees of some lights.
 struct LitPart {

@@ -291,7 +291,7 @@ private:
              {&OracleRadiances::oracle, &OracleRadiances::finer, &OracleRadiances::original,
               &OracleRadiances::finest, &OracleRadiances::lighting, &OracleRadiances::lobes,
               &OracleRadiances::visibility, &OracleRadiances::planar, &OracleRadiances::spherical,
-              &OracleRadiances::shallow})
+              &OracleRadiances::distant, &OracleRadiances::shallow})
             result.*exact += all;
     }
 

@@ -66,6 +66,9 @@ LatLongImage turned_environment(const LatLongImage& image, double rotation, doub
 /// The same with its discs.
 Environment turned_environment(const Environment& environment, double rotation, double exposure);
 
+/// Radiance from a direction (of any length but zero), interpolated between pixels.
+Rgb radiance_from(const LatLongImage& image, const Vec3d& direction);
+
 /// Solid angle of each pixel of a row. Rows add up to 4 pi / width. [sr]
 double lat_long_pixel_solid_angle(int row, int width, int height);
 

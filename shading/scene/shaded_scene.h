@@ -8,6 +8,8 @@
 #include "shading/scene/material.h"
 #include "shading/walk/wide_tree.h"
 
+#include <span>
+
 namespace haarfield {
 
 /// One kind of object. The pointers must outlive the rendering.
@@ -16,6 +18,9 @@ struct ShadedEntity {
     const EntityOcclusion* occlusion = nullptr;  ///< Of the same mesh.
     const VisibilityField* field = nullptr;      ///< Of the same mesh.
     std::vector<Material> materials;             ///< By the mesh's material index.
+    /// What images and colours multiply the diffuse term with, by vertex, as far as light that bounces is
+    /// concerned; none: white.
+    std::span<const Rgb> tints{};
 };
 
 /// One object of the scene.
@@ -46,6 +51,15 @@ enum class Occlusion {
     automatic,
 };
 
+/// How light is followed from surface to surface; see indirect_light.h.
+struct BounceSettings {
+    int most = 0;              ///< Bounces; 0: direct light alone.
+    float tolerance = 0.001f;  ///< Of a vertex's radiance, by those that are left out.
+    int directions = 32;       ///< In which a vertex looks, at least; a power of two.
+};
+/// So many that the tolerance decides.
+inline constexpr int any_bounces = 1000;
+
 /// How exactly a scene is shaded.
 struct RenderSettings {
     int face_size = 64;      ///< As in the fields (asserted).
@@ -61,6 +75,7 @@ struct RenderSettings {
     /// 1 / reach^2 of the irradiance an object, that of a ball straight above; shadows of concentrated light
     /// end nowhere.
     float reach = 20;
+    BounceSettings bounces;
     /// For KeptVisibility, where a scene is shaded again and again.
     std::size_t kept_bytes = std::size_t(1) << 30;
 };

@@ -11,6 +11,11 @@ PointSharing& process_sharing() {
     return sharing;
 }
 
+bool& process_has_all() {
+    static bool has_all = true;
+    return has_all;
+}
+
 /// Calls `visit(number, instance, vertex)` for all in their order.
 template <class Visit>
 void visit_in_order(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders,
@@ -22,9 +27,14 @@ void visit_in_order(const ShadedScene& scene, std::span<const std::span<const st
 
 }  // namespace
 
-SharedShading::SharedShading(PointSharing sharing) {
+SharedShading::SharedShading(PointSharing sharing, bool has_all) {
     assert(!process_sharing());
     process_sharing() = std::move(sharing);
+    process_has_all() = has_all;
+}
+
+bool has_share_alone() {
+    return process_sharing() && !process_has_all();
 }
 
 SharedShading::~SharedShading() {

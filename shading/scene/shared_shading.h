@@ -20,11 +20,16 @@ using PointSharing = std::function<Result<Done>(std::span<Rgb> radiance, const S
 /// there is one at a time (asserted).
 class SharedShading {
 public:
-    explicit SharedShading(PointSharing sharing);
+    /// has_all  whether every point has its radiance after a loop; else only those of the process's share
+    ///          have.
+    SharedShading(PointSharing sharing, bool has_all);
     SharedShading(const SharedShading&) = delete;
     SharedShading& operator=(const SharedShading&) = delete;
     ~SharedShading();
 };
+
+/// Whether only a share of the points has radiance, so that nothing that follows from all of it is of use.
+bool has_share_alone();
 
 /// A loop over points: by the sharing, if there is one; otherwise all are shaded.
 Result<Done> share_points(std::span<Rgb> radiance, const ShadeRange& shade);

@@ -25,7 +25,7 @@ LightTransfer::Colours colours_of(const Material& material) {
 }
 
 /// Fills in what the vectors are multiplied with.
-void list_colours(const ShadedScene& scene, const TransferRows& rows, LightTransfer& transfer) {
+void list_colours(const ShadedScene& scene, const VertexRows& rows, LightTransfer& transfer) {
     std::vector<std::size_t> first;
     for (const ShadedEntity& entity : scene.entities) {
         first.push_back(transfer.colours.size());
@@ -173,7 +173,7 @@ std::size_t LightTransfer::bytes() const {
 Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
                                      const RenderSettings& settings, const TransferSettings& transfer,
                                      const DenseCoefficients& typical, const Progress& progress) {
-    const TransferRows rows(scene, geometry);
+    const VertexRows rows(scene, geometry);
     LightTransfer result;
     list_colours(scene, rows, result);
     result.blocks.resize((rows.count() + result.block_rows() - 1) / result.block_rows());
@@ -193,11 +193,12 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const DenseCoefficients& light,
                          std::span<const DirectionalLight> lights, SceneRadiance& radiance,
-                         const Progress& progress) {
+                         const Progress& progress, std::vector<Rgb>* diffuse) {
     const float error = transfer.pruning_error / 8;
     const FewCoefficients few = largest_coefficients(light, transfer.spectrum, error);
     const std::vector<ConcentratedLight> sources = concentrated_light(light, transfer.directions, error);
     std::vector<Rgb> by_row(transfer.colour_of_row.size());
+    if (diffuse) diffuse->resize(by_row.size());
     tbb::parallel_for(std::size_t(0), transfer.blocks.size(), [&](std::size_t b) {
         if (progress.stop.stop_requested()) return;
         const GroupedColumns& block = transfer.blocks[b];
@@ -221,12 +222,15 @@ Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene
                 const auto& [red, green, blue] = sums[group + t];
                 const std::size_t k = place % group_rows;
                 sum += colours[t] * Rgb(red[k], green[k], blue[k]) * block.scale[group + t];
+                if (t == 0 && diffuse) (*diffuse)[row] = without_negative(sum);
             }
             by_row[row] = sum;
         }
     });
     if (progress.stop.stop_requested()) return Error{"", interrupted};
-    if (const Result<Done> lit = add_source_rows(scene, geometry, lights, by_row, nullptr, progress); !lit)
+    if (const Result<Done> lit = add_source_rows(scene, geometry, lights, by_row, nullptr, progress,
+                                                 diffuse ? std::span(*diffuse) : std::span<Rgb>());
+        !lit)
         return lit.error();
     store_radiance(scene, geometry, by_row, radiance);
     return Done{};

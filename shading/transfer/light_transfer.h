@@ -49,12 +49,13 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 /// scene, geometry  those that the vectors were made for.
 /// lights           of what is concentrated and not in `light`: see add_source_rows.
 /// accuracy         besides pruning, rounding to bytes: 0.2 %.
+/// diffuse          null: not wanted; else the diffuse part becomes known, by row.
 /// errors           interrupted; then `radiance` is as it was.
 /// cost             a multiplication and an addition for each coefficient that a vertex and the light have in
 ///                  common, and for some twenty more a concentrated source.
 Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const DenseCoefficients& light,
                          std::span<const DirectionalLight> lights, SceneRadiance& radiance,
-                         const Progress& progress = {});
+                         const Progress& progress = {}, std::vector<Rgb>* diffuse = nullptr);
 
 }  // namespace haarfield

@@ -199,7 +199,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
     Result<MovingOcclusion> hidden = moving_occlusion(
         scene, geometry, instance, double(transfer.pruning_error) * occlusion_share, progress);
     if (!hidden) return hidden.error();
-    const TransferRows rows(scene, geometry);
+    const VertexRows rows(scene, geometry);
     const Mesh& mesh = *scene.entities[entity].mesh;
     const std::vector<std::uint8_t> left_out =
         left_out_vertices(mesh, scene.entities[entity].occlusion->samples().buried);

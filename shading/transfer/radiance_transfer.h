@@ -9,9 +9,8 @@
 /// source  Sun and Mukherjee 2006, sections 5.2 and 6.3. Ours: a vector is pruned by what it will be
 ///         multiplied with, to an error that the user chooses.
 ///
-/// Rows    all vertices of all instances, one instance after the other, in the order in which neighbours in
-///         space are near each other. Buried vertices have empty rows; in each frame they take the mean of
-///         their neighbours, as in scene_radiance.
+/// Rows    vertex_rows.h. Buried vertices have empty rows; in each frame they take the mean of their
+///         neighbours, as in scene_radiance.
 
 #include <functional>
 
@@ -20,6 +19,7 @@
 #include "shading/bake/renderer.h"
 #include "shading/transfer/product_pruning.h"
 #include "shading/transfer/sparse_vectors.h"
+#include "shading/visibility/vertex_rows.h"
 #include "shading/visibility/vertex_visibility.h"
 
 namespace haarfield {
@@ -29,32 +29,6 @@ struct TransferSettings {
     /// By how much pruning may change a vertex's radiance: relative, root mean square over functions whose
     /// coefficients are independent and as large as the average of their level. 0: nothing is pruned.
     float pruning_error = 0.008f;
-};
-
-/// A vertex of a scene.
-struct InstanceVertex {
-    std::size_t instance;
-    std::uint32_t vertex;  ///< Of the fine mesh.
-};
-
-/// Numbers the vertices of a scene. Scene and geometry must outlive it.
-class TransferRows {
-public:
-    TransferRows(const ShadedScene& scene, const ShadingGeometry& geometry);  ///< Rows of a scene's vertices.
-
-    std::size_t count() const { return first_.back(); }                         ///< Rows of all instances.
-    std::size_t first(std::size_t instance) const { return first_[instance]; }  ///< An instance's first row.
-    /// Of an instance's rows, the vertices.
-    std::span<const std::uint32_t> vertices(std::size_t instance) const {
-        return geometry_.entities[scene_.instances[instance].entity].order;
-    }
-    InstanceVertex operator[](std::size_t row) const;    ///< The vertex of a row.
-    bool is_buried(const InstanceVertex& vertex) const;  ///< LocalSamples::buried.
-
-private:
-    const ShadedScene& scene_;
-    const ShadingGeometry& geometry_;
-    std::vector<std::size_t> first_;  ///< By instance; one more at the end.
 };
 
 /// One thread's way from a vertex to its transfer vector.
@@ -160,14 +134,7 @@ struct BlockMaker {
 ///
 /// make_maker  makes a BlockMaker for one thread, with that thread's buffers.
 /// errors      interrupted.
-Result<Done> make_rows(const TransferRows& rows, std::size_t block_rows,
+Result<Done> make_rows(const VertexRows& rows, std::size_t block_rows,
                        const std::function<BlockMaker()>& make_maker, const Progress& progress);
-
-/// One value a row, as radiance by instance; buried vertices are filled, and nothing is negative.
-///
-/// wanted  null: all. Else these, and what they are filled from; the radiance of others is of no use, unless
-///         they were wanted before.
-void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,
-                    SceneRadiance& radiance, const VertexMask* wanted = nullptr);
 
 }  // namespace haarfield

@@ -9,7 +9,9 @@
 namespace haarfield {
 namespace {
 
-constexpr int lights_while_moving = 4;  ///< A source.
+constexpr int lights_while_moving = 4;    ///< A source.
+constexpr float frame_tolerance = 0.01f;  ///< Of bounces.
+constexpr int frame_smoothing = 4;        ///< Steps.
 
 }  // namespace
 
@@ -101,6 +103,27 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
     Result<LightTransfer> made =
         light_transfer(scene_, **geometry, settings_, transfer_settings_, **typical, progress);
     if (!made) return made.error();
+    std::optional<LightTransport> refined;
+    if (settings_.bounces.most > 0) {
+        const Result<const BounceRays*> rays = current_rays(progress);
+        if (!rays) return rays.error();
+        SceneRadiance radiance;
+        std::vector<Rgb> diffuse;
+        const Result<Done> shaded =
+            shade_frame(*made, scene_, **geometry, **typical, source_lights(FrameQuality::still), radiance,
+                        progress, &diffuse);
+        if (!shaded) return shaded;
+        diffuse = tinted_rows(scene_, VertexRows(scene_, **geometry), std::move(diffuse));
+        const std::vector<Rgb> reflectances = row_reflectances(scene_, **geometry);
+        refined = (*rays)->transport;
+        const Result<BouncedLight> bounced =
+            bounced_light(*refined, reflectances, diffuse, settings_.bounces, progress);
+        if (!bounced) return bounced.error();
+        const Result<Done> done =
+            refined->refine(scene_, **geometry, *(*rays)->surface, bounced->radiance, reflectances, progress);
+        if (!done) return done;
+    }
+    refined_ = std::move(refined);
     transfer_ = std::move(*made);
     return Done{};
 }
@@ -114,6 +137,16 @@ Result<Done> RelightSession::vary_eye(const Progress& progress) {
     Result<ViewTransfer> made =
         view_transfer(scene_, **geometry, settings_, transfer_settings_, **light, sources, progress);
     if (!made) return made.error();
+    if (settings_.bounces.most > 0) {
+        const Result<const BounceRays*> rays = current_rays(progress);
+        if (!rays) return rays.error();
+        const std::vector<Rgb> direct = tinted_rows(scene_, VertexRows(scene_, **geometry), made->diffuse);
+        Result<BouncedLight> bounced = bounced_light((*rays)->transport, row_reflectances(scene_, **geometry),
+                                                     direct, settings_.bounces, progress);
+        if (!bounced) return bounced.error();
+        (*rays)->transport.smooth(bounced->irradiance);
+        keep_bounced(bounced->irradiance);
+    }
     transfer_ = std::move(*made);
     return Done{};
 }
@@ -127,6 +160,15 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
     Result<MotionTransfer> made =
         motion_transfer(scene_, **geometry, settings_, transfer_settings_, **light, instance, progress);
     if (!made) return made.error();
+    if (settings_.bounces.most > 0) {
+        const SceneLight now =
+            scene_light(turned_environment(environment_, rotation_, progress.stop), settings_, progress.stop);
+        const Result<RadianceParts> parts = radiance_parts({scene_, **geometry, now, settings_}, progress);
+        if (!parts) return parts.error();
+        const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, now, progress);
+        if (!indirect) return indirect.error();
+        keep_bounced(row_values(VertexRows(scene_, **geometry), indirect->irradiance));
+    }
     transfer_ = std::move(*made);
     return Done{};
 }
@@ -139,6 +181,7 @@ void RelightSession::light_changes() {
 }
 
 void RelightSession::instances_change() {
+    rays_.reset();
     is_placed_ = false;
     transfer_ = {};
     kept_.reset();
@@ -178,6 +221,7 @@ void RelightSession::place(std::size_t instance, const Placement& placement) {
     const auto* motion = std::get_if<MotionTransfer>(&transfer_);
     if (!motion || motion->instance != instance || placed.placement.rotate != placement.rotate)
         transfer_ = {};
+    rays_.reset();
     is_placed_ = false;
     kept_.reset();
     placed.placement = placement;
@@ -225,14 +269,32 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask*
     if (const auto* by_light = std::get_if<LightTransfer>(&transfer_)) {
         const Result<const DenseCoefficients*> now = light(progress);
         if (!now) return now.error();
-        return shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality), radiance_, progress);
+        if (settings_.bounces.most == 0)
+            return shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality), radiance_,
+                               progress);
+        std::vector<Rgb> diffuse;
+        SceneRadiance direct;
+        Result<Done> shaded = shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality),
+                                          direct, progress, &diffuse);
+        if (!shaded) return shaded;
+        shaded =
+            bounce_frame(tinted_rows(scene_, VertexRows(scene_, *geometry_), std::move(diffuse)), progress);
+        if (!shaded) return shaded;
+        keep(std::move(direct));
+        add_bounced(nullptr);
+        return Done{};
     }
-    if (const auto* by_eye = std::get_if<ViewTransfer>(&transfer_))
-        return shade_frame(*by_eye, scene_, *geometry_, radiance_, vertices, progress);
+    if (const auto* by_eye = std::get_if<ViewTransfer>(&transfer_)) {
+        const Result<Done> shaded = shade_frame(*by_eye, scene_, *geometry_, radiance_, vertices, progress);
+        if (shaded) add_bounced(vertices);
+        return shaded;
+    }
     if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_)) {
         geometry_->rays.place(scene_);
-        return shade_frame(*by_motion, scene_, *geometry_, settings_, source_lights(quality), quality,
-                           radiance_, progress);
+        const Result<Done> shaded = shade_frame(*by_motion, scene_, *geometry_, settings_,
+                                                source_lights(quality), quality, radiance_, progress);
+        if (shaded) add_bounced(nullptr);
+        return shaded;
     }
     return Error{"",
                  "there are no transfer vectors for what the scene is now; wanted vary_light, vary_eye or "
@@ -252,9 +314,21 @@ Result<Done> RelightSession::commit(const Progress& progress) {
         if (!made) return made.error();
         kept_ = std::move(*made);
     }
-    Result<SceneRadiance> full =
-        scene_radiance({scene_, **geometry, light, settings_, kept_ ? &*kept_ : nullptr}, progress);
-    if (!full) return full.error();
+    PointShading shading{scene_, **geometry, light, settings_, kept_ ? &*kept_ : nullptr};
+    Result<SceneRadiance> full(Error{});
+    if (settings_.bounces.most > 0) {
+        Result<RadianceParts> parts = radiance_parts(shading, progress);
+        if (!parts) return parts.error();
+        const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, light, progress);
+        if (!indirect) return indirect.error();
+        shading.indirect = &*indirect;
+        if (const Result<Done> added = add_indirect_radiance(shading, parts->full, progress); !added)
+            return added;
+        full = std::move(parts->full);
+    } else {
+        full = scene_radiance(shading, progress);
+        if (!full) return full.error();
+    }
     scene_.environment = std::move(environment);
     keep(std::move(*full));
     return Done{};
@@ -267,6 +341,54 @@ void RelightSession::keep(SceneRadiance radiance) {
             std::ranges::copy(radiance[i], radiance_[i].begin());
         else
             radiance_[i] = std::move(radiance[i]);
+}
+
+Result<const BounceRays*> RelightSession::current_rays(const Progress& progress) {
+    if (!rays_) {
+        Result<BounceRays> made = bounce_rays(scene_, *geometry_, settings_, progress);
+        if (!made) return made.error();
+        rays_ = std::move(*made);
+    }
+    return &*rays_;
+}
+
+Result<IndirectLight> RelightSession::indirect_at_rest(const SceneRadiance& diffuse, const SceneLight& light,
+                                                       const Progress& progress) {
+    const Result<const BounceRays*> rays = current_rays(progress);
+    if (!rays) return rays.error();
+    return scene_indirect_light({scene_, *geometry_, light, settings_}, diffuse, **rays, progress);
+}
+
+Result<Done> RelightSession::bounce_frame(std::span<const Rgb> diffuse, const Progress& progress) {
+    BounceSettings settings = settings_.bounces;
+    settings.tolerance = std::max(settings.tolerance, frame_tolerance);
+    Result<BouncedLight> bounced =
+        bounced_light(*refined_, row_reflectances(scene_, *geometry_), diffuse, settings, progress);
+    if (!bounced) return bounced.error();
+    refined_->smooth(bounced->irradiance, frame_smoothing);
+    keep_bounced(bounced->irradiance);
+    return Done{};
+}
+
+void RelightSession::keep_bounced(std::span<const Rgb> irradiance) {
+    const VertexRows rows(scene_, *geometry_);
+    std::vector<Rgb> outgoing(irradiance.begin(), irradiance.end());
+    for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+        const ShadedEntity& entity = scene_.entities[scene_.instances[i].entity];
+        const std::span<const std::uint32_t> vertices = rows.vertices(i);
+        for (std::size_t k = 0; k < vertices.size(); ++k)
+            outgoing[rows.first(i) + k] *=
+                entity.materials[entity.mesh->vertex_materials[vertices[k]]].diffuse *
+                static_cast<float>(1 / pi);
+    }
+    store_radiance(scene_, *geometry_, outgoing, bounced_);
+}
+
+void RelightSession::add_bounced(const VertexMask* vertices) {
+    if (settings_.bounces.most == 0) return;
+    for (std::size_t i = 0; i < radiance_.size(); ++i)
+        for (std::size_t v = 0; v < radiance_[i].size(); ++v)
+            if (!vertices || (*vertices)[i][v]) radiance_[i][v] += bounced_[i][v];
 }
 
 std::size_t RelightSession::transfer_bytes() const {

@@ -4,6 +4,10 @@
 /// For programs that show a scene while it is worked on. One thread drives a session; the work inside uses
 /// all of oneTBB's threads. There is no global state: sessions do not know of each other.
 ///
+/// If the settings have bounces, frames have them, too: those of a light that changes in every frame, by the
+/// rays that were shot before; of an eye that moves the diffuse ones, without what highlights show of them;
+/// and an instance that moves takes its own along, while those of all others stay. A commit has them in full.
+///
 /// Every call that may last takes a Progress. When it is interrupted, or fails, the session is as it was
 /// before the call.
 
@@ -12,6 +16,7 @@
 #include <utility>
 #include <variant>
 
+#include "shading/bake/bounced_radiance.h"
 #include "shading/transfer/light_transfer.h"
 #include "shading/transfer/motion_transfer.h"
 #include "shading/transfer/turned_light.h"
@@ -117,6 +122,12 @@ private:
     const SplitLight& split();
     std::vector<LightSource> turned_sources();
     std::vector<DirectionalLight> source_lights(FrameQuality quality);
+    Result<const BounceRays*> current_rays(const Progress& progress);
+    Result<Done> bounce_frame(std::span<const Rgb> diffuse, const Progress& progress);
+    Result<IndirectLight> indirect_at_rest(const SceneRadiance& diffuse, const SceneLight& light,
+                                           const Progress& progress);
+    void keep_bounced(std::span<const Rgb> irradiance);
+    void add_bounced(const VertexMask* vertices);
     void light_changes();
     void keep(SceneRadiance radiance);
     void instances_change();
@@ -138,6 +149,10 @@ private:
     std::optional<DenseCoefficients> light_;    ///< Of that, or what is shown instead,
     std::optional<std::vector<DirectionalLight>>
         shown_lights_;  ///< with its sources; none: the environment's.
+
+    std::optional<BounceRays> rays_;         ///< Of the instances as they stand, once needed.
+    std::optional<LightTransport> refined_;  ///< Of them, for the light that the vectors were made under.
+    SceneRadiance bounced_;  ///< What frames add: diffuse radiance by indirect light; or none.
 
     std::variant<std::monostate, LightTransfer, ViewTransfer, MotionTransfer> transfer_;
     SceneRadiance radiance_;

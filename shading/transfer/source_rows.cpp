@@ -14,7 +14,7 @@ struct RowRun {
     std::vector<std::uint32_t> rows;
     std::vector<SourceReceiver> receivers;
 
-    RowRun(const ShadedScene& scene, const TransferRows& all, std::size_t first, std::size_t end,
+    RowRun(const ShadedScene& scene, const VertexRows& all, std::size_t first, std::size_t end,
            const VertexMask* wanted) {
         for (std::size_t row = first; row < end; ++row) {
             const InstanceVertex at = all[row];
@@ -31,7 +31,7 @@ struct RowRun {
 };
 
 template <class Act>
-Result<Done> for_each_run(const TransferRows& rows, const Progress& progress, const Act& act) {
+Result<Done> for_each_run(const VertexRows& rows, const Progress& progress, const Act& act) {
     tbb::parallel_for(std::size_t(0), (rows.count() + run - 1) / run, [&](std::size_t block) {
         if (progress.stop.stop_requested()) return;
         act(block, block * run, std::min(rows.count(), (block + 1) * run));
@@ -44,15 +44,19 @@ Result<Done> for_each_run(const TransferRows& rows, const Progress& progress, co
 
 Result<Done> add_source_rows(const ShadedScene& scene, const ShadingGeometry& geometry,
                              std::span<const DirectionalLight> lights, std::span<Rgb> by_row,
-                             const VertexMask* wanted, const Progress& progress) {
+                             const VertexMask* wanted, const Progress& progress, std::span<Rgb> diffuse) {
     if (lights.empty()) return Done{};
-    const TransferRows rows(scene, geometry);
+    const VertexRows rows(scene, geometry);
     return for_each_run(rows, progress, [&](std::size_t, std::size_t first, std::size_t end) {
         const RowRun here(scene, rows, first, end, wanted);
-        std::array<Rgb, run> added;
+        std::array<Rgb, run> added, added_diffuse;
         added.fill(Rgb(0.0f));
-        add_source_light(geometry.rays, lights, here.receivers, std::span(added).first(here.rows.size()));
-        for (std::size_t k = 0; k < here.rows.size(); ++k) by_row[here.rows[k]] += added[k];
+        added_diffuse.fill(Rgb(0.0f));
+        const std::size_t count = here.rows.size();
+        add_source_light(geometry.rays, lights, here.receivers, std::span(added).first(count),
+                         std::span(added_diffuse).first(diffuse.empty() ? 0 : count));
+        for (std::size_t k = 0; k < count; ++k) by_row[here.rows[k]] += added[k];
+        for (std::size_t k = 0; k < count && !diffuse.empty(); ++k) diffuse[here.rows[k]] += added_diffuse[k];
     });
 }
 
@@ -65,7 +69,7 @@ std::size_t SourceSights::bytes() const {
 Result<SourceSights> source_sights(const ShadedScene& scene, const ShadingGeometry& geometry,
                                    std::span<const LightSource> sources, std::span<Rgb> diffuse,
                                    const Progress& progress) {
-    const TransferRows rows(scene, geometry);
+    const VertexRows rows(scene, geometry);
     SourceSights result;
     if (sources.empty()) return result;
     result.blocks.resize((rows.count() + run - 1) / run);
@@ -93,7 +97,7 @@ Result<Done> add_source_highlights(const SourceSights& sights, const ShadedScene
                                    const ShadingGeometry& geometry, std::span<Rgb> by_row,
                                    const VertexMask* wanted, const Progress& progress) {
     if (sights.blocks.empty()) return Done{};
-    const TransferRows rows(scene, geometry);
+    const VertexRows rows(scene, geometry);
     return for_each_run(rows, progress, [&](std::size_t block, std::size_t, std::size_t) {
         for (const auto& [row, light] : sights.blocks[block]) {
             const InstanceVertex at = rows[row];

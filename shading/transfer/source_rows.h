@@ -9,12 +9,14 @@ namespace haarfield {
 /// Adds to each row's radiance what the lights shed on its vertex towards the scene's eye. The geometry's
 /// rays must be placed as the scene is.
 ///
-/// wanted  null: all rows; else those of its vertices.
+/// wanted   null: all rows; else those of its vertices.
+/// diffuse  by row, to which the diffuse part is added, too; or none.
 /// errors  interrupted; then the radiance is of no use.
 /// cost    see add_source_light.
 Result<Done> add_source_rows(const ShadedScene& scene, const ShadingGeometry& geometry,
                              std::span<const DirectionalLight> lights, std::span<Rgb> by_row,
-                             const VertexMask* wanted = nullptr, const Progress& progress = {});
+                             const VertexMask* wanted = nullptr, const Progress& progress = {},
+                             std::span<Rgb> diffuse = {});
 
 /// What vertices see of each source, for an eye that moves: visibility is found once.
 struct SourceSights {

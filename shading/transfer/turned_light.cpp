@@ -162,23 +162,6 @@ std::vector<Rgb> turned_lighting_texels(const TurnableLight& light, const Rotati
     return texels;
 }
 
-Rgb radiance_from(const LatLongImage& image, const Vec3d& direction) {
-    double x = 0, y = 0;
-    lat_long_point(direction.normalized(), x, y);
-    const double column = x * image.width - 0.5,
-                 row = std::clamp(y * image.height - 0.5, 0.0, image.height - 1.0);
-    const int top = std::min(static_cast<int>(row), image.height - 2),
-              left = static_cast<int>(std::floor(column));
-    const auto right_share = static_cast<float>(column - left), lower_share = static_cast<float>(row - top);
-    const auto pixel = [&](int r, int c) -> const Rgb& {
-        return image.pixels[std::size_t(r * image.width + (c + image.width) % image.width)];
-    };
-    const auto along_row = [&](int r) {
-        return pixel(r, left) * (1 - right_share) + pixel(r, left + 1) * right_share;
-    };
-    return along_row(top) * (1 - lower_share) + along_row(top + 1) * lower_share;
-}
-
 LatLongImage turned_environment(const LatLongImage& image, const Rotation& rotation,
                                 const std::stop_token& stop) {
     if (rotation.row[1] == Vec3d(0, 1, 0))

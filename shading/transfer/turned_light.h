@@ -49,7 +49,4 @@ LatLongImage turned_environment(const LatLongImage& image, const Rotation& rotat
 Environment turned_environment(const Environment& environment, const Rotation& rotation,
                                const std::stop_token& stop = {});
 
-/// Radiance from a direction (of any length but zero), interpolated between pixels.
-Rgb radiance_from(const LatLongImage& image, const Vec3d& direction);
-
 }  // namespace haarfield

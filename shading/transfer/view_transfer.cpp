@@ -105,7 +105,7 @@ Interpolation highlight_lobes(const LobeVectors& vectors, const VertexBrdf& brdf
 }
 
 /// Lists the rows that have coefficients, and the materials.
-void list_highlights(const ShadedScene& scene, const TransferRows& rows, ViewTransfer& transfer) {
+void list_highlights(const ShadedScene& scene, const VertexRows& rows, ViewTransfer& transfer) {
     std::vector<std::size_t> first;  // by entity
     for (const ShadedEntity& entity : scene.entities) {
         first.push_back(transfer.materials.size());
@@ -146,7 +146,7 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
     const Result<LobeShapes> shapes =
         lobe_shapes(specular_exponents(scene), settings.face_size, lobe_error, progress);
     if (!shapes) return shapes.error();
-    const TransferRows rows(scene, geometry);
+    const VertexRows rows(scene, geometry);
     ViewTransfer result{
         {rows.count(), settings.face_size, 3}, std::vector<Rgb>(rows.count(), Rgb(0.0f)), {}, {}, {}, {}};
     const ViewContext context{scene,
@@ -185,7 +185,7 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
 Result<Done> shade_frame(const ViewTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, SceneRadiance& radiance, const VertexMask* vertices,
                          const Progress& progress) {
-    const TransferRows rows(scene, geometry);
+    const VertexRows rows(scene, geometry);
     const RowInterpolations highlights =
         found_interpolations(transfer.highlit.size(), progress.stop, [&](std::size_t i) {
             const auto& [row, material, position, normal] = transfer.highlit[i];

@@ -94,7 +94,7 @@ struct Subject {
     RgbCubemapTree smooth = room.light();
     DenseCoefficients coefficients = dense_coefficients(smooth, Room::size);
     SceneLight light = scene_light(room.scene.environment, settings());
-    std::size_t vertices = TransferRows(room.scene, room.geometry()).count();
+    std::size_t vertices = VertexRows(room.scene, room.geometry()).count();
     SceneRadiance radiance;
     std::optional<LightTransfer> by_light;
     std::optional<ViewTransfer> by_view;
@@ -129,7 +129,7 @@ struct Subject {
     double error() const {
         const DenseScene dense = *DenseScene::make(room.scene, Room::size);
         DenseShader shader(dense);
-        const TransferRows rows(room.scene, room.geometry());
+        const VertexRows rows(room.scene, room.geometry());
         RelativeError sum;
         for (std::size_t row = 0; row < rows.count(); row += 5) {
             const auto [instance, vertex] = rows[row];

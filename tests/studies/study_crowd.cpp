@@ -56,7 +56,7 @@ double vertex_microseconds(const ShadedScene& scene, Occlusion occlusion, std::s
     settings.occlusion = occlusion;
     const ShadingGeometry geometry = value_or_exit(shading_geometry(scene, settings));
     const LightPyramid light = scene_light(scene.environment, settings).smooth;
-    const TransferRows rows(scene, geometry);
+    const VertexRows rows(scene, geometry);
     VertexTransfer vertex(scene, geometry, settings);
     double least = INFINITY;
     for (int round = 0; round < 3; ++round) {

@@ -47,7 +47,7 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refin
                            const std::string& colours, const std::vector<std::string>& passes,
                            const std::string& evaluator, const std::string& occlusion, float occlusion_error,
                            float reach, int depth, float tolerance, int light_coefficients,
-                           const py::object& progress) {
+                           std::optional<int> bounces, const py::object& progress) {
     const BakeOptions options{evaluator, refine, vertex_budget, colours, passes};
     if (refine && !(*refine >= 1e-4f && *refine <= 1))
         throw py::value_error(fmt::format("refine is {}; wanted [0.0001, 1], or None", *refine));
@@ -57,8 +57,8 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refin
     const auto made = std::make_shared<Bake>();
     made->prepared = prepare(scene, progress);
     const PreparedScene& prepared = *made->prepared;
-    const RenderSettings settings =
-        render_settings(prepared, occlusion, occlusion_error, reach, depth, tolerance, light_coefficients);
+    const RenderSettings settings = render_settings(prepared, occlusion, occlusion_error, reach, depth,
+                                                    tolerance, light_coefficients, bounces);
     made->baked = long_call<BakedScene>(progress, [&](const Progress& watched) {
         const auto start = std::chrono::steady_clock::now();
         const ShadedScene shaded =
@@ -158,12 +158,13 @@ py::dict passes_of(const BakedMesh& self) {
 }
 
 py::list budget(PythonScene& scene, std::size_t points, const std::string& occlusion, float occlusion_error,
-                float reach, int depth, float tolerance, int light_coefficients, const py::object& progress) {
+                float reach, int depth, float tolerance, int light_coefficients, std::optional<int> bounces,
+                const py::object& progress) {
     if (points < 1 || points > 1'000'000)
         throw py::value_error(fmt::format("points is {}; wanted [1, 1e6]", points));
     const auto prepared = prepare(scene, progress);
-    const RenderSettings settings =
-        render_settings(*prepared, occlusion, occlusion_error, reach, depth, tolerance, light_coefficients);
+    const RenderSettings settings = render_settings(*prepared, occlusion, occlusion_error, reach, depth,
+                                                    tolerance, light_coefficients, bounces);
     const auto made = long_call<SceneBudget>(progress, [&](const Progress& watched) {
         Preview preview;
         return scene_budget(prepared->scene, *prepared->entities,
@@ -288,21 +289,23 @@ returns  a dict: scene, includes, objects (what each include declares), images.)
               py::arg("reach") = RenderSettings().reach, py::arg("depth") = full_depth,
               py::arg("tolerance") = RenderSettings().tolerance,
               py::arg("light_coefficients") = RenderSettings().light_coefficients,
-              py::arg("progress") = py::none(),
+              py::arg("bounces") = py::none(), py::arg("progress") = py::none(),
               R"(Shades every vertex, with the bits of `haarfield bake`, whose options have the same names.
 
 refine     split triangles where interpolated radiance is off by more than this; None: not.
 colours    "sampled" at the vertices, or "fitted" to what lies between them.
-passes     any of "diffuse", "specular", "irradiance", "occlusion", "own-shadow".
+passes     any of "diffuse", "specular", "irradiance", "occlusion", "own-shadow", "indirect".
 evaluator  "tree", or "dense": plain sums, slow.
 occlusion  "auto", "fields" or "exact": how vertices see past other objects.
+bounces    how often light goes on from surface to surface; 0: direct light alone; None: as often as it matters.
 progress   called with (stage, done, total), some twenty times a second.)");
     scene.def(
         "budget", &budget, py::arg("points") = 400, py::arg("occlusion") = "auto",
         py::arg("occlusion_error") = RenderSettings().occlusion_error,
         py::arg("reach") = RenderSettings().reach, py::arg("depth") = full_depth,
         py::arg("tolerance") = RenderSettings().tolerance,
-        py::arg("light_coefficients") = RenderSettings().light_coefficients, py::arg("progress") = py::none(),
+        py::arg("light_coefficients") = RenderSettings().light_coefficients, py::arg("bounces") = py::none(),
+        py::arg("progress") = py::none(),
         "What each approximation of a bake costs alone, against dense sums: a list of dicts, as `haarfield "
         "budget\n--report` has them: approximation, meaning, relative_rmse, relative_99, bias, points.");
 }

@@ -126,7 +126,7 @@ std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::objec
 
 RenderSettings render_settings(const PreparedScene& scene, const std::string& occlusion,
                                float occlusion_error, float reach, int depth, float tolerance,
-                               int light_coefficients) {
+                               int light_coefficients, std::optional<int> bounces) {
     const auto check = [](const char* name, double value, const Range& range) {
         if (!range.contains(value))
             throw py::value_error(fmt::format("{} is {}; wanted {}", name, value, range.text()));
@@ -136,6 +136,7 @@ RenderSettings render_settings(const PreparedScene& scene, const std::string& oc
     check("depth", depth, {0, full_depth});
     check("tolerance", double(tolerance), {0, 1});
     check("light_coefficients", light_coefficients, {0, 65536});
+    check("bounces", bounces.value_or(0), {0, any_bounces});
     RenderSettings settings;
     settings.face_size = scene.face_size;
     settings.occlusion = occlusion == "fields"  ? Occlusion::fields
@@ -149,6 +150,7 @@ RenderSettings render_settings(const PreparedScene& scene, const std::string& oc
     settings.depth = depth;
     settings.tolerance = tolerance;
     settings.light_coefficients = light_coefficients;
+    settings.bounces.most = bounces.value_or(any_bounces);
     return settings;
 }
 

@@ -8,6 +8,7 @@
 #include "tools/python/tables.h"
 
 #include <pybind11/numpy.h>
+#include <optional>
 
 #include <atomic>
 
@@ -58,7 +59,7 @@ std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::objec
 /// Settings of shading in Python's words; raises ValueError for what is out of range.
 RenderSettings render_settings(const PreparedScene& scene, const std::string& occlusion,
                                float occlusion_error, float reach, int depth, float tolerance,
-                               int light_coefficients);
+                               int light_coefficients, std::optional<int> bounces);
 
 /// A placement as a matrix of four rows that stands before columns.
 py::array matrix_of(const Placement& placement);

@@ -298,10 +298,10 @@ removed; then they keep what they had. As bakes, they are without images.)");
     scene.def(
         "session",
         [](PythonScene& self, float pruning_error, const std::string& occlusion, float occlusion_error,
-           float reach, int light_coefficients, const py::object& progress) {
+           float reach, int light_coefficients, std::optional<int> bounces, const py::object& progress) {
             const auto prepared = prepare(self, progress);
             const RenderSettings settings = render_settings(*prepared, occlusion, occlusion_error, reach,
-                                                            full_depth, 0, light_coefficients);
+                                                            full_depth, 0, light_coefficients, bounces);
             if (!(pruning_error >= 0 && pruning_error < 1))
                 throw py::value_error(fmt::format("pruning_error is {}; wanted [0, 1)", pruning_error));
             TransferSettings transfer;
@@ -311,7 +311,8 @@ removed; then they keep what they had. As bakes, they are without images.)");
         py::arg("pruning_error") = TransferSettings().pruning_error, py::arg("occlusion") = "auto",
         py::arg("occlusion_error") = RenderSettings().occlusion_error,
         py::arg("reach") = RenderSettings().reach,
-        py::arg("light_coefficients") = RenderSettings().light_coefficients, py::arg("progress") = py::none(),
+        py::arg("light_coefficients") = RenderSettings().light_coefficients, py::arg("bounces") = py::none(),
+        py::arg("progress") = py::none(),
         "Holds the scene open for changes; see Session.\n\npruning_error  what transfer vectors may lack of "
         "radiance, relatively.");
 }

@@ -237,7 +237,7 @@ class HAARFIELD_OT_compare(Baking, bpy.types.Operator):
             refine = context.scene.haarfield.refine or None
             if refine is not None:
                 raise Refusal("Refined meshes are not compared; wanted Refine 0")
-            diffuse = memory.scene.bake(passes=["diffuse"])
+            diffuse = memory.scene.bake(passes=["diffuse"], bounces=0)
             rows = cycles_check.compared(context, diffuse, self.gathered)
         except (Refusal, haarfield.Error, OSError, ValueError) as error:
             self.report({"ERROR"}, str(error))

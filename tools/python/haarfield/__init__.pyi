@@ -63,6 +63,7 @@ class Scene:
         depth: int = 32,
         tolerance: float = 0.0,
         light_coefficients: int = 1000,
+        bounces: int | None = None,
         progress: Progress | None = None,
     ) -> Bake: ...
     def budget(
@@ -74,6 +75,7 @@ class Scene:
         depth: int = 32,
         tolerance: float = 0.0,
         light_coefficients: int = 1000,
+        bounces: int | None = None,
         progress: Progress | None = None,
     ) -> list[dict[str, Any]]: ...
     def reference(
@@ -92,6 +94,7 @@ class Scene:
         occlusion_error: float = 0.2,
         reach: float = 20.0,
         light_coefficients: int = 1000,
+        bounces: int | None = None,
         progress: Progress | None = None,
     ) -> Session: ...
 

@@ -1,0 +1,131 @@
+#include "shading/bake/bounced_radiance.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "fields/base/parallel_loop.h"
+#include "shading/scene/shared_shading.h"
+#include "shading/scene/vertex_loop.h"
+#include "shading/visibility/vertex_rows.h"
+
+namespace haarfield {
+namespace {
+
+Rgb outgoing(const PointShading& shading, std::size_t instance, const SurfacePoint& point,
+             const Rgb& irradiance) {
+    const ShadedInstance& placed = shading.scene.instances[instance];
+    const VertexBrdf brdf = vertex_brdf(shading.scene.entities[placed.entity].materials[point.material],
+                                        vertex_view(shading.scene, placed, point));
+    return brdf.diffuse * irradiance +
+           shading.indirect->highlights(shading.scene, placed.placement.point_to_world(point.sample), brdf);
+}
+
+}  // namespace
+
+Result<BounceRays> bounce_rays(const ShadedScene& scene, const ShadingGeometry& geometry,
+                               const RenderSettings& settings, const Progress& progress) {
+    const auto surface = std::make_shared<const FineSurface>(scene);
+    Result<LightTransport> transport =
+        LightTransport::make(scene, geometry, *surface, settings.bounces.directions, progress);
+    if (!transport) return transport.error();
+    return BounceRays{surface, std::move(*transport)};
+}
+
+std::vector<Rgb> tinted_rows(const ShadedScene& scene, const VertexRows& rows, std::vector<Rgb> diffuse) {
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const std::span<const Rgb> tints = scene.entities[scene.instances[i].entity].tints;
+        for (std::size_t k = 0; k < tints.size(); ++k)
+            diffuse[rows.first(i) + k] *= tints[rows.vertices(i)[k]];
+    }
+    return diffuse;
+}
+
+Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& diffuse,
+                                           const BounceRays& rays, const Progress& progress) {
+    const VertexRows rows(direct.scene, direct.geometry);
+    const BounceSettings& bounces = direct.settings.bounces;
+    const std::vector<Rgb> by_row = tinted_rows(direct.scene, rows, row_values(rows, diffuse)),
+                           reflectances = row_reflectances(direct.scene, direct.geometry);
+    LightTransport transport = rays.transport;
+    Result<BouncedLight> bounced = bounced_light(transport, reflectances, by_row, bounces, progress);
+    if (!bounced) return bounced.error();
+    if (const Result<Done> refined = transport.refine(direct.scene, direct.geometry, *rays.surface,
+                                                      bounced->radiance, reflectances, progress);
+        !refined)
+        return refined.error();
+    bounced = bounced_light(transport, reflectances, by_row, bounces, progress);
+    if (!bounced) return bounced.error();
+    return indirect_light(direct.scene, direct.geometry, rays.surface, transport, std::move(*bounced));
+}
+
+Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& diffuse,
+                                           const Progress& progress) {
+    const Result<BounceRays> rays = bounce_rays(direct.scene, direct.geometry, direct.settings, progress);
+    if (!rays) return rays.error();
+    return scene_indirect_light(direct, diffuse, *rays, progress);
+}
+
+Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Progress& progress) {
+    const Result<RadianceParts> parts = radiance_parts(direct, progress);
+    if (!parts) return parts.error();
+    return scene_indirect_light(direct, parts->diffuse, progress);
+}
+
+Result<SceneRadiance> bounced_radiance(const PointShading& direct, std::optional<IndirectLight>& indirect,
+                                       const Progress& progress) {
+    assert(!direct.indirect);
+    indirect.reset();
+    if (direct.settings.bounces.most == 0) return scene_radiance(direct, progress);
+    Result<RadianceParts> parts = radiance_parts(direct, progress);
+    if (!parts) return parts.error();
+    if (has_share_alone()) return std::move(parts->full);
+    Result<IndirectLight> found = scene_indirect_light(direct, parts->diffuse, progress);
+    if (!found) return found.error();
+    indirect = std::move(*found);
+    PointShading lit = direct;
+    lit.indirect = &*indirect;
+    if (const Result<Done> added = add_indirect_radiance(lit, parts->full, progress); !added)
+        return added.error();
+    return std::move(parts->full);
+}
+
+Result<std::vector<Rgb>> indirect_radiance(const PointShading& shading, std::span<const InstancePoint> points,
+                                           const Progress& progress) {
+    assert(shading.indirect);
+    std::vector<Rgb> result(points.size());
+    const Result<Done> done = parallel_loop(
+        {points.size(), 64},
+        [&]() -> LoopBody {
+            return [&](std::size_t k) {
+                const auto& [instance, point] = points[k];
+                result[k] = outgoing(shading, instance, point,
+                                     shading.indirect->irradiance_at(shading.scene, instance, point));
+            };
+        },
+        "indirect light", progress);
+    if (!done) return done.error();
+    return result;
+}
+
+Result<Done> add_indirect_radiance(const PointShading& shading, SceneRadiance& radiance,
+                                   const Progress& progress) {
+    assert(shading.indirect);
+    const ShadedScene& scene = shading.scene;
+    const Result<Done> done = visit_vertices(
+        scene, shading.geometry.orders(),
+        [&]() -> VertexVisitor {
+            return [&](std::size_t instance, std::uint32_t vertex) {
+                radiance[instance][vertex] +=
+                    outgoing(shading, instance,
+                             surface_point(scene.entities[scene.instances[instance].entity], vertex),
+                             shading.indirect->irradiance[instance][vertex]);
+            };
+        },
+        "indirect light", progress);
+    if (!done) return done.error();
+    for (std::size_t i = 0; i < radiance.size(); ++i)
+        shading.geometry.entities[scene.instances[i].entity].fill(radiance[i]);
+    return Done{};
+}
+
+}  // namespace haarfield

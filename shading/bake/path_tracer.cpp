@@ -1,0 +1,108 @@
+#include "shading/bake/path_tracer.h"
+
+#include <random>
+
+#include "shading/bounces/cosine_directions.h"
+
+namespace haarfield {
+namespace {
+
+/// A point that a path has come to.
+struct PathVertex {
+    Vec3f from, normal;
+    Rgb reflectance;  ///< Albedo / pi. [1/sr]
+};
+
+PathVertex path_vertex(const ShadedScene& scene, const SurfaceHit& hit, const Vec3f& position) {
+    const ShadedInstance& instance = scene.instances[hit.instance];
+    const ShadedEntity& entity = scene.entities[instance.entity];
+    const Mesh& mesh = *entity.mesh;
+    const std::array<std::uint32_t, 3>& corners = mesh.triangles[hit.triangle];
+    const std::array<float, 3> weights = hit.weights();
+    Vec3f normal(0.0f);
+    Rgb reflectance(0.0f);
+    for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t v = corners[k];
+        const Rgb albedo = entity.materials[mesh.vertex_materials[v]].diffuse;
+        normal += mesh.normals[v] * weights[k];
+        reflectance += (entity.tints.empty() ? albedo : albedo * entity.tints[v]) * weights[k];
+    }
+    const Vec3f outwards = (mesh.positions[corners[1]] - mesh.positions[corners[0]])
+                               .cross(mesh.positions[corners[2]] - mesh.positions[corners[0]])
+                               .normalized();
+    const float offset =
+        surface_offset * instance.placement.scale * entity.occlusion->coarse().bounds().radius();
+    return {position + instance.placement.direction_to_world(outwards) * offset,
+            instance.placement.direction_to_world(normal.normalized()),
+            reflectance * static_cast<float>(1 / pi)};
+}
+
+}  // namespace
+
+PathTracer::PathTracer(const ShadedScene& scene, const FineSurface& surface, const ShadowRays& rays,
+                       const SourceRule& sources)
+    : scene_(scene), surface_(surface), rays_(rays) {
+    SplitLight split = split_light(scene.environment, sources);
+    smooth_ = std::move(split.smooth);
+    lights_ = all_lights(split.sources);
+    double sum = 0;
+    for (const DirectionalLight& light : lights_)
+        chances_.push_back(sum += double(luminance(light.irradiance)));
+    for (double& chance : chances_) chance /= sum;
+}
+
+PathTracer::Estimate PathTracer::indirect_irradiance(const Vec3f& from, const Vec3f& normal, double certainty,
+                                                     std::uint32_t most, std::uint32_t seed) const {
+    constexpr std::uint32_t batch = 1024;
+    std::mt19937 random(seed);
+    const auto number = [&random] { return float(random() >> 8) / float(1 << 24); };
+    Vec3d sum(0.0), squares(0.0);
+    Estimate result;
+    for (std::uint32_t path = 0; path < most; ++path) {
+        Rgb found(0.0f), carried(static_cast<float>(pi));
+        PathVertex at{from, normal, Rgb(0.0f)};
+        // First directions are spread evenly, which is what first bounces need most.
+        Vec2f place = sobol_point(path);
+        const Vec2f shift(number(), number());
+        place = Vec2f(place.x + shift.x / batch, place.y + shift.y / batch);
+        for (bool is_first = true;; is_first = false) {
+            const Vec3f direction = cosine_direction(is_first ? place : Vec2f(number(), number()), at.normal,
+                                                     axes_across(at.normal));
+            const std::optional<SurfaceHit> hit = surface_.first_hit(scene_, at.from, direction);
+            if (!hit) {
+                if (!is_first) found += carried * radiance_from(smooth_, Vec3d(direction));
+                break;
+            }
+            if (hit->is_back) break;
+            at = path_vertex(scene_, *hit, at.from + direction * hit->distance);
+            if (!lights_.empty()) {
+                const double drawn = double(number());
+                const auto chosen = std::min(
+                    static_cast<std::size_t>(std::ranges::upper_bound(chances_, drawn) - chances_.begin()),
+                    lights_.size() - 1);
+                const DirectionalLight& light = lights_[chosen];
+                const double chance = chances_[chosen] - (chosen > 0 ? chances_[chosen - 1] : 0);
+                const float cosine = at.normal.dot(light.direction);
+                if (cosine > 0 && chance > 0 && !rays_.is_blocked(at.from, light.direction))
+                    found += carried * at.reflectance * light.irradiance * (cosine / float(chance));
+            }
+            carried *= at.reflectance * static_cast<float>(pi);
+            const float chance = std::min(1.0f, std::max({carried.x, carried.y, carried.z}) / float(pi));
+            if (!(number() < chance)) break;
+            carried /= chance;
+        }
+        sum += Vec3d(found);
+        squares += Vec3d(found) * Vec3d(found);
+        const std::uint32_t paths = path + 1;
+        if (paths % batch != 0 && paths != most) continue;
+        for (int c = 0; c < 3; ++c) {
+            const double mean = sum[c] / paths, variance = std::max(0.0, squares[c] / paths - mean * mean);
+            result.irradiance[c] = static_cast<float>(mean);
+            result.deviation[c] = static_cast<float>(std::sqrt(variance / paths));
+        }
+        if (double(luminance(result.deviation)) <= certainty * double(luminance(result.irradiance))) break;
+    }
+    return result;
+}
+
+}  // namespace haarfield

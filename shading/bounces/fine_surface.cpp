@@ -1,0 +1,61 @@
+#include "shading/bounces/fine_surface.h"
+
+#include <embree3/rtcore.h>
+
+namespace haarfield {
+namespace {
+
+std::optional<RTCRayHit> traced(RTCScene scene, const Vec3f& from, const Vec3f& direction) {
+    RTCRayHit ray{};
+    ray.ray.org_x = from.x;
+    ray.ray.org_y = from.y;
+    ray.ray.org_z = from.z;
+    ray.ray.dir_x = direction.x;
+    ray.ray.dir_y = direction.y;
+    ray.ray.dir_z = direction.z;
+    ray.ray.tfar = far_away;
+    ray.ray.mask = ~0u;
+    ray.hit.geomID = ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(scene, &context, &ray);
+    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    return ray;
+}
+
+/// direction  in the entity's frame.
+SurfaceHit surface_hit(const RTCRayHit& ray, const Mesh& mesh, const Vec3f& direction) {
+    const auto& [a, b, c] = mesh.triangles[ray.hit.primID];
+    const Vec3f& corner = mesh.positions[a];
+    const Vec3f outwards = (mesh.positions[b] - corner).cross(mesh.positions[c] - corner);
+    return {0, ray.hit.primID, ray.hit.u, ray.hit.v, ray.ray.tfar, outwards.dot(direction) > 0};
+}
+
+}  // namespace
+
+FineSurface::FineSurface(const ShadedScene& scene) {
+    for (const ShadedEntity& entity : scene.entities)
+        triangles_.add_entity(entity.mesh->positions, entity.mesh->triangles);
+    place(scene);
+}
+
+std::optional<SurfaceHit> FineSurface::first_hit(const ShadedScene& scene, const Vec3f& from,
+                                                 const Vec3f& direction) const {
+    const std::optional<RTCRayHit> ray = traced(triangles_.scene(), from, direction);
+    if (!ray) return std::nullopt;
+    const ShadedInstance& instance = scene.instances[ray->hit.instID[0]];
+    SurfaceHit hit = surface_hit(*ray, *scene.entities[instance.entity].mesh,
+                                 instance.placement.direction_to_object(direction));
+    hit.instance = ray->hit.instID[0];
+    return hit;
+}
+
+std::optional<SurfaceHit> FineSurface::below(const ShadedScene& scene, std::size_t entity, const Vec3f& from,
+                                             const Vec3f& normal) const {
+    const Vec3f down = -normal;
+    const std::optional<RTCRayHit> ray = traced(triangles_.entity(entity), from, down);
+    if (!ray) return std::nullopt;
+    return surface_hit(*ray, *scene.entities[entity].mesh, down);
+}
+
+}  // namespace haarfield

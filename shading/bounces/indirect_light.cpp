@@ -1,0 +1,159 @@
+#include "shading/bounces/indirect_light.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cassert>
+
+#include "shading/bounces/cosine_directions.h"
+#include "shading/scene/vertex_loop.h"
+
+namespace haarfield {
+namespace {
+
+constexpr std::uint32_t lobe_rays = 24;
+
+Rgb between(const std::vector<Rgb>& values, const Mesh& mesh, const SurfaceHit& hit) {
+    const std::array<float, 3> weights = hit.weights();
+    Rgb sum(0.0f);
+    for (std::size_t k = 0; k < 3; ++k) sum += values[mesh.triangles[hit.triangle][k]] * weights[k];
+    return sum;
+}
+
+const Mesh& mesh_of(const ShadedScene& scene, std::size_t instance) {
+    return *scene.entities[scene.instances[instance].entity].mesh;
+}
+
+}  // namespace
+
+std::vector<Rgb> row_reflectances(const ShadedScene& scene, const ShadingGeometry& geometry) {
+    const VertexRows rows(scene, geometry);
+    std::vector<Rgb> result;
+    result.reserve(rows.count());
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
+        for (const std::uint32_t v : rows.vertices(i)) {
+            const Rgb albedo = entity.materials[entity.mesh->vertex_materials[v]].diffuse;
+            result.push_back((entity.tints.empty() ? albedo : albedo * entity.tints[v]) *
+                             static_cast<float>(1 / pi));
+        }
+    }
+    return result;
+}
+
+Result<BouncedLight> bounced_light(const LightTransport& transport, std::span<const Rgb> reflectance,
+                                   std::span<const Rgb> direct, const BounceSettings& settings,
+                                   const Progress& progress) {
+    assert(reflectance.size() == direct.size());
+    BouncedLight result;
+    result.irradiance.assign(direct.size(), Rgb(0.0f));
+    result.radiance.assign(direct.begin(), direct.end());
+    std::vector<Rgb> last(direct.begin(), direct.end());
+    std::vector<Rgb> arriving;
+    constexpr std::size_t run = 4096;  // rows that are summed up together, whatever the threads
+    struct Shares {
+        double sum = 0;
+        std::size_t lit = 0;
+    };
+    std::vector<Shares> shares((last.size() + run - 1) / run);
+    double before = 1, factor = 0;
+    while (result.bounces < settings.most) {
+        if (progress.stop.stop_requested()) return Error{"", interrupted};
+        arriving = transport.irradiance(last);
+        // What the bounce adds to a row, relative to all that it has then: so that a dark room counts as much
+        // as the sunny street before it.
+        tbb::parallel_for(std::size_t(0), shares.size(), [&](std::size_t r) {
+            shares[r] = {};
+            for (std::size_t row = r * run, end = std::min(last.size(), row + run); row < end; ++row) {
+                last[row] = reflectance[row] * arriving[row];
+                result.irradiance[row] += arriving[row];
+                result.radiance[row] += last[row];
+                const float whole = luminance(result.radiance[row]);
+                if (!(whole > 0)) continue;
+                shares[r].sum += double(luminance(last[row]) / whole);
+                ++shares[r].lit;
+            }
+        });
+        ++result.bounces;
+        Shares all;
+        for (const Shares& part : shares) {
+            all.sum += part.sum;
+            all.lit += part.lit;
+        }
+        const double added = all.lit > 0 ? all.sum / double(all.lit) : 0;
+        factor = added / before;
+        result.left_out = factor < 1 ? added * factor / (1 - factor) : 1;
+        if (!(added > 0)) return result;
+        if (factor < 1 && result.left_out <= double(settings.tolerance)) break;
+        before = added;
+    }
+    if (result.bounces == 0 || result.bounces == settings.most) return result;
+    // What is left out is much like the last bounce.
+    const float rest = static_cast<float>(factor / (1 - factor));
+    for (std::size_t row = 0; row < last.size(); ++row) {
+        result.irradiance[row] += arriving[row] * rest;
+        result.radiance[row] += last[row] * rest;
+    }
+    return result;
+}
+
+IndirectLight indirect_light(const ShadedScene& scene, const ShadingGeometry& geometry,
+                             std::shared_ptr<const FineSurface> surface, const LightTransport& transport,
+                             BouncedLight bounced) {
+    IndirectLight result;
+    result.surface = std::move(surface);
+    transport.smooth(bounced.irradiance);
+    store_radiance(scene, geometry, bounced.irradiance, result.irradiance);
+    store_radiance(scene, geometry, bounced.radiance, result.radiance);
+    result.bounces = bounced.bounces;
+    result.left_out = bounced.left_out;
+    result.transport_bytes = transport.bytes();
+    return result;
+}
+
+Rgb IndirectLight::irradiance_at(const ShadedScene& scene, std::size_t instance,
+                                 const SurfacePoint& point) const {
+    const std::size_t entity = scene.instances[instance].entity;
+    std::optional<SurfaceHit> hit = surface->below(scene, entity, point.sample, point.normal);
+    if (!hit || hit->is_back)
+        hit = surface->below(scene, entity, point.sample, (point.sample - point.position).normalized());
+    return hit ? between(irradiance[instance], mesh_of(scene, instance), *hit) : Rgb(0.0f);
+}
+
+Rgb IndirectLight::highlights(const ShadedScene& scene, const Vec3f& from, const VertexBrdf& brdf) const {
+    Rgb sum(0.0f);
+    if (brdf.specular == Rgb(0.0f)) return sum;
+    const Vec3f& normal = brdf.normal;
+    // What the direction adds, where it was drawn with the density of the lobe itself.
+    const auto add = [&](const Vec3f& direction, float weight) {
+        const float cosine = normal.dot(direction);
+        if (!(cosine > 0)) return;
+        const std::optional<SurfaceHit> hit = surface->first_hit(scene, from, direction);
+        if (!hit || hit->is_back) return;
+        if (brdf.cosine_weighted) weight *= cosine;
+        Rgb tint(1.0f);
+        if (brdf.metallic != Rgb(0.0f))
+            tint -= brdf.metallic * (1 - static_cast<float>(metallic_fresnel(double(cosine))));
+        sum += between(radiance[hit->instance], mesh_of(scene, hit->instance), *hit) * tint * weight;
+    };
+    constexpr float round = static_cast<float>(2 * pi) / lobe_rays;
+    if (brdf.phong > 0) {
+        const Axes<Vec3f> axes = axes_across(brdf.mirror);
+        for (std::uint32_t k = 0; k < lobe_rays; ++k)
+            add(power_direction(sobol_point(k), brdf.shininess, brdf.mirror, axes),
+                brdf.phong * round / (brdf.shininess + 1));
+    }
+    if (brdf.blinn > 0) {
+        const Vec3f eye = normal * (2 * normal.dot(brdf.mirror)) - brdf.mirror;
+        const Axes<Vec3f> axes = axes_across(normal);
+        for (std::uint32_t k = 0; k < lobe_rays; ++k) {
+            const Vec3f half = power_direction(sobol_point(k), brdf.blinn_exponent, normal, axes);
+            const float along = half.dot(eye);
+            if (along > 0)
+                add(half * (2 * along) - eye, brdf.blinn * 4 * along * round / (brdf.blinn_exponent + 1));
+        }
+    }
+    return sum * brdf.specular;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,312 @@
+#include "shading/bounces/light_transport.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <bit>
+#include <cassert>
+#include <numeric>
+
+#include "fields/base/parallel_loop.h"
+#include "shading/bounces/cosine_directions.h"
+
+namespace haarfield {
+namespace {
+
+constexpr std::size_t most_neighbours = 8;
+constexpr float smoothed_share = 0.07f;  ///< Of the distance from which light comes: how far it is smoothed.
+constexpr float same_surface = 0.95f;    ///< Cosine between normals.
+constexpr double wanted_certainty = 0.02;
+constexpr int most_directions = 4096;
+
+/// A number in [0, 1) that looks random.
+///
+/// source  the finalizer of MurmurHash3, by Austin Appleby.
+float scattered(std::uint64_t x) {
+    x ^= x >> 33;
+    x *= 0xff51afd7ed558ccdULL;
+    x ^= x >> 33;
+    x *= 0xc4ceb9fe1a85ec53ULL;
+    x ^= x >> 33;
+    return float(x >> 40) / float(1 << 24);
+}
+
+/// Of vertices, by entity: their place in the order of rows.
+std::vector<std::vector<std::uint32_t>> places(const ShadedScene& scene, const ShadingGeometry& geometry) {
+    std::vector<std::vector<std::uint32_t>> result;
+    for (std::size_t e = 0; e < scene.entities.size(); ++e) {
+        const std::vector<std::uint32_t>& order = geometry.entities[e].order;
+        std::vector<std::uint32_t>& place = result.emplace_back(order.size());
+        for (std::uint32_t k = 0; k < order.size(); ++k) place[order[k]] = k;
+    }
+    return result;
+}
+
+}  // namespace
+
+LightTransport::Neighbours LightTransport::neighbours(const ShadedEntity& entity,
+                                                      std::span<const std::uint32_t> order) {
+    const Mesh& mesh = *entity.mesh;
+    const std::vector<std::uint8_t>& buried = entity.occlusion->samples().buried;
+    // Vertices at one place, where materials or normals part, are one site. Sites are numbered by position.
+    std::vector<std::uint32_t> by_position(order.size());
+    std::iota(by_position.begin(), by_position.end(), 0u);
+    const auto place_of = [&](std::uint32_t v) {
+        const Vec3f& p = mesh.positions[v];
+        return std::array{p.x, p.y, p.z};
+    };
+    std::ranges::sort(by_position, [&](std::uint32_t a, std::uint32_t b) {
+        return std::pair(place_of(a), a) < std::pair(place_of(b), b);
+    });
+    std::vector<std::uint32_t> site(order.size()), first_of_site;
+    for (std::uint32_t k = 0; k < by_position.size(); ++k) {
+        if (k == 0 || place_of(by_position[k]) != place_of(by_position[k - 1])) first_of_site.push_back(k);
+        site[by_position[k]] = static_cast<std::uint32_t>(first_of_site.size()) - 1;
+    }
+    const std::size_t sites = first_of_site.size();
+    first_of_site.push_back(static_cast<std::uint32_t>(order.size()));
+    std::vector<std::uint32_t> end_beside(sites + 1, 0), beside(6 * mesh.triangles.size());
+    for (const auto& triangle : mesh.triangles)
+        for (const std::uint32_t v : triangle) end_beside[site[v] + 1] += 2;
+    std::partial_sum(end_beside.begin(), end_beside.end(), end_beside.begin());
+    std::vector<std::uint32_t> filled(end_beside.begin(), end_beside.end() - 1);
+    for (const auto& triangle : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            for (const std::size_t other : {(k + 1) % 3, (k + 2) % 3})
+                beside[filled[site[triangle[k]]]++] = site[triangle[other]];
+    std::vector<std::uint32_t> place(order.size());
+    for (std::uint32_t k = 0; k < order.size(); ++k) place[order[k]] = k;
+
+    Neighbours result;
+    result.end.reserve(order.size());
+    std::vector<std::pair<float, std::uint32_t>> near;
+    for (const std::uint32_t v : order) {
+        near.clear();
+        const auto add = [&](std::uint32_t s) {
+            for (std::uint32_t k = first_of_site[s]; k < first_of_site[s + 1]; ++k) {
+                const std::uint32_t other = by_position[k];
+                if (other != v && !buried[other] && mesh.normals[other].dot(mesh.normals[v]) > same_surface)
+                    near.emplace_back((mesh.positions[other] - mesh.positions[v]).length2(), place[other]);
+            }
+        };
+        if (!buried[v]) {
+            add(site[v]);
+            for (std::uint32_t k = end_beside[site[v]]; k < end_beside[site[v] + 1]; ++k) add(beside[k]);
+            std::ranges::sort(near);
+            near.erase(std::unique(near.begin(), near.end()), near.end());
+            near.resize(std::min(near.size(), most_neighbours));
+        }
+        float sum = 0;
+        for (const auto& [square, other] : near) {
+            result.place.push_back(other);
+            sum += square;
+        }
+        result.square_distance.push_back(near.empty() ? 0 : sum / static_cast<float>(near.size()));
+        result.end.push_back(static_cast<std::uint32_t>(result.place.size()));
+    }
+    return result;
+}
+
+Result<Done> LightTransport::shoot(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                   const FineSurface& surface, std::span<const std::uint16_t> directions,
+                                   const Progress& progress) {
+    const VertexRows rows(scene, geometry);
+    const std::vector<std::vector<std::uint32_t>> place = places(scene, geometry);
+    // Appends what a row meets.
+    const auto shoot_row = [&](std::size_t row, std::uint32_t count, std::vector<std::uint32_t>& sources) {
+        const InstanceVertex at = rows[row];
+        nearness_[row] = 0;
+        if (rows.is_buried(at)) return;
+        const ShadedInstance& instance = scene.instances[at.instance];
+        const ShadedEntity& entity = scene.entities[instance.entity];
+        const Vec3f normal = instance.placement.direction_to_world(entity.mesh->normals[at.vertex]),
+                    from = instance.placement.point_to_world(entity.occlusion->samples().points[at.vertex]);
+        const Axes<Vec3f> axes = axes_across(normal);
+        double nearness = 0;
+        for (std::uint32_t k = 0; k < count; ++k) {
+            const std::uint64_t number = row * count + k;
+            const Vec3f direction =
+                cosine_direction(sobol_point(static_cast<std::uint32_t>(number)), normal, axes);
+            const std::optional<SurfaceHit> hit = surface.first_hit(scene, from, direction);
+            if (!hit) continue;
+            nearness += 1 / double(std::max(hit->distance, 1e-12f));
+            if (hit->is_back) continue;
+            const float drawn = scattered(number);
+            const std::size_t corner = drawn < hit->u ? 1 : drawn < hit->u + hit->v ? 2 : 0;
+            const std::size_t met = scene.instances[hit->instance].entity;
+            sources.push_back(static_cast<std::uint32_t>(
+                rows.first(hit->instance) +
+                place[met][scene.entities[met].mesh->triangles[hit->triangle][corner]]));
+        }
+        nearness_[row] = static_cast<float>(nearness / count);
+    };
+    return parallel_loop(
+        {blocks_.size()},
+        [&]() -> LoopBody {
+            return [&](std::size_t b) {
+                Block& block = blocks_[b];
+                const std::size_t first = b * block_rows, end = std::min(rows.count(), first + block_rows);
+                const auto same = std::span(directions_).subspan(first, end - first);
+                if (std::ranges::equal(same, directions.subspan(first, end - first))) return;
+                Block made;
+                std::uint32_t begin = 0;
+                for (std::size_t row = first; row < end; ++row) {
+                    const std::uint32_t stop = block.end[row - first];
+                    if (directions[row] == directions_[row])
+                        made.sources.insert(made.sources.end(), block.sources.begin() + begin,
+                                            block.sources.begin() + stop);
+                    else
+                        shoot_row(row, directions[row], made.sources);
+                    begin = stop;
+                    directions_[row] = directions[row];
+                    made.end[row - first] = static_cast<std::uint32_t>(made.sources.size());
+                }
+                made.sources.shrink_to_fit();
+                block = std::move(made);
+            };
+        },
+        "bounces", counted_by(block_rows, rows.count(), progress));
+}
+
+Result<LightTransport> LightTransport::make(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                            const FineSurface& surface, int directions,
+                                            const Progress& progress) {
+    assert(directions > 0 && directions <= most_directions && std::has_single_bit(unsigned(directions)));
+    LightTransport made;
+    const std::size_t rows = VertexRows(scene, geometry).count();
+    made.nearness_.assign(rows, 0.0f);
+    made.directions_.assign(rows, 0);
+    made.blocks_.resize((rows + block_rows - 1) / block_rows);
+    const std::vector<std::uint16_t> all(rows, static_cast<std::uint16_t>(directions));
+    if (const Result<Done> shot = made.shoot(scene, geometry, surface, all, progress); !shot)
+        return shot.error();
+    made.neighbours_.resize(scene.entities.size());
+    const Result<Done> joined = parallel_loop(
+        {scene.entities.size()},
+        [&]() -> LoopBody {
+            return [&](std::size_t e) {
+                made.neighbours_[e] = neighbours(scene.entities[e], geometry.entities[e].order);
+            };
+        },
+        "neighbours", progress);
+    if (!joined) return joined.error();
+    const VertexRows numbers(scene, geometry);
+    for (std::size_t i = 0; i < scene.instances.size(); ++i)
+        made.runs_.push_back({numbers.first(i), scene.instances[i].entity,
+                              scene.instances[i].placement.scale * scene.instances[i].placement.scale});
+    return made;
+}
+
+/// How often the row is mixed with its neighbours: a step spreads what is there by half of their distance,
+/// squares of which add up.
+int LightTransport::smoothing_steps(const Run& run, std::size_t place) const {
+    const float nearness = nearness_[run.first + place],
+                square =
+                    neighbours_[run.entity].square_distance[place] * run.square_scale * nearness * nearness;
+    if (!(square > 0)) return 0;
+    return static_cast<int>(
+        std::min(float(most_smoothing_steps), 2 * smoothed_share * smoothed_share / square));
+}
+
+std::vector<std::uint16_t> LightTransport::wanted_directions(std::span<const Rgb> radiance,
+                                                             std::span<const Rgb> reflectance) const {
+    // How many times as many directions each row would need.
+    std::vector<float> lacking(directions_.size(), 0.0f);
+    for (const Run& run : runs_)
+        tbb::parallel_for(std::size_t(0), neighbours_[run.entity].end.size(), [&](std::size_t k) {
+            const std::size_t row = run.first + k, b = row / block_rows, place = row % block_rows;
+            const Block& block = blocks_[b];
+            double sum = 0, squares = 0;
+            for (std::uint32_t n = place == 0 ? 0 : block.end[place - 1]; n < block.end[place]; ++n) {
+                const auto value = double(luminance(radiance[block.sources[n]]));
+                sum += value;
+                squares += value * value;
+            }
+            const double count = directions_[row], mean = sum / count,
+                         variance = std::max(0.0, squares / count - mean * mean) / count,
+                         share = pi * double(luminance(reflectance[row])),
+                         whole = double(luminance(radiance[row]));
+            // What is averaged over a disc grows with its area, and a step with the mean square of the
+            // distance.
+            const double averaged = 1 + 2.0 * smoothing_steps(run, k);
+            if (whole > 0)
+                lacking[row] =
+                    static_cast<float>(variance * share * share /
+                                       (averaged * whole * whole * wanted_certainty * wanted_certainty));
+        });
+    const auto directions_for = [&](std::size_t row, float scale) {
+        const double wanted = double(directions_[row]) * double(lacking[row] * scale);
+        int count = directions_[row];
+        while (count < most_directions && count < wanted) count *= 2;
+        return static_cast<std::uint16_t>(count);
+    };
+    double before = 0;
+    for (const std::uint16_t count : directions_) before += count;
+    std::vector<std::uint16_t> result(directions_.size());
+    for (float scale = 1;; scale *= 0.5f) {
+        double added = 0;
+        for (std::size_t row = 0; row < result.size(); ++row) {
+            result[row] = directions_for(row, scale);
+            added += result[row] == directions_[row] ? 0 : result[row];
+        }
+        if (added <= before) return result;
+    }
+}
+
+Result<Done> LightTransport::refine(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                    const FineSurface& surface, std::span<const Rgb> radiance,
+                                    std::span<const Rgb> reflectance, const Progress& progress) {
+    return shoot(scene, geometry, surface, wanted_directions(radiance, reflectance), progress);
+}
+
+std::vector<Rgb> LightTransport::irradiance(std::span<const Rgb> radiance) const {
+    assert(radiance.size() == nearness_.size());
+    std::vector<Rgb> result(radiance.size(), Rgb(0.0f));
+    tbb::parallel_for(std::size_t(0), blocks_.size(), [&](std::size_t b) {
+        const Block& block = blocks_[b];
+        const std::size_t first = b * block_rows, end = std::min(radiance.size(), first + block_rows);
+        std::size_t next = 0;
+        for (std::size_t row = first; row < end; ++row) {
+            Rgb sum(0.0f);
+            for (; next < block.end[row - first]; ++next) sum += radiance[block.sources[next]];
+            result[row] = sum * static_cast<float>(pi / directions_[row]);
+        }
+    });
+    return result;
+}
+
+void LightTransport::smooth(std::vector<Rgb>& irradiance, int most_steps) const {
+    std::vector<Rgb> mixed;
+    for (const Run& run : runs_) {
+        const Neighbours& near = neighbours_[run.entity];
+        const std::span<Rgb> values = std::span(irradiance).subspan(run.first, near.end.size());
+        std::vector<std::uint8_t> steps(values.size());
+        for (std::size_t k = 0; k < steps.size(); ++k)
+            steps[k] = static_cast<std::uint8_t>(std::min(most_steps, smoothing_steps(run, k)));
+        const int most = steps.empty() ? 0 : *std::ranges::max_element(steps);
+        for (int step = 0; step < most; ++step) {
+            mixed.assign(values.begin(), values.end());
+            tbb::parallel_for(tbb::blocked_range<std::size_t>(0, steps.size(), 1024), [&](const auto& range) {
+                for (std::size_t k = range.begin(); k != range.end(); ++k) {
+                    if (steps[k] <= step) continue;
+                    Rgb sum(0.0f);
+                    const std::uint32_t first = k == 0 ? 0 : near.end[k - 1], end = near.end[k];
+                    for (std::uint32_t n = first; n < end; ++n) sum += mixed[near.place[n]];
+                    values[k] = (mixed[k] + sum / static_cast<float>(end - first)) * 0.5f;
+                }
+            });
+        }
+    }
+}
+
+std::size_t LightTransport::bytes() const {
+    std::size_t sum =
+        nearness_.size() * (sizeof nearness_[0] + sizeof directions_[0]) + blocks_.size() * sizeof blocks_[0];
+    for (const Block& block : blocks_) sum += block.sources.capacity() * sizeof block.sources[0];
+    for (const Neighbours& near : neighbours_)
+        sum += near.end.size() * (sizeof near.end[0] + sizeof near.square_distance[0]) +
+               near.place.size() * sizeof near.place[0];
+    return sum;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,60 @@
+#include "shading/visibility/instanced_triangles.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cassert>
+
+#include "fields/base/instruction_set.h"
+
+namespace haarfield {
+namespace {
+
+std::shared_ptr<RTCSceneTy> new_scene(RTCDevice device) {
+    std::shared_ptr<RTCSceneTy> scene(rtcNewScene(device), &rtcReleaseScene);
+    // Without it rays slip through the edges that triangles share.
+    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+    return scene;
+}
+
+}  // namespace
+
+// Embree builds with its own threads, unless told: oneTBB's are enough to do one entity each.
+InstancedTriangles::InstancedTriangles()
+    : device_(rtcNewDevice(embree_settings("threads=1,set_affinity=0").c_str()), &rtcReleaseDevice) {}
+
+void InstancedTriangles::add_entity(std::span<const Vec3f> positions,
+                                    std::span<const std::array<std::uint32_t, 3>> triangles) {
+    std::shared_ptr<RTCSceneTy> made = new_scene(device_.get());
+    const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* coordinates = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), positions.size()));
+    for (const Vec3f& p : positions)
+        for (int axis = 0; axis < 3; ++axis) *coordinates++ = p[axis];
+    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles.size()));
+    for (const auto& triangle : triangles) indices = std::copy(triangle.begin(), triangle.end(), indices);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(made.get(), geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(made.get());
+    entities_.push_back(std::move(made));
+}
+
+void InstancedTriangles::place(const ShadedScene& scene) {
+    assert(scene.entities.size() == entities_.size());
+    std::shared_ptr<RTCSceneTy> made = new_scene(device_.get());
+    for (const ShadedInstance& instance : scene.instances) {
+        const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+        rtcSetGeometryInstancedScene(geometry, entities_[instance.entity].get());
+        const std::array<float, 12> columns = instance.placement.columns();
+        rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.data());
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(made.get(), geometry);
+        rtcReleaseGeometry(geometry);
+    }
+    rtcCommitScene(made.get());
+    scene_ = std::move(made);
+}
+
+}  // namespace haarfield

@@ -1,0 +1,48 @@
+#pragma once
+/// Meshes and where they stand, as Embree has them: what rays of all kinds are shot at.
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "shading/scene/shaded_scene.h"
+
+struct RTCDeviceTy;
+struct RTCSceneTy;
+
+namespace haarfield {
+
+/// Triangles of a scene's entities, and the scene of its instances. Copies share what was built. Safe to
+/// share between threads while nothing is added or placed.
+class InstancedTriangles {
+public:
+    InstancedTriangles();
+
+    /// One more entity: its number is that of those before.
+    ///
+    /// cost  some 0.3 us a triangle.
+    void add_entity(std::span<const Vec3f> positions,
+                    std::span<const std::array<std::uint32_t, 3>> triangles);
+
+    /// The instances as they stand now: of entities that were added in the scene's order.
+    ///
+    /// cost  2 us each.
+    void place(const ShadedScene& scene);
+
+    RTCSceneTy* scene() const {
+        return scene_.get();
+    }  ///< Of the instances; their geometries' numbers are theirs.
+    RTCSceneTy* entity(std::size_t e) const {
+        return entities_[e].get();
+    }  ///< Of one entity, in its own frame.
+
+private:
+    std::shared_ptr<RTCDeviceTy> device_;
+    std::vector<std::shared_ptr<RTCSceneTy>> entities_;
+    std::shared_ptr<RTCSceneTy> scene_;
+};
+
+/// Rays end here: of infinite ones Embree's packets do not always come back. [m]
+inline constexpr float far_away = 1e8f;
+
+}  // namespace haarfield

@@ -1,0 +1,45 @@
+#pragma once
+/// All vertices of a scene in one row.
+
+#include "shading/visibility/shading_geometry.h"
+
+namespace haarfield {
+
+/// A vertex of a scene.
+struct InstanceVertex {
+    std::size_t instance;
+    std::uint32_t vertex;  ///< Of the fine mesh.
+};
+
+/// Numbers the vertices of a scene: one instance after the other, and of an instance such that neighbours in
+/// space have numbers near each other. Scene and geometry must outlive it.
+class VertexRows {
+public:
+    VertexRows(const ShadedScene& scene, const ShadingGeometry& geometry);  ///< Rows of a scene's vertices.
+
+    std::size_t count() const { return first_.back(); }                         ///< Rows of all instances.
+    std::size_t first(std::size_t instance) const { return first_[instance]; }  ///< An instance's first row.
+    /// Of an instance's rows, the vertices.
+    std::span<const std::uint32_t> vertices(std::size_t instance) const {
+        return geometry_.entities[scene_.instances[instance].entity].order;
+    }
+    InstanceVertex operator[](std::size_t row) const;    ///< The vertex of a row.
+    bool is_buried(const InstanceVertex& vertex) const;  ///< LocalSamples::buried.
+
+private:
+    const ShadedScene& scene_;
+    const ShadingGeometry& geometry_;
+    std::vector<std::size_t> first_;  ///< By instance; one more at the end.
+};
+
+/// One value a row, as radiance by instance; buried vertices are filled, and nothing is negative.
+///
+/// wanted  null: all. Else these, and what they are filled from; the radiance of others is of no use, unless
+///         they were wanted before.
+void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,
+                    SceneRadiance& radiance, const VertexMask* wanted = nullptr);
+
+/// The values of rows, from those of vertices.
+std::vector<Rgb> row_values(const VertexRows& rows, const SceneRadiance& values);
+
+}  // namespace haarfield

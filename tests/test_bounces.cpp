@@ -1,0 +1,245 @@
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "shading/bake/bounced_radiance.h"
+#include "shading/bake/path_tracer.h"
+#include "tests/fixtures/example_scene.h"
+#include "tests/fixtures/relative_error.h"
+
+namespace haarfield {
+namespace {
+
+Mesh inside_out(Mesh mesh) {
+    for (Vec3f& normal : mesh.normals) normal = -normal;
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+    return mesh;
+}
+
+/// Of a sphere seen from within, the part below the middle.
+Mesh bowl_mesh(int segments) {
+    Mesh mesh = inside_out(sphere_mesh({0, 0, 0}, 1, segments));
+    std::erase_if(mesh.triangles, [&](const auto& triangle) {
+        return std::ranges::any_of(triangle, [&](std::uint32_t v) { return mesh.positions[v].y > 1e-6f; });
+    });
+    Mesh bowl = mesh;
+    bowl.positions.clear();
+    bowl.normals.clear();
+    bowl.vertex_materials.clear();
+    std::vector<std::uint32_t> number(mesh.positions.size(), ~0u);
+    for (auto& triangle : bowl.triangles)
+        for (std::uint32_t& v : triangle) {
+            if (number[v] == ~0u) {
+                number[v] = static_cast<std::uint32_t>(bowl.positions.size());
+                bowl.positions.push_back(mesh.positions[v]);
+                bowl.normals.push_back(mesh.normals[v]);
+                bowl.vertex_materials.push_back(0);
+            }
+            v = number[v];
+        }
+    return bowl;
+}
+
+RenderSettings bouncing(int most = any_bounces) {
+    RenderSettings settings;
+    settings.face_size = ExampleScene::size;
+    settings.bounces.most = most;
+    return settings;
+}
+
+/// A scene with all that bounces need.
+struct Bouncing : ExampleScene {
+    Bouncing(const Mesh& mesh, const Material& material) {
+        scene.instances.push_back({add_entity(mesh, material), {}});
+        scene.environment = environment([](const Vec3d&) { return 1.0; });
+    }
+    const ShadingGeometry& geometry() {
+        if (!geometry_) geometry_ = std::move(*shading_geometry(scene, bouncing()));
+        return *geometry_;
+    }
+    const FineSurface& surface() {
+        if (!surface_) surface_ = std::make_shared<const FineSurface>(scene);
+        return *surface_;
+    }
+    const LightTransport& transport() {
+        if (!transport_) transport_ = *LightTransport::make(scene, geometry(), surface(), 64);
+        return *transport_;
+    }
+    std::shared_ptr<const FineSurface> shared_surface() { return surface(), surface_; }
+
+private:
+    std::optional<ShadingGeometry> geometry_;
+    std::shared_ptr<const FineSurface> surface_;
+    std::optional<LightTransport> transport_;
+};
+
+TEST(Bounces, ClosedFurnaceSumsTheWholeSeries) {
+    for (const Mesh& mesh : {sphere_mesh({0, 0, 0}, 1, 12), box_mesh({-1, -1, -1}, {1, 1, 1}, 6)})
+        for (const float albedo : {0.5f, 0.8f}) {
+            Bouncing furnace(inside_out(mesh), matte(albedo));
+            const std::vector<Rgb> direct(mesh.positions.size(), Rgb(1.0f));
+            const std::vector<Rgb> reflectance = row_reflectances(furnace.scene, furnace.geometry());
+            const Result<BouncedLight> all =
+                bounced_light(furnace.transport(), reflectance, direct, bouncing().bounces);
+            for (const Rgb& radiance : all->radiance)
+                EXPECT_NEAR(radiance.x * (1 - albedo), 1, 1e-3) << mesh.positions.size() << ", " << albedo;
+            const Result<BouncedLight> two =
+                bounced_light(furnace.transport(), reflectance, direct, bouncing(2).bounces);
+            EXPECT_EQ(two->bounces, 2);
+            for (const Rgb& radiance : two->radiance)
+                EXPECT_NEAR(radiance.x, 1 + albedo + albedo * albedo, 3e-3);
+        }
+}
+
+TEST(Bounces, BowlUnderAUniformSkyHasItsClosedForm) {
+    // Every point of a sphere sends every other the same share of its light: L = r f / (1 - r (1 - f)), where
+    // f = 1/2 is the share of the sphere that is open.
+    for (const float albedo : {0.5f, 0.8f}) {
+        Bouncing bowl(bowl_mesh(48), matte(albedo));
+        const SceneRadiance radiance = *scene_radiance(bowl.scene, bouncing());
+        const double wanted = albedo * 0.5 / (1 - albedo * 0.5);
+        RelativeError error;
+        double mean = 0;
+        for (const Rgb& r : radiance[0]) {
+            error.add(Vec3d(r), Vec3d(wanted));
+            mean += double(r.x) / double(radiance[0].size());
+        }
+        EXPECT_NEAR(mean / wanted, 1, 0.003) << albedo;
+        EXPECT_LT(error.rmse(), 0.02) << albedo;
+    }
+}
+
+TEST(Bounces, PathsFindTheSame) {
+    Bouncing bowl(bowl_mesh(48), matte(0.8f));
+    const PathTracer tracer(bowl.scene, bowl.surface(), bowl.geometry().rays);
+    const EntityOcclusion& occlusion = *bowl.scene.entities[0].occlusion;
+    const Mesh& mesh = *bowl.scene.entities[0].mesh;
+    double mean = 0;
+    constexpr std::uint32_t points = 40;
+    for (std::uint32_t v = 0; v < points; ++v) {
+        const std::uint32_t at = v * 31 % static_cast<std::uint32_t>(mesh.positions.size());
+        const PathTracer::Estimate found =
+            tracer.indirect_irradiance(occlusion.samples().points[at], mesh.normals[at], 0, 1024, v);
+        EXPECT_GT(found.deviation.x, 0);
+        mean += double(found.irradiance.x) / points;
+    }
+    EXPECT_NEAR(mean / (pi * (2.0 / 3 / 0.8 - 0.5)), 1, 0.01);
+}
+
+TEST(Bounces, NoneIsDirectLightAlone) {
+    Bouncing bowl(bowl_mesh(12), matte(0.5f));
+    std::optional<IndirectLight> indirect;
+    const SceneLight light = scene_light(bowl.scene.environment, bouncing(0));
+    const RenderSettings settings = bouncing(0);
+    const PointShading shading{bowl.scene, bowl.geometry(), light, settings};
+    EXPECT_EQ(*bounced_radiance(shading, indirect), *scene_radiance(shading));
+    EXPECT_FALSE(indirect);
+}
+
+TEST(Bounces, BacksAndOtherObjectsInTheWayAreDark) {
+    // A square above another: what the upper one's back hides is not lit by what lies beyond it.
+    Bouncing scene(square_mesh(2, 0, 4), matte(0.5f));
+    scene.scene.instances.push_back({0, {{0, 1, 0}}});  // looks up, so that its back is seen from below
+    const std::vector<Rgb> direct(2 * 25, Rgb(1.0f));
+    for (const Rgb& arriving : scene.transport().irradiance(direct)) EXPECT_EQ(arriving, Rgb(0.0f));
+}
+
+TEST(Bounces, PointsHaveWhatTheirTrianglesCornersHave) {
+    Bouncing bowl(bowl_mesh(16), matte(0.5f));
+    BouncedLight bounced;
+    const std::vector<Rgb> values(bowl.geometry().entities[0].order.size(), Rgb(2.0f, 3.0f, 4.0f));
+    bounced.irradiance = bounced.radiance = values;
+    const IndirectLight indirect = indirect_light(bowl.scene, bowl.geometry(), bowl.shared_surface(),
+                                                  bowl.transport(), std::move(bounced));
+    const ShadedEntity& entity = bowl.scene.entities[0];
+    for (std::uint32_t v = 0; v < entity.mesh->positions.size(); ++v) {
+        const Rgb found = indirect.irradiance_at(bowl.scene, 0, surface_point(entity, v));
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], 2 + c, 1e-4) << v;
+    }
+}
+
+TEST(Bounces, SmoothingKeepsWhatIsEvenAndContacts) {
+    // A floor under a wall that stands on it: what the wall sends changes fast at its foot.
+    Bouncing scene(joined_meshes(square_mesh(2, 0, 16), box_mesh({-1, 0, -0.1f}, {1, 1, 0.1f}, 16)),
+                   matte(0.5f));
+    std::vector<Rgb> even(scene.geometry().entities[0].order.size(), Rgb(3.0f));
+    scene.transport().smooth(even);
+    for (const Rgb& value : even) EXPECT_NEAR(value.x, 3, 1e-5);
+    std::vector<Rgb> uneven(even.size(), Rgb(0.0f));
+    for (std::size_t row = 0; row < uneven.size(); row += 2) uneven[row] = Rgb(1.0f);
+    std::vector<Rgb> smooth = uneven;
+    scene.transport().smooth(smooth);
+    const VertexRows rows(scene.scene, scene.geometry());
+    const Mesh& mesh = *scene.scene.entities[0].mesh;
+    for (std::size_t row = 0; row < smooth.size(); ++row) {
+        const Vec3f& place = mesh.positions[rows[row].vertex];
+        if (place.y == 0 && std::abs(place.x) < 0.9f && std::abs(place.z) > 0.1f &&
+            std::abs(place.z) < 0.3f) {
+            EXPECT_EQ(smooth[row], uneven[row]) << place.x << ", " << place.z;
+        }
+    }
+}
+
+TEST(Bounces, HighlightsShowTheirSurroundings) {
+    // In the middle of one wall of a box that shines everywhere: int cos^n / pi = 2 / (n + 1) along the
+    // normal.
+    Bouncing furnace(inside_out(box_mesh({-1, -1, -1}, {1, 1, 1}, 4)), matte(0.5f));
+    BouncedLight bounced;
+    bounced.irradiance = bounced.radiance =
+        std::vector<Rgb>(furnace.geometry().entities[0].order.size(), Rgb(1.0f));
+    const IndirectLight indirect = indirect_light(furnace.scene, furnace.geometry(), furnace.shared_surface(),
+                                                  furnace.transport(), bounced);
+    VertexBrdf brdf;
+    brdf.normal = brdf.mirror = {0, 1, 0};
+    brdf.specular = Rgb(static_cast<float>(1 / pi));
+    for (const float exponent : {10.0f, 60.0f}) {
+        brdf.phong = 1;
+        brdf.blinn = 0;
+        brdf.shininess = exponent;
+        EXPECT_NEAR(indirect.highlights(furnace.scene, {0, -0.99f, 0}, brdf).x, 2 / (exponent + 1),
+                    0.01 / exponent);
+        // About the half vector, seen along the normal: int (N.H)^m / pi dw = 8 int c^(m+1) dc = 8 / (m + 2),
+        // as far as light comes from above.
+        brdf.phong = 0;
+        brdf.blinn = 1;
+        brdf.blinn_exponent = exponent;
+        const double below = std::pow(std::sqrt(0.5), double(exponent) + 2);
+        EXPECT_NEAR(indirect.highlights(furnace.scene, {0, -0.99f, 0}, brdf).x * (exponent + 2) / 8,
+                    1 - below, 0.05);
+    }
+}
+
+TEST(Bounces, DiffusePartIsTheRadianceOfDullMaterials) {
+    Material material = glossy(20, LobeConvention::povray);
+    material.diffuse = Rgb(0.3f, 0.4f, 0.5f);
+    Bouncing shining(bowl_mesh(12), material);
+    shining.scene.eye = {0, 3, 1};
+    const SceneLight light = scene_light(shining.scene.environment, bouncing());
+    const RenderSettings settings = bouncing();
+    const RadianceParts parts = *radiance_parts({shining.scene, shining.geometry(), light, settings});
+    EXPECT_EQ(parts.full, *scene_radiance({shining.scene, shining.geometry(), light, settings}));
+    ShadedScene dull = shining.scene;
+    dull.entities[0].materials[0].specular = Rgb(0.0f);
+    EXPECT_EQ(parts.diffuse, *scene_radiance({dull, shining.geometry(), light, settings}));
+}
+
+TEST(Bounces, SameBitsWithAnyNumberOfThreads) {
+    Bouncing bowl(bowl_mesh(24), matte(0.7f));
+    const auto radiance_by = [&](std::size_t threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        return *scene_radiance(bowl.scene, bouncing());
+    };
+    EXPECT_EQ(radiance_by(1), radiance_by(3));
+}
+
+TEST(Bounces, EndWhenTheyAreInterrupted) {
+    Bouncing bowl(bowl_mesh(24), matte(0.7f));
+    std::stop_source stop;
+    stop.request_stop();
+    const Result<LightTransport> made =
+        LightTransport::make(bowl.scene, bowl.geometry(), bowl.surface(), 64, {{}, stop.get_token()});
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().what, interrupted);
+}
+
+}  // namespace
+}  // namespace haarfield

@@ -1,0 +1,118 @@
+#include "bridge/image_difference.h"
+#include "bridge/reference_picture.h"
+#include "bridge/reference_scene.h"
+#include "fields/base/names.h"
+#include "tools/command.h"
+#include "tools/number_option.h"
+#include "tools/scene_options.h"
+
+#include <fmt/format.h>
+
+namespace haarfield {
+
+namespace {
+
+struct ResidualOptions {
+    SceneOptions scene;
+    std::string output;
+    int lights = 1024;
+    double most_bias = 0.005, most_rms = 0.02;
+};
+
+/// What `bake` has left in the folder of the scene's instances.
+Result<ReferenceBounces> baked_objects(const Scene& scene, const std::filesystem::path& folder) {
+    std::vector<std::string> names;
+    for (const Instance& instance : scene.instances) names.push_back(instance.name);
+    const std::string stem = file_stem(scene);
+    ReferenceBounces bounces;
+    for (const std::string& object : povray_object_names(stem, names)) {
+        const std::filesystem::path include =
+            folder / (stem + object.substr(povray_identifier(stem).size()) + ".inc");
+        if (!std::filesystem::is_regular_file(include))
+            return Error{include.string(), "is not there; wanted what bake leaves in the same folder"};
+        bounces.baked.push_back({include, object});
+    }
+    return bounces;
+}
+
+Result<ExitCode> run(const ResidualOptions& options, CommandContext& context) {
+    const std::filesystem::path output = options.output;
+    Result<Scene> scene = opened_scene(options.scene);
+    if (!scene) return scene.error();
+    const Result<ReferenceBounces> bounces = baked_objects(*scene, output);
+    if (!bounces) return bounces.error();
+    const Result<Image> baked = read_image(output / "baked.exr");
+    if (!baked) return baked.error();
+    const Result<Environment> environment = opened_environment(*scene, context);
+    if (!environment) return environment.error();
+    const Result<SceneEntities> entities = opened_originals(*scene, context);
+    if (!entities) return entities.error();
+    if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
+        return placed.error();
+    const std::vector<ReferenceInstance> instances = reference_instances(*scene, *entities);
+    const Result<ReferenceFiles> files =
+        write_reference_scene(output, file_stem(*scene) + "_residual", scene->camera, instances, *environment,
+                              options.lights, *bounces);
+    if (!files) return files.error();
+    for (const std::string& warning : files->warnings) context.warn(warning);
+    PovrayOptions povray = povray_options(*scene, options.scene, context);
+    povray.width = baked->width;
+    povray.height = baked->height;
+    const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, context.progress);
+    if (!picture) return picture.error();
+    const std::filesystem::path exr = output / "residual.exr";
+    if (Result<Done> written =
+            write_with_background(picture->image, files->scene, exr, povray, context.progress);
+        !written)
+        return written.error();
+    report_picture(exr, picture->image, picture->run, context);
+    const Result<ImageDifference> difference = image_difference(*baked, picture->image);
+    if (!difference) return difference.error();
+    const double own = double(*picture->image.relative_error);
+    context.report["bias"] = difference->bias;
+    context.report["relative_rmse"] = difference->relative_rmse;
+    context.report["relative_error"] = own;
+    context.print(
+        "bias           {:+.4f}\nrelative rmse  {:.4f}\nlights         have a relative error of {:.4f}\n",
+        difference->bias, difference->relative_rmse, own);
+    if (std::abs(difference->bias) <= options.most_bias && difference->relative_rmse <= options.most_rms)
+        return ExitCode::done;
+    context.message(
+        fmt::format("the bake does not reproduce itself; wanted a bias of {} and an RMSE of {} at most",
+                    options.most_bias, options.most_rms));
+    return ExitCode::images_differ;
+}
+
+}  // namespace
+
+Command residual_command(CLI::App& program) {
+    CLI::App* app = program.add_subcommand(
+        "residual", "Let POV-Ray gather a bake's own light once: it must give the bake back");
+    const auto options = std::make_shared<ResidualOptions>();
+    add_scene_option(*app, options->scene);
+    app->add_option("-o,--output", options->output, "The folder of the bake, for residual.exr, too")
+        ->required()
+        ->type_name("DIR");
+    add_number(*app, "--lights", options->lights, "Distant lights that stand for the environment, at most",
+               {16, 100000})
+        ->capture_default_str()
+        ->type_name("N");
+    add_number(*app, "--max-bias", options->most_bias,
+               "Exit code 3 if the bake is brighter or darker by more", {0, 1})
+        ->capture_default_str()
+        ->type_name("E");
+    add_number(*app, "--max-rmse", options->most_rms, "Exit code 3 if it differs by more, RMS", {0, 1})
+        ->capture_default_str()
+        ->type_name("E");
+    add_picture_options(*app, options->scene);
+    app->footer(
+        "Light on diffuse surfaces is what direct light and the surroundings' own radiance make of it. The "
+        "ray\n"
+        "tracer takes the first from lights, the second from the baked meshes, and must come to the same "
+        "picture.\n"
+        "It wants a bake in the same folder.\n"
+        "Example:\n  haarfield residual scenes/gallery/room.toml -o out/room");
+    return {app, [options](CommandContext& context) { return run(*options, context); }};
+}
+
+}  // namespace haarfield
