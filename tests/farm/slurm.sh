@@ -99,7 +99,7 @@ bake=(--face-size 16 --antialiasing 0)
 reference=(--lights 16 --antialiasing 0)
 "$program" bake scenes/table_and_chairs.toml -o whole --fields whole_fields --threads 1 --quiet "${bake[@]}"
 "$program" reference scenes/table_and_chairs.toml -o whole --threads 1 --quiet "${reference[@]}"
-"$program" plan scenes/table_and_chairs.toml -o plan --want bake,reference --tasks 6 --threads 1 \
+"$program" plan scenes/table_and_chairs.toml -o plan --want bake,reference --tasks 3 --threads 1 \
     --bake-options "${bake[*]}" --reference-options "${reference[*]}"
 
 join=$(sh plan/slurm.sh | tail -n 1)
@@ -110,7 +110,7 @@ kill -9 -- "-${daemon[n1]}"
 scontrol update NodeName=n1 State=DOWN Reason=test
 down_at=$(done_tasks)
 ended() { [[ -z $(squeue --noheader --jobs "$join" 2>/dev/null) ]]; }
-wait_for 240 ended || fail "the join does not end"
+wait_for 400 ended || fail "the join does not end"
 diff -r whole plan/results/table_and_chairs || fail "the results are not those of the undivided commands"
 diff -r whole_fields plan/fields || fail "the fields are not those of the undivided command"
 hosts=$(cat plan/parts/*.part | grep -ao '"host":"n[01]"' | sort | uniq -c | tr '\n' ' ')
