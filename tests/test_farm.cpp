@@ -26,9 +26,10 @@ std::vector<std::size_t> shuffled_tasks(std::size_t count, std::uint32_t seed) {
 
 TEST_F(FarmTest, JoinedIsUndividedByteForByte) {
     write_scene();
-    const std::string bake = "--face-size 16 --antialiasing 2 --pass own-shadow,occlusion --format ply,glb",
-                      reference = "--lights 16 --antialiasing 2",
-                      relight = "--face-size 16 --move box_2 2,0.001,0:1,0.001,1 --frames 5";
+    const std::string
+        bake = "--face-size 16 --bounces 0 --antialiasing 2 --pass own-shadow,occlusion --format ply,glb",
+        reference = "--lights 16 --antialiasing 2",
+        relight = "--face-size 16 --move box_2 2,0.001,0:1,0.001,1 --frames 5";
     const auto undivided = [&](const std::string& command, const std::string& options, const char* output) {
         Words words{command, "room.toml", "-o", output};
         if (command != "reference") words.insert(words.end(), {"--fields", "whole_fields"});
@@ -59,9 +60,9 @@ TEST_F(FarmTest, JoinedIsUndividedByteForByte) {
 
 TEST_F(FarmTest, SixtyFourTasksMakeWhatOneDoes) {
     write_scene();
-    const std::string bake = "--face-size 16 --no-render --colours fitted";
+    const std::string bake = "--face-size 16 --bounces 0 --no-render --colours fitted";
     expect_done({"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16",
-                 "--no-render", "--colours", "fitted"});
+                 "--bounces", "0", "--no-render", "--colours", "fitted"});
     expect_done({"plan", "room.toml", "-o", "plan", "--bake-options", bake, "--tasks", "64"});
     const std::size_t count = task_count("plan");
     EXPECT_EQ(count, 3u * 64);
@@ -122,8 +123,8 @@ TEST_F(FarmTest, KilledTasksAreDoneAgainAndLeaveNothingHalf) {
 
 TEST_F(FarmTest, JoinNamesWhatIsMissingOrDamagedAndWorkMendsIt) {
     write_scene();
-    expect_done(
-        {"plan", "room.toml", "-o", "plan", "--tasks", "2", "--bake-options", "--face-size 16 --no-render"});
+    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "2", "--bake-options",
+                 "--face-size 16 --bounces 0 --no-render"});
     const std::size_t count = task_count("plan");
     ASSERT_EQ(count, 6u);
     EXPECT_EQ(run({"plan", "room.toml", "-o", "plan"}).code, 1) << "there is one already";
@@ -271,7 +272,7 @@ TEST_F(FarmTest, TenThousandInstancesArePlannedAndSimulated) {
         scene += fmt::format("[[instances]]\nentity = \"box\"\ntranslate = [{}, 0.001, {}]\n",
                              2 + 1.5 * (i % 100), 1.5 * (i / 100));
     write_text(folder / "room.toml", scene);
-    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "10000"});
+    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "10000", "--bake-options", "--bounces 0"});
     const Outcome simulated = run({"status", "plan", "--nodes", "10,100,1000", "--json"});
     const auto state = nlohmann::json::parse(simulated.out, nullptr, false);
     EXPECT_EQ(state.value("tasks", 0), 30000);

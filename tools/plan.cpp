@@ -152,7 +152,9 @@ Result<PlanJob> command_job(const PlannedScene& planned, std::vector<std::string
     if (Result<Done> good = check_arguments(arguments); !good)
         return Error{"--" + command + "-options", good.error().what};
     std::size_t most = 1;
-    if (command == "bake" && !has_option(arguments, "--refine") && !has_option(arguments, "--bounces")) {
+    // What bounces wants the direct light of the whole scene first.
+    if (command == "bake" && !has_option(arguments, "--refine") &&
+        option_number(arguments, "--bounces", 1) == 0) {
         job.division = Division::shading;
         most = 100000;
     } else if (command == "reference" && !has_option(arguments, "--relative-error") &&
@@ -307,7 +309,8 @@ Command plan_command(CLI::App& program) {
     app->footer(
         "--threads is what a task will have. A field is divided by samples, a bake by vertices, a reference "
         "by\n"
-        "lights and rows, a relight by frames; bakes with --refine or --bounces, and references with\n"
+        "lights and rows, a relight by frames; bakes with --refine, or without --bounces 0, and references "
+        "with\n"
         "--relative-error or --radiosity, are one task.\n"
         "Example:\n  haarfield plan scenes/table_and_chairs.toml -o out/plan --want bake,reference --threads "
         "2\n"
