@@ -115,14 +115,16 @@ TEST(Readme, CommandsHaveTheOptionsThatTheirRowsName) {
                 EXPECT_TRUE(has_option(help, option)) << (*named)[1] << " has no " << option;
         }
     }
-    EXPECT_EQ(commands, (std::set<std::string>{"bake", "budget", "compare", "import", "info", "precompute",
-                                               "reference", "relight", "residual", "verify"}));
+    EXPECT_EQ(commands, (std::set<std::string>{"bake", "budget", "compare", "import", "info", "join",
+                                               "library", "plan", "precompute", "reference", "relight",
+                                               "residual", "status", "verify", "work"}));
 }
 
 /// Outside of these rows and of the code blocks, by the commands that the text means.
 TEST(Readme, NamesNoOptionThatItsCommandsLack) {
-    const std::set<std::string> all{"bake",       "budget",    "compare", "import",   "info",
-                                    "precompute", "reference", "relight", "residual", "verify"},
+    const std::set<std::string> all{"bake",    "budget",   "compare", "import",     "info",
+                                    "join",    "library",  "plan",    "precompute", "reference",
+                                    "relight", "residual", "status",  "verify",     "work"},
         make_fields{"bake", "budget", "precompute", "relight"};
     const std::map<std::string, std::set<std::string>> meant{
         {"--help", all},
@@ -141,6 +143,11 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--orbit", {"relight"}},
         {"--move", {"relight"}},
         {"--keyframes", {"relight"}},
+        {"--fields", make_fields},
+        {"--bounces", {"bake", "budget", "reference", "relight"}},
+        {"--relative-error", {"reference"}},
+        {"--task", {"work"}},
+        {"--instructions", {"plan"}},
         {"--pruning-error", {"relight"}}};
     std::map<std::string, std::string> help;
     for (const std::string& command : all) help[command] = help_of(command);
