@@ -190,7 +190,7 @@ struct NumberOption {
 
 /// Those of a command: all that take a value, but for texts, whose types are known.
 std::vector<NumberOption> number_options(const std::string& help) {
-    const std::set<std::string> texts{"DIR", "FILE", "FILE.json", "FILE.mp4", "TEXT", "A,B,...", "INSTANCE"};
+    const std::set<std::string> texts{"DIR", "FILE", "FILE.json", "FILE.mp4", "TEXT", "A,B,...", "INSTANCE", "TIME", "SIZE"};
     const std::regex line(R"(\n +(?:-\w,)?(--[a-z-]+) ([^\s:=]+)(?::(in [\[(].*?[\])]|\{.*?\}))?)");
     std::vector<NumberOption> options;
     for (std::sregex_iterator match(help.begin(), help.end(), line), end; match != end; ++match)
@@ -270,7 +270,7 @@ TEST_F(Commands, BadInputExitsWithOneAndSaysWhere) {
           {{"bake", "broken.toml", "-o", "out"}, "broken.toml:1:"},
           {{"bake", "room.toml", "-o", "out", "--environment", "broken.exr"}, "broken.exr"},
           {{"bake", "room.toml", "-o", "out", "--view", "0,0.4,0"}, "--view"},
-          {{"bake", "room.toml", "-o", "out", "--evaluator", "dense", "--refine", "0.1"}, "--evaluator"},
+          {{"bake", "room.toml", "-o", "out", "--evaluator", "dense", "--refine", "0.1"}, "evaluator dense"},
           {{"reference", "broken.toml", "-o", "out"}, "broken.toml:1:"},
           {{"compare", "broken.exr", "missing.exr", "-o", "out"}, "broken.exr"},
           {{"info", "broken.vdb"}, "broken.vdb"},

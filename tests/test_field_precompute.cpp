@@ -179,7 +179,7 @@ TEST(FieldKeys, ChangeWithMeshAndSettings) {
     PreparedMesh coarser = mesh;
     coarser.coarse.triangles.pop_back();
     PreparedMesh larger = mesh;
-    larger.fine.positions[6].x += 1e-6f;  // the samplers are as large as the fine mesh
+    larger.fine.positions[0].x += 1e-6f;  // the samplers are as large as the fine mesh
     for (const PreparedMesh* other : {&coarser, &larger}) {
         EXPECT_FALSE(field_keys(*other, settings).surroundings == keys.surroundings);
         EXPECT_FALSE(field_keys(*other, settings).whole == keys.whole);
