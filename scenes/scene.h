@@ -23,12 +23,21 @@ struct Camera {
     int width = 640, height = 480;    ///< [pixels]
 };
 
+/// A second light, mixed with the first.
+struct BlendedLight {
+    std::filesystem::path image;  ///< Lat-long; empty if `sky` is set.
+    std::optional<AnalyticSky> sky;
+    float share = 0.5f;  ///< Of the second light, in [0, 1]; the first has the rest.
+};
+
 /// Either an image or a sky.
 struct EnvironmentDescription {
     std::filesystem::path image;  ///< Lat-long; empty if `sky` is set.
     std::optional<AnalyticSky> sky;
     float rotation = 0;                    ///< About +y, see turned_environment. [rad]
     std::optional<float> exposure = 0.0f;  ///< None: automatic_exposure. [stops]
+    std::optional<BlendedLight> blend{};   ///< Turned and exposed alike.
+    Rotation turn{};                       ///< After `rotation`; the file's `rotate` is rotation_xyz.
 };
 
 /// A material as the scene describes it.

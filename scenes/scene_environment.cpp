@@ -3,6 +3,8 @@
 #include "scenes/given_files.h"
 #include "scenes/image.h"
 #include "shading/scene/exposure.h"
+#include "shading/transfer/mixed_environment.h"
+#include "shading/transfer/turned_light.h"
 
 #include <fmt/format.h>
 
@@ -11,32 +13,43 @@ namespace {
 
 constexpr int sky_width = 1024;  // pixels; the sun's disc is spread over those that it covers
 
-Result<Environment> unexposed_environment(const Scene& scene, std::vector<std::string>& warnings) {
-    const EnvironmentDescription& description = scene.environment;
-    if (description.sky) return sky_environment(*description.sky, sky_width);
-    const auto given = given_environment(scene, description.image);
-    Result<LatLongImage> image =
-        given ? Result<LatLongImage>(*given) : read_environment_image(description.image);
+Result<Environment> read_light(const Scene& scene, const std::filesystem::path& file,
+                               const std::optional<AnalyticSky>& sky, std::vector<std::string>& warnings) {
+    if (sky) return sky_environment(*sky, sky_width);
+    const auto given = given_environment(scene, file);
+    Result<LatLongImage> image = given ? Result<LatLongImage>(*given) : read_environment_image(file);
     if (!image) return image.error();
     const EnvironmentFindings findings = clean_environment(*image);
     if (findings.negative_values + findings.non_finite_values > 0)
-        warnings.push_back(fmt::format("{}: {} negative and {} non-finite values clamped",
-                                       description.image.string(), findings.negative_values,
-                                       findings.non_finite_values));
+        warnings.push_back(fmt::format("{}: {} negative and {} non-finite values clamped", file.string(),
+                                       findings.negative_values, findings.non_finite_values));
     return Environment(std::move(*image));
 }
 
 }  // namespace
 
+Result<Environment> described_environment(const Scene& scene, std::vector<std::string>& warnings) {
+    const EnvironmentDescription& description = scene.environment;
+    Result<Environment> light = read_light(scene, description.image, description.sky, warnings);
+    if (!light) return light;
+    if (const std::optional<BlendedLight>& blend = description.blend) {
+        const Result<Environment> second = read_light(scene, blend->image, blend->sky, warnings);
+        if (!second) return second;
+        light = mixed_environment(*light, *second, blend->share);
+    }
+    return turned_environment(*light, double(description.rotation), 0);
+}
+
 Result<SceneEnvironment> scene_environment(const Scene& scene) {
     const EnvironmentDescription& description = scene.environment;
     SceneEnvironment result;
-    const Result<Environment> light = unexposed_environment(scene, result.warnings);
+    Result<Environment> light = described_environment(scene, result.warnings);
     if (!light) return light.error();
     result.from = description.sky ? "sky" : description.image.string();
     result.is_found = !description.exposure;
     result.exposure = result.is_found ? automatic_exposure(*light) : *description.exposure;
-    result.environment = turned_environment(*light, double(description.rotation), double(result.exposure));
+    if (!is_identity(description.turn)) light = turned_environment(*light, description.turn);
+    result.environment = turned_environment(*light, 0, double(result.exposure));
     return result;
 }
 

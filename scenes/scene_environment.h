@@ -16,6 +16,12 @@ struct SceneEnvironment {
     std::vector<std::string> warnings;  ///< Of what was cleaned, with counts.
 };
 
+/// The light without `turn` and exposure: read or made, cleaned, blended and turned about +y.
+///
+/// warnings  grow by what was cleaned.
+/// errors    as read_environment_image.
+Result<Environment> described_environment(const Scene& scene, std::vector<std::string>& warnings);
+
 /// Reads or makes the light, cleans it, finds its exposure if it is to be found, turns it and exposes it.
 ///
 /// errors  as read_environment_image.

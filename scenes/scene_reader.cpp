@@ -58,16 +58,37 @@ AnalyticSky taken_sky(TomlTable table) {
     return sky;
 }
 
-void take_environment(TomlTable table, const std::filesystem::path& folder,
-                      EnvironmentDescription& environment) {
-    table.take("image", environment.image, folder);
-    if (const toml::table* sky = table.take_table("sky"))
-        environment.sky = taken_sky(TomlTable(*sky, "environment.sky", table.file()));
+// Of image and sky a light has one.
+void take_light(TomlTable& table, const std::filesystem::path& folder, std::filesystem::path& image,
+                std::optional<AnalyticSky>& sky) {
+    table.take("image", image, folder);
+    if (const toml::table* described = table.take_table("sky"))
+        sky = taken_sky(TomlTable(*described, table.name() + ".sky", table.file()));
     if (table.has("image") == table.has("sky"))
         table.refuse(table.has("sky") ? "sky" : "",
-                     table.has("sky") ? "environment has both image and sky; wanted one of them"
-                                      : "environment has neither image nor sky; wanted one of them");
+                     fmt::format("{} has {}; wanted one of them", table.name(),
+                                 table.has("sky") ? "both image and sky" : "neither image nor sky"));
+}
+
+BlendedLight taken_blend(TomlTable table, const std::filesystem::path& folder) {
+    BlendedLight blend;
+    take_light(table, folder, blend.image, blend.sky);
+    table.require("share");
+    table.take("share", blend.share, {0, 1});
+    table.finish();
+    return blend;
+}
+
+void take_environment(TomlTable table, const std::filesystem::path& folder,
+                      EnvironmentDescription& environment) {
+    take_light(table, folder, environment.image, environment.sky);
+    if (const toml::table* blend = table.take_table("blend"))
+        environment.blend = taken_blend(TomlTable(*blend, "environment.blend", table.file()), folder);
     take_angle(table, "rotation", environment.rotation, turns);
+    Vec3f degrees(0, 0, 0);
+    table.take("rotate", degrees, turns);
+    if (table.has("rotate"))
+        environment.turn = rotation_xyz({radians(degrees.x), radians(degrees.y), radians(degrees.z)});
     table.take("exposure", environment.exposure, {-60, 60}, "auto");
     table.finish();
 }

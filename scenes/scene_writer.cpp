@@ -67,20 +67,40 @@ std::string camera_text(const Scene& scene) {
                               round_degrees(camera.vertical_fov), camera.width, camera.height);
 }
 
-std::string environment_text(const EnvironmentDescription& environment, const std::filesystem::path& folder) {
-    std::string text = "[environment]\n";
-    if (environment.sky) {
-        const AnalyticSky& sky = *environment.sky;
-        text += fmt::format(
-            "sky = {{ turbidity = {}, sun_elevation = {}, sun_azimuth = {}, sun_angular_radius = {}, ground "
-            "= {} }}\n",
-            sky.turbidity, round_degrees(sky.sun_elevation), round_degrees(sky.sun_azimuth),
-            round_degrees(sky.sun_angular_radius), list_of(sky.ground));
+std::string sky_text(const AnalyticSky& sky) {
+    return fmt::format(
+        "sky = {{ turbidity = {}, sun_elevation = {}, sun_azimuth = {}, sun_angular_radius = {}, ground = {} "
+        "}}",
+        sky.turbidity, round_degrees(sky.sun_elevation), round_degrees(sky.sun_azimuth),
+        round_degrees(sky.sun_angular_radius), list_of(sky.ground));
+}
+
+std::string light_text(const std::filesystem::path& image, const std::optional<AnalyticSky>& sky,
+                       const std::filesystem::path& folder) {
+    return sky ? sky_text(*sky) : fmt::format("image = {}", path_text(image, folder));
+}
+
+/// A turn about +y alone is a `rotation`.
+std::string turn_text(const EnvironmentDescription& environment) {
+    float rotation = environment.rotation;
+    std::string rotate;
+    if (const Rotation& turn = environment.turn; turn.row[1] == Vec3d(0, 1, 0)) {
+        rotation += static_cast<float>(std::atan2(turn.row[0].z, turn.row[0].x));
     } else {
-        text += fmt::format("image = {}\n", path_text(environment.image, folder));
+        const Vec3f angles = angles_xyz(turn);
+        rotate =
+            fmt::format("rotate = {}\n", list_of({degrees(angles.x), degrees(angles.y), degrees(angles.z)}));
     }
-    if (environment.rotation != 0)
-        text += fmt::format("rotation = {}\n", round_degrees(environment.rotation));
+    // In all digits, so that pixels of sharp lights fall where they fell.
+    return (rotation != 0 ? fmt::format("rotation = {}\n", degrees(rotation)) : "") + rotate;
+}
+
+std::string environment_text(const EnvironmentDescription& environment, const std::filesystem::path& folder) {
+    std::string text = "[environment]\n" + light_text(environment.image, environment.sky, folder) + "\n";
+    if (const std::optional<BlendedLight>& blend = environment.blend)
+        text += fmt::format("blend = {{ {}, share = {} }}\n", light_text(blend->image, blend->sky, folder),
+                            blend->share);
+    text += turn_text(environment);
     if (!environment.exposure)
         text += "exposure = \"auto\"\n";
     else if (*environment.exposure != 0)
@@ -189,6 +209,16 @@ std::string instance_text(const Scene& scene, const Instance& instance) {
     return text + fmt::format("matrix = [{}]\n\n", rows);
 }
 
+std::string keyframe_text(const Scene& scene, const Keyframe& keyframe) {
+    std::string text = fmt::format("[[keyframes]]\ntime = {}\ninstance = {}\n", keyframe.time,
+                                   toml_string(scene.instances[keyframe.instance].name));
+    if (keyframe.translate) text += fmt::format("translate = {}\n", list_of(*keyframe.translate));
+    if (const auto& angles = keyframe.rotate)
+        text += fmt::format("rotate = {}\n",
+                            list_of({degrees(angles->x), degrees(angles->y), degrees(angles->z)}));
+    return text + "\n";
+}
+
 }  // namespace
 
 std::string scene_text(const Scene& scene, const std::filesystem::path& folder, std::string_view comments) {
@@ -204,6 +234,7 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder, 
     for (const auto& [name, material] : scene.materials) text += material_text(name, material, folder);
     for (const Entity& entity : scene.entities) text += entity_text(entity, folder);
     for (const Instance& instance : scene.instances) text += instance_text(scene, instance);
+    for (const Keyframe& keyframe : scene.keyframes) text += keyframe_text(scene, keyframe);
     text.pop_back();
     return text;
 }

@@ -36,6 +36,7 @@ const std::map<std::string, std::set<std::string>> only_known_to{
       "shading/visibility/shadow_rays.cpp", "shading/bounces/fine_surface.cpp", "bridge/preview.cpp"}},
     {"toml++/", {"scenes/toml_table.h"}},
     {"OpenImageIO/", {"scenes/image.cpp"}},
+    {"boost/", {"tools/view/view_server.cpp"}},
 };
 
 struct Include {

@@ -64,6 +64,8 @@ TEST(Readme, CommandsDoWhatTheySay) {
     const std::regex line("\n    build/release/haarfield (\\w+) [^\n]*");
     for (std::sregex_iterator match(text.begin(), text.end(), line), end; match != end; ++match) {
         commands.insert((*match)[1]);
+        if ((*match)[1] == "view")
+            continue;  // serves until it is interrupted: view/test_view_page.py runs it
         const std::string command = match->str().substr(5);
         EXPECT_EQ(std::system(("cd '" + folder.path().string() + "' && " + command + " > said 2>&1").c_str()),
                   0)
@@ -72,7 +74,7 @@ TEST(Readme, CommandsDoWhatTheySay) {
         if ((*match)[1] == "import")
             write_text(folder / "out/first/chair.toml", made_small(text_of(folder / "out/first/chair.toml")));
     }
-    EXPECT_EQ(commands, (std::set<std::string>{"bake", "compare", "import", "reference", "relight"}));
+    EXPECT_EQ(commands, (std::set<std::string>{"bake", "compare", "import", "reference", "relight", "view"}));
     for (const char* file :
          {"baked.png", "baked.exr", "chair.pov", "chair_Chair.inc", "chair.ply", "report.html"})
         EXPECT_TRUE(std::filesystem::is_regular_file(folder / "out/first" / file)) << file;

@@ -68,6 +68,7 @@ Command plan_command(CLI::App& program);
 Command work_command(CLI::App& program);
 Command join_command(CLI::App& program);
 Command status_command(CLI::App& program);
+Command view_command(CLI::App& program);
 
 /// Options that every subcommand has.
 struct CommonOptions {

@@ -24,7 +24,7 @@ ExitCode run_program(int argument_count, const char* const* arguments) {
     for (const auto make :
          {import_command, precompute_command, bake_command, reference_command, compare_command,
           budget_command, residual_command, relight_command, info_command, verify_command, library_command,
-          plan_command, work_command, join_command, status_command}) {
+          plan_command, work_command, join_command, status_command, view_command}) {
         commands.push_back(make(program));
         add_common_options(*commands.back().app, options);
     }

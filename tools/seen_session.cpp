@@ -11,6 +11,12 @@ ShadedScene without_parted_highlights(ShadedScene scene, const SceneEntities& en
     return scene;
 }
 
+ShadedScene with_materials(ShadedScene scene, const SceneEntities& entities) {
+    for (std::size_t e = 0; e < scene.entities.size(); ++e)
+        scene.entities[e].materials = entities.entities[e]->materials;
+    return scene;
+}
+
 }  // namespace
 
 SeenSession::SeenSession(ShadedScene scene, const SceneEntities& entities, const RenderSettings& settings,
@@ -18,6 +24,18 @@ SeenSession::SeenSession(ShadedScene scene, const SceneEntities& entities, const
     : all_(scene, settings, transfer) {
     if (parts_highlights(entities))
         matte_.emplace(without_parted_highlights(std::move(scene), entities), settings, transfer);
+}
+
+bool SeenSession::set_materials(const SceneEntities& entities) {
+    if (parts_highlights(entities) != matte_.has_value()) return false;
+    const ShadedScene shown = with_materials(all_.scene(), entities);
+    for (std::size_t e = 0; e < shown.entities.size(); ++e)
+        all_.set_materials(e, shown.entities[e].materials);
+    if (!matte_) return true;
+    const ShadedScene matte = without_parted_highlights(shown, entities);
+    for (std::size_t e = 0; e < matte.entities.size(); ++e)
+        matte_->set_materials(e, matte.entities[e].materials);
+    return true;
 }
 
 template <class Act>
@@ -47,6 +65,11 @@ void SeenSession::show_light(const DenseCoefficients& light, const std::vector<D
     if (matte_) matte_->show_light(light, lights);
 }
 
+void SeenSession::set_environment(const Environment& environment) {
+    all_.set_environment(environment);
+    if (matte_) matte_->set_environment(environment);
+}
+
 void SeenSession::turn_environment(const Rotation& rotation) {
     all_.turn_environment(rotation);
     if (matte_) matte_->turn_environment(rotation);
@@ -60,6 +83,16 @@ void SeenSession::set_eye(const Vec3f& eye) {
 void SeenSession::place(std::size_t instance, const Placement& placement) {
     all_.place(instance, placement);
     if (matte_) matte_->place(instance, placement);
+}
+
+std::size_t SeenSession::add(const ShadedInstance& instance) {
+    if (matte_) matte_->add(instance);
+    return all_.add(instance);
+}
+
+void SeenSession::remove(std::size_t instance) {
+    all_.remove(instance);
+    if (matte_) matte_->remove(instance);
 }
 
 Result<Done> SeenSession::frame(FrameQuality quality, const Progress& progress) {

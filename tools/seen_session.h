@@ -19,15 +19,24 @@ public:
     Result<Done> vary_eye(const Progress& progress);
     Result<Done> vary_instance(std::size_t instance, const Progress& progress);
     void show_light(const DenseCoefficients& light, const std::vector<DirectionalLight>& lights);
+    void set_environment(const Environment& environment);
     void turn_environment(const Rotation& rotation);
     void set_eye(const Vec3f& eye);
     void place(std::size_t instance, const Placement& placement);
+    std::size_t add(const ShadedInstance& instance);
+    void remove(std::size_t instance);
     Result<Done> frame(FrameQuality quality, const Progress& progress);
     Result<Done> frame_of(const VertexMask& vertices, FrameQuality quality, const Progress& progress);
     Result<Done> commit(const Progress& progress);
     const SceneRadiance& radiance() const { return all_.radiance(); }
+    const Vec3f& eye() const { return all_.eye(); }
+    const std::vector<ShadedInstance>& instances() const { return all_.instances(); }
     std::size_t transfer_bytes() const;
     /// @}
+
+    /// Takes over the entities' materials. False if the session is of no use any more: surfaces part their
+    /// highlights now, or do no longer.
+    bool set_materials(const SceneEntities& entities);
 
     /// What of an instance's radiance is highlights over textures; empty if there are no such surfaces.
     std::vector<Rgb> highlights(std::size_t instance) const;

@@ -227,11 +227,22 @@ void RelightSession::place(std::size_t instance, const Placement& placement) {
     placed.placement = placement;
 }
 
+void RelightSession::set_materials(std::size_t entity, std::vector<Material> materials) {
+    assert(materials.size() == scene_.entities[entity].materials.size());
+    scene_.entities[entity].materials = std::move(materials);
+    transfer_ = {};
+}
+
+std::size_t RelightSession::add(const ShadedInstance& instance) {
+    assert(instance.entity < scene_.entities.size());
+    instances_change();
+    scene_.instances.push_back(instance);
+    return scene_.instances.size() - 1;
+}
+
 std::size_t RelightSession::clone(std::size_t instance) {
     assert(instance < scene_.instances.size());
-    instances_change();
-    scene_.instances.push_back(ShadedInstance(scene_.instances[instance]));
-    return scene_.instances.size() - 1;
+    return add(ShadedInstance(scene_.instances[instance]));
 }
 
 void RelightSession::remove(std::size_t instance) {

@@ -77,6 +77,11 @@ public:
     /// Moves an instance, and scales it.
     void place(std::size_t instance, const Placement& placement);
 
+    /// Exchanges the materials of an entity, as many as it has. What vertices see stays known.
+    void set_materials(std::size_t entity, std::vector<Material> materials);
+
+    /// One more instance of an entity of the scene; its index, the last.
+    std::size_t add(const ShadedInstance& instance);
     /// A copy in the same place; its index, the last.
     std::size_t clone(std::size_t instance);
     /// Later instances move up by one.

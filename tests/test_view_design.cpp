@@ -1,0 +1,109 @@
+#include "tools/view/design.h"
+
+#include <gtest/gtest.h>
+
+namespace haarfield {
+namespace {
+
+Design room() {
+    Design design;
+    for (const char* name : {"floor", "chair"}) design.scene.entities.emplace_back().name = name;
+    design.scene.materials["oak"] = {};
+    design.scene.instances = {{"floor", 0, {}, {}}, {"chair_1", 1, {}, {}}, {"chair_2", 1, {}, {}}};
+    design.scene.keyframes = {{1, 1, Vec3f(1, 0, 0), {}}, {1, 2, Vec3f(0, 0, 1), {}}};
+    design.ids = {1, 2, 3};
+    design.entities = {0, 1, 1};
+    return design;
+}
+
+TEST(ViewDesign, StepsAreTakenBackAndDoneAgain) {
+    History history(room());
+    EXPECT_FALSE(history.undo());
+    ASSERT_TRUE(bool(history.make(PlaceObject{2, {{1, 0, 0}, 1, {}}}, 0)));
+    ASSERT_TRUE(bool(history.make(PlaceObject{2, {{2, 0, 0}, 1, {}}}, 0)));
+    EXPECT_TRUE(history.undo());
+    EXPECT_EQ(history.now().scene.instances[1].placement.translate.x, 1);
+    EXPECT_TRUE(history.undo());
+    EXPECT_EQ(history.now().scene.instances[1].placement.translate.x, 0);
+    EXPECT_FALSE(history.undo());
+    EXPECT_TRUE(history.redo());
+    EXPECT_TRUE(history.redo());
+    EXPECT_FALSE(history.redo());
+    EXPECT_EQ(history.now().scene.instances[1].placement.translate.x, 2);
+    // A new step ends what could be done again.
+    EXPECT_TRUE(history.undo());
+    ASSERT_TRUE(bool(history.make(SetExposure{1.0f}, 0)));
+    EXPECT_FALSE(history.can_redo());
+}
+
+TEST(ViewDesign, AGestureIsOneStep) {
+    History history(room());
+    for (int i = 1; i <= 5; ++i)
+        ASSERT_TRUE(bool(history.make(PlaceObject{3, {{float(i), 0, 0}, 1, {}}}, 7)));
+    ASSERT_TRUE(bool(history.make(SetExposure{1.0f}, 8)));
+    EXPECT_TRUE(history.undo());
+    EXPECT_EQ(history.now().scene.instances[2].placement.translate.x, 5);
+    EXPECT_TRUE(history.undo());
+    EXPECT_EQ(history.now().scene.instances[2].placement.translate.x, 0);
+    EXPECT_FALSE(history.can_undo());
+}
+
+TEST(ViewDesign, EqualStampsAreEqualContents) {
+    History history(room());
+    const std::uint64_t at_first = history.now().material_stamp;
+    SceneMaterial red;
+    red.diffuse = {1, 0, 0};
+    ASSERT_TRUE(bool(history.make(SetMaterial{"oak", red}, 0)));
+    const std::uint64_t with_red = history.now().material_stamp;
+    EXPECT_NE(with_red, at_first);
+    EXPECT_TRUE(history.undo());
+    EXPECT_EQ(history.now().material_stamp, at_first);
+    ASSERT_TRUE(bool(history.make(SetMaterial{"oak", {}}, 0)));
+    EXPECT_NE(history.now().material_stamp, with_red);
+}
+
+TEST(ViewDesign, CopiesHaveNamesAndIdsOfTheirOwn) {
+    History history(room());
+    ASSERT_TRUE(bool(history.make(CloneObject{3}, 0)));
+    EXPECT_EQ(history.now().scene.instances.back().name, "chair_3");
+    EXPECT_EQ(history.now().ids.back(), 4u);
+    ASSERT_TRUE(bool(history.make(DeleteObject{4}, 0)));
+    ASSERT_TRUE(bool(history.make(CloneObject{2}, 0)));
+    EXPECT_EQ(history.now().ids.back(), 5u);  // 4 may come back
+    EXPECT_TRUE(history.undo());
+    EXPECT_TRUE(history.undo());
+    EXPECT_EQ(history.now().ids.back(), 4u);
+}
+
+TEST(ViewDesign, WhatIsDeletedTakesItsKeyframesAlong) {
+    History history(room());
+    ASSERT_TRUE(bool(history.make(DeleteObject{2}, 0)));
+    const Scene& scene = history.now().scene;
+    ASSERT_EQ(scene.instances.size(), 2u);
+    ASSERT_EQ(scene.keyframes.size(), 1u);
+    EXPECT_EQ(scene.instances[scene.keyframes[0].instance].name, "chair_2");
+}
+
+TEST(ViewDesign, EditsThatFailChangeNothing) {
+    History history(room());
+    for (const Edit& edit : {Edit(PlaceObject{9, {}}), Edit(CloneObject{0}), Edit(DeleteObject{9}),
+                             Edit(MixLights{0.5f}), Edit(SetMaterial{"gold", {}})})
+        EXPECT_FALSE(bool(history.make(edit, 0)));
+    EXPECT_FALSE(history.can_undo());
+    for (const std::uint32_t object : {1u, 2u}) ASSERT_TRUE(bool(history.make(DeleteObject{object}, 0)));
+    EXPECT_FALSE(bool(history.make(DeleteObject{3}, 0)));  // the last one
+    EXPECT_EQ(history.now().ids.size(), 1u);
+}
+
+TEST(ViewDesign, WhereOneLooksFromStaysWhenStepsAreTakenBack) {
+    History history(room());
+    ASSERT_TRUE(bool(history.make(SetExposure{1.0f}, 0)));
+    Camera camera;
+    camera.position = {3, 2, 1};
+    history.look(camera);
+    EXPECT_TRUE(history.undo());
+    EXPECT_EQ(history.now().scene.camera.position, Vec3f(3, 2, 1));
+}
+
+}  // namespace
+}  // namespace haarfield

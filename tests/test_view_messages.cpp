@@ -1,0 +1,170 @@
+#include "tools/view/messages.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+
+namespace haarfield {
+namespace {
+
+const std::vector<std::string> good_messages{
+    R"({"type":"turn_light","number":1,"gesture":2,"rotation":[0,0.5,0,1]})",
+    R"({"type":"light","light":"a.exr","second":"b.exr","share":0.25})",
+    R"({"type":"mix","share":1})",
+    R"({"type":"exposure","stops":-1.5})",
+    R"({"type":"exposure","stops":"auto"})",
+    R"({"type":"place","object":3,"translate":[1,2,3],"scale":2})",
+    R"({"type":"place","object":3,"rotation":[0,0,1,0]})",
+    R"({"type":"clone","object":7})",
+    R"({"type":"delete","object":7})",
+    R"({"type":"material","name":"oak","diffuse":[0.1,0.2,0.3],"specular":[0,0,0],"shininess":5,"convention":"povray"})",
+    R"({"type":"material","name":"oak","pigment":[0.1,0.2,0.3],"finish":{"diffuse":0.5,"phong":1,"metallic":0.3}})",
+    R"({"type":"look","position":[1,2,3],"target":[0,0,0],"vertical_fov":40,"width":800,"height":600})",
+    R"({"type":"select","object":null})",
+    R"({"type":"undo"})",
+    R"({"type":"redo"})",
+    R"({"type":"shown","frame":12})",
+    R"({"type":"save","name":"other"})",
+    R"({"type":"start","task":"bake"})",
+    R"({"type":"cancel"})",
+    R"({"type":"steer"})"};
+
+TEST(ViewMessages, GoodOnesAreRead) {
+    for (const std::string& text : good_messages) {
+        const Result<Message> message = read_message(text);
+        EXPECT_TRUE(bool(message)) << text << ": " << message.error().message();
+    }
+    const Result<Message> place = read_message(good_messages[5]);
+    ASSERT_TRUE(bool(place));
+    const auto& content = std::get<PartialPlace>(place->content);
+    EXPECT_EQ(content.object, 3u);
+    EXPECT_EQ(content.translate, Vec3f(1, 2, 3));
+    EXPECT_EQ(content.scale, 2);
+    EXPECT_FALSE(content.rotate);
+}
+
+TEST(ViewMessages, BrokenOnesSayWhatWasWanted) {
+    for (const auto& [text, what] : std::vector<std::pair<std::string, std::string>>{
+             {"", "no JSON object"},
+             {"[]", "no JSON object"},
+             {"{\"type\":\"undo\"", "no JSON object"},
+             {"{}", "type is missing"},
+             {R"({"type":"dance"})", "type is not as wanted"},
+             {R"({"type":"undo","often":3})", "not known here: often"},
+             {R"({"type":"undo","number":-1})", "number is not as wanted"},
+             {R"({"type":"undo","number":4294967296})", "number is not as wanted"},
+             {R"({"type":"place","object":1})", "at least one of"},
+             {R"({"type":"place","object":1,"scale":0})", "scale is not as wanted"},
+             {R"({"type":"place","object":1,"translate":[1,2]})", "translate is not as wanted: 3 numbers"},
+             {R"({"type":"place","object":1,"translate":[1,2,1e300]})", "translate is not as wanted"},
+             {R"({"type":"place","object":1,"rotation":[0,0,0,0]})", "a quaternion of some length"},
+             {R"({"type":"mix","share":1.01})", "share is not as wanted"},
+             {R"({"type":"exposure","stops":"much"})", "stops is not as wanted"},
+             {R"({"type":"material","name":"oak","pigment":[1,1,1]})", "finish is missing"},
+             {R"({"type":"material","name":"oak","pigment":[1,1,1],"finish":{"shine":1}})", "finish.shine"},
+             {R"({"type":"look","position":[0,0,0],"target":[0,0,0],"vertical_fov":40,"width":8,"height":6})",
+              "another place than position"},
+             {R"({"type":"save","name":""})", "a text of 1 to 100 bytes"},
+             {R"({"type":"start","task":"rm"})", "bake, reference or picture"}}) {
+        const Result<Message> message = read_message(text);
+        ASSERT_FALSE(bool(message)) << text;
+        EXPECT_NE(message.error().message().find(what), std::string::npos)
+            << text << ": " << message.error().message();
+    }
+    EXPECT_FALSE(bool(read_message(std::string(longest_message + 1, ' '))));
+}
+
+// Bytes are changed, taken out and put in, pieces of others among them.
+std::string mutated(std::string text, std::mt19937& random) {
+    const auto below = [&](std::size_t n) { return random() % n; };
+    for (std::size_t times = 1 + below(4); times > 0; --times) {
+        const std::size_t at = below(text.size() + 1);
+        switch (below(4)) {
+            case 0: text.insert(at, 1, static_cast<char>(below(256))); break;
+            case 1: text.erase(at, below(8)); break;
+            case 2: {
+                const std::string& other = good_messages[below(good_messages.size())];
+                const std::size_t from = below(other.size());
+                text.insert(at, other.substr(from, below(30)));
+                break;
+            }
+            default: {
+                static const std::vector<std::string> odd{
+                    "1e999", "-0", "null", "[[[[", "\"\\ud800\"", "18446744073709551616", "{}", "NaN"};
+                text.insert(at, odd[below(odd.size())]);
+            }
+        }
+    }
+    return text;
+}
+
+bool is_sound(const Message& message) {
+    if (const auto* place = std::get_if<PartialPlace>(&message.content))
+        return (!place->translate || is_finite(*place->translate)) && (!place->scale || *place->scale > 0);
+    if (const auto* look = std::get_if<Look>(&message.content))
+        return look->camera.width > 0 && look->camera.height > 0 && is_finite(look->camera.position);
+    if (const auto* material = std::get_if<SetMaterial>(&message.content))
+        return is_finite(material->material.diffuse) && material->material.shininess >= 1;
+    return true;
+}
+
+TEST(ViewMessages, TenThousandMutatedOnesAreReadOrRefused) {
+    std::mt19937 random(19);
+    int refused = 0;
+    for (int i = 0; i < 10000; ++i) {
+        const std::string text = mutated(good_messages[std::size_t(i) % good_messages.size()], random);
+        const Result<Message> message = read_message(text);
+        if (message)
+            EXPECT_TRUE(is_sound(*message)) << text;
+        else
+            ++refused;
+    }
+    EXPECT_GT(refused, 5000);
+}
+
+TEST(ViewMessages, RotationsGoToPagesAndBack) {
+    for (int i = 0; i < 50; ++i) {
+        const Rotation rotation = rotation_about({std::sin(i), std::cos(3 * i), 0.3}, 0.4 * i);
+        const nlohmann::json text{{"type", "turn_light"}, {"rotation", json_of(rotation)}};
+        const Result<Message> message = read_message(text.dump());
+        ASSERT_TRUE(bool(message));
+        const Rotation& back = std::get<TurnLight>(message->content).turn;
+        for (std::size_t row = 0; row < 3; ++row)
+            EXPECT_LT((back.row[row] - rotation.row[row]).length(), 1e-12) << i;
+    }
+    EXPECT_TRUE(is_identity(
+        std::get<TurnLight>(read_message(R"({"type":"turn_light","rotation":[0,0,0,2]})")->content).turn));
+}
+
+TEST(ViewMessages, MaterialsGoToPagesAndBack) {
+    SceneMaterial plain, finish;
+    plain.diffuse = {0.1f, 0.5f, 0.25f};
+    plain.specular = {0.5f, 0.5f, 0.25f};
+    plain.shininess = 12;
+    finish.convention = LobeConvention::povray;
+    finish.pigment = {0.5f, 0.25f, 1};
+    finish.diffuse = finish.pigment * 0.75f;
+    finish.specular = Rgb(1.0f);
+    finish.phong = 0;
+    finish.shininess = 40;
+    finish.blinn = 0.5f;
+    finish.roughness = 0.125f;
+    for (const SceneMaterial& material : {plain, finish}) {
+        nlohmann::json text = json_of(material);
+        text["type"] = "material";
+        text["name"] = "oak";
+        const Result<Message> message = read_message(text.dump());
+        ASSERT_TRUE(bool(message)) << message.error().message();
+        const SceneMaterial& back = std::get<SetMaterial>(message->content).material;
+        EXPECT_LT((back.diffuse - material.diffuse).length(), 1e-6f);
+        EXPECT_EQ(back.specular, material.specular);
+        EXPECT_EQ(back.convention, material.convention);
+        EXPECT_EQ(back.blinn, material.blinn);
+        EXPECT_EQ(back.pigment, material.pigment);
+        EXPECT_EQ(back.shininess, material.shininess);
+    }
+}
+
+}  // namespace
+}  // namespace haarfield

@@ -1,0 +1,254 @@
+#include "tools/view/view_session.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "scenes/scene_reader.h"
+#include "shading/bake/renderer.h"
+#include "tests/fixtures/test_folder.h"
+
+#include <Imath/half.h>
+
+namespace haarfield {
+namespace {
+
+constexpr auto patience = std::chrono::seconds(60);
+
+/// A chair on a floor under a sky, and pages that write down what they are told.
+class OpenedSession {
+public:
+    OpenedSession() {
+        write_text(folder_ / "room.toml",
+                   "[camera]\nposition = [1.3, 1.2, 1.9]\ntarget = [0, 0.4, 0]\n"
+                   "[environment]\nsky = { turbidity = 3, sun_elevation = 40 }\n"
+                   "[materials.lacquer]\ndiffuse = [0.3, 0.12, 0.05]\nspecular = [0.3, 0.3, 0.3]\n"
+                   "[entities.floor]\nmesh = \"" HAARFIELD_SOURCE_DIR
+                   "/scenes/meshes/floor.obj\"\nmaterial = \"lacquer\"\nfine_vertices = 300\n"
+                   "[entities.chair]\nmesh = \"" HAARFIELD_SOURCE_DIR
+                   "/scenes/meshes/chair.obj\"\nmaterial = \"lacquer\"\nfine_vertices = 500\n"
+                   "coarse_triangles = 300\nplanar_samples = 60\nspherical_samples = 60\n"
+                   "[[instances]]\nentity = \"floor\"\n[[instances]]\nentity = \"chair\"\n");
+        scene_ = *read_scene(folder_ / "room.toml");
+        SceneEntityOptions options;
+        options.fields_folder = folder_ / "fields";
+        options.face_size = settings_.render.face_size = 16;
+        SceneEntities entities = std::move(*prepare_scene_entities(scene_, options));
+        settings_.scene_file = folder_ / "room.toml";
+        settings_.tasks.output = folder_ / "out";
+        shelf_.emplace(scene_.environment, "", folder_ / "lights");
+        Audience audience{[this](PageId page, const std::string& text) { note(page, text); },
+                          [this](const std::string& text) { note(0, text); },
+                          [this](SharedBytes frame) { note(std::move(frame)); },
+                          [this](PageId, SharedBytes frame) { note(std::move(frame)); }, [](PageId) {}};
+        session_.emplace(scene_, std::move(entities), settings_, *shelf_, audience);
+    }
+
+    ViewSession& session() { return *session_; }
+    const TestFolder& folder() const { return folder_; }
+    const Scene& scene() const { return scene_; }
+    const RenderSettings& render() const { return settings_.render; }
+
+    /// Sends a message with a number that has not been used.
+    std::uint32_t send(PageId page, nlohmann::json message) {
+        message["number"] = ++number_;
+        session_->receive(page, message.dump());
+        return number_;
+    }
+
+    /// Waits for an exact frame that shows a message; it, or null.
+    SharedBytes exact(std::uint32_t message = 0) {
+        std::unique_lock lock(mutex_);
+        const auto is_there = [&] {
+            return frame_ && word(*frame_, 3) == std::uint32_t(Exactness::exact) &&
+                   word(*frame_, 2) >= message;
+        };
+        return changed_.wait_for(lock, patience, is_there) ? frame_ : nullptr;
+    }
+
+    /// Waits for a text that a page, or all, were told; null if none comes.
+    template <class Fits>
+    nlohmann::json told(const Fits& fits) {
+        std::unique_lock lock(mutex_);
+        nlohmann::json found;
+        changed_.wait_for(lock, patience, [&] {
+            for (const auto& [page, text] : texts_)
+                if (fits(page, text)) found = text;
+            return !found.is_null();
+        });
+        return found;
+    }
+
+    std::size_t errors() {
+        const std::lock_guard lock(mutex_);
+        return std::size_t(
+            std::ranges::count_if(texts_, [](const auto& each) { return each.second["type"] == "error"; }));
+    }
+
+    static std::uint32_t word(const std::string& bytes, std::size_t place) {
+        std::uint32_t value = 0;
+        std::memcpy(&value, bytes.data() + 4 * place, 4);
+        return value;
+    }
+
+private:
+    void note(PageId page, const std::string& text) {
+        const std::lock_guard lock(mutex_);
+        texts_.emplace_back(page, nlohmann::json::parse(text));
+        changed_.notify_all();
+    }
+    void note(SharedBytes frame) {
+        const std::lock_guard lock(mutex_);
+        frame_ = std::move(frame);
+        changed_.notify_all();
+    }
+
+    TestFolder folder_;
+    Scene scene_;
+    ViewSettings settings_;
+    std::optional<LightShelf> shelf_;
+    std::uint32_t number_ = 0;
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::vector<std::pair<PageId, nlohmann::json>> texts_;
+    SharedBytes frame_;
+    std::optional<ViewSession> session_;  ///< The last: it tells all of the above.
+};
+
+/// Colours behind a frame's head: two objects, plain.
+std::string colours_of(const std::string& frame) {
+    return frame.substr(24);
+}
+
+TEST(ViewSession, RestsAtWhatTheRendererMakes) {
+    OpenedSession opened;
+    opened.session().join(1);
+    const SharedBytes frame = opened.exact();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->substr(0, 4), "HFF1");
+    SceneEntityOptions options;
+    options.fields_folder = opened.folder() / "fields";
+    options.face_size = opened.render().face_size;
+    const Result<SceneEntities> entities = prepare_scene_entities(opened.scene(), options);
+    ASSERT_TRUE(bool(entities));
+    const ShadedScene shaded =
+        shaded_scene(opened.scene(), *entities, sky_environment(*opened.scene().environment.sky, 1024));
+    const Result<SceneRadiance> radiance = scene_radiance(shaded, opened.render());
+    ASSERT_TRUE(bool(radiance));
+    std::size_t at = 24;
+    for (std::size_t i = 0; i < radiance->size(); ++i) {
+        ASSERT_EQ(OpenedSession::word(*frame, at / 4), i + 1);
+        ASSERT_EQ(OpenedSession::word(*frame, at / 4 + 1), (*radiance)[i].size());
+        at += 12;
+        for (const Rgb& wanted : (*radiance)[i])
+            for (int c = 0; c < 3; ++c, at += 2) {
+                std::uint16_t half = 0;
+                std::memcpy(&half, frame->data() + at, 2);
+                ASSERT_NEAR(imath_half_to_float(half), wanted[c], 1e-3f * wanted[c] + 1e-5f) << i;
+            }
+        at += at % 4;
+    }
+    EXPECT_EQ(at, frame->size());
+}
+
+TEST(ViewSession, BrokenAndStrangersMessagesChangeNothing) {
+    OpenedSession opened;
+    opened.session().join(1);
+    opened.session().join(2);
+    const SharedBytes before = opened.exact();
+    ASSERT_TRUE(before);
+    const std::vector<std::string> files = opened.folder().files();
+    std::mt19937 random(19);
+    const std::vector<std::string> texts{
+        R"({"type":"place","object":2,"translate":[1,0,0]})", R"({"type":"turn_light","rotation":[0,1,0,1]})",
+        R"({"type":"save","name":"../outside"})", R"({"type":"light","light":"../../etc/passwd"})",
+        R"({"type":"delete","object":1})"};
+    for (int i = 0; i < 10000; ++i) {
+        std::string text = texts[std::size_t(i) % texts.size()];
+        // Page 2 does not steer, and may say what it likes; what page 1 says is broken.
+        if (i % 2 == 0) {
+            text.resize(random() % text.size());
+        } else {
+            text[random() % text.size()] = static_cast<char>(random() % 256);
+        }
+        opened.session().receive(i % 2 == 0 ? 1 : 2, text);
+    }
+    EXPECT_TRUE(opened.told([](PageId page, const nlohmann::json&) { return page == 2; }).is_object());
+    // An object, a light and a material that are not there.
+    for (const nlohmann::json& message : {nlohmann::json{{"type", "place"}, {"object", 9}, {"scale", 2}},
+                                          {{"type", "light"}, {"light", "../../etc/passwd"}},
+                                          {{"type", "material"}, {"name", "gold"}}}) {
+        const std::uint32_t number = opened.send(1, message);
+        EXPECT_TRUE(opened
+                        .told([&](PageId page, const nlohmann::json& text) {
+                            return page == 1 && text["type"] == "error" && text.value("number", 0u) == number;
+                        })
+                        .is_object());
+    }
+    EXPECT_GE(opened.errors(), 10003u);
+    // A page that joins is told of a scene as it was.
+    opened.session().join(3);
+    const nlohmann::json scene = opened.told(
+        [](PageId page, const nlohmann::json& text) { return page == 3 && text["type"] == "scene"; });
+    EXPECT_FALSE(scene["can_undo"]);
+    EXPECT_FALSE(scene["steers"]);
+    EXPECT_EQ(colours_of(*opened.exact()), colours_of(*before));
+    EXPECT_EQ(opened.folder().files(), files);
+}
+
+TEST(ViewSession, WhatIsUndoneLooksAsBefore) {
+    OpenedSession opened;
+    opened.session().join(1);
+    const SharedBytes before = opened.exact();
+    ASSERT_TRUE(before);
+    const SharedBytes moved =
+        opened.exact(opened.send(1, {{"type", "place"}, {"object", 2}, {"translate", {0.3, 0, 0}}}));
+    ASSERT_TRUE(moved);
+    EXPECT_NE(colours_of(*moved), colours_of(*before));
+    const SharedBytes back = opened.exact(opened.send(1, {{"type", "undo"}}));
+    ASSERT_TRUE(back);
+    EXPECT_EQ(colours_of(*back), colours_of(*before));
+}
+
+TEST(ViewSession, ExposureScalesTheColours) {
+    OpenedSession opened;
+    opened.session().join(1);
+    const SharedBytes before = opened.exact();
+    ASSERT_TRUE(before);
+    const SharedBytes after = opened.exact(opened.send(1, {{"type", "exposure"}, {"stops", 1}}));
+    ASSERT_TRUE(after);
+    for (std::size_t at = 36; at < 36 + 600; at += 2) {
+        std::uint16_t one = 0, two = 0;
+        std::memcpy(&one, before->data() + at, 2);
+        std::memcpy(&two, after->data() + at, 2);
+        ASSERT_FLOAT_EQ(2 * imath_half_to_float(one), imath_half_to_float(two));
+    }
+}
+
+TEST(ViewSession, SavesInsideItsFolderOnly) {
+    OpenedSession opened;
+    opened.session().join(1);
+    opened.send(1, {{"type", "save"}, {"name", "../../other scene"}});
+    const nlohmann::json saved =
+        opened.told([](PageId, const nlohmann::json& text) { return text["type"] == "saved"; });
+    ASSERT_TRUE(saved.is_object());
+    const std::filesystem::path file = saved["file"].get<std::string>();
+    EXPECT_EQ(std::filesystem::canonical(file).parent_path(),
+              std::filesystem::canonical(opened.folder().path()));
+    EXPECT_TRUE(bool(read_scene(file)));
+}
+
+TEST(ViewSession, ThePageThatStaysSteers) {
+    OpenedSession opened;
+    opened.session().join(1);
+    opened.session().join(2);
+    opened.session().leave(1);
+    const nlohmann::json steering = opened.told([](PageId page, const nlohmann::json& text) {
+        return page == 2 && text["type"] == "steering" && text["steers"] == true;
+    });
+    EXPECT_TRUE(steering.is_object());
+}
+
+}  // namespace
+}  // namespace haarfield

@@ -1,0 +1,101 @@
+#pragma once
+/// What a person changes by hand in a scene that is open, and how it is taken back.
+
+#include "scenes/scene_entities.h"
+
+#include <cstdint>
+#include <variant>
+
+namespace haarfield {
+
+/// A scene as it stands now.
+///
+/// Stamps tell contents apart: equal stamps, equal contents; what is undone gets its old stamp back.
+struct Design {
+    Scene scene;                        ///< Its camera is where the steering page looks from.
+    std::vector<std::uint32_t> ids;     ///< By Scene::instances: what messages call them. Never used twice.
+    std::vector<std::size_t> entities;  ///< By Scene::instances: place in SceneEntities::entities.
+    std::uint64_t light_stamp = 0;      ///< Of scene.environment without `turn`, `exposure` and `share`.
+    std::uint64_t material_stamp = 0;   ///< Of scene.materials and of who has which.
+};
+
+/// @name Edits
+/// What hands do. Numbers are finite and in the ranges of the scene file: see read_edit.
+/// @{
+
+/// Turns the environment, as it stands in its file, by a rotation.
+struct TurnLight {
+    Rotation turn;
+};
+/// Exchanges the environment, or mixes two.
+struct ChooseLight {
+    EnvironmentDescription light;  ///< Its image or sky, and what is blended with it.
+};
+/// How much of the second light there is, where two are mixed.
+struct MixLights {
+    float share;
+};
+struct SetExposure {
+    std::optional<float> stops;  ///< None: automatic.
+};
+struct PlaceObject {
+    std::uint32_t object;
+    Placement placement;
+};
+/// A copy beside the object.
+struct CloneObject {
+    std::uint32_t object;
+};
+struct DeleteObject {
+    std::uint32_t object;
+};
+/// Exchanges a material of the scene, but for its image.
+struct SetMaterial {
+    std::string name;
+    SceneMaterial material;
+};
+using Edit = std::variant<TurnLight, ChooseLight, MixLights, SetExposure, PlaceObject, CloneObject,
+                          DeleteObject, SetMaterial>;
+/// @}
+
+/// A scene that is opened, with new ids.
+Design opened_design(const Scene& scene, const SceneEntities& entities);
+
+/// The place of an object in Scene::instances; none if there is no such object.
+std::optional<std::size_t> place_of(const Design& design, std::uint32_t object);
+
+/// The scene's designs, one step after another.
+class History {
+public:
+    explicit History(Design start) : now_(std::move(start)), next_id_(highest_id() + 1) {}
+
+    const Design& now() const { return now_; }
+    bool can_undo() const { return !before_.empty(); }
+    bool can_redo() const { return !after_.empty(); }
+
+    /// Makes an edit. Edits of one gesture are undone together.
+    ///
+    /// gesture  the edits of one gesture follow each other and have the same number; 0: one edit alone.
+    /// entities of the scene.
+    /// errors   no such object, material or second light; the last object would be deleted; what the scene
+    ///          file can not say. Then nothing has changed.
+    Result<Done> make(const Edit& edit, std::uint64_t gesture);
+
+    bool undo();  ///< False if there is nothing to take back.
+    bool redo();  ///< False if there is nothing to do again.
+
+    /// Where one looks from is no step of its own: it stays when others are undone.
+    void look(const Camera& camera) { now_.scene.camera = camera; }
+
+private:
+    std::uint32_t highest_id() const;
+    void step_to(std::vector<Design>& from, std::vector<Design>& to);
+
+    Design now_;
+    std::vector<Design> before_, after_;
+    std::uint64_t gesture_ = 0;
+    std::uint64_t last_stamp_ = 0;
+    std::uint32_t next_id_;
+};
+
+}  // namespace haarfield

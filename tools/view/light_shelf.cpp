@@ -1,0 +1,169 @@
+#include "tools/view/light_shelf.h"
+
+#include "fields/base/names.h"
+#include "fields/file/write_file.h"
+#include "scenes/image.h"
+#include "scenes/scene_environment.h"
+#include "shading/scene/exposure.h"
+
+#include <Imath/half.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace haarfield {
+namespace {
+
+constexpr int thumbnail_width = 192, widest_background = 2048;  ///< [pixels]
+constexpr float largest_half = 65000;
+
+bool is_same_sky(const AnalyticSky& a, const AnalyticSky& b) {
+    return a.turbidity == b.turbidity && a.sun_elevation == b.sun_elevation &&
+           a.sun_azimuth == b.sun_azimuth && a.sun_angular_radius == b.sun_angular_radius &&
+           a.ground == b.ground;
+}
+
+bool is_light_file(const std::filesystem::path& file) {
+    const std::string ending = lower_ending(file);
+    return ending == ".exr" || ending == ".hdr";
+}
+
+Result<Environment> environment_of(const ShelfLight& light) {
+    Scene scene;
+    scene.environment.image = light.image;
+    scene.environment.sky = light.sky;
+    std::vector<std::string> ignored;
+    return described_environment(scene, ignored);
+}
+
+/// Means of whole pixels, `factor` by `factor`.
+LatLongImage reduced(const LatLongImage& image, int factor) {
+    LatLongImage small{image.width / factor, image.height / factor, {}};
+    const auto width = std::size_t(image.width);
+    for (int row = 0; row < small.height; ++row)
+        for (int column = 0; column < small.width; ++column) {
+            Rgb sum(0.0f);
+            for (int y = 0; y < factor; ++y)
+                for (int x = 0; x < factor; ++x)
+                    sum +=
+                        image
+                            .pixels[std::size_t(row * factor + y) * width + std::size_t(column * factor + x)];
+            small.pixels.push_back(sum / static_cast<float>(factor * factor));
+        }
+    return small;
+}
+
+int factor_to(int width, int widest) {
+    return std::max(1, (width + widest - 1) / widest);
+}
+
+template <class Value>
+void append(std::string& bytes, const Value& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof(Value));
+}
+
+}  // namespace
+
+LightShelf::LightShelf(const EnvironmentDescription& scene, const std::filesystem::path& folder,
+                       std::filesystem::path uploads)
+    : uploads_(std::move(uploads)) {
+    put(scene.sky ? "sky" : scene.image.filename().string(), scene.image, scene.sky);
+    if (scene.blend)
+        put(scene.blend->sky ? "sky" : scene.blend->image.filename().string(), scene.blend->image,
+            scene.blend->sky);
+    std::error_code ignored;
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+        if (entry.is_regular_file(ignored) && is_light_file(entry.path())) files.push_back(entry.path());
+    std::ranges::sort(files);
+    for (const std::filesystem::path& file : files) put(file.filename().string(), file, {});
+}
+
+void LightShelf::put(std::string name, std::filesystem::path image, std::optional<AnalyticSky> sky) {
+    std::set<std::string> taken;
+    std::error_code ignored;
+    for (const ShelfLight& light : lights_) {
+        if (!image.empty() && std::filesystem::equivalent(light.image, image, ignored)) return;
+        taken.insert(light.name);
+    }
+    lights_.push_back({unique_name(name, taken), std::move(image), std::move(sky)});
+}
+
+std::vector<ShelfLight> LightShelf::lights() const {
+    const std::lock_guard lock(mutex_);
+    return lights_;
+}
+
+std::optional<ShelfLight> LightShelf::find(std::string_view name) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::ranges::find(lights_, name, &ShelfLight::name);
+    if (found == lights_.end()) return std::nullopt;
+    return *found;
+}
+
+std::string LightShelf::name_of(const std::filesystem::path& image,
+                                const std::optional<AnalyticSky>& sky) const {
+    const std::lock_guard lock(mutex_);
+    for (const ShelfLight& light : lights_)
+        if (sky ? light.sky && is_same_sky(*sky, *light.sky) : !light.sky && light.image == image)
+            return light.name;
+    std::error_code ignored;
+    for (const ShelfLight& light : lights_)
+        if (!sky && !light.sky && std::filesystem::equivalent(light.image, image, ignored)) return light.name;
+    return {};
+}
+
+Result<std::string> LightShelf::add(std::string_view name, std::string_view bytes) {
+    const std::string plain = plain_name(std::filesystem::path(name).filename().string());
+    if (plain.empty() || plain.front() == '.' || plain.size() > 100 || !is_light_file(plain))
+        return Error{"", "the light's name is not as wanted: up to 100 letters that end with .exr or .hdr"};
+    const std::lock_guard lock(mutex_);
+    if (const Result<Done> made = make_folder(uploads_); !made) return made.error();
+    std::set<std::string> taken;
+    for (const ShelfLight& light : lights_) taken.insert(light.name);
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(uploads_, ignored))
+        taken.insert(entry.path().filename().string());
+    const std::filesystem::path parts(plain);
+    const std::string kept = unique_name(parts.stem().string(), taken, "_", "") + parts.extension().string();
+    // A name with its ending may be taken where the one without is not.
+    const std::filesystem::path file = uploads_ / (taken.contains(kept) ? unique_name(kept, taken) : kept);
+    if (!is_light_file(file)) return Error{"", "there are too many lights of this name"};
+    if (const Result<Done> written = write_file(file, bytes); !written) return written.error();
+    if (const Result<LatLongImage> read = read_environment_image(file); !read) {
+        std::filesystem::remove(file, ignored);
+        return Error{"", fmt::format("{} is no light: {}", plain, read.error().what)};
+    }
+    put(file.filename().string(), file, {});
+    return lights_.back().name;
+}
+
+Result<std::string> thumbnail_png(const ShelfLight& light) {
+    const Result<Environment> environment = environment_of(light);
+    if (!environment) return environment.error();
+    const LatLongImage whole = image_with_suns(*environment);
+    LatLongImage small = reduced(whole, std::max(1, whole.width / thumbnail_width));
+    const float gain = std::exp2(automatic_exposure(*environment));
+    for (Rgb& pixel : small.pixels) pixel *= gain;
+    return png_bytes(Image{small.width, small.height, std::move(small.pixels), {}});
+}
+
+Result<std::string> background_bytes(const ShelfLight& light) {
+    const Result<Environment> environment = environment_of(light);
+    if (!environment) return environment.error();
+    LatLongImage image = image_with_suns(*environment);
+    if (image.width > widest_background) image = reduced(image, factor_to(image.width, widest_background));
+    std::string bytes;
+    bytes.reserve(8 + image.pixels.size() * 8);
+    append(bytes, static_cast<std::uint32_t>(image.width));
+    append(bytes, static_cast<std::uint32_t>(image.height));
+    for (const Rgb& pixel : image.pixels) {
+        for (const float value : {pixel.x, pixel.y, pixel.z})
+            append(bytes, imath_float_to_half(std::min(value, largest_half)));
+        append(bytes, imath_float_to_half(1.0f));
+    }
+    return bytes;
+}
+
+}  // namespace haarfield

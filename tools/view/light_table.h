@@ -1,0 +1,59 @@
+#pragma once
+/// The lights that a design has had, encoded so that they can be turned, mixed and dimmed in every frame.
+
+#include "shading/scene/light_sources.h"
+#include "shading/transfer/sparse_vectors.h"
+#include "shading/transfer/turned_light.h"
+#include "tools/view/design.h"
+
+#include <map>
+
+namespace haarfield {
+
+/// A light as it can be turned from frame to frame.
+struct EncodedLight {
+    Environment environment;           ///< As its file has it, cleaned; neither turned nor exposed.
+    TurnableLight smooth;              ///< What wavelets serve of it,
+    std::vector<LightSource> sources;  ///< and what rays do.
+    float automatic_exposure = 0;      ///< [stops]
+};
+
+/// A light of a moment, as RelightSession::show_light takes it.
+struct MomentaryLight {
+    DenseCoefficients smooth;
+    std::vector<DirectionalLight> lights;
+};
+
+/// Reads and encodes lights, and keeps the last few.
+class LightTable {
+public:
+    explicit LightTable(const RenderSettings& settings) : settings_(settings) {}
+
+    /// Takes a design's light, or two of them.
+    ///
+    /// cost    0.5 s for a light of 1024 x 512 pixels that is new.
+    /// errors  of its files; then the light of before stays.
+    Result<Done> take(const Design& design);
+
+    /// Reads and encodes a light that may be taken next.
+    Result<Done> know(const EnvironmentDescription& light);
+
+    /// @name Of the design that was taken last; share, turn and exposure may be others. @{
+    MomentaryLight momentary(const Design& design, bool few) const;  ///< cost: some 5 ms a light.
+    const Environment& mixed(const Design& design);  ///< Not turned; kept until the share changes.
+    float exposure(const Design& design) const;      ///< [stops]
+    /// @}
+
+private:
+    Result<std::shared_ptr<const EncodedLight>> encoded(const std::filesystem::path& image,
+                                                        const std::optional<AnalyticSky>& sky);
+
+    RenderSettings settings_;
+    std::vector<std::pair<std::string, std::shared_ptr<const EncodedLight>>> known_;  ///< The latest last.
+    std::shared_ptr<const EncodedLight> first_, second_;
+    std::optional<std::uint64_t> taken_;  ///< Design::light_stamp.
+    std::optional<Environment> mixed_;
+    float mixed_share_ = 0;
+};
+
+}  // namespace haarfield

@@ -1,0 +1,182 @@
+// The page: joins the line to the session, the picture and the panel.
+import { Connection } from './connection.js';
+import { Panel } from './panel.js';
+import { Stage } from './stage.js';
+
+const element = (id) => document.getElementById(id);
+const words = { moving: 'transfer vectors, coarser while moving', quick: 'shaded by fields', exact: 'exact' };
+const jobs = { vectors: 'vectors', shading: 'shading', exact: 'making it exact', ahead: 'preparing' };
+
+let steers = false;
+let gesture = 0;
+let light = null;
+let gain = 1;
+let frames = 0;
+
+const stats = { frames: 0, last: null, applied: [], server: [], exact: 0, errors: [], tasks: [] };
+
+const connection = new Connection({
+  open() {
+    element('lost').hidden = true;
+  },
+  lost(tries) {
+    element('lost').hidden = false;
+    element('lost-text').textContent = tries > 4 ? 'haarfield view seems to have ended. Still trying …' : 'Trying again …';
+    stage.hasColours = false;
+  },
+  text(message) {
+    receivers[message.type]?.(message);
+  },
+  frame(frame) {
+    stage.show(frame);
+    stats.last = frame;
+    ++stats.frames;
+    if (frame.exactness === 'exact') ++stats.exact;
+    const took = frame.message ? connection.since(frame.message) : undefined;
+    if (took !== undefined && frame.exactness === 'moving') {
+      stats.applied.push(took);
+      stats.server.push(frame.milliseconds);
+    }
+    element('exactness').className = 'pill ' + frame.exactness;
+    element('exactness').textContent = words[frame.exactness];
+    waiting = frame.frame;
+  },
+});
+
+let waiting = 0; // the frame that is shown with the next picture
+
+const stage = new Stage(element('canvas'), {
+  look: () => steers && connection.sendSoon('look', looking()),
+  gesture: () => (gesture = connection.newGesture()),
+  place: (id, change) => connection.sendSoon('place', { object: id, gesture, ...change }),
+  placed: () => connection.flush(),
+  turnLight: (quaternion) => {
+    connection.sendSoon('turn_light', { rotation: quaternion.toArray(), gesture });
+    panel.showTurn(quaternion);
+  },
+  pick: (id, material) => choose(id, material),
+});
+
+function looking() {
+  const box = stage.canvas.parentElement;
+  return {
+    position: stage.camera.position.toArray(), target: stage.orbit.target.toArray(),
+    vertical_fov: stage.camera.fov, width: Math.max(1, box.clientWidth), height: Math.max(1, box.clientHeight),
+  };
+}
+
+function choose(id, material) {
+  stage.choose(id);
+  panel.choose(id, material);
+  if (steers) connection.send('select', { object: id });
+}
+
+const panel = new Panel({
+  send: (type, content) => steers && connection.send(type, content),
+  sendSoon: (type, content) => steers && connection.sendSoon(type, { gesture, ...content }),
+  gesture: () => (gesture = connection.newGesture()),
+  turn: (quaternion) => {
+    stage.lightTurn.copy(quaternion);
+    stage.lightHandle.quaternion.copy(quaternion);
+    stage.dirty = true;
+  },
+  choose, stage,
+  tool: (tool) => {
+    stage.setTool(tool);
+    for (const button of document.querySelectorAll('[data-tool]'))
+      button.setAttribute('aria-pressed', button.dataset.tool === tool);
+  },
+});
+
+function setLight(message) {
+  light = message;
+  gain = 2 ** message.stops;
+  stage.setLight(message, gain).catch((error) => panel.notice(error.message));
+  panel.setLight(message);
+}
+
+function takeState(message) {
+  if (message.camera && (!steers || message.type === 'scene')) stage.setCamera(message.camera);
+  if (message.objects) {
+    stage.setObjects(message.objects);
+    panel.setObjects(message.objects, stage.chosen);
+  }
+  if (message.materials) panel.setMaterials(message.materials);
+  if (message.lights) panel.setLights(message.lights);
+  if (message.light) setLight(message.light);
+  element('undo').disabled = !(steers && message.can_undo);
+  element('redo').disabled = !(steers && message.can_redo);
+}
+
+function setSteering(value) {
+  steers = stage.isSteering = value;
+  document.body.classList.toggle('watching', !value);
+  element('steer').hidden = value;
+  stage.showGizmo();
+}
+
+const receivers = {
+  scene(message) {
+    setSteering(message.steers);
+    if (stats.scene !== message.session) {
+      stage.entities = message.entities;
+      stage.meshes = [];
+      stage.setObjects([]);
+      stats.scene = message.session;
+    }
+    element('scene-name').textContent = message.name;
+    document.title = message.name + ' – haarfield';
+    panel.file = message.file;
+    takeState(message);
+    if (steers) connection.send('look', looking());
+  },
+  state: takeState,
+  steering: ({ steers: value }) => setSteering(value),
+  work({ doing, share }) {
+    element('work').classList.toggle('busy', doing !== '');
+    element('work-name').textContent = jobs[doing] ?? '';
+    element('work-bar').style.width = 100 * share + '%';
+    stats.doing = doing;
+  },
+  error(message) {
+    stats.errors.push(message);
+    panel.notice(message.message);
+  },
+  rest(message) {
+    stats.rest = message;
+  },
+  saved({ file }) {
+    stats.saved = file;
+    panel.notice('Saved ' + file, true);
+  },
+  task(message) {
+    stats.tasks.push(message);
+    panel.setTask(message);
+  },
+};
+
+element('steer').onclick = () => connection.send('steer');
+
+// Pictures: what hands did since the last one is sent first, and a frame is taken as shown once it is drawn.
+let second = performance.now();
+function next() {
+  requestAnimationFrame(next);
+  connection.flush();
+  if (stage.draw()) ++frames;
+  if (waiting) {
+    connection.shown(waiting);
+    waiting = 0;
+  }
+  const now = performance.now();
+  if (now - second > 500) {
+    const fps = frames === 0 ? '' : Math.round((1000 * frames) / (now - second)) + ' fps';
+    const took = stats.applied.at(-1);
+    element('rates').textContent = [fps, took === undefined ? '' : Math.round(took) + ' ms'].filter(Boolean).join(' · ');
+    frames = 0;
+    second = now;
+  }
+}
+next();
+
+// For programs that drive the page, the tests among them.
+window.haarfield = { stage, connection, panel, stats, isSteering: () => steers, light: () => light };

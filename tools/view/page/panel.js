@@ -1,0 +1,328 @@
+// The panel: lights, the chosen object, its material, and what is kept.
+import * as THREE from './three/build/three.module.js';
+
+const element = (id) => document.getElementById(id);
+const up = new THREE.Vector3(0, 1, 0);
+
+const toHex = (colour) => '#' + new THREE.Color().fromArray(colour).convertLinearToSRGB().getHexString();
+const fromHex = (hex) => new THREE.Color(hex).convertSRGBToLinear().toArray();
+
+// What a material has: a key, its name here, and its range; colours have none.
+const plainFields = [
+  ['diffuse', 'Colour'], ['specular', 'Highlights'], ['shininess', 'Shininess', 1, 1000, true],
+  ['convention', 'Meant as', ['physical', 'povray']]];
+const finishFields = [
+  ['pigment', 'Colour'], ['finish.diffuse', 'Diffuse', 0, 1], ['finish.phong', 'Phong', 0, 2],
+  ['finish.phong_size', 'Phong size', 1, 1000, true], ['finish.specular', 'Specular', 0, 2],
+  ['finish.roughness', 'Roughness', 0.0005, 1, true], ['finish.metallic', 'Metallic', 0, 1]];
+
+export class Panel {
+  // on: {send, sendSoon, gesture, turn, choose, tool, stage}
+  constructor(on) {
+    this.on = on;
+    this.materials = {};
+    this.lights = [];
+    this.listenToLight();
+    this.listenToObject();
+    this.listenToKeep();
+    this.listenToKeys();
+    for (const button of document.querySelectorAll('[data-tool]'))
+      button.onclick = () => on.tool(button.dataset.tool);
+    queueMicrotask(() => on.tool('look'));
+    element('material').onchange = () => this.showMaterial();
+  }
+
+  // A slider that sends while it moves; one gesture from press to release.
+  slider(id, use) {
+    const input = element(id);
+    input.addEventListener('pointerdown', () => this.on.gesture());
+    input.addEventListener('keydown', () => this.on.gesture());
+    input.addEventListener('input', () => use(Number(input.value)));
+    input.addEventListener('pointerup', () => this.on.gesture());
+  }
+
+  listenToLight() {
+    this.slider('turn', (degrees) => {
+      const turn = new THREE.Quaternion().setFromAxisAngle(up, (degrees * Math.PI) / 180);
+      element('turn-value').textContent = degrees + '°';
+      this.on.turn(turn);
+      this.on.sendSoon('turn_light', { rotation: turn.toArray() });
+    });
+    this.slider('exposure', (stops) => {
+      element('auto-exposure').checked = false;
+      element('exposure-value').textContent = stops.toFixed(1);
+      this.on.sendSoon('exposure', { stops });
+    });
+    element('auto-exposure').onchange = ({ target }) =>
+      this.on.send('exposure', { stops: target.checked ? 'auto' : Number(element('exposure').value) });
+    this.slider('share', (share) => {
+      element('share-value').textContent = Math.round(100 * share) + ' %';
+      this.on.sendSoon('mix', { share });
+    });
+    element('second').onchange = ({ target }) => this.sendLights(this.light.light, target.value);
+    element('light-file').onchange = ({ target }) => this.upload(target.files);
+    for (const type of ['dragenter', 'dragover'])
+      window.addEventListener(type, (event) => {
+        event.preventDefault();
+        element('drop').hidden = false;
+      });
+    window.addEventListener('dragleave', (event) => {
+      if (!event.relatedTarget) element('drop').hidden = true;
+    });
+    window.addEventListener('drop', (event) => {
+      event.preventDefault();
+      element('drop').hidden = true;
+      this.upload(event.dataTransfer.files);
+    });
+  }
+
+  sendLights(light, second) {
+    const share = Number(element('share').value);
+    this.on.send('light', second ? { light, second, share } : { light });
+  }
+
+  async upload(files) {
+    for (const file of files) {
+      const response = await fetch('lights/' + encodeURIComponent(file.name), { method: 'POST', body: file })
+        .catch((error) => ({ ok: false, text: () => error.message }));
+      const text = await response.text();
+      if (!response.ok) {
+        const trouble = text.startsWith('{') ? JSON.parse(text).error : text;
+        return this.notice(trouble);
+      }
+      this.sendLights(JSON.parse(text).light, '');
+    }
+  }
+
+  setLights(names) {
+    this.lights = names;
+    const box = element('lights');
+    for (const old of [...box.children]) if (!names.includes(old.dataset.light)) old.remove();
+    for (const name of names) {
+      if ([...box.children].some((child) => child.dataset.light === name)) continue;
+      const button = document.createElement('button');
+      button.dataset.light = name;
+      button.title = name;
+      button.setAttribute('role', 'option');
+      const image = new Image();
+      image.loading = 'lazy';
+      image.alt = '';
+      image.src = 'thumbnail/' + encodeURIComponent(name);
+      const label = document.createElement('span');
+      label.textContent = name.replace(/\.(exr|hdr)$/i, '');
+      button.append(image, label);
+      button.onclick = () => this.sendLights(name, element('second').value);
+      box.append(button);
+    }
+    const second = element('second');
+    second.replaceChildren(new Option('nothing', ''), ...names.map((name) => new Option(name, name)));
+    if (this.light) this.setLight(this.light);
+  }
+
+  setLight(light) {
+    this.light = light;
+    for (const button of element('lights').children)
+      button.setAttribute('aria-selected', button.dataset.light === light.light);
+    element('second').value = light.second ?? '';
+    element('share-row').hidden = !light.second;
+    const quiet = (id, value, text) => {
+      if (document.activeElement !== element(id)) element(id).value = value;
+      element(id + '-value').textContent = text;
+    };
+    quiet('share', light.share, Math.round(100 * light.share) + ' %');
+    quiet('exposure', light.stops, light.stops.toFixed(1));
+    element('auto-exposure').checked = light.exposure === 'auto';
+    this.showTurn(new THREE.Quaternion().fromArray(light.rotation));
+  }
+
+  showTurn(quaternion) {
+    const toSun = new THREE.Vector3(0, 0, 1).applyQuaternion(quaternion);
+    const degrees = Math.round((Math.atan2(toSun.x, toSun.z) * 180) / Math.PI);
+    if (document.activeElement !== element('turn')) element('turn').value = degrees;
+    element('turn-value').textContent = degrees + '°';
+  }
+
+  listenToObject() {
+    element('object').onchange = ({ target }) => this.on.choose(target.value === '' ? null : Number(target.value));
+    element('clone').onclick = () => this.clone();
+    element('delete').onclick = () => this.remove();
+    element('frame-object').onclick = () => this.on.stage.lookAtObject(this.on.stage.chosen);
+  }
+
+  clone() {
+    if (this.on.stage.chosen === null) return this.notice('Choose an object first: click one.');
+    this.choosesNew = true;
+    this.on.send('clone', { object: this.on.stage.chosen });
+  }
+
+  remove() {
+    if (this.on.stage.chosen === null) return this.notice('Choose an object first: click one.');
+    this.on.send('delete', { object: this.on.stage.chosen });
+  }
+
+  setObjects(objects, chosen) {
+    const select = element('object');
+    select.replaceChildren(
+      new Option('none chosen: click one', ''), ...objects.map(({ id, name }) => new Option(name, id)));
+    select.value = chosen ?? '';
+    const last = objects[objects.length - 1];
+    if (this.choosesNew && objects.length > (this.count ?? 0) && last) this.on.choose(last.id);
+    this.choosesNew = false;
+    this.count = objects.length;
+    for (const id of ['clone', 'delete', 'frame-object']) element(id).disabled = chosen === null;
+  }
+
+  choose(id, material) {
+    element('object').value = id ?? '';
+    for (const button of ['clone', 'delete', 'frame-object']) element(button).disabled = id === null;
+    if (material && this.materials[material]) {
+      element('material').value = material;
+      this.showMaterial();
+    } else if (material === null && id !== null) {
+      this.notice('This part has the material of its model file, which stays as it is.');
+    }
+  }
+
+  setMaterials(materials) {
+    const names = Object.keys(materials), select = element('material');
+    if (Object.keys(this.materials).join() !== names.join()) {
+      const was = select.value;
+      select.replaceChildren(...names.map((name) => new Option(name, name)));
+      if (names.includes(was)) select.value = was;
+    }
+    this.materials = materials;
+    element('material-section').hidden = names.length === 0;
+    if (!element('material-fields').contains(document.activeElement)) this.showMaterial();
+  }
+
+  showMaterial() {
+    const name = element('material').value, material = this.materials[name];
+    if (!material) return;
+    const fields = material.finish ? finishFields : plainFields;
+    element('material-fields').replaceChildren(...fields.map((field) => this.materialField(name, field)));
+  }
+
+  materialField(name, [key, title, lowest, highest, isLogarithmic]) {
+    const parts = key.split('.');
+    const get = () => parts.reduce((value, part) => value[part], this.materials[name]);
+    const set = (value) => {
+      const changed = structuredClone(this.materials[name]);
+      delete changed.has_image;
+      parts.slice(0, -1).reduce((object, part) => object[part], changed)[parts[parts.length - 1]] = value;
+      this.materials[name] = { ...changed, has_image: this.materials[name].has_image };
+      this.on.sendSoon('material', { name, ...changed });
+    };
+    const label = document.createElement('label');
+    label.append(title);
+    const input = document.createElement(Array.isArray(lowest) ? 'select' : 'input');
+    input.dataset.key = key;
+    if (Array.isArray(lowest)) {
+      for (const value of lowest) input.append(new Option(value, value));
+      input.value = get();
+      input.onchange = () => (this.on.gesture(), set(input.value));
+    } else if (lowest === undefined) {
+      input.type = 'color';
+      input.value = toHex(get());
+      input.onpointerdown = () => this.on.gesture();
+      input.oninput = () => set(fromHex(input.value));
+    } else {
+      const output = document.createElement('output');
+      const tell = () => (output.textContent = Number(get().toPrecision(3)));
+      input.type = 'range';
+      input.min = 0;
+      input.max = 1;
+      input.step = 0.002;
+      const toValue = (x) => isLogarithmic ? lowest * (highest / lowest) ** x : lowest + x * (highest - lowest);
+      input.value = isLogarithmic ? Math.log(get() / lowest) / Math.log(highest / lowest) : (get() - lowest) / (highest - lowest);
+      input.onpointerdown = () => this.on.gesture();
+      input.oninput = () => {
+        set(toValue(Number(input.value)));
+        tell();
+      };
+      tell();
+      label.append(input, output);
+      return label;
+    }
+    label.append(input);
+    return label;
+  }
+
+  listenToKeep() {
+    element('undo').onclick = () => this.on.send('undo');
+    element('redo').onclick = () => this.on.send('redo');
+    element('save').onclick = () => this.on.send('save');
+    element('save-as').onclick = () => {
+      const name = prompt('A name for the scene, beside the one that was opened', this.file.replace(/\.toml$/, '_2.toml'));
+      if (name) this.on.send('save', { name });
+    };
+    for (const task of ['bake', 'picture', 'reference'])
+      element(task).onclick = () => this.on.send('start', { task });
+    element('task-cancel').onclick = () => this.on.send('cancel');
+    element('compare-button').onclick = () => this.compare(element('compare').hidden);
+    element('compare-slider').oninput = ({ target }) =>
+      (element('compare-image').style.clipPath = `inset(0 ${100 - target.value / 10}% 0 0)`);
+    window.addEventListener('resize', () => this.placeComparison());
+  }
+
+  compare(isShown) {
+    element('compare').hidden = !isShown;
+    element('compare-button').setAttribute('aria-pressed', isShown);
+    this.placeComparison();
+  }
+
+  placeComparison() {
+    const box = this.on.stage.pictureBox();
+    for (const side of ['left', 'top', 'width', 'height']) element('compare').style[side] = box[side] + 'px';
+  }
+
+  setTask(message) {
+    const isRunning = message.state === 'running';
+    element('task').hidden = !isRunning;
+    element('task-name').textContent = message.task + (message.stage ? ': ' + message.stage : '');
+    element('task-bar').style.width = 100 * (message.share ?? 0) + '%';
+    if (message.state === 'failed') this.notice(`${message.task}: ${message.message}`);
+    if (message.state !== 'done') return;
+    const list = element('files');
+    list.replaceChildren(...message.files.map((name) => {
+      const item = document.createElement('li'), link = document.createElement('a');
+      link.href = 'made/' + encodeURIComponent(name);
+      link.textContent = link.download = name;
+      item.append(link);
+      return item;
+    }));
+    if (message.task === 'reference') {
+      element('compare-image').src = 'made/reference.png?' + Date.now();
+      element('compare-button').disabled = false;
+      this.compare(true);
+    }
+    this.notice(`${message.task} is done.`, true);
+  }
+
+  listenToKeys() {
+    const tools = { v: 'look', w: 'translate', e: 'rotate', r: 'scale', l: 'light' };
+    window.addEventListener('keydown', (event) => {
+      if (event.target.matches('input, select, textarea')) return;
+      const key = event.key.toLowerCase();
+      if (event.ctrlKey || event.metaKey) {
+        if (key === 'z') this.on.send(event.shiftKey ? 'redo' : 'undo');
+        else if (key === 'y') this.on.send('redo');
+        else if (key === 's') this.on.send('save');
+        else return;
+        event.preventDefault();
+      } else if (tools[key]) this.on.tool(tools[key]);
+      else if (key === 'd') this.clone();
+      else if (key === 'delete' || key === 'backspace') this.remove();
+      else if (key === 'f') this.on.stage.lookAtObject(this.on.stage.chosen);
+      else if (key === 'escape') this.on.choose(null);
+    });
+  }
+
+  notice(text, isGood = false) {
+    const box = element('notice');
+    box.textContent = text;
+    box.classList.toggle('good', isGood);
+    box.hidden = false;
+    clearTimeout(this.noticeTimer);
+    this.noticeTimer = setTimeout(() => (box.hidden = true), isGood ? 4000 : 8000);
+  }
+}

@@ -1,0 +1,167 @@
+// What a session tells its pages, and what it keeps for them.
+
+#include "fields/base/names.h"
+#include "fields/file/write_file.h"
+#include "scenes/scene_writer.h"
+#include "tools/view/view_session.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <fstream>
+
+namespace haarfield {
+namespace {
+
+constexpr int protocol = 1;
+
+nlohmann::json camera_json(const Camera& camera) {
+    return {{"position", json_of(camera.position)},
+            {"target", json_of(camera.target)},
+            {"vertical_fov", double(camera.vertical_fov) * (180 / pi)},
+            {"width", camera.width},
+            {"height", camera.height}};
+}
+
+/// The lines of comments on top of a file, without `#`.
+std::string top_comments(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    std::string comments;
+    for (std::string line; std::getline(in, line) && line.starts_with("#");)
+        comments += line.substr(line.starts_with("# ") ? 2 : 1) + "\n";
+    return comments;
+}
+
+}  // namespace
+
+nlohmann::json ViewSession::state(bool all) const {
+    const Design& now = history_.now();
+    nlohmann::json message{{"type", "state"},
+                           {"message", last_message_},
+                           {"can_undo", history_.can_undo()},
+                           {"can_redo", history_.can_redo()}};
+    const bool knows = told_ && !all;
+    const auto& instances = now.scene.instances;
+    const auto same_places = [&] {
+        if (told_->ids != now.ids) return false;
+        for (std::size_t i = 0; i < now.ids.size(); ++i)
+            if (told_->scene.instances[i].placement != instances[i].placement) return false;
+        return true;
+    };
+    if (!knows || !same_places()) {
+        nlohmann::json& objects = message["objects"] = nlohmann::json::array();
+        for (std::size_t i = 0; i < now.ids.size(); ++i) {
+            // The mesh has the shape already.
+            const Placement& placement = instances[i].placement;
+            objects.push_back({{"id", now.ids[i]},
+                               {"name", instances[i].name},
+                               {"entity", now.entities[i]},
+                               {"translate", json_of(placement.translate)},
+                               {"rotation", json_of(placement.rotate)},
+                               {"scale", placement.scale}});
+        }
+    }
+    const EnvironmentDescription& light = now.scene.environment;
+    if (!knows || told_->light_stamp != now.light_stamp ||
+        told_->scene.environment.exposure != light.exposure || told_->scene.environment.turn != light.turn ||
+        (light.blend && told_->scene.environment.blend &&
+         light.blend->share != told_->scene.environment.blend->share)) {
+        nlohmann::json& lit = message["light"];
+        lit = {{"light", shelf_.name_of(light.image, light.sky)}, {"rotation", json_of(light.turn)}};
+        lit["second"] = light.blend ? nlohmann::json(shelf_.name_of(light.blend->image, light.blend->sky))
+                                    : nlohmann::json();
+        lit["share"] = light.blend ? light.blend->share : 0.5f;
+        lit["stops"] = live_.exposure(now);
+        lit["exposure"] = light.exposure ? nlohmann::json(*light.exposure) : nlohmann::json("auto");
+    }
+    if (!knows || told_->material_stamp != now.material_stamp) {
+        nlohmann::json& materials = message["materials"] = nlohmann::json::object();
+        for (const auto& [name, material] : now.scene.materials) {
+            materials[name] = json_of(material);
+            materials[name]["has_image"] = !material.image.empty();
+        }
+    }
+    if (!knows || told_->scene.camera.position != now.scene.camera.position ||
+        told_->scene.camera.target != now.scene.camera.target ||
+        told_->scene.camera.vertical_fov != now.scene.camera.vertical_fov)
+        message["camera"] = camera_json(now.scene.camera);
+    if (all) {
+        nlohmann::json& lights = message["lights"] = nlohmann::json::array();
+        for (const ShelfLight& each : shelf_.lights()) lights.push_back(each.name);
+    }
+    return message;
+}
+
+void ViewSession::tell_scene(PageId page) const {
+    nlohmann::json message = state(true);
+    message["type"] = "scene";
+    message["protocol"] = protocol;
+    message["session"] = settings_.session;
+    message["name"] = history_.now().scene.name;
+    message["file"] = settings_.scene_file.filename().string();
+    message["steers"] = pages_.front() == page;
+    nlohmann::json& entities = message["entities"] = nlohmann::json::array();
+    const Scene& scene = history_.now().scene;
+    for (std::size_t e = 0; e < live_.entities().entities.size(); ++e)
+        entities.push_back(json_of(*live_.entities().entities[e], e, scene.entities[live_.described_by(e)]));
+    audience_.tell(page, message.dump());
+}
+
+void ViewSession::tell_state() {
+    const nlohmann::json message = state(false);
+    const bool is_new = !told_ || message.size() > 4 || told_undo_ != history_.can_undo() ||
+                        told_redo_ != history_.can_redo();
+    if (!is_new) return;
+    if (told_) audience_.tell_all(message.dump());
+    told_ = history_.now();
+    told_undo_ = history_.can_undo();
+    told_redo_ = history_.can_redo();
+}
+
+Result<Done> ViewSession::save(PageId page, const Save& save, const Message& message) {
+    std::filesystem::path file = settings_.scene_file;
+    if (save.name) {
+        const std::string name = plain_name(*save.name);
+        if (name.empty() || name.front() == '.' || name.front() == '-')
+            return Error{"", "the name of the scene is not as wanted: letters, digits, _, - and ."};
+        file = file.parent_path() / (name.ends_with(".toml") ? name : name + ".toml");
+    }
+    const std::string text =
+        scene_text(history_.now().scene, file.parent_path(), top_comments(settings_.scene_file));
+    if (Result<Done> written = write_file(file, text); !written) return written;
+    audience_.tell(
+        page, nlohmann::json{{"type", "saved"}, {"number", message.number}, {"file", file.string()}}.dump());
+    return Done{};
+}
+
+Result<Done> ViewSession::start_task(PageId page, const StartTask& task, const Message&) {
+    if (task.kind == TaskKind::picture) {
+        pictures_.emplace_back(page, true);
+        return Done{};
+    }
+    const std::string command = task.kind == TaskKind::bake ? "bake" : "reference";
+    const Scene& scene = history_.now().scene;
+    return tasks_.start(command, scene.name, scene_text(scene, tasks_.folder_of(command)));
+}
+
+void ViewSession::make_picture() {
+    if (pictures_.empty()) return;
+    const Image image = live_.picture(history_.now(), preview_);
+    nlohmann::json message{{"type", "task"}, {"task", "picture"}, {"state", "done"}};
+    const std::filesystem::path folder = tasks_.folder_of("picture");
+    Result<Done> written = make_folder(folder);
+    for (const char* ending : {"png", "exr"}) {
+        const std::filesystem::path file =
+            folder / fmt::format("{}_view.{}", plain_name(history_.now().scene.name), ending);
+        if (written) written = write_image(image, file);
+        if (written) message["files"].push_back(tasks_.add_file(file));
+    }
+    if (!written) {
+        message["state"] = "failed";
+        message["message"] = written.error().message();
+    }
+    for (const auto& [page, wanted] : pictures_) audience_.tell(page, message.dump());
+    pictures_.clear();
+}
+
+}  // namespace haarfield
