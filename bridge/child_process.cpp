@@ -3,15 +3,35 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 
-extern char** environ;
-
 namespace haarfield {
+namespace {
+
+/// What the child does between fork and its new life: nothing that another thread's lock could stop. Tells
+/// `failure` the error's number if there is none.
+[[noreturn]] void become(const char* program, char* const* arguments, const char* folder, pid_t parent,
+                         int log, int failure) {
+    // Whoever runs it may be killed without a chance to end it.
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    for (const int ignored : {SIGPIPE, SIGXFSZ}) ::signal(ignored, SIG_DFL);
+    sigset_t none;
+    sigemptyset(&none);
+    ::sigprocmask(SIG_SETMASK, &none, nullptr);
+    const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+    if (::getppid() == parent && nothing >= 0 && ::dup2(nothing, STDIN_FILENO) >= 0 &&
+        ::dup2(nothing, STDOUT_FILENO) >= 0 && ::dup2(log, STDERR_FILENO) >= 0 && ::chdir(folder) == 0)
+        ::execvp(program, arguments);
+    const int number = errno;
+    [[maybe_unused]] const ssize_t told = ::write(failure, &number, sizeof number);
+    ::_exit(127);
+}
+
+}  // namespace
 
 ChildProcess::~ChildProcess() {
     if (log_ >= 0) ::close(log_);
@@ -23,23 +43,35 @@ ChildProcess::~ChildProcess() {
 
 int ChildProcess::start(const std::string& program, const std::vector<std::string>& arguments,
                         const std::filesystem::path& folder) {
-    int ends[2];
+    int ends[2], failure[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) return errno;
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
-    posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+    if (::pipe2(failure, O_CLOEXEC) != 0) {
+        const int number = errno;
+        ::close(ends[0]);
+        ::close(ends[1]);
+        return number;
+    }
     std::vector<char*> argv{const_cast<char*>(program.c_str())};
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
-    const int failure = posix_spawnp(&id_, program.c_str(), &actions, nullptr, argv.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
+    const pid_t parent = getpid();
+    id_ = fork();
+    if (id_ == 0) become(program.c_str(), argv.data(), folder.c_str(), parent, ends[1], failure[1]);
+    int number = id_ < 0 ? errno : 0;
     ::close(ends[1]);
+    ::close(failure[1]);
     log_ = ends[0];
-    if (failure != 0) id_ = -1;
-    return failure;
+    if (id_ > 0) {
+        ssize_t size = 0;
+        do size = ::read(failure[0], &number, sizeof number);
+        while (size < 0 && errno == EINTR);
+        if (size == sizeof number)
+            wait();
+        else
+            number = 0;  // closed by what it has become
+    }
+    ::close(failure[0]);
+    return number;
 }
 
 bool ChildProcess::read_some(std::string& text) const {

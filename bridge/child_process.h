@@ -10,7 +10,8 @@
 namespace haarfield {
 
 /// A running child whose stderr we read; its stdin and stdout are /dev/null. Ended, if need be, and waited
-/// for when it goes out of scope.
+/// for when it goes out of scope; ended by the system, too, if this process or the thread that started it
+/// ends.
 class ChildProcess {
 public:
     ChildProcess() = default;

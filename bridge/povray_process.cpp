@@ -4,31 +4,45 @@
 #include "bridge/povray_scene.h"
 #include "fields/file/write_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 
 namespace haarfield {
 namespace {
 
 constexpr std::size_t longest_log = std::size_t{1} << 20;  // bytes; a scene may print without end
 
-/// A folder of its own beside the picture: POV-Ray leaves its state there when it is stopped.
+constexpr const char* folder_prefix = ".povray-";
+
+/// A folder of its own beside the picture: POV-Ray leaves its state there when it is stopped. Locked while it
+/// lives, so that what a killed process has left is told from what is in use.
 class TemporaryFolder {
 public:
     explicit TemporaryFolder(const std::filesystem::path& parent) {
-        std::string pattern = (parent / ".povray-XXXXXX").string();
-        if (::mkdtemp(pattern.data())) path_ = pattern;
+        remove_abandoned(parent);
+        std::string pattern = (parent / folder_prefix).string() + "XXXXXX";
+        if (!::mkdtemp(pattern.data())) return;
+        path_ = pattern;
+        lock_ = ::open(pattern.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        if (lock_ >= 0) ::flock(lock_, LOCK_EX | LOCK_NB);
     }
     ~TemporaryFolder() {
         std::error_code ignored;
         if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+        if (lock_ >= 0) ::close(lock_);
     }
     TemporaryFolder(const TemporaryFolder&) = delete;
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
@@ -36,7 +50,27 @@ public:
     const std::filesystem::path& path() const { return path_; }
 
 private:
+    static void remove_abandoned(const std::filesystem::path& parent) {
+        std::error_code code;
+        std::vector<std::filesystem::path> abandoned;
+        for (std::filesystem::directory_iterator entry(parent, code), end; entry != end && !code;
+             entry.increment(code)) {
+            const std::filesystem::path& path = entry->path();
+            if (!path.filename().string().starts_with(folder_prefix)) continue;
+            struct stat status {};
+            // Another process's is not locked for a moment after it is made.
+            constexpr std::time_t moment = 10;
+            if (::stat(path.c_str(), &status) != 0 || std::time(nullptr) - status.st_mtime < moment) continue;
+            const int lock = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+            if (lock < 0) continue;
+            if (::flock(lock, LOCK_EX | LOCK_NB) == 0) abandoned.push_back(path);
+            ::close(lock);
+        }
+        for (const std::filesystem::path& path : abandoned) std::filesystem::remove_all(path, code);
+    }
+
     std::filesystem::path path_;
+    int lock_ = -1;
 };
 
 std::vector<std::string> lines_of(const std::string& log) {
@@ -88,7 +122,10 @@ std::string own_words(const std::string& log) {
 double logged_seconds(const std::string& log, const char* key) {
     std::size_t at = log.rfind(key);
     if (at == std::string::npos || (at = log.find('(', at)) == std::string::npos) return 0;
-    return std::strtod(log.c_str() + at + 1, nullptr);
+    double seconds = 0;  // not by strtod: a program may have set a locale with decimal commas
+    const char* const number = log.data() + std::min(log.find_first_not_of(' ', at + 1), log.size());
+    std::from_chars(number, log.data() + log.size(), seconds);
+    return seconds;
 }
 
 /// From `Rendered 1024 of 4096 pixels`, the last one in the log.
@@ -161,30 +198,42 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
            options.last_row <= options.height);
     std::error_code code;
     if (!std::filesystem::is_regular_file(scene, code)) return Error{scene.string(), "no such file"};
-    if (contains(scene.string(), "\"") || contains(exr.string(), "\""))
-        return Error{scene.string(), "POV-Ray takes no file names with quotation marks"};
     const std::filesystem::path whole_scene = std::filesystem::absolute(scene);
     const std::filesystem::path whole_exr = std::filesystem::absolute(exr);
     if (Result<Done> made = make_folder(whole_exr.parent_path()); !made) return made.error();
     const TemporaryFolder temporary(whole_exr.parent_path());
     if (temporary.path().empty()) return Error{whole_exr.parent_path().string(), "can not be written to"};
     const std::filesystem::path picture = temporary.path() / "picture.exr";
+    // As seen from the scene's folder, where POV-Ray runs: only what differs may not have quotation marks.
+    const std::filesystem::path seen = picture.lexically_relative(whole_scene.parent_path());
 
+    const std::string scene_name = whole_scene.filename().string(),
+                      output = seen.empty() ? picture.string() : seen.string();
+    if (contains(scene_name, "\"") || contains(output, "\""))
+        return Error{scene.string(), "POV-Ray takes no file names with quotation marks"};
     if (progress.stop.stop_requested()) return Error{scene.string(), interrupted};
     PovrayRun run;
-    const std::string scene_name = whole_scene.filename().string();
     run.command_line =
         as_typed(options.program, arguments_of(scene_name, whole_exr.filename().string(), options));
     ChildProcess child;  // includes are looked up in its working directory first: it has to be the scene's
-    const int failure = child.start(options.program, arguments_of(scene_name, picture.string(), options),
-                                    whole_scene.parent_path());
+    const int failure =
+        child.start(options.program, arguments_of(scene_name, output, options), whole_scene.parent_path());
     if (failure != 0)
         return Error{options.program, "can not be run: " + std::generic_category().message(failure) +
                                           "; wanted POV-Ray 3.7 (Debian's package is called povray)"};
 
     std::string log;
-    while (child.read_some(log)) {
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point last_word = Clock::now();
+    while (true) {
+        const std::size_t said = log.size();
+        if (!child.read_some(log)) break;
         if (progress.stop.stop_requested()) return Error{scene.string(), interrupted};
+        if (log.size() > said) last_word = Clock::now();
+        if (Clock::now() - last_word > std::chrono::duration<double>(options.patience))
+            return Error{scene.string(), fmt::format("POV-Ray said nothing for {} s and was ended; its last "
+                                                     "words: {}",
+                                                     options.patience, own_words(log))};
         report_pixels(log, progress);
         if (log.size() > longest_log) log.erase(0, log.size() / 2);
     }

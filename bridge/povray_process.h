@@ -21,6 +21,9 @@ struct PovrayOptions {
     /// others are black. They have the same bits as in the whole picture if both are multiples of 32, or the
     /// last is the height: by blocks of so many POV-Ray decides which pixels get more rays.
     int first_row = 0, last_row = 0;
+    /// A POV-Ray that tells of no progress for so long is ended. [s] It tells of its parsing and of its
+    /// pixels, but at the end of a scene's parsing not until all of its meshes are in order.
+    double patience = 600;
 };
 
 /// For a picture of the camera's resolution, with n x n rays where pixels differ from their neighbours.
@@ -40,7 +43,8 @@ struct PovrayRun {
 ///
 /// progress  reported in pixels of the picture, by stage `POV-Ray`.
 /// errors    no such program; POV-Ray's own words (parse errors with file and line) if it fails, ends by
-///           a signal or leaves no picture; interrupted: the child is ended within 50 ms.
+///           a signal or leaves no picture; nothing said for longer than `patience`; interrupted: the child
+///           is ended within 50 ms.
 /// cost      0.5 s to start, then POV-Ray's.
 Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::filesystem::path& exr,
                              const PovrayOptions& options = {}, const Progress& progress = {});

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 
+#include "fields/base/allocated.h"
 #include "fields/base/instruction_set.h"
 #include "scenes/camera_frame.h"
 
@@ -96,13 +97,13 @@ const OwnedScene& Preview::Rays::scene_of(const PreviewInstance& instance) {
     if (known != meshes.end()) return known->second;
     OwnedScene scene(rtcNewScene(device.get()), &rtcReleaseScene);
     const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
+    auto* positions = allocated<float>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
     for (const Vec3f& p : mesh.positions)
         for (int axis = 0; axis < 3; ++axis) *positions++ = p[axis];
-    auto* indices = static_cast<std::uint32_t*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                3 * sizeof(std::uint32_t), mesh.triangles.size()));
+    auto* indices =
+        allocated<std::uint32_t>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                         3 * sizeof(std::uint32_t), mesh.triangles.size()));
     for (const auto& triangle : mesh.triangles)
         indices = std::copy(triangle.begin(), triangle.end(), indices);
     if (has_cut_outs(instance)) {

@@ -23,8 +23,10 @@ Result<TextureFiles> write_textures(const std::filesystem::path& folder, const s
     std::set<std::string> taken;
     for (const Texture* texture : order) {
         if (!texture || files.contains(texture)) continue;
-        const std::string name =
-            unique_name(texture->name.empty() ? "image" : povray_identifier(texture->name), taken);
+        // So long that a number behind it is not what povray_identifier cuts off.
+        constexpr std::size_t longest = 56;
+        const std::string name = unique_name(
+            texture->name.empty() ? "image" : povray_identifier(texture->name).substr(0, longest), taken);
         const bool is_jpeg = !texture->jpeg.empty();
         TextureFile made;
         made.file = folder / fmt::format("{}_{}.{}", stem, name, is_jpeg ? "jpg" : "png");

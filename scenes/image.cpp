@@ -2,6 +2,7 @@
 
 #include "fields/base/names.h"
 #include "fields/file/write_file.h"
+#include "scenes/image_format.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -15,7 +16,8 @@ namespace haarfield {
 namespace {
 
 constexpr std::uint64_t largest_image = std::uint64_t{1} << 28;  // pixels
-constexpr float largest_half = 65000.0f;                         // below 65504, the end of half floats
+constexpr int most_channels = 64;
+constexpr float largest_half = 65000.0f;  // below 65504, the end of half floats
 constexpr const char* error_attribute = "haarfield:relative_error";
 
 std::string open_image_error(std::string words) {
@@ -100,7 +102,13 @@ OIIO::ImageSpec reading_options() {
     return wanted;
 }
 
-Result<Image> image_from(OIIO::ImageInput& input, const std::string& where) {
+/// How much more than a file has its pixels may be: what is compressed better than this is a trap.
+constexpr double most_decoded = 2000;
+constexpr std::uint64_t always_decoded = std::uint64_t{1} << 24;  // pixels that need no reason
+constexpr double memory_per_decoded = 9;                          // of bytes: as floats, and as an Image
+
+/// file_bytes  how many the file has.
+Result<Image> image_from(OIIO::ImageInput& input, std::size_t file_bytes, const std::string& where) {
     const OIIO::ImageSpec spec = input.spec();
     const bool has_alpha = spec.alpha_channel >= 0;
     const int colours = spec.nchannels - (has_alpha ? 1 : 0);
@@ -113,6 +121,15 @@ Result<Image> image_from(OIIO::ImageInput& input, const std::string& where) {
             largest_image)
         return Error{where,
                      fmt::format("{} x {} pixels; wanted 1 to 2^28", spec.full_width, spec.full_height)};
+
+    if (spec.nchannels > most_channels)
+        return Error{where, fmt::format("{} channels; wanted up to {}", spec.nchannels, most_channels)};
+    const double decoded = double(spec.image_bytes());
+    if (std::max<std::uint64_t>(spec.image_pixels(), std::uint64_t(spec.full_width) * spec.full_height) >
+            always_decoded &&
+        decoded > most_decoded * double(file_bytes))
+        return Error{where, fmt::format("{} x {} pixels in {} bytes; wanted a file that holds them",
+                                        spec.width, spec.height, file_bytes)};
 
     std::vector<float> values(static_cast<std::size_t>(spec.image_pixels()) * spec.nchannels);
     if (!input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, values.data()))
@@ -151,30 +168,88 @@ Result<Image> image_from(OIIO::ImageInput& input, const std::string& where) {
     return image;
 }
 
+constexpr std::string_view task_name = "image 1";  // another number whenever ImageHead or its data change
+
+/// In this process.
+Result<Image> decoded_image(std::string_view bytes, const std::string& where) {
+    const char* const plugin = image_plugin(bytes);
+    if (!plugin) return Error{where, fmt::format("not an image that can be read; wanted {}", image_formats)};
+    OIIO::Filesystem::IOMemReader memory(const_cast<char*>(bytes.data()), bytes.size());
+    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(plugin);
+    if (!input) return Error{where, open_image_error(OIIO::geterror())};
+    if (!input->set_ioproxy(&memory)) return Error{where, open_image_error(input->geterror())};
+    OIIO::ImageSpec spec;
+    if (!input->open(where, spec, reading_options())) {
+        const std::string words = input->geterror();
+        return Error{where, open_image_error(words.empty() ? OIIO::geterror() : words)};
+    }
+    return image_from(*input, bytes.size(), where);
+}
+
+/// Before its pixels and its coverage.
+struct ImageHead {
+    std::int32_t width, height;
+    float relative_error;  ///< Less than 0: none.
+};
+
+Result<Done> read_task(std::string_view bytes, std::string_view, ByteSink& answer) {
+    const Result<Image> image = decoded_image(bytes, "");
+    if (!image) return image.error();
+    answer.value(ImageHead{image->width, image->height, image->relative_error.value_or(-1)});
+    answer.values(image->pixels);
+    answer.values(image->coverage);
+    return Done{};
+}
+
+/// What a reader process has made of it, of which nothing is believed.
+Result<Image> image_from_answer(std::string_view answer, const std::string& where) {
+    ByteSource source(answer);
+    const auto head = source.value<ImageHead>();
+    Image image{head.width, head.height, source.values<Rgb>(), source.values<float>()};
+    if (head.relative_error >= 0) image.relative_error = head.relative_error;
+    const bool has_size = head.width >= 1 && head.height >= 1;
+    const std::uint64_t pixels = has_size ? std::uint64_t(head.width) * std::uint64_t(head.height) : 0;
+    if (!source.is_at_end() || pixels == 0 || image.pixels.size() != pixels ||
+        (!image.coverage.empty() && image.coverage.size() != pixels) ||
+        !std::ranges::all_of(image.coverage, [](float share) { return share >= 0 && share <= 1; }))
+        return Error{where, "what its reader made of it is not an image: the file is damaged"};
+    return image;
+}
+
+/// In a reader process, or in this one.
+Result<Image> guarded_image(std::string_view bytes, const std::string& where) {
+    const Result<bool> apart = reads_apart();
+    if (!apart) return Error{where, apart.error().what};
+    if (!*apart) {
+        try {
+            return decoded_image(bytes, where);
+        } catch (const std::exception& error) {  // memory; libraries', on some damaged files
+            return Error{where, error.what()};
+        }
+    }
+    const Result<MappedFile> answer = read_apart(
+        task_name, bytes, "", reader_limits(bytes.size(), most_decoded * memory_per_decoded), where);
+    if (!answer) return answer.error();
+    return image_from_answer(answer->bytes, where);
+}
+
 }  // namespace
 
 Result<Image> read_image(const std::filesystem::path& file) {
     const std::string where = file.string();
     std::error_code code;
     if (!std::filesystem::exists(file, code)) return Error{where, "no such file"};
-    const OIIO::ImageSpec wanted = reading_options();
-    const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(where, &wanted);
-    if (!input) return Error{where, open_image_error(OIIO::geterror())};
-    return image_from(*input, where);
+    const Result<MappedFile> mapped = mapped_file(file);
+    if (!mapped) return mapped.error();
+    return guarded_image(mapped->bytes, where);
 }
 
 Result<Image> read_image_bytes(std::string_view bytes, const std::string& where) {
-    OIIO::Filesystem::IOMemReader memory(const_cast<char*>(bytes.data()), bytes.size());
-    const OIIO::ImageSpec wanted = reading_options();
-    for (const char* format : {"png", "jpeg", "webp", "tiff", "bmp", "targa"}) {
-        const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(format);
-        if (!input || !input->supports("ioproxy") || !input->set_ioproxy(&memory)) continue;
-        memory.seek(0);
-        OIIO::ImageSpec spec;
-        if (input->open(where, spec, wanted)) return image_from(*input, where);
-        (void)input->geterror();
-    }
-    return Error{where, "not an image that can be read; wanted PNG or JPEG"};
+    return guarded_image(bytes, where);
+}
+
+ReaderTask image_reader_task() {
+    return {task_name, read_task};
 }
 
 Result<Done> write_image(const Image& image, const std::filesystem::path& file) {

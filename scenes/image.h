@@ -28,15 +28,15 @@ struct Image {
     std::optional<float> relative_error = std::nullopt;
 };
 
-/// Reads any format that OpenImageIO knows.
+/// Reads image_formats (image_format.h), whatever the file is called; in a reader process if there is one.
 ///
 /// radiance  8 and 16 bit integers are taken as sRGB, floating point as linear; grey becomes three equal
 ///           channels. Nothing is multiplied by alpha or divided by it: the file's numbers are kept.
 /// coverage  from the alpha channel, clamped to [0, 1].
-/// errors    no such file, not an image (with OpenImageIO's words), cut short, larger than 2^28 pixels.
+/// errors    no such file, no image of these, cut short, larger than 2^28 pixels (2^24 in next to nothing).
 Result<Image> read_image(const std::filesystem::path& file);
 
-/// The same of an image file's bytes, as models embed them: PNG, JPEG, WebP, TIFF, BMP, Targa.
+/// The same of an image file's bytes, as models embed them.
 ///
 /// where   what messages call it.
 Result<Image> read_image_bytes(std::string_view bytes, const std::string& where);

@@ -3,6 +3,12 @@
 #include "fields/file/write_file.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <thread>
 
@@ -98,6 +104,71 @@ TEST(PovrayProcess, StopsWhenAskedAndLeavesNothing) {
     ASSERT_FALSE(run);
     EXPECT_EQ(run.error().what, interrupted);
     EXPECT_EQ(folder.files(), (std::vector<std::string>{"endless.pov"}));
+}
+
+/// A program that does what `body` says in place of POV-Ray.
+std::filesystem::path impostor(const TestFolder& folder, const std::string& body) {
+    write_text(folder / "impostor", "#!/bin/sh\n" + body + "\n");
+    std::filesystem::permissions(folder / "impostor", std::filesystem::perms::owner_all);
+    return folder / "impostor";
+}
+
+TEST(PovrayProcess, APovrayThatHangsOrDiesIsAnErrorAndLeavesNothing) {
+    const TestFolder folder;
+    ASSERT_TRUE(write_file(folder / "a.pov", good_scene));
+    PovrayOptions options = small();
+    options.patience = 0.2;
+    for (const auto& [body, words] :
+         {std::pair{"echo Parse Error: late >&2; exec sleep 60", "said nothing for 0.2 s"},
+          {"exec 2>&-; kill -SEGV $$", "ended by signal 11"},
+          {"exit 3", "failed (exit code 3)"}}) {
+        options.program = impostor(folder, body);
+        const Result<PovrayRun> run = run_povray(folder / "a.pov", folder / "out/a.exr", options);
+        ASSERT_FALSE(run) << body;
+        EXPECT_NE(run.error().what.find(words), std::string::npos) << run.error().message();
+        EXPECT_EQ(folder.files(), (std::vector<std::string>{"a.pov", "impostor", "out"}));
+    }
+}
+
+TEST(PovrayProcess, EndsWithTheProcessThatRunsItHoweverThatEnds) {
+    const TestFolder folder;
+    ASSERT_TRUE(write_file(folder / "a.pov", good_scene));
+    PovrayOptions options = small();
+    options.program = impostor(folder, "echo $$ > number; mv number id; exec sleep 60");
+    const pid_t runner = fork();
+    if (runner == 0) {
+        (void)run_povray(folder / "a.pov", folder / "out/a.exr", options);
+        _exit(0);
+    }
+    for (int i = 0; i < 1000 && !std::filesystem::exists(folder / "id"); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    const pid_t id = std::stoi(text_of(folder / "id"));
+    EXPECT_EQ(kill(id, 0), 0);
+    kill(runner, SIGKILL);
+    waitpid(runner, nullptr, 0);
+    bool has_ended = false;
+    for (int i = 0; i < 1000 && !has_ended; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        // One that nobody has waited for is dead, too.
+        const std::string status = text_of("/proc/" + std::to_string(id) + "/stat");
+        has_ended = status.empty() || status.find(") Z ") != std::string::npos;
+    }
+    EXPECT_TRUE(has_ended);
+}
+
+TEST(PovrayProcess, WhatKilledProcessesLeftIsRemovedAndWhatOthersUseIsNot) {
+    const TestFolder folder;
+    ASSERT_TRUE(write_file(folder / "a.pov", good_scene));
+    std::filesystem::create_directories(folder / ".povray-killed/below");
+    std::filesystem::create_directories(folder / ".povray-in-use");
+    const auto long_ago = std::filesystem::file_time_type::clock::now() - std::chrono::hours(1);
+    for (const char* name : {".povray-killed", ".povray-in-use"})
+        std::filesystem::last_write_time(folder / name, long_ago);
+    const int lock = open((folder / ".povray-in-use").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    ASSERT_EQ(flock(lock, LOCK_EX), 0);
+    EXPECT_TRUE(run_povray(folder / "a.pov", folder / "a.exr", small()));
+    EXPECT_EQ(folder.files(), (std::vector<std::string>{".povray-in-use", "a.exr", "a.pov"}));
+    close(lock);
 }
 
 TEST(PovrayProcess, ReportsPovraysWarnings) {

@@ -150,6 +150,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--relative-error", {"reference"}},
         {"--task", {"work"}},
         {"--instructions", {"plan"}},
+        {"--povray-patience", {"bake", "reference"}},
         {"--pruning-error", {"relight"}}};
     std::map<std::string, std::string> help;
     for (const std::string& command : all) help[command] = help_of(command);

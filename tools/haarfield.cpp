@@ -1,9 +1,13 @@
 // haarfield: the program. Each subcommand has a file of its own; this one finds out which is wanted.
 
+#include "fields/mesh/assimp_content.h"
+#include "scenes/image_format.h"
 #include "tools/command.h"
+#include "tools/surroundings.h"
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cstdio>
 #include <vector>
 
@@ -47,8 +51,12 @@ ExitCode run_program(int argument_count, const char* const* arguments) {
 }  // namespace haarfield
 
 int main(int argument_count, char** arguments) {
+    haarfield::tidy_surroundings();
     // Line by line, so that results and messages stay in order in a log that takes both.
     std::setvbuf(stdout, nullptr, _IOLBF, 1 << 16);
+    // Where that can not be, the executable haarfield-reader takes its place.
+    const std::array readers{haarfield::model_reader_task(), haarfield::image_reader_task()};
+    (void)haarfield::fork_reader_process(readers);
     const haarfield::ExitCode code = haarfield::run_program(argument_count, arguments);
     // A full disk or a closed pipe shows only now.
     if (std::fflush(stdout) != 0 && code == haarfield::ExitCode::done) {

@@ -74,9 +74,8 @@ Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
 Command import_command(CLI::App& program) {
     CLI::App* app = program.add_subcommand("import", "Write a scene that shows models, ready to be baked");
     const auto options = std::make_shared<ImportOptions>();
-    app->add_option(
-           "FILE", options->files,
-           "Models: glTF, OBJ, PLY, STL, OFF, POV-Ray's mesh2 (.inc, .pov), and what else assimp reads")
+    app->add_option("FILE", options->files,
+                    "Models: OBJ, PLY, glTF (.gltf, .glb), STL, OFF, POV-Ray's mesh2 (.inc, .pov)")
         ->required()
         ->type_name("");
     app->add_option("-o,--output", options->output, "Folder for the scene, named as the first model")

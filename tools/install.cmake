@@ -29,7 +29,7 @@ write_basic_package_version_file(haarfieldConfigVersion.cmake COMPATIBILITY Same
 install(FILES ${PROJECT_BINARY_DIR}/haarfieldConfig.cmake ${PROJECT_BINARY_DIR}/haarfieldConfigVersion.cmake
     DESTINATION ${package_folder})
 
-install(TARGETS haarfield RUNTIME)
+install(TARGETS haarfield haarfield-reader RUNTIME)
 install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/haarfield/scenes
     FILES_MATCHING PATTERN "*.toml" PATTERN "*.obj")
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

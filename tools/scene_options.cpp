@@ -60,6 +60,10 @@ void add_picture_options(CLI::App& command, SceneOptions& options) {
                "POV-Ray traces N x N rays a pixel at edges; 0: one", {0, 9})
         ->capture_default_str()
         ->type_name("N");
+    add_number(command, "--povray-patience", options.patience,
+               "A POV-Ray that tells of no progress for so many seconds is ended", {0.1, 1e6})
+        ->capture_default_str()
+        ->type_name("S");
 }
 
 Result<Scene> opened_scene(const SceneOptions& options) {
@@ -111,6 +115,7 @@ Result<Environment> opened_environment(const Scene& scene, CommandContext& conte
 PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const CommandContext& context) {
     PovrayOptions povray = picture_options(scene.camera, options.antialiasing);
     povray.threads = context.threads;
+    povray.patience = options.patience;
     return povray;
 }
 
@@ -137,7 +142,13 @@ void report_picture(const std::filesystem::path& exr, const Image& objects, std:
 }
 
 std::string file_stem(const Scene& scene) {
-    return plain_name(scene.name);
+    // With an instance's name and an ending behind it, it must still be the name of a file.
+    constexpr std::size_t longest = 60, kept = 50;
+    const std::string plain = plain_name(scene.name);
+    if (plain.size() <= longest) return plain;
+    std::uint32_t sum = 2166136261;  // FNV-1a: names that differ only behind what is kept stay apart
+    for (const char c : scene.name) sum = (sum ^ static_cast<std::uint8_t>(c)) * 16777619;
+    return fmt::format("{}_{:08x}", plain.substr(0, kept), sum);
 }
 
 void add_occlusion_options(CLI::App& command, OcclusionOptions& options) {

@@ -21,6 +21,7 @@ struct SceneOptions {
     std::vector<float> view;  ///< Instead of the camera's position, if not empty: x, y, z. [m]
     bool frame = false;       ///< The camera's place is found, whatever the scene says.
     int antialiasing = 3;     ///< As PovrayOptions has it.
+    double patience = PovrayOptions().patience;  ///< Likewise. [s]
 };
 
 /// Adds SCENE.
@@ -29,7 +30,7 @@ void add_scene_option(CLI::App& command, SceneOptions& options);
 /// Adds --environment, --exposure, --view and --frame.
 void add_view_options(CLI::App& command, SceneOptions& options);
 
-/// Adds --antialiasing, too.
+/// Adds --antialiasing and --povray-patience, too.
 void add_picture_options(CLI::App& command, SceneOptions& options);
 
 /// Reads the scene and applies the options: those of the camera, if it is to be found, in place_camera.
@@ -54,7 +55,7 @@ PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, co
 void report_picture(const std::filesystem::path& exr, const Image& objects, std::span<const PovrayRun> runs,
                     CommandContext& context);
 
-/// The scene's name as POV-Ray's files take it: letters, digits, `_`, `-` and `.`; others become `_`.
+/// The scene's name as POV-Ray's files take it, with `_` for what is not plain_name; of long ones a checksum.
 std::string file_stem(const Scene& scene);
 
 /// What all of these but reference ask of fields.

@@ -104,6 +104,14 @@ std::string_view bytes_of(const std::vector<T>& values) {
     return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
+/// By how much voxels must grow for OpenVDB to take their map: it refuses those of less than some 3e-15 m^3.
+/// What is tenths of millimetres small is seen larger by viewers; the field itself is in the blob.
+double needed_growth(const vdb::Vec3d& voxel) {
+    constexpr double smallest = 1e-14;
+    const double volume = voxel.x() * voxel.y() * voxel.z();
+    return volume < smallest ? std::cbrt(smallest / volume) : 1;
+}
+
 /// A map that stretches index space over a box, from the lower corner of voxel 0 to the upper of the last.
 vdb::math::Transform::Ptr box_transform(const Bounds& bounds, const vdb::Coord& last) {
     const double shortest = std::max(1e-3 * bounds.radius(), 1e-6);  // a flat entity has a volume here
@@ -111,8 +119,9 @@ vdb::math::Transform::Ptr box_transform(const Bounds& bounds, const vdb::Coord& 
     for (int k = 0; k < 3; ++k) {
         const double extent = std::max(double(bounds.upper[k]) - bounds.lower[k], shortest);
         scale[k] = extent / (last[k] + 1);
-        centre[k] = bounds.lower[k] + 0.5 * scale[k];
     }
+    scale *= needed_growth(scale);
+    for (int k = 0; k < 3; ++k) centre[k] = bounds.lower[k] + 0.5 * scale[k];
     return std::make_shared<vdb::math::Transform>(
         std::make_shared<vdb::math::ScaleTranslateMap>(scale, centre));
 }
@@ -155,7 +164,8 @@ std::array<vdb::GridBase::Ptr, 2> ambient_grids(const VisibilityField& field) {
     const auto direction = vdb::Vec3SGrid::create(vdb::Vec3s(0.0f));
     open->setGridClass(vdb::GRID_FOG_VOLUME);
     direction->setVectorType(vdb::VEC_CONTRAVARIANT_RELATIVE);  // turns with the grid
-    const auto transform = vdb::math::Transform::createLinearTransform(volume.voxel_size);
+    const auto transform = vdb::math::Transform::createLinearTransform(
+        double(volume.voxel_size) * needed_growth(vdb::Vec3d(volume.voxel_size)));
     transform->postTranslate(vdb::Vec3d(volume.origin.x, volume.origin.y, volume.origin.z));
     open->setTransform(transform);
     direction->setTransform(transform->copy());

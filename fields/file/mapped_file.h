@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <string_view>
 
 namespace haarfield {
@@ -27,5 +28,9 @@ enum class MappedPages {
 ///
 /// errors  what the system says; a folder, a pipe or a device.
 Result<MappedFile> mapped_file(const std::filesystem::path& file, MappedPages pages = MappedPages::now);
+
+/// The same of an open one, which stays open. `where` is what errors call it.
+Result<MappedFile> mapped_file(int descriptor, const std::string& where,
+                               MappedPages pages = MappedPages::now);
 
 }  // namespace haarfield

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <system_error>
 
 namespace haarfield {
 namespace {
@@ -34,22 +33,6 @@ std::optional<Rgb> colour(const aiMaterial& material, const char* key, unsigned 
     return clean(*value, highest);
 }
 
-bool is_file(const std::filesystem::path& path) {
-    std::error_code ignored;
-    return std::filesystem::is_regular_file(path, ignored);
-}
-
-/// A file that a mesh's file names, if it lies in that one's folder or below; else one of its name there.
-std::filesystem::path beside(const std::filesystem::path& file, std::string name) {
-    std::replace(name.begin(), name.end(), '\\', '/');
-    const std::filesystem::path folder = file.parent_path(), named(name);
-    const std::filesystem::path plain = named.lexically_normal();
-    const bool is_below = named.is_relative() && !plain.empty() && *plain.begin() != "..";
-    if (is_below && is_file(folder / plain)) return folder / plain;
-    if (named.has_filename() && is_file(folder / named.filename())) return folder / named.filename();
-    return {};
-}
-
 constexpr std::array image_types{aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE};
 
 /// Of the textures that may be the colour's, the one that is there.
@@ -59,8 +42,7 @@ std::optional<aiTextureType> colour_type(const aiMaterial& material) {
     return std::nullopt;
 }
 
-MeshImage image_of(const aiScene& scene, const aiMaterial& material, aiTextureType type,
-                   const std::filesystem::path& file) {
+MeshImage image_of(const aiScene& scene, const aiMaterial& material, aiTextureType type) {
     MeshImage image;
     aiString name;
     if (material.GetTexture(type, 0, &name) != aiReturn_SUCCESS) return image;
@@ -71,8 +53,6 @@ MeshImage image_of(const aiScene& scene, const aiMaterial& material, aiTextureTy
             image.bytes = std::make_shared<const std::string>(reinterpret_cast<const char*>(embedded->pcData),
                                                               embedded->mWidth);
         if (embedded->mFilename.length > 0) image.name = embedded->mFilename.C_Str();
-    } else {
-        image.file = beside(file, image.name);
     }
     return image;
 }
@@ -99,8 +79,8 @@ void tell_unused(const aiMaterial& material, const std::function<void(std::strin
     if (colour(material, AI_MATKEY_SHEEN_COLOR_FACTOR).value_or(Rgb(0.0f)) != Rgb(0.0f)) unused("sheen");
 }
 
-void take_alpha(const aiScene& scene, const aiMaterial& material, const std::filesystem::path& file,
-                MeshMaterial& made, const std::function<void(std::string_view)>& unused) {
+void take_alpha(const aiScene& scene, const aiMaterial& material, MeshMaterial& made,
+                const std::function<void(std::string_view)>& unused) {
     if (const auto mode = found<aiString>(material, AI_MATKEY_GLTF_ALPHAMODE)) {
         const std::string_view text = mode->C_Str();
         made.alpha = text == "MASK"    ? AlphaMode::mask
@@ -109,7 +89,7 @@ void take_alpha(const aiScene& scene, const aiMaterial& material, const std::fil
         made.alpha_cutoff = clean(found<float>(material, AI_MATKEY_GLTF_ALPHACUTOFF).value_or(0.5f), 1);
     } else if (material.GetTextureCount(aiTextureType_OPACITY) > 0) {
         made.alpha = AlphaMode::mask;
-        made.opacity_map = image_of(scene, material, aiTextureType_OPACITY, file);
+        made.opacity_map = image_of(scene, material, aiTextureType_OPACITY);
     } else {
         made.alpha = AlphaMode::mask;  // by the colour's own image, if that has an alpha channel
     }
@@ -119,7 +99,6 @@ void take_alpha(const aiScene& scene, const aiMaterial& material, const std::fil
 }  // namespace
 
 MeshMaterial mesh_material(const aiScene& scene, const aiMaterial& material,
-                           const std::filesystem::path& file,
                            const std::function<void(std::string_view)>& unused) {
     constexpr float brightest = 1e6f;
     MeshMaterial made;
@@ -134,9 +113,9 @@ MeshMaterial mesh_material(const aiScene& scene, const aiMaterial& material,
         made.diffuse = base.value_or(diffuse.value_or(Rgb(1.0f)));
         made.metallic = clean(metallic.value_or(1), 1);
         made.roughness = clean(found<float>(material, AI_MATKEY_ROUGHNESS_FACTOR).value_or(1), 1);
-        made.surface_map = image_of(scene, material, aiTextureType_METALNESS, file);
+        made.surface_map = image_of(scene, material, aiTextureType_METALNESS);
         if (made.surface_map.name.empty())
-            made.surface_map = image_of(scene, material, aiTextureType_UNKNOWN, file);
+            made.surface_map = image_of(scene, material, aiTextureType_UNKNOWN);
     } else if (diffuse) {
         made.model = MeshMaterial::Model::phong;
         made.diffuse = *diffuse;
@@ -148,7 +127,7 @@ MeshMaterial mesh_material(const aiScene& scene, const aiMaterial& material,
     } else {
         return made;
     }
-    if (const auto type = colour_type(material)) made.image = image_of(scene, material, *type, file);
+    if (const auto type = colour_type(material)) made.image = image_of(scene, material, *type);
     // Some exporters leave the colour black where there is an image.
     if (!made.image.name.empty() && made.diffuse == Rgb(0.0f)) made.diffuse = Rgb(1.0f);
     if (made.model == MeshMaterial::Model::metallic && shading == aiShadingMode_Unlit) {
@@ -157,7 +136,7 @@ MeshMaterial mesh_material(const aiScene& scene, const aiMaterial& material,
         made.metallic = 0;
         made.roughness = 1;
     }
-    take_alpha(scene, material, file, made, unused);
+    take_alpha(scene, material, made, unused);
     tell_unused(material, unused);
     return made;
 }

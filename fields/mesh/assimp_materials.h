@@ -10,13 +10,10 @@
 
 namespace haarfield {
 
-/// What a file says of a material. Images are looked for beside the file and below; where the file names a
-/// place elsewhere, an image of the same name is taken from beside it.
+/// What a file says of a material. Images that are not embedded have their names, and are not looked for.
 ///
-/// file    the mesh's.
 /// unused  told what there is that haarfield does not use, such as "normal map", once each.
 MeshMaterial mesh_material(const aiScene& scene, const aiMaterial& material,
-                           const std::filesystem::path& file,
                            const std::function<void(std::string_view)>& unused);
 
 /// Which of a mesh's sets of texture coordinates the material's image wants.

@@ -3,6 +3,7 @@
 
 #include "fields/base/result.h"
 #include "fields/mesh/face_gatherer.h"
+#include "fields/mesh/model_format.h"
 #include "fields/mesh/model_part.h"
 
 #include <filesystem>
@@ -13,17 +14,16 @@ namespace haarfield {
 /// A file, read once. Safe to share between threads.
 class AssimpModel {
 public:
-    /// What the file refers to is opened only beside it or below.
+    /// What the file refers to is opened only beside it or below. Where there is a reader process, that one
+    /// reads it: see reader_process.h.
     ///
-    /// errors  (with an empty `where`) what assimp says.
-    static Result<AssimpModel> open(const std::filesystem::path& file);
+    /// bytes   of the file, of a format that assimp is there for: OBJ, STL, glTF.
+    /// errors  (with an empty `where`) what assimp says; that it crashed, or took more than it may.
+    static Result<AssimpModel> from(std::string_view bytes, const std::filesystem::path& file,
+                                    ModelFormat format);
 
-    /// Whether assimp knows files of this ending, in lower case and with its point.
-    static bool reads(const std::string& ending);
-
-    const ModelParts& parts() const {
-        return parts_;
-    }  ///< A node with meshes, and those like it, are a part.
+    /// A node with meshes, and those like it, are a part.
+    const ModelParts& parts() const { return parts_; }
 
     void gather(FaceGatherer& to) const;                         ///< All nodes, as they stand.
     void gather_part(std::size_t part, FaceGatherer& to) const;  ///< One part, in its own frame.

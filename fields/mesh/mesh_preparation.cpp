@@ -179,12 +179,55 @@ void remove_unused_vertices(Mesh& mesh) {
     mesh.vertex_materials.assign(mesh.positions.size(), 0);
 }
 
+/// A collapse looks at each edge round its vertex, and from each at all of them again: the middle of a fan of
+/// thousands takes minutes. Turns every second edge of such a fan into one between its neighbours, where the
+/// two triangles are about level, until no vertex has `most` edges, or no edge can be turned.
+///
+/// returns  the most edges that are left at a vertex.
+std::size_t turn_edges_of_fans(Surface& surface, std::size_t most) {
+    const auto normal = [&](Surface::Vertex_index a, Surface::Vertex_index b, Surface::Vertex_index c) {
+        return CGAL::cross_product(surface.point(b) - surface.point(a), surface.point(c) - surface.point(a));
+    };
+    // Both new triangles face as both old ones do, within 60 degrees.
+    const auto stays_level = [&](Surface::Halfedge_index h) {
+        const auto from = surface.source(h), to = surface.target(h), left = surface.target(surface.next(h)),
+                   right = surface.target(surface.next(surface.opposite(h)));
+        if (left == right || surface.halfedge(left, right) != Surface::null_halfedge()) return false;
+        const auto old = normal(from, to, left) + normal(to, from, right);
+        for (const auto& turned : {normal(from, right, left), normal(to, left, right)}) {
+            const double along = turned * old;
+            if (!(along > 0 && 4 * along * along >= turned.squared_length() * old.squared_length()))
+                return false;
+        }
+        return true;
+    };
+    std::size_t largest = 0;
+    for (const Surface::Vertex_index vertex : surface.vertices()) {
+        std::size_t edges = surface.degree(vertex);
+        while (edges > most) {
+            std::vector<Surface::Halfedge_index> around;
+            for (const Surface::Halfedge_index h : surface.halfedges_around_target(surface.halfedge(vertex)))
+                around.push_back(h);
+            for (std::size_t i = 0; i < around.size(); i += 2)
+                if (!surface.is_border(surface.edge(around[i])) && stays_level(around[i]))
+                    CGAL::Euler::flip_edge(around[i], surface);
+            const std::size_t left = surface.degree(vertex);
+            if (left == edges) break;
+            edges = left;
+        }
+        largest = std::max(largest, edges);
+    }
+    return largest;
+}
+
 /// Quadrics cost some 12 microseconds per triangle, so that a scan is first thinned by short edges to
-/// a size at which the difference can not be seen in the few thousand triangles that are left. Throws
-/// Interrupted.
+/// a size at which the difference can not be seen in the few thousand triangles that are left. What has fans
+/// that can not be taken apart stays as it is. Throws Interrupted.
 Mesh simplified(const Mesh& mesh, std::size_t wanted, const Progress& progress) {
     const std::size_t thinned = std::max<std::size_t>(100000, 8 * wanted);
+    constexpr std::size_t large_fan = 128, largest_fan = 1000;
     Surface surface = surface_from(mesh);
+    if (turn_edges_of_fans(surface, large_fan) > largest_fan) return mesh;
     const simplification::Bounded_normal_change_filter<> no_fold;
     if (surface.number_of_faces() > thinned + thinned / 2)
         simplification::edge_collapse(surface, EnoughTriangles{thinned, &surface},

@@ -134,6 +134,18 @@ void leave_out_unused_materials(FaceGatherer& gatherer) {
     gatherer.coloured = std::move(coloured);
 }
 
+/// Below that floats have too few digits left for what is computed of a mesh. [m]
+constexpr float smallest_extent = 1e-6f;
+
+/// Of what triangles use, along the longest axis. [m]
+float extent(const Mesh& mesh) {
+    Bounds bounds;
+    for (const Triangle& triangle : mesh.triangles)
+        for (const std::uint32_t corner : triangle) bounds.add(mesh.positions[corner]);
+    const Vec3f size = bounds.upper - bounds.lower;
+    return std::max({size.x, size.y, size.z});
+}
+
 }  // namespace
 
 Result<ImportedMesh> read_mesh(const std::filesystem::path& file, const MeshReaderOptions& options) {
@@ -159,6 +171,9 @@ Result<ImportedMesh> read_mesh(const ModelFile& model, std::optional<std::size_t
                                     "has no triangle with an area" +
                                     (found.empty() ? "" : " (" + found + ")")};
         }
+        if (const float size = extent(imported.mesh); !(size >= smallest_extent))
+            return Error{where, fmt::format("is {:.2g} m large; wanted at least {} m: is it in metres?", size,
+                                            smallest_extent)};
         orient_triangles(imported.mesh, imported.findings);
         const std::vector<bool> none(imported.mesh.material_names.size(), false);
         imported.mesh = with_shared_vertices(

@@ -33,8 +33,8 @@ struct MeshReaderOptions {
     bool appearance = false;
 };
 
-/// Reads OBJ, PLY, glTF/GLB, STL, OFF and whatever else assimp reads; all its parts become one mesh
-/// in the file's own coordinates (node transforms applied), read as metres with +y up.
+/// Reads OBJ, PLY, glTF/GLB, STL, OFF and mesh2 (model_format.h); all its parts become one mesh in the file's
+/// own coordinates (node transforms applied), read as metres with +y up.
 ///
 /// Normals of the file are kept, normalised; missing, zero or non-finite ones are computed from the
 /// faces with the crease angle. N-gons are triangulated; degenerate and duplicate triangles and
@@ -44,16 +44,16 @@ struct MeshReaderOptions {
 /// Images are looked for in the file's folder and below, and not opened. Colours of vertices are made
 /// linear: those of glTF are; others are taken as sRGB, unless a PLY file has them as floats.
 ///
-/// Of a POV-Ray file (.inc, .pov, .mesh2, or another ending that assimp does not know) all mesh2 objects are
-/// read, where the file places them. A face is of the material that its first texture is named for in the
-/// texture_list: NAME of `texture { NAME }`; else its number there, from 0, after the mesh's name and a blank
-/// if there are several meshes. A face without a texture, and one of a mesh whose only texture has no name or
-/// whose unnamed textures blend (as colours of vertices do), is of the material that the mesh or the object
-/// round it has, or that is named as the mesh if there are several, or "". Coordinates are taken as they are
-/// written: a scene for POV-Ray's usual left-handed camera is read as its mirror image.
+/// Of a POV-Ray file (.inc, .pov, .mesh2, or anything else of no other format with the word mesh2 in it) all
+/// mesh2 objects are read, where the file places them. A face is of the material that its first texture is
+/// named for in the texture_list: NAME of `texture { NAME }`; else its number there, from 0, after the mesh's
+/// name and a blank if there are several meshes. A face without a texture, and one of a mesh whose only
+/// texture has no name or whose unnamed textures blend (as colours of vertices do), is of the material that
+/// the mesh or the object round it has, or that is named as the mesh if there are several, or "". Coordinates
+/// are taken as they are written: a scene for POV-Ray's usual left-handed camera is read as its mirror image.
 ///
 /// errors  no such file, not a mesh that can be read (with its reader's words), no triangle left,
-///         coordinates beyond 1e6 m.
+///         coordinates beyond 1e6 m, less than 1e-6 m large.
 Result<ImportedMesh> read_mesh(const std::filesystem::path& file, const MeshReaderOptions& options = {});
 
 /// The same of a file that is open: of one of its parts, in the part's own frame, or of all.

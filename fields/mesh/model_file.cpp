@@ -147,14 +147,6 @@ ModelParts parts_of(const Mesh2File& file, std::vector<std::size_t>& placed_of_p
     return parts;
 }
 
-/// By the ending of its name; where no reader knows that, by a look into the file.
-bool holds_mesh2(const std::filesystem::path& file, const std::string& ending) {
-    if (ending == ".inc" || ending == ".pov" || ending == ".mesh2") return true;
-    if (AssimpModel::reads(ending)) return false;
-    const Result<MappedFile> mapped = mapped_file(file);
-    return mapped && mentions_mesh2(mapped->bytes);
-}
-
 }  // namespace
 
 Result<ModelFile> ModelFile::open(const std::filesystem::path& file) {
@@ -166,32 +158,33 @@ Result<ModelFile> ModelFile::open(const std::filesystem::path& file) {
     };
     ModelFile model;
     model.file_ = file;
-    const std::string ending = lower_ending(file);
     try {
-        const bool is_mesh2 = holds_mesh2(file, ending);
-        if (!is_mesh2 && ending != ".ply" && ending != ".off") {
-            Result<AssimpModel> read = AssimpModel::open(file);
-            if (!read) return unreadable(read.error().what);
-            model.parts_ = read->parts();
-            model.content_ = std::move(*read);
-            return model;
-        }
         const Result<MappedFile> mapped = mapped_file(file);
         if (!mapped) return unreadable(mapped.error().what);
-        if (is_mesh2) {
+        const std::optional<ModelFormat> format = model_format(mapped->bytes, lower_ending(file));
+        if (!format) return unreadable(fmt::format("holds none of those; wanted {}", model_formats));
+        if (*format == ModelFormat::mesh2) {
             Result<Mesh2File> meshes = read_mesh2(mapped->bytes);
             if (!meshes) return unreadable(meshes.error().what);
             model.parts_ = parts_of(*meshes, model.placed_of_part_);
             model.content_ = std::move(*meshes);
             return model;
         }
-        Result<PolygonFile> polygons = ending == ".ply" ? read_ply(mapped->bytes) : read_off(mapped->bytes);
+        if (*format != ModelFormat::ply && *format != ModelFormat::off) {
+            Result<AssimpModel> read = AssimpModel::from(mapped->bytes, file, *format);
+            if (!read) return unreadable(read.error().what);
+            model.parts_ = read->parts();
+            model.content_ = std::move(*read);
+            return model;
+        }
+        Result<PolygonFile> polygons =
+            *format == ModelFormat::ply ? read_ply(mapped->bytes) : read_off(mapped->bytes);
         if (!polygons) return unreadable(polygons.error().what);
         model.parts_.names = {file.stem().string()};
         model.parts_.nodes = {{model.parts_.names[0], 0}};
         model.content_ = std::move(*polygons);
         return model;
-    } catch (const std::exception& error) {  // assimp's on some damaged files; memory
+    } catch (const std::exception& error) {  // memory
         return unreadable(error.what());
     }
 }

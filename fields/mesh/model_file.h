@@ -1,6 +1,7 @@
 #pragma once
-/// Model files: PLY, OFF and POV-Ray's mesh2 by readers of our own (polygon_file.h, mesh2_file.h), all others
-/// through assimp.
+/// Model files: PLY, OFF and POV-Ray's mesh2 by readers of our own (polygon_file.h, mesh2_file.h); OBJ, STL
+/// and glTF through assimp, in a reader process where there is one. What a file is, its content decides
+/// (model_format.h).
 
 #include "fields/base/result.h"
 #include "fields/mesh/assimp_model.h"
@@ -15,7 +16,7 @@ namespace haarfield {
 /// A model's file, read once, of which parts are taken. Safe to share between threads.
 class ModelFile {
 public:
-    /// errors  no such file; not a model that can be read (with its reader's words).
+    /// errors  no such file; none of model_formats; not a model that can be read (with its reader's words).
     static Result<ModelFile> open(const std::filesystem::path& file);
 
     /// As if a file of this name held the mesh. Its arrays have the lengths, and the indices the range, that

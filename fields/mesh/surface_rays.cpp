@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fields/base/allocated.h"
 #include "fields/base/instruction_set.h"
 
 namespace haarfield {
@@ -47,11 +48,11 @@ SurfaceRays::SurfaceRays(std::span<const Vec3f> positions,
     : device_(rtcNewDevice(embree_settings("threads=1").c_str()), &rtcReleaseDevice),
       scene_(rtcNewScene(device_.get()), &rtcReleaseScene) {
     const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* coordinates = static_cast<float*>(rtcSetNewGeometryBuffer(
+    auto* coordinates = allocated<float>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), positions.size()));
     for (const Vec3f& p : positions)
         for (int axis = 0; axis < 3; ++axis) *coordinates++ = p[axis];
-    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+    auto* indices = allocated<std::uint32_t>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles.size()));
     for (const auto& triangle : triangles) indices = std::copy(triangle.begin(), triangle.end(), indices);
     rtcSetGeometryOccludedFilterFunction(geometry, &keep_steep_backs);

@@ -1,8 +1,10 @@
 // haarfield_fuzz: feeds damaged and crafted files to the readers of fields, meshes and scenes.
 //
 // Each file must be read or refused within 5 s and 1 GiB, without a crash; a field that was changed must be
-// refused, and one whose forged checksums hold must be safe to use. Files are read in a child process, so
-// that a crash is counted, its file kept, and the next one read.
+// refused, and one whose forged checksums hold must be safe to use; a mesh of any numbers must bake, with
+// radiance that is finite. Files are read in a child process, so that a crash is counted, its file kept, and
+// the next one read. With --apart, files of formats that libraries read are read by a reader process, as the
+// program does it: what takes that down is counted, and is no failure.
 
 #include <signal.h>
 #include <sys/mman.h>
@@ -17,15 +19,21 @@
 #include "fields/field/ambient_visibility.h"
 #include "fields/field/field_blob.h"
 #include "fields/field/field_file.h"
+#include "fields/mesh/assimp_content.h"
 #include "fields/mesh/mesh_preparation.h"
 #include "fields/mesh/model_file.h"
 #include "scenes/image.h"
+#include "scenes/image_format.h"
 #include "scenes/scene_reader.h"
 #include "scenes/surface.h"
+#include "tests/fixtures/baked_mesh.h"
 #include "tests/fixtures/example_textures.h"
 #include "tests/fixtures/field_fixtures.h"
 #include "tests/fixtures/test_folder.h"
 #include "tests/fuzz/fuzz_inputs.h"
+#include "tests/fuzz/image_seeds.h"
+#include "tests/fuzz/odd_mesh.h"
+#include "tests/fuzz/structured_changes.h"
 
 #include <fmt/format.h>
 
@@ -52,6 +60,19 @@ using std::filesystem::path;
 constexpr unsigned seconds_per_file = 5;
 constexpr std::size_t files_per_process = 1000;  // so that leaks of libraries do not add up
 
+/// What became of a file.
+struct Outcome {
+    bool accepted = false;
+    bool contained = false;  ///< Took its reader down, in a process of its own.
+
+    /// Why it was refused. Returns what is wrong with that.
+    std::string refused(const Error& error) {
+        for (const char* end : {"its reader ended", "took longer", "wants more memory"})
+            contained |= error.what.find(end) != std::string::npos;
+        return error.what.empty() ? "refused without a reason" : "";
+    }
+};
+
 /// A kind of file, and what reading it may not do.
 class Subject {
 public:
@@ -59,9 +80,8 @@ public:
     virtual std::string file_name() const = 0;
     virtual std::string input(FuzzRandom& random) = 0;
 
-    /// Reads the file; sets `accepted` if it was taken. Returns what is wrong with that; nothing if all is
-    /// well.
-    virtual std::string objection(const path& file, bool& accepted) = 0;
+    /// Reads the file; sets the outcome. Returns what is wrong with that; nothing if all is well.
+    virtual std::string objection(const path& file, Outcome& outcome) = 0;
 };
 
 /// Sealed field files, damaged: to be refused, each of them.
@@ -87,14 +107,14 @@ public:
             bytes.resize(bytes.size() - std::min<std::size_t>(bytes.size(), 64));
         return bytes;
     }
-    std::string objection(const path& file, bool& accepted) override {
+    std::string objection(const path& file, Outcome& outcome) override {
         const bool is_whole = std::find(files_.begin(), files_.end(), text_of(file)) != files_.end();
         for (const Unsealed unsealed : {Unsealed::refused, Unsealed::allowed}) {
             const Result<VisibilityField> field = read_field(file, unsealed);
             if (field.operator bool() != verify_field(file, unsealed).operator bool() && !is_whole)
                 return "read_field and verify_field disagree";
             if (!field) continue;
-            accepted = true;
+            outcome.accepted = true;
             if (unsealed == Unsealed::refused && !is_whole) return "a changed file was taken";
             if (std::find(blobs_.begin(), blobs_.end(), field_blob(*field)) == blobs_.end())
                 return "a changed field was taken";
@@ -125,10 +145,10 @@ public:
         file.bytes = std::move(bytes);
         return forged_file(std::move(file));
     }
-    std::string objection(const path& file, bool& accepted) override {
+    std::string objection(const path& file, Outcome& outcome) override {
         const Result<VisibilityField> field = read_field(file);
         if (!field) return {};
-        accepted = true;
+        outcome.accepted = true;
         if (const std::string defect = field_defect(*field); !defect.empty()) return "accepted: " + defect;
         // Walks every tree, looks up samples all round, and makes the grids.
         mean_over_directions(field->pool);
@@ -180,57 +200,85 @@ std::string wrong_appearance(const ImportedMesh& read) {
 /// Files of text or bytes, damaged with words of their own kind.
 class DamagedFiles : public Subject {
 public:
-    DamagedFiles(std::vector<std::string> files, const std::vector<std::string_view>& words)
-        : files_(std::move(files)), words_(words) {}
+    DamagedFiles(std::vector<std::string> files, const std::vector<std::string_view>& words, FileKind kind)
+        : files_(std::move(files)), words_(words), kind_(kind) {}
     std::string input(FuzzRandom& random) override {
         std::string bytes = files_[random_index(random, files_.size())];
-        damage(bytes, random, files_[random_index(random, files_.size())], words_);
+        // Half of them by what a file is made of, which gets further into its reader than bytes do.
+        if (random_index(random, 2)) {
+            const bool is_text = bytes.find('\0') == std::string::npos;
+            change_structure(bytes, random, kind_ == FileKind::text && !is_text ? FileKind::binary : kind_);
+        } else {
+            damage(bytes, random, files_[random_index(random, files_.size())], words_);
+        }
         return bytes;
     }
 
 private:
     std::vector<std::string> files_;
     const std::vector<std::string_view>& words_;
+    FileKind kind_;
 };
 
 class DamagedImages : public DamagedFiles {
 public:
-    DamagedImages()
-        : DamagedFiles({*png_bytes(random_texture(5, 4).texels, 5, 4, false),
-                        *png_bytes(random_texture(3, 7, true).texels, 3, 7, true)},
-                       mesh_words()) {}
-    std::string file_name() const override { return "image.png"; }
-    std::string objection(const path& file, bool& accepted) override {
+    explicit DamagedImages(const std::string& format)
+        : DamagedFiles(format == "png"
+                           ? std::vector{*png_bytes(random_texture(5, 4).texels, 5, 4, false),
+                                         *png_bytes(random_texture(3, 7, true).texels, 3, 7, true)}
+                           : example_image_files(format),
+                       mesh_words(), format == "png" ? FileKind::png : FileKind::binary),
+          format_(format) {}
+    std::string file_name() const override { return "image." + format_; }
+    std::string objection(const path& file, Outcome& outcome) override {
         const auto embedded = std::make_shared<const std::string>(text_of(file));
-        for (const MeshImage& image :
-             {MeshImage{"image.png", file, nullptr}, MeshImage{"image", {}, embedded}}) {
-            const Result<Texture> texture = read_texture({image, {}, AlphaMode::blend});
-            if (!texture && texture.error().what.empty()) return "refused without a reason";
-            if (!texture) continue;
-            accepted = true;
-            if (texture->width < 1 || texture->height < 1 ||
-                texture->texels.size() != std::size_t(texture->width) * std::size_t(texture->height))
-                return "an image without texels";
-            if (!is_finite(texture->colour_at({0.3f, -7.6f}))) return "a colour that is not finite";
-        }
+        const Result<Texture> texture =
+            read_texture({MeshImage{"image", {}, embedded}, {}, AlphaMode::blend});
+        if (!texture) return outcome.refused(texture.error());
+        outcome.accepted = true;
+        if (texture->width < 1 || texture->height < 1 ||
+            texture->texels.size() != std::size_t(texture->width) * std::size_t(texture->height))
+            return "an image without texels";
+        if (!is_finite(texture->colour_at({0.3f, -7.6f}))) return "a colour that is not finite";
         return {};
+    }
+
+private:
+    std::string format_;
+};
+
+/// Whole meshes of odd numbers, baked.
+class OddShapes : public Subject {
+public:
+    std::string file_name() const override { return "shape.obj"; }
+    std::string input(FuzzRandom& random) override { return odd_mesh(random); }
+    std::string objection(const path& file, Outcome& outcome) override {
+        const BakedMesh baked = baked_mesh(file, file.parent_path() / "fields");
+        std::filesystem::remove_all(file.parent_path() / "fields");
+        if (!baked.refused.empty())
+            return baked.refused.find("shape.obj") == std::string::npos ? "refused: " + baked.refused : "";
+        outcome.accepted = true;
+        if (!baked.defect.empty()) return baked.defect;
+        return baked.not_finite > 0 ? "radiance that is not finite" : "";
     }
 };
 
 class DamagedMeshes : public DamagedFiles {
 public:
     explicit DamagedMeshes(std::string ending)
-        : DamagedFiles(example_mesh_files(ending), mesh_words()), ending_(std::move(ending)) {}
+        : DamagedFiles(example_mesh_files(ending), mesh_words(),
+                       ending == "glb" ? FileKind::glb : FileKind::text),
+          ending_(std::move(ending)) {}
     std::string file_name() const override { return "mesh." + ending_; }
-    std::string objection(const path& file, bool& accepted) override {
+    std::string objection(const path& file, Outcome& outcome) override {
         const Result<ModelFile> model = ModelFile::open(file);
-        if (!model) return model.error().what.empty() ? "refused without a reason" : "";
+        if (!model) return outcome.refused(model.error());
         for (std::size_t part = 0; part < model->parts().names.size(); ++part)
             if (const Result<ImportedMesh> read = read_mesh(*model, part, {.appearance = true}); !read)
                 if (read.error().what.empty()) return "a part was refused without a reason";
         Result<ImportedMesh> mesh = read_mesh(*model, {}, {.appearance = true});
-        if (!mesh) return mesh.error().what.empty() ? "refused without a reason" : "";
-        accepted = true;
+        if (!mesh) return outcome.refused(mesh.error());
+        outcome.accepted = true;
         if (const std::string wrong = wrong_appearance(*mesh); !wrong.empty()) return wrong;
         for (const auto& triangle : mesh->mesh.triangles)
             for (const std::uint32_t corner : triangle)
@@ -246,12 +294,12 @@ private:
 
 class DamagedScenes : public DamagedFiles {
 public:
-    DamagedScenes() : DamagedFiles(example_scene_files(), scene_words()) {}
+    DamagedScenes() : DamagedFiles(example_scene_files(), scene_words(), FileKind::text) {}
     std::string file_name() const override { return "scene.toml"; }
-    std::string objection(const path& file, bool& accepted) override {
+    std::string objection(const path& file, Outcome& outcome) override {
         const Result<Scene> scene = read_scene(file);
         if (!scene) return scene.error().where.empty() ? "refused without a place" : "";
-        accepted = true;
+        outcome.accepted = true;
         for (const Instance& instance : scene->instances)
             if (instance.entity >= scene->entities.size())
                 return "an instance without an entity";
@@ -261,26 +309,39 @@ public:
     }
 };
 
-constexpr std::array<std::string_view, 16> subject_names{"field", "forged", "obj",   "ply",    "stl",   "off",
-                                                         "gltf",  "glb",    "scene", "forged", "field", "obj",
-                                                         "scene", "ply",    "inc",   "image"};
+/// What is read in turn: shapes take a second each; pictures are left to a reader process, as OpenImageIO has
+/// room for what damaged ones say they are.
+constexpr std::array<std::string_view, 14> here_names{"field", "forged", "obj", "ply",   "stl",
+                                                      "off",   "gltf",   "glb", "scene", "forged",
+                                                      "obj",   "scene",  "ply", "inc"};
+constexpr std::array<std::string_view, 15> apart_names{"obj",  "stl",   "gltf", "glb", "png",
+                                                       "jpeg", "tiff",  "exr",  "hdr", "webp",
+                                                       "bmp",  "targa", "gltf", "glb", "obj"};
+
+std::span<const std::string_view> names_of(bool apart) {
+    return apart ? std::span<const std::string_view>(apart_names) : here_names;
+}
 
 std::unique_ptr<Subject> subject(std::string_view name) {
     if (name == "field") return std::make_unique<DamagedFields>();
     if (name == "forged") return std::make_unique<ForgedFields>();
     if (name == "scene") return std::make_unique<DamagedScenes>();
-    if (name == "image") return std::make_unique<DamagedImages>();
+    if (name == "shape") return std::make_unique<OddShapes>();
+    if (name == "png" || !example_image_files(name).empty())
+        return std::make_unique<DamagedImages>(std::string(name));
     return std::make_unique<DamagedMeshes>(std::string(name));
 }
 
-std::string_view subject_name(std::uint64_t index, const std::string& only) {
-    return only.empty() ? subject_names[index % subject_names.size()] : std::string_view(only);
+std::string_view subject_name(std::uint64_t index, const std::string& only, bool apart) {
+    const std::span<const std::string_view> names = names_of(apart);
+    return only.empty() ? names[index % names.size()] : std::string_view(only);
 }
 
 /// What parent and child know together.
 struct Board {
-    volatile std::uint64_t next;      ///< The file that is read, or will be next.
-    volatile std::uint64_t accepted;  ///< Files that were taken.
+    volatile std::uint64_t next;       ///< The file that is read, or will be next.
+    volatile std::uint64_t accepted;   ///< Files that were taken,
+    volatile std::uint64_t contained;  ///< and that took their reader down.
     volatile bool objected;
 };
 
@@ -304,27 +365,36 @@ void limit_memory() {
 
 /// Reads files from board.next to `last`, then ends the process.
 [[noreturn]] void read_files(Board& board, std::uint64_t last, std::uint64_t seed, const std::string& only,
-                             const path& folder) {
+                             bool apart, const path& folder) {
     std::map<std::string, std::unique_ptr<Subject>, std::less<>> subjects;
-    for (const std::string_view name : subject_names) {
-        if (!only.empty() && name != only) continue;
-        std::unique_ptr<Subject>& entry = subjects[std::string(name)];
-        if (!entry) entry = subject(name);
-    }
     write_text(folder / "box.obj", "");  // that scenes ask for
     write_text(folder / "light.exr", "");
+    if (apart) {
+        static const std::array tasks{model_reader_task(), image_reader_task()};
+        unsetenv("HAARFIELD_READER");
+        if (const Result<Done> forked = fork_reader_process(tasks); !forked) {
+            fmt::print(stderr, "{}\n", forked.error().what);
+            abort();
+        }
+    } else {
+        setenv("HAARFIELD_READER", "", 1);
+    }
     limit_memory();
     while (board.next < last) {
         FuzzRandom random(seed * 0x9e3779b97f4a7c15 + board.next);
-        Subject& current = *subjects.find(subject_name(board.next, only))->second;
+        const std::string_view name = subject_name(board.next, only, apart);
+        std::unique_ptr<Subject>& known = subjects[std::string(name)];
+        if (!known) known = subject(name);
+        Subject& current = *known;
         const path file = folder / current.file_name();
         std::filesystem::remove(file);  // overwriting waits for the disk on some systems
         write_text(file, current.input(random));
-        bool accepted = false;
+        Outcome outcome;
         alarm(seconds_per_file);
-        const std::string objection = current.objection(file, accepted);
+        const std::string objection = current.objection(file, outcome);
         alarm(0);
-        if (accepted) board.accepted = board.accepted + 1;
+        if (outcome.accepted) board.accepted = board.accepted + 1;
+        if (outcome.contained) board.contained = board.contained + 1;
         if (!objection.empty()) {
             fmt::print(stderr, "file {}: {}\n", std::uint64_t(board.next), objection);
             board.objected = true;
@@ -338,25 +408,26 @@ void limit_memory() {
 struct Options {
     std::uint64_t files = 1000, first = 0, seed = 1;
     std::string only, keep;
+    bool apart = false, each = false;
 };
 
 int run(const Options& options) {
     void* const memory =
         mmap(nullptr, sizeof(Board), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) return 1;
-    Board& board = *new (memory) Board{options.first, 0, false};
+    Board& board = *new (memory) Board{options.first, 0, 0, false};
     const TestFolder folder;
     const std::uint64_t last = options.first + options.files;
     std::uint64_t failures = 0;
     while (board.next < last) {
         const std::uint64_t end = std::min(last, board.next + files_per_process);
         const pid_t child = fork();
-        if (child == 0) read_files(board, end, options.seed, options.only, folder.path());
+        if (child == 0) read_files(board, end, options.seed, options.only, options.apart, folder.path());
         int status = 0;
         waitpid(child, &status, 0);
         if (WIFEXITED(status) && WEXITSTATUS(status) == 0 && board.next == end) continue;
         ++failures;
-        const std::string_view name = subject_name(board.next, options.only);
+        const std::string_view name = subject_name(board.next, options.only, options.apart);
         const std::string what = board.objected ? "objection"
                                  : WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM
                                      ? fmt::format("longer than {} s", seconds_per_file)
@@ -365,7 +436,7 @@ int run(const Options& options) {
         fmt::print("file {} ({}): {}\n", std::uint64_t(board.next), name, what);
         if (!options.keep.empty())
             for (const std::string& file : folder.files())
-                if (file.ends_with(name) || name == "field" || name == "forged" || name == "scene")
+                if (file != "box.obj" && file != "light.exr")
                     std::filesystem::copy_file(
                         folder / file,
                         path(options.keep) / fmt::format("{}-{}", std::uint64_t(board.next), file),
@@ -373,9 +444,32 @@ int run(const Options& options) {
         board.objected = false;
         board.next = board.next + 1;
     }
-    fmt::print("{} files, {} of them taken, {} failures\n", options.files, std::uint64_t(board.accepted),
-               failures);
+    if (options.each)
+        fmt::print("| {} | {} | {} | {} | {} | {} |\n", options.only,
+                   options.apart ? "a process of its own" : "here", options.files,
+                   std::uint64_t(board.accepted), std::uint64_t(board.contained), failures);
+    else
+        fmt::print(
+            "{} files, {} of them taken, {} failures{}\n", options.files, std::uint64_t(board.accepted),
+            failures,
+            options.apart ? fmt::format(", {} took their reader down", std::uint64_t(board.contained)) : "");
+    std::fflush(stdout);
     return failures == 0 ? 0 : 1;
+}
+
+/// So many of each kind.
+int run_each(Options options) {
+    int code = 0;
+    fmt::print(
+        "| kind | read in | files | taken | took their reader down | failures "
+        "|\n|---|---|---|---|---|---|\n");
+    const auto all = names_of(options.apart);
+    const std::set<std::string_view> names(all.begin(), all.end());
+    for (const std::string_view name : names) {
+        options.only = name;
+        code = std::max(code, run(options));
+    }
+    return code;
 }
 
 }  // namespace
@@ -387,10 +481,14 @@ int main(int argument_count, char** arguments) {
     program.add_option("--files", options.files, "How many")->capture_default_str();
     program.add_option("--first", options.first, "Index of the first")->capture_default_str();
     program.add_option("--seed", options.seed, "Other files")->capture_default_str();
-    program.add_option("--only", options.only,
-                       "One kind: field, forged, obj, ply, stl, off, gltf, glb, inc, image, scene");
+    program.add_option(
+        "--only", options.only,
+        "One kind: field, forged, scene, obj, ply, stl, off, gltf, glb, inc, shape, png, jpeg, "
+        "tiff, exr, hdr, webp, bmp, targa");
+    program.add_flag("--apart", options.apart, "Formats of libraries are read by a reader process");
+    program.add_flag("--each", options.each, "So many of each kind, with a row of a table for each");
     program.add_option("--keep", options.keep, "Folder for the files that failed")
         ->check(CLI::ExistingDirectory);
     CLI11_PARSE(program, argument_count, arguments);
-    return haarfield::run(options);
+    return options.each && options.only.empty() ? haarfield::run_each(options) : haarfield::run(options);
 }

@@ -1,0 +1,281 @@
+#include "fields/file/reader_process.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <thread>
+
+#include "fields/file/reader_message.h"
+
+#if defined(__SANITIZE_THREAD__)
+#define HAARFIELD_THREAD_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define HAARFIELD_THREAD_SANITIZER
+#endif
+#endif
+
+extern char** environ;
+
+namespace haarfield {
+namespace {
+
+/// A descriptor, closed at the end of its scope.
+struct Descriptor {
+    int number = -1;
+
+    explicit Descriptor(int given) : number(given) {}
+    ~Descriptor() { close(); }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+
+    void close() {
+        if (number >= 0) ::close(number);
+        number = -1;
+    }
+};
+
+constexpr const char* variable = "HAARFIELD_READER";
+
+/// The reader process of this process.
+struct Connection {
+    std::mutex looking;
+    bool looked_for = false;
+    std::string failure;  ///< Why there is none, if one was asked for by name.
+    int socket = -1;      ///< -1: there is none.
+};
+
+Connection& connection() {
+    static Connection made;
+    return made;
+}
+
+Error system_error(const std::string& where, const char* action, int number) {
+    return {where, fmt::format("cannot {}: {}", action, std::strerror(number))};
+}
+
+/// Whether all threads but this one sleep: no lock is held then, as this one holds none.
+bool others_sleep() {
+    const std::string own = std::to_string(gettid());
+    std::error_code code;
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task", code)) {
+        if (entry.path().filename() == own) continue;
+        std::ifstream file(entry.path() / "stat");
+        const std::string status((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+        const std::size_t name = status.rfind(") ");  // which may hold anything
+        if (name == std::string::npos || status.compare(name + 2, 1, "S") != 0) return false;
+    }
+    return !code;
+}
+
+/// What HAARFIELD_READER names, else an executable beside the running one, or where it was installed; empty
+/// if there is none.
+std::filesystem::path found_program(bool& is_named) {
+    const char* const named = std::getenv(variable);
+    is_named = named && *named;
+    if (named) return named;
+    std::error_code ignored;
+    const std::filesystem::path running = std::filesystem::read_symlink("/proc/self/exe", ignored);
+    for (const std::filesystem::path& folder :
+         {running.parent_path(), std::filesystem::path(HAARFIELD_PROGRAM_FOLDER)}) {
+        std::filesystem::path program = folder / "haarfield-reader";
+        if (!folder.empty() && ::access(program.c_str(), X_OK) == 0) return program;
+    }
+    return {};
+}
+
+/// Starts `program` with one end of a socket as its descriptor 3: returns the other, or -1 and errno.
+int spawned(const std::filesystem::path& program) {
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) return -1;
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    // Of a number of its own, as dup2 onto itself would leave it to be closed.
+    const int moved = fcntl(ends[1], F_DUPFD_CLOEXEC, 10);
+    posix_spawn_file_actions_adddup2(&actions, moved, 3);
+    posix_spawn_file_actions_addclosefrom_np(&actions, 4);
+    const std::string name = program.string();
+    char* const arguments[] = {const_cast<char*>(name.c_str()), nullptr};
+    pid_t id = -1;
+    const int failure =
+        moved < 0 ? errno : posix_spawn(&id, name.c_str(), &actions, nullptr, arguments, environ);
+    posix_spawn_file_actions_destroy(&actions);
+    ::close(ends[1]);
+    if (moved >= 0) ::close(moved);
+    if (failure == 0) return ends[0];
+    ::close(ends[0]);
+    errno = failure;
+    return -1;
+}
+
+int memory_file() {
+    return memfd_create("haarfield", MFD_CLOEXEC);
+}
+
+/// errors  what the system says of the reader process.
+Result<Done> send(int socket, const ReaderRequest& head, std::string_view details,
+                  const std::array<int, 3>& descriptors, const std::string& where) {
+    iovec pieces[]{{const_cast<ReaderRequest*>(&head), sizeof head},
+                   {const_cast<char*>(details.data()), details.size()}};
+    alignas(cmsghdr) char control[CMSG_SPACE(sizeof descriptors)] = {};
+    msghdr message{};
+    message.msg_iov = pieces;
+    message.msg_iovlen = 2;
+    message.msg_control = control;
+    message.msg_controllen = sizeof control;
+    cmsghdr* const rights = CMSG_FIRSTHDR(&message);
+    rights->cmsg_level = SOL_SOCKET;
+    rights->cmsg_type = SCM_RIGHTS;
+    rights->cmsg_len = CMSG_LEN(sizeof descriptors);
+    std::memcpy(CMSG_DATA(rights), descriptors.data(), sizeof descriptors);
+    ssize_t sent = 0;
+    do sent = sendmsg(socket, &message, MSG_NOSIGNAL);
+    while (sent < 0 && errno == EINTR);
+    if (sent < 0) return system_error(where, "reach the process that reads files", errno);
+    return Done{};
+}
+
+/// What became of a worker; none if the reader process itself has ended.
+bool receive(int pipe, ReaderOutcome& outcome) {
+    ssize_t size = 0;
+    do size = ::read(pipe, &outcome, sizeof outcome);
+    while (size < 0 && errno == EINTR);
+    return size == sizeof outcome;
+}
+
+/// Why there is no answer.
+std::string failure_of(const ReaderOutcome& outcome, const ReaderLimits& limits) {
+    if (outcome.timed_out || (WIFSIGNALED(outcome.status) && WTERMSIG(outcome.status) == SIGXCPU))
+        return fmt::format("took longer than {:.0f} s to read", limits.seconds);
+    if (outcome.status == -1) return "there is no process to read it: the system has too many";
+    if (WIFSIGNALED(outcome.status))
+        return fmt::format("its reader ended by signal {} ({}): the file is damaged",
+                           WTERMSIG(outcome.status), strsignal(WTERMSIG(outcome.status)));
+    return fmt::format("its reader ended (code {}): the file is damaged", WEXITSTATUS(outcome.status));
+}
+
+}  // namespace
+
+ReaderLimits reader_limits(std::uint64_t file_bytes, double memory_per_byte) {
+    constexpr double least_memory = 1 << 30, least_seconds = 10, bytes_per_second = 1e6;
+    const double bytes = static_cast<double>(file_bytes),
+                 all_memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
+    return {static_cast<std::uint64_t>(std::min(least_memory + memory_per_byte * bytes, all_memory)),
+            least_seconds + bytes / bytes_per_second};
+}
+
+Result<Done> fork_reader_process(std::span<const ReaderTask> tasks) {
+    Connection& made = connection();
+    const std::lock_guard lock(made.looking);
+    if (made.socket >= 0 || std::getenv(variable)) return Done{};
+#ifdef HAARFIELD_THREAD_SANITIZER
+    return Error{"", "ThreadSanitizer wants no process without its threads"};
+#else
+    // Libraries have threads from their loading on, which soon wait for work.
+    for (int tries = 0; !others_sleep(); ++tries) {
+        constexpr int most_tries = 50;
+        if (tries == most_tries) return Error{"", "other threads are at work"};
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    int ends[2];
+    if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0)
+        return system_error("", "make a socket", errno);
+    const pid_t server = fork();
+    if (server < 0) {
+        const int number = errno;
+        ::close(ends[0]);
+        ::close(ends[1]);
+        return system_error("", "make a process", number);
+    }
+    if (server == 0) {
+        ::close(ends[0]);
+        serve_reader_process(ends[1], tasks);
+    }
+    ::close(ends[1]);
+    made.socket = ends[0];
+    made.looked_for = true;
+    return Done{};
+#endif
+}
+
+Result<bool> reads_apart() {
+    Connection& made = connection();
+    const std::lock_guard lock(made.looking);
+#ifndef HAARFIELD_THREAD_SANITIZER
+    if (!made.looked_for) {
+        made.looked_for = true;
+        bool is_named = false;
+        const std::filesystem::path program = found_program(is_named);
+        if (!program.empty()) made.socket = spawned(program);
+        if (made.socket < 0 && is_named)
+            made.failure = fmt::format("can not be run: {}; HAARFIELD_READER names what reads files",
+                                       std::strerror(errno));
+        if (!made.failure.empty()) made.failure = program.string() + ": " + made.failure;
+    }
+#endif
+    if (!made.failure.empty()) return Error{"", made.failure};
+    return made.socket >= 0;
+}
+
+Result<MappedFile> read_apart(std::string_view task, int descriptor, std::string_view details,
+                              const ReaderLimits& limits, const std::string& where) {
+    ReaderRequest head;
+    assert(task.size() < head.task.size());
+    std::copy(task.begin(), task.end(), head.task.begin());
+    head.memory = limits.memory;
+    head.seconds = limits.seconds;
+    if (details.size() > longest_details) return Error{where, "its name is too long"};
+    const Descriptor answer(memory_file());
+    int ends[2];
+    if (answer.number < 0 || pipe2(ends, O_CLOEXEC) != 0)
+        return system_error(where, "make room for what it holds", errno);
+    const Descriptor told(ends[0]);
+    Descriptor telling(ends[1]);
+    if (const Result<Done> sent =
+            send(connection().socket, head, details, {descriptor, answer.number, telling.number}, where);
+        !sent)
+        return sent.error();
+    telling.close();
+    ReaderOutcome outcome;
+    if (!receive(told.number, outcome)) return Error{where, "the process that reads files has ended"};
+    const bool has_ended = outcome.status != -1 && WIFEXITED(outcome.status);
+    const bool is_done = has_ended && WEXITSTATUS(outcome.status) == int(WorkerExit::done);
+    const bool is_refused = has_ended && WEXITSTATUS(outcome.status) == int(WorkerExit::refused);
+    if (!is_done && !is_refused) return Error{where, failure_of(outcome, limits)};
+    Result<MappedFile> mapped = mapped_file(answer.number, where);
+    if (!mapped || is_done) return mapped;
+    constexpr std::size_t longest_message = 4096;
+    return Error{where, std::string(mapped->bytes.substr(0, longest_message))};
+}
+
+Result<MappedFile> read_apart(std::string_view task, std::string_view bytes, std::string_view details,
+                              const ReaderLimits& limits, const std::string& where) {
+    const Descriptor file(memory_file());
+    if (file.number < 0) return system_error(where, "make room for it", errno);
+    for (std::string_view rest = bytes; !rest.empty();) {
+        const ssize_t count = ::write(file.number, rest.data(), rest.size());
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) return system_error(where, "make room for it", errno);
+        rest.remove_prefix(static_cast<std::size_t>(count));
+    }
+    return read_apart(task, file.number, details, limits, where);
+}
+
+}  // namespace haarfield

@@ -1,0 +1,223 @@
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/signalfd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+#include "fields/file/reader_message.h"
+#include "fields/file/reader_sandbox.h"
+
+namespace haarfield {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// What a request brings.
+struct Request {
+    ReaderRequest head;
+    std::string details;
+    int file = -1, answer = -1, outcome = -1;
+
+    void close_all() {
+        for (int* descriptor : {&file, &answer, &outcome}) {
+            if (*descriptor >= 0) ::close(*descriptor);
+            *descriptor = -1;
+        }
+    }
+};
+
+/// False at the end of the socket.
+bool receive(int socket, Request& request) {
+    std::vector<char> bytes(sizeof(ReaderRequest) + longest_details);
+    iovec place{bytes.data(), bytes.size()};
+    alignas(cmsghdr) char control[CMSG_SPACE(3 * sizeof(int))];
+    msghdr message{};
+    message.msg_iov = &place;
+    message.msg_iovlen = 1;
+    message.msg_control = control;
+    message.msg_controllen = sizeof control;
+    ssize_t size = 0;
+    do size = recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
+    while (size < 0 && errno == EINTR);
+    if (size <= 0) return false;
+    const cmsghdr* const rights = CMSG_FIRSTHDR(&message);
+    if (rights && rights->cmsg_type == SCM_RIGHTS && rights->cmsg_len == CMSG_LEN(3 * sizeof(int))) {
+        int descriptors[3];
+        std::memcpy(descriptors, CMSG_DATA(rights), sizeof descriptors);
+        request.file = descriptors[0];
+        request.answer = descriptors[1];
+        request.outcome = descriptors[2];
+    }
+    if (static_cast<std::size_t>(size) >= sizeof(ReaderRequest)) {
+        std::memcpy(&request.head, bytes.data(), sizeof(ReaderRequest));
+        request.details.assign(bytes.data() + sizeof(ReaderRequest),
+                               static_cast<std::size_t>(size) - sizeof(ReaderRequest));
+    }
+    return true;
+}
+
+/// Appends to a file; ends the process if that can not be.
+void write_all(int descriptor, std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) throw std::bad_alloc();
+        bytes.remove_prefix(static_cast<std::size_t>(count));
+    }
+}
+
+/// Reads one file, and ends the process.
+[[noreturn]] void work(const Request& request, std::span<const ReaderTask> tasks) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    sigset_t none;
+    sigemptyset(&none);
+    sigprocmask(SIG_SETMASK, &none, nullptr);
+    const ReaderLimits limits{request.head.memory, request.head.seconds};
+    limit_this_process(limits);
+    sandbox_this_process();
+    const auto refuse = [&](const std::string& what) {
+        if (ftruncate(request.answer, 0) == 0 && lseek(request.answer, 0, SEEK_SET) == 0)
+            write_all(request.answer, what);
+        _exit(static_cast<int>(WorkerExit::refused));
+    };
+    try {
+        const std::string_view name(request.head.task.data());
+        const auto task = std::find_if(tasks.begin(), tasks.end(),
+                                       [&](const ReaderTask& known) { return known.name == name; });
+        if (task == tasks.end()) refuse("no reader of this kind");
+        const Result<MappedFile> file = mapped_file(request.file, "");
+        if (!file) refuse(file.error().what);
+        // Small pieces are gathered, so that a list of names is not a thousand calls.
+        std::string gathered;
+        ByteSink answer([&](std::string_view bytes) {
+            constexpr std::size_t piece = 1 << 16;
+            if (bytes.size() < piece) gathered += bytes;
+            if (bytes.size() >= piece || gathered.size() >= piece) {
+                write_all(request.answer, gathered);
+                gathered.clear();
+            }
+            if (bytes.size() >= piece) write_all(request.answer, bytes);
+        });
+        const Result<Done> read = task->read(file->bytes, request.details, answer);
+        if (!read) refuse(read.error().what);
+        write_all(request.answer, gathered);
+        _exit(static_cast<int>(WorkerExit::done));
+    } catch (const std::bad_alloc&) {
+        refuse("wants more memory than a file of its size may have");
+    } catch (const std::exception& error) {  // of libraries, on some damaged files
+        refuse(error.what());
+    }
+    std::abort();  // not reached
+}
+
+struct Worker {
+    pid_t id;
+    int outcome;
+    Clock::time_point deadline;
+    bool timed_out = false;
+};
+
+void tell(int outcome, int status, bool timed_out) {
+    const ReaderOutcome told{status, timed_out};
+    [[maybe_unused]] const ssize_t written = ::write(outcome, &told, sizeof told);
+    ::close(outcome);
+}
+
+/// Neither Ctrl-C nor a closed terminal ends it, but the end of those who ask; what is printed, libraries'
+/// last words among it, is nobody's.
+int prepare_server() {
+    for (const int ignored : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) signal(ignored, SIG_IGN);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    if (const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC); nothing >= 0) {
+        for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, standard);
+        if (nothing > STDERR_FILENO) ::close(nothing);
+    }
+#endif
+    sigset_t children;
+    sigemptyset(&children);
+    sigaddset(&children, SIGCHLD);
+    signal(SIGCHLD, SIG_DFL);
+    sigprocmask(SIG_BLOCK, &children, nullptr);
+    return signalfd(-1, &children, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+/// Tells of workers that have ended.
+void collect(std::vector<Worker>& workers) {
+    int status = 0;
+    for (pid_t id = 0; (id = waitpid(-1, &status, WNOHANG)) > 0;) {
+        const auto worker = std::find_if(workers.begin(), workers.end(),
+                                         [id](const Worker& known) { return known.id == id; });
+        if (worker == workers.end()) continue;
+        tell(worker->outcome, status, worker->timed_out);
+        workers.erase(worker);
+    }
+}
+
+/// Ends those that are late. Milliseconds to the next that may be; -1 if there is none.
+int end_late(std::vector<Worker>& workers) {
+    int wait = -1;
+    const Clock::time_point now = Clock::now();
+    for (Worker& worker : workers) {
+        const auto left = std::chrono::ceil<std::chrono::milliseconds>(worker.deadline - now).count();
+        if (left <= 0 && !worker.timed_out) {
+            worker.timed_out = true;
+            ::kill(worker.id, SIGKILL);
+        }
+        if (left > 0) wait = wait < 0 ? int(left) : std::min(wait, int(left));
+    }
+    return wait;
+}
+
+}  // namespace
+
+void serve_reader_process(int socket, std::span<const ReaderTask> tasks) {
+    const int ended = prepare_server();
+    std::vector<Worker> workers;
+    while (true) {
+        pollfd ready[]{{socket, POLLIN, 0}, {ended, POLLIN, 0}};
+        if (::poll(ready, 2, end_late(workers)) < 0 && errno != EINTR) break;
+        if (ready[1].revents & POLLIN) {
+            signalfd_siginfo unused;
+            while (::read(ended, &unused, sizeof unused) > 0) {
+            }
+        }
+        collect(workers);
+        if (!(ready[0].revents & (POLLIN | POLLHUP | POLLERR))) continue;
+        Request request;
+        if (!receive(socket, request)) break;
+        if (request.outcome < 0) continue;
+        const pid_t worker = fork();
+        if (worker == 0) {
+            ::close(socket);
+            for (const Worker& other : workers) ::close(other.outcome);
+            // Who asks learns of this one's end from the server alone.
+            ::close(request.outcome);
+            work(request, tasks);
+        }
+        if (worker < 0) {
+            tell(request.outcome, -1, false);
+        } else {
+            constexpr double wall_per_processor = 3, longest = 1e6;
+            const auto patience = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
+                std::clamp(request.head.seconds, 1.0, longest) * wall_per_processor));
+            workers.push_back({worker, request.outcome, Clock::now() + patience});
+        }
+        request.outcome = -1;
+        request.close_all();
+    }
+    for (const Worker& worker : workers) ::kill(worker.id, SIGKILL);
+    _exit(0);
+}
+
+}  // namespace haarfield

@@ -1,0 +1,316 @@
+#include "fields/mesh/assimp_content.h"
+
+#include "fields/base/srgb.h"
+#include "fields/file/mapped_file.h"
+#include "fields/mesh/assimp_materials.h"
+#include "fields/mesh/obj_leading_zeros.h"
+
+#include <assimp/BaseImporter.h>
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
+#include <assimp/camera.h>
+#include <assimp/material.h>
+#include <assimp/scene.h>
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <cstring>
+#include <new>
+#include <system_error>
+
+namespace haarfield {
+namespace {
+
+/// What of each format assimp calls its files and its importer.
+struct AssimpFormat {
+    const char* ending;
+    const char* importer;  ///< What its name begins with.
+};
+
+AssimpFormat assimp_format(ModelFormat format) {
+    switch (format) {
+        case ModelFormat::obj: return {".obj", "Wavefront Object Importer"};
+        case ModelFormat::stl: return {".stl", "Stereolithography (STL) Importer"};
+        case ModelFormat::gltf: return {".gltf", "glTF2 Importer"};
+        case ModelFormat::glb: return {".glb", "glTF2 Importer"};
+        case ModelFormat::ply:
+        case ModelFormat::off:
+        case ModelFormat::mesh2: break;
+    }
+    return {"", ""};  // a caller's bug: these have readers of their own
+}
+
+/// Leaves one importer.
+void keep_importer(Assimp::Importer& importer, const char* wanted) {
+    for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
+        Assimp::BaseImporter* const known = importer.GetImporter(i);
+        if (std::strcmp(importer.GetImporterInfo(i)->mName, wanted) == 0) continue;
+        importer.UnregisterLoader(known);
+        delete known;
+    }
+}
+
+/// A text in the place of a file, and the folder that it is in, with what lies below. Names of files are
+/// never URLs; names with a way up are nobody's.
+///
+/// The text outlives the streams over it, as assimp closes them before it lets go of the system.
+class FolderIoSystem : public Assimp::DefaultIOSystem {
+public:
+    FolderIoSystem(std::filesystem::path file, std::string_view text)
+        : file_(std::move(file)), folder_(resolved(file_.parent_path())), text_(text) {}
+
+    bool Exists(const char* name) const override {
+        return file_ == name || (is_below(name) && DefaultIOSystem::Exists(name));
+    }
+
+    Assimp::IOStream* Open(const char* name, const char* mode) override {
+        if (mode[0] != 'r') return nullptr;
+        if (file_ == name)
+            return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(text_.data()),
+                                              text_.size());
+        return is_below(name) ? DefaultIOSystem::Open(name, mode) : nullptr;
+    }
+
+private:
+    static std::filesystem::path resolved(const std::filesystem::path& path) {
+        std::error_code ignored;
+        return std::filesystem::weakly_canonical(path, ignored);
+    }
+
+    bool is_below(const std::filesystem::path& name) const {
+        std::error_code ignored;
+        if (!std::filesystem::is_regular_file(name, ignored)) return false;
+        // What assimp asks for are the file's own folder and what the file says.
+        const std::filesystem::path& own = file_.parent_path();
+        const auto [own_end, said] = std::mismatch(own.begin(), own.end(), name.begin(), name.end());
+        if (own_end == own.end() && std::find(said, name.end(), "..") != name.end()) return false;
+        const std::filesystem::path path = resolved(name);
+        const auto [end, unused] = std::mismatch(folder_.begin(), folder_.end(), path.begin(), path.end());
+        return end == folder_.end();
+    }
+
+    const std::filesystem::path file_, folder_;
+    const std::string_view text_;
+};
+
+Vec3f vector_from(const aiVector3D& v) {
+    return {v.x, v.y, v.z};
+}
+
+/// Whether the pieces of a GLB file are as long as they say: assimp makes room for them before it looks.
+bool has_whole_chunks(std::string_view glb) {
+    constexpr std::size_t file_head = 12, chunk_head = 8;
+    std::size_t at = file_head;
+    while (at + chunk_head <= glb.size()) {
+        std::uint32_t length = 0;
+        std::memcpy(&length, glb.data() + at, sizeof length);
+        at += chunk_head;
+        if (length > glb.size() - at) return false;
+        at += length;
+    }
+    return true;
+}
+
+/// Whether each media type in a glTF file's text has its two halves: assimp 5.2 looks behind the slash
+/// without asking for it.
+bool has_whole_media_types(std::string_view text) {
+    for (const std::string_view key : {"\"mimeType\"", "\"data:"})
+        for (std::size_t at = text.find(key); at != text.npos; at = text.find(key, at + 1)) {
+            std::string_view value = text.substr(at + key.size(), 256);
+            if (key[1] == 'm') {
+                const std::size_t quote = value.find('"');
+                if (quote == value.npos) continue;
+                value.remove_prefix(quote + 1);
+            }
+            if (value.substr(0, value.find_first_of("\";,")).find('/') == value.npos) return false;
+        }
+    return true;
+}
+
+/// What assimp takes on trust in a glTF file. errors (with an empty `where`) what is wrong.
+Result<Done> check_gltf(std::string_view bytes, bool is_binary) {
+    if (is_binary && !has_whole_chunks(bytes)) return Error{"", "a chunk is longer than the file"};
+    if (!has_whole_media_types(bytes))
+        return Error{"", "the media type of an image or buffer has no slash; wanted one as image/png"};
+    return Done{};
+}
+
+/// Calls `act` with each node and where it stands, in the order of the file.
+template <class Act>
+void for_each_node(const aiScene& scene, const Act& act) {
+    std::vector<std::pair<const aiNode*, aiMatrix4x4>> open;
+    if (scene.mRootNode) open.emplace_back(scene.mRootNode, scene.mRootNode->mTransformation);
+    while (!open.empty()) {
+        const auto [node, transform] = open.back();
+        open.pop_back();
+        act(*node, transform);
+        for (unsigned i = node->mNumChildren; i-- > 0;)  // so that they come off in order
+            open.emplace_back(node->mChildren[i], transform * node->mChildren[i]->mTransformation);
+    }
+}
+
+/// The numbers of a node's meshes that are there.
+std::vector<std::uint32_t> meshes_of(const aiScene& scene, const aiNode& node) {
+    std::vector<std::uint32_t> meshes;
+    for (unsigned i = 0; i < node.mNumMeshes; ++i)
+        if (node.mMeshes[i] < scene.mNumMeshes) meshes.push_back(node.mMeshes[i]);
+    return meshes;
+}
+
+/// The first camera that there is.
+std::optional<ModelCamera> camera_of(const aiScene& scene, bool is_gltf) {
+    std::optional<ModelCamera> found;
+    for_each_node(scene, [&](const aiNode& node, const aiMatrix4x4& transform) {
+        for (unsigned i = 0; i < scene.mNumCameras && !found; ++i) {
+            const aiCamera& camera = *scene.mCameras[i];
+            if (camera.mName != node.mName) continue;
+            // Of glTF's cameras assimp says the node's translation a second time.
+            const aiVector3D own = is_gltf ? aiVector3D() : camera.mPosition, at = transform * own,
+                             ahead = transform * (own + camera.mLookAt) - at;
+            ModelCamera made{vector_from(at), vector_from(ahead)};
+            if (!is_finite(made.position) || !(made.direction.length() > 0)) continue;
+            // assimp multiplies glTF's angle with the aspect; of others it is not sure which angle it is.
+            if (is_gltf) {
+                const float fov = camera.mHorizontalFOV / (camera.mAspect > 0 ? camera.mAspect : 1);
+                if (fov > 0.01f && fov < 3) made.vertical_fov = fov;
+            }
+            found = made;
+        }
+    });
+    return found;
+}
+
+std::array<float, 16> rows_of(const aiMatrix4x4& m) {
+    std::array<float, 16> rows;
+    for (unsigned r = 0; r < 4; ++r)
+        for (unsigned c = 0; c < 4; ++c) rows[4 * r + c] = m[r][c];
+    return rows;
+}
+
+ContentMaterial content_of(const aiScene& scene, const aiMaterial& material) {
+    ContentMaterial made;
+    aiString text;
+    if (material.Get(AI_MATKEY_NAME, text) == aiReturn_SUCCESS) made.name = text.C_Str();
+    if (made.name == AI_DEFAULT_MATERIAL_NAME) made.name.clear();
+    made.description =
+        mesh_material(scene, material, [&](std::string_view what) { made.unused.emplace_back(what); });
+    return made;
+}
+
+ContentMesh content_of(const aiScene& scene, const aiMesh& part, bool is_gltf) {
+    ContentMesh made;
+    made.name = part.mName.C_Str();
+    if (!part.HasFaces() || !part.HasPositions()) return made;
+    const aiMaterial* const material =
+        part.mMaterialIndex < scene.mNumMaterials ? scene.mMaterials[part.mMaterialIndex] : nullptr;
+    if (material) made.material = part.mMaterialIndex;
+    const unsigned set = material ? uv_set(*material) : 0;
+    const std::size_t vertices = part.mNumVertices;
+    made.positions.reserve(vertices);
+    for (std::size_t i = 0; i < vertices; ++i) made.positions.push_back(vector_from(part.mVertices[i]));
+    if (part.HasNormals())
+        for (std::size_t i = 0; i < vertices; ++i) made.normals.push_back(vector_from(part.mNormals[i]));
+    if (material && part.HasTextureCoords(set)) {
+        const auto place_in_image = uv_map(*material);
+        for (std::size_t i = 0; i < vertices; ++i)
+            made.uvs.push_back(place_in_image(part.mTextureCoords[set][i]));
+    }
+    // Linear: glTF's are, those that others write are as screens show them.
+    if (part.HasVertexColors(0))
+        for (std::size_t i = 0; i < vertices; ++i) {
+            const aiColor4D& colour = part.mColors[0][i];
+            made.colours.push_back(
+                is_gltf ? Rgb(colour.r, colour.g, colour.b)
+                        : Rgb(srgb_decoded(colour.r), srgb_decoded(colour.g), srgb_decoded(colour.b)));
+        }
+    const std::span<const aiFace> faces(part.mFaces, part.mNumFaces);
+    const bool only_triangles =
+        std::ranges::all_of(faces, [](const aiFace& face) { return face.mNumIndices == 3; });
+    for (const aiFace& face : faces) {
+        if (!only_triangles) made.face_corners.push_back(face.mNumIndices);
+        made.corners.insert(made.corners.end(), face.mIndices, face.mIndices + face.mNumIndices);
+    }
+    return made;
+}
+
+constexpr std::string_view task_name = "model 1";  // another number whenever write_content changes
+
+/// `details` are the number of the format and the file's path.
+Result<Done> read_model(std::string_view bytes, std::string_view details, ByteSink& answer) {
+    if (details.empty()) return Error{"", "no format"};
+    const Result<ModelContent> content =
+        assimp_content(bytes, details.substr(1), static_cast<ModelFormat>(details[0]));
+    if (!content) return content.error();
+    write_content(*content, answer);
+    return Done{};
+}
+
+}  // namespace
+
+Result<ModelContent> assimp_content(std::string_view bytes, const std::filesystem::path& file,
+                                    ModelFormat format) {
+    const bool is_gltf = format == ModelFormat::gltf || format == ModelFormat::glb;
+    if (is_gltf)
+        if (const Result<Done> good = check_gltf(bytes, format == ModelFormat::glb); !good)
+            return good.error();
+    std::string mended;
+    if (format == ModelFormat::obj) {
+        mended = with_leading_zeros(std::string(bytes));
+        bytes = mended;
+    }
+    const AssimpFormat by_assimp = assimp_format(format);
+    // Its own name with the ending of what it is: by that assimp chooses.
+    const std::string name = (file.parent_path() / (file.stem().string() + by_assimp.ending)).string();
+    Assimp::Importer importer;
+    keep_importer(importer, by_assimp.importer);
+    importer.SetIOHandler(new FolderIoSystem(name, bytes));  // the importer's own from here on
+    // no post-processing: it would take indices and coordinates on trust
+    const aiScene* const read = importer.ReadFile(name, 0);
+    if (!read) {
+        const std::string words = importer.GetErrorString();
+        return Error{"", words.empty() ? "assimp does not say why" : words};
+    }
+
+    const aiScene& scene = *read;
+    ModelContent content;
+    for (unsigned i = 0; i < scene.mNumMaterials; ++i)
+        content.materials.push_back(content_of(scene, *scene.mMaterials[i]));
+    for (unsigned i = 0; i < scene.mNumMeshes; ++i)
+        content.meshes.push_back(content_of(scene, *scene.mMeshes[i], is_gltf));
+    for_each_node(scene, [&](const aiNode& node, const aiMatrix4x4& transform) {
+        std::vector<std::uint32_t> meshes = meshes_of(scene, node);
+        if (!meshes.empty())
+            content.nodes.push_back({node.mName.C_Str(), rows_of(transform), std::move(meshes)});
+    });
+    content.camera = camera_of(scene, is_gltf);
+    return content;
+}
+
+Result<ModelContent> guarded_content(std::string_view bytes, const std::filesystem::path& file,
+                                     ModelFormat format) {
+    std::error_code code;
+    const std::filesystem::path whole = std::filesystem::absolute(file, code);
+    if (code) return Error{"", code.message()};
+    const Result<bool> apart = reads_apart();
+    if (!apart) return apart.error();
+    if (!*apart) {
+        try {
+            return assimp_content(bytes, whole, format);
+        } catch (const std::bad_alloc&) {
+            return Error{"", "wants more memory than there is"};
+        } catch (const std::exception& error) {  // assimp's, on some damaged files
+            return Error{"", error.what()};
+        }
+    }
+    constexpr double memory_per_byte = 60;
+    const std::string details = static_cast<char>(format) + whole.string();
+    const Result<MappedFile> answer =
+        read_apart(task_name, bytes, details, reader_limits(bytes.size(), memory_per_byte), "");
+    if (!answer) return answer.error();
+    return content_from(answer->bytes);
+}
+
+ReaderTask model_reader_task() {
+    return {task_name, read_model};
+}
+
+}  // namespace haarfield

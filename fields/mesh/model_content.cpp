@@ -1,0 +1,160 @@
+#include "fields/mesh/model_content.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace haarfield {
+namespace {
+
+constexpr std::uint32_t content_magic = 0x4d524148;  // "HARM"
+
+void write_image(const MeshImage& image, ByteSink& sink) {
+    sink.text(image.name);
+    sink.value(std::uint8_t(image.bytes != nullptr));
+    if (image.bytes) sink.text(*image.bytes);
+}
+
+MeshImage image_from(ByteSource& source) {
+    MeshImage image;
+    image.name = source.text();
+    if (source.value<std::uint8_t>()) image.bytes = std::make_shared<const std::string>(source.text());
+    return image;
+}
+
+/// What of a material is numbers.
+struct MaterialNumbers {
+    std::array<float, 13> numbers;
+    std::array<std::uint8_t, 2> model_and_alpha;
+};
+
+MaterialNumbers numbers_of(const MeshMaterial& m) {
+    return {{m.diffuse.x, m.diffuse.y, m.diffuse.z, m.specular.x, m.specular.y, m.specular.z, m.emission.x,
+             m.emission.y, m.emission.z, m.exponent, m.metallic, m.roughness, m.alpha_cutoff},
+            {static_cast<std::uint8_t>(m.model), static_cast<std::uint8_t>(m.alpha)}};
+}
+
+/// False if a number is out of its range.
+bool take_numbers(const MaterialNumbers& taken, MeshMaterial& m) {
+    const auto& n = taken.numbers;
+    constexpr float brightest = 1e12f;
+    if (!std::ranges::all_of(n, [](float number) { return number >= 0 && number <= brightest; }) ||
+        taken.model_and_alpha[0] > static_cast<std::uint8_t>(MeshMaterial::Model::by_colour) ||
+        taken.model_and_alpha[1] > static_cast<std::uint8_t>(AlphaMode::blend))
+        return false;
+    m.diffuse = Rgb(n[0], n[1], n[2]);
+    m.specular = Rgb(n[3], n[4], n[5]);
+    m.emission = Rgb(n[6], n[7], n[8]);
+    m.exponent = n[9];
+    m.metallic = n[10];
+    m.roughness = n[11];
+    m.alpha_cutoff = n[12];
+    m.model = static_cast<MeshMaterial::Model>(taken.model_and_alpha[0]);
+    m.alpha = static_cast<AlphaMode>(taken.model_and_alpha[1]);
+    const auto is_share = [](const Rgb& colour) { return std::max({colour.x, colour.y, colour.z}) <= 1; };
+    return is_share(m.diffuse) && is_share(m.specular) && m.metallic <= 1 && m.roughness <= 1 &&
+           m.alpha_cutoff <= 1;
+}
+
+bool is_whole(const ContentMesh& mesh, std::size_t materials) {
+    const std::size_t vertices = mesh.positions.size();
+    const auto fits = [vertices](std::size_t count) { return count == 0 || count == vertices; };
+    std::uint64_t corners = 0;
+    for (const std::uint32_t count : mesh.face_corners) corners += count;
+    return (mesh.material < materials || mesh.material == ContentMesh::no_material) &&
+           fits(mesh.normals.size()) && fits(mesh.uvs.size()) && fits(mesh.colours.size()) &&
+           (mesh.face_corners.empty() ? mesh.corners.size() % 3 == 0 : corners == mesh.corners.size());
+}
+
+}  // namespace
+
+void write_content(const ModelContent& content, ByteSink& sink) {
+    sink.value(content_magic);
+    sink.value(std::uint64_t(content.materials.size()));
+    for (const ContentMaterial& material : content.materials) {
+        sink.text(material.name);
+        sink.value(numbers_of(material.description));
+        for (const MeshImage* image : {&material.description.image, &material.description.surface_map,
+                                       &material.description.opacity_map})
+            write_image(*image, sink);
+        sink.value(std::uint64_t(material.unused.size()));
+        for (const std::string& what : material.unused) sink.text(what);
+    }
+    sink.value(std::uint64_t(content.meshes.size()));
+    for (const ContentMesh& mesh : content.meshes) {
+        sink.text(mesh.name);
+        sink.value(mesh.material);
+        sink.values(mesh.positions);
+        sink.values(mesh.normals);
+        sink.values(mesh.uvs);
+        sink.values(mesh.colours);
+        sink.values(mesh.face_corners);
+        sink.values(mesh.corners);
+    }
+    sink.value(std::uint64_t(content.nodes.size()));
+    for (const ContentNode& node : content.nodes) {
+        sink.text(node.name);
+        sink.value(node.transform);
+        sink.values(node.meshes);
+    }
+    sink.value(std::uint8_t(content.camera.has_value()));
+    if (content.camera) {
+        sink.value(content.camera->position);
+        sink.value(content.camera->direction);
+        sink.value(content.camera->vertical_fov.value_or(0));
+    }
+}
+
+Result<ModelContent> content_from(std::string_view bytes) {
+    const Error wrong{"", "what its reader made of it is not a model: the file is damaged"};
+    ByteSource source(bytes);
+    ModelContent content;
+    if (source.value<std::uint32_t>() != content_magic) return wrong;
+    // Of each thing at least the counts are there, so that none can be counted that is not.
+    content.materials.resize(source.count(sizeof(MaterialNumbers)));
+    for (ContentMaterial& material : content.materials) {
+        material.name = source.text();
+        if (!take_numbers(source.value<MaterialNumbers>(), material.description)) return wrong;
+        for (MeshImage* image : {&material.description.image, &material.description.surface_map,
+                                 &material.description.opacity_map})
+            *image = image_from(source);
+        material.unused.resize(source.count(sizeof(std::uint64_t)));
+        for (std::string& what : material.unused) what = source.text();
+        if (!source.is_good()) return wrong;
+    }
+    content.meshes.resize(source.count(7 * sizeof(std::uint64_t)));
+    for (ContentMesh& mesh : content.meshes) {
+        mesh.name = source.text();
+        mesh.material = source.value<std::uint32_t>();
+        mesh.positions = source.values<Vec3f>();
+        mesh.normals = source.values<Vec3f>();
+        mesh.uvs = source.values<Vec2f>();
+        mesh.colours = source.values<Rgb>();
+        mesh.face_corners = source.values<std::uint32_t>();
+        mesh.corners = source.values<std::uint32_t>();
+        if (!source.is_good() || !is_whole(mesh, content.materials.size())) return wrong;
+    }
+    content.nodes.resize(source.count(2 * sizeof(std::uint64_t)));
+    for (ContentNode& node : content.nodes) {
+        node.name = source.text();
+        node.transform = source.value<std::array<float, 16>>();
+        node.meshes = source.values<std::uint32_t>();
+        if (!source.is_good() || node.meshes.empty() ||
+            std::ranges::any_of(node.meshes,
+                                [&](std::uint32_t mesh) { return mesh >= content.meshes.size(); }))
+            return wrong;
+    }
+    if (source.value<std::uint8_t>()) {
+        ModelCamera camera;
+        camera.position = source.value<Vec3f>();
+        camera.direction = source.value<Vec3f>();
+        const float fov = source.value<float>();
+        if (!is_finite(camera.position) || !is_finite(camera.direction) || !(camera.direction.length() > 0))
+            return wrong;
+        if (fov > 0.01f && fov < 3) camera.vertical_fov = fov;
+        content.camera = camera;
+    }
+    if (!source.is_at_end()) return wrong;
+    return content;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,21 @@
+#pragma once
+/// Which images are read, and how they are known: by their bytes, whatever their file is called.
+
+#include "fields/file/reader_process.h"
+
+#include <string_view>
+
+namespace haarfield {
+
+/// For messages and help.
+inline constexpr std::string_view image_formats =
+    "OpenEXR, Radiance HDR, PNG, JPEG, TIFF, WebP, BMP or Targa";
+
+/// OpenImageIO's name of the plug-in that reads these bytes, by what they begin with; of Targa, which has no
+/// beginning of its own, by a head that makes sense. Null if they are none of image_formats.
+const char* image_plugin(std::string_view bytes);
+
+/// For fork_reader_process: reads images.
+ReaderTask image_reader_task();
+
+}  // namespace haarfield

@@ -1,0 +1,172 @@
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <fmt/format.h>
+#include <cstdlib>
+#include <map>
+
+#include "tests/fixtures/test_folder.h"
+
+namespace haarfield {
+namespace {
+
+constexpr const char* box =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\n"
+    "f 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\n";
+
+/// A scene of one entity, small enough to be baked in a moment. The names are TOML strings.
+std::string scene_of(const std::string& mesh, const std::string& entity, const std::string& instance) {
+    return fmt::format(
+        "[entities.{1}]\nmesh = {0}\nfine_vertices = 40\nplanar_samples = 20\nspherical_samples = 20\n"
+        "[environment]\nsky = {{ turbidity = 3, sun_elevation = 40 }}\n"
+        "[[instances]]\nentity = {1}\nname = {2}\n[[instances]]\nentity = {1}\ntranslate = [2, 0, 0]\n"
+        "[camera]\nposition = [3, 2, 3]\ntarget = [0, 0.5, 0]\nresolution = [16, 12]\n",
+        mesh, entity, instance);
+}
+
+/// The program in a folder of its own, run by a shell.
+class HostileSurroundings : public testing::Test {
+protected:
+    void SetUp() override {
+        std::filesystem::create_directory(folder / "in");
+        write_text(folder / "in/box.obj", box);
+        write_text(folder / "in/s.toml", scene_of("\"box.obj\"", "\"box\"", "\"one\""));
+    }
+
+    /// Exit code of `$H` in a line of a shell whose folder is `in`; what it says is in messages().
+    int run(const std::string& line) {
+        const std::string command = fmt::format("cd '{}/in' && exec 2> ../said && H='{}' && {{ {}\n}}",
+                                                folder.path().string(), HAARFIELD_PROGRAM, line);
+        const int status = std::system(command.c_str());
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+    }
+    std::string messages() const { return text_of(folder / "said"); }
+
+    /// By name: what all files of an output folder hold.
+    std::map<std::string, std::string> content(const std::string& name) const {
+        std::map<std::string, std::string> files;
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / name))
+            if (entry.is_regular_file())
+                files[std::filesystem::relative(entry.path(), folder / name).string()] =
+                    text_of(entry.path());
+        return files;
+    }
+
+    TestFolder folder;
+};
+
+TEST_F(HostileSurroundings, NamesAreNoStatementsOfPovrayAndNoPlacesElsewhere) {
+    const std::string evil = "a\"b'{}$(touch sneaked)`touch sneaked` \xc3\xa9 #declare x=1; sphere{0,9}";
+    write_text(folder / ("in/" + evil + ".obj"), "mtllib " + evil + ".mtl\no ../../x\nusemtl " + evil + "\n" +
+                                                     box + "usemtl ../up\nf 1 2 3\n" + "usemtl " +
+                                                     std::string(3000, 'm') + "\nf 2 3 4\n");
+    write_text(folder / ("in/" + evil + ".mtl"), "newmtl " + evil + "\nKd 1 0 0\nnewmtl ../up\nKd 0 1 0\n");
+    std::string quoted;
+    for (const char c : evil + ".obj") quoted += c == '"' ? std::string("\\\"") : std::string(1, c);
+    const std::string scene =
+        scene_of("\"" + quoted + "\"", "'e\"} sphere{0,9}'", "'#declare Y=2; {$HOME} \"'");
+    const std::string long_name(240, 's');
+    for (const std::string& name : {evil, std::string("new\nline"), long_name, long_name + "2"}) {
+        write_text(folder / "in/scene.toml", scene);
+        std::filesystem::rename(folder / "in/scene.toml", folder / ("in/" + name + ".toml"));
+    }
+    EXPECT_EQ(
+        run("for s in *.toml; do case \"$s\" in s.toml) ;; a*) $H bake \"$s\" -o '../o\"ut {}' || exit 9 ;;\n"
+            "*) $H bake \"$s\" -o '../o\"ut {}' --no-render || exit 9 ;; esac; done"),
+        0)
+        << messages();
+    const auto files = content("o\"ut {}");
+    EXPECT_TRUE(files.contains("baked.png"));
+    std::size_t scenes = 0;
+    for (const auto& [name, text] : files) {
+        scenes += name.ends_with(".pov");
+        EXPECT_LE(name.size(), 200u);
+        if (!name.ends_with(".pov") && !name.ends_with(".inc")) continue;
+        EXPECT_EQ(text.find("sphere{"), std::string::npos) << name;
+        EXPECT_EQ(text.find("sphere {0,9"), std::string::npos) << name;
+        EXPECT_EQ(text.find("#declare Y"), std::string::npos) << name;
+    }
+    EXPECT_EQ(scenes, 4u);
+    EXPECT_FALSE(std::filesystem::exists(folder / "in/sneaked"));
+    // Names that would be places are refused.
+    for (const char* name : {"../up", "a/b", ".hidden", "two\\\\n\\nlines"}) {
+        write_text(folder / "in/t.toml", scene_of("\"box.obj\"", fmt::format("\"{}\"", name), "\"one\""));
+        EXPECT_EQ(run("$H bake t.toml -o ../t --no-render"), 1) << name;
+    }
+}
+
+TEST_F(HostileSurroundings, ClosedStreamsFewFilesAndOtherLocalesChangeNothing) {
+    ASSERT_EQ(run("$H bake s.toml -o ../a --no-render"), 0) << messages();
+    EXPECT_EQ(run("$H bake s.toml -o ../b --no-render <&- >&- 2>&-"), 0) << messages();
+    EXPECT_EQ(run("ulimit -n 32; LC_ALL=de_DE.UTF-8 $H bake s.toml -o ../c --no-render --threads 3"), 0)
+        << messages();
+    EXPECT_EQ(content("a"), content("b"));
+    EXPECT_EQ(content("a"), content("c"));
+    // Nobody listens: what is written is whole, and the exit code tells of what could not be said.
+    EXPECT_EQ(run("{ $H bake s.toml -o ../d --no-render; echo $? > ../code; } | true"), 0);
+    const std::string code = text_of(folder / "code");
+    EXPECT_TRUE(code == "0\n" || code == "1\n") << code;
+    for (const auto& [name, text] : content("d")) EXPECT_FALSE(name.ends_with(".tmp")) << name;
+    EXPECT_EQ(run("$H info box.obj > /dev/full"), 1);
+}
+
+TEST_F(HostileSurroundings, AFullDiskIsAnErrorAndLeavesNoHalfFile) {
+    EXPECT_EQ(run("ulimit -f 8; $H bake s.toml -o ../full --no-render"), 1);
+    EXPECT_NE(messages().find("File too large"), std::string::npos) << messages();
+    EXPECT_TRUE(content("full").empty());
+    // A folder where none can be.
+    EXPECT_EQ(run("$H bake s.toml -o /dev/null/out --no-render"), 1);
+    EXPECT_EQ(run("$H bake s.toml -o /proc/out --no-render"), 1);
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_F(HostileSurroundings, LittleMemoryIsAnErrorOrEnough) {
+    for (const int kilobytes : {600000, 700000, 800000, 1200000}) {
+        const int code = run(fmt::format("ulimit -v {}; $H bake s.toml -o ../m --no-render", kilobytes));
+        // The loader has not enough for the libraries: 127.
+        EXPECT_TRUE(code == 0 || code == 1 || code == 127) << kilobytes << ": " << code << "\n" << messages();
+    }
+}
+#endif
+
+TEST_F(HostileSurroundings, WithoutPovrayTheBakeIsThereAndTheErrorSaysWhatIsMissing) {
+    EXPECT_EQ(run("PATH=/nonexistent; $H bake s.toml -o ../out"), 1);
+    EXPECT_NE(messages().find("wanted POV-Ray 3.7"), std::string::npos) << messages();
+    EXPECT_TRUE(content("out").contains("s.pov"));
+    write_text(folder / "povray", "#!/bin/sh\nexec sleep 100\n");
+    std::filesystem::permissions(folder / "povray", std::filesystem::perms::owner_all);
+    EXPECT_EQ(run("PATH=..:$PATH; $H bake s.toml -o ../out --povray-patience 0.5"), 1);
+    EXPECT_NE(messages().find("said nothing for 0.5 s"), std::string::npos) << messages();
+}
+
+TEST_F(HostileSurroundings, EightProcessesInOneFolderLeaveWhatOneLeaves) {
+    ASSERT_EQ(run("$H bake s.toml -o ../one --no-render"), 0) << messages();
+    EXPECT_EQ(run("for i in 1 2 3 4 5 6 7 8; do $H bake s.toml -o ../eight --no-render & p=\"$p $!\"; done\n"
+                  "for i in $p; do wait $i || exit 1; done"),
+              0)
+        << messages();
+    EXPECT_EQ(content("one"), content("eight"));
+}
+
+TEST_F(HostileSurroundings, ThreadsChangeNoByteOfWhatIsWritten) {
+    for (const int threads : {1, 2, 3, 8})
+        ASSERT_EQ(run(fmt::format("$H bake s.toml -o ../t{0} --no-render --threads {0}", threads)), 0)
+            << messages();
+    for (const char* other : {"t2", "t3", "t8"}) EXPECT_EQ(content("t1"), content(other)) << other;
+}
+
+TEST_F(HostileSurroundings, AFileThatTakesItsReaderDownIsAnErrorWithItsName) {
+    // A chunk of GLB that is right, with JSON so deep that a parser's stack ends.
+    std::string json(4000000, '[');
+    const auto number = [](std::size_t value) {
+        const auto word = static_cast<std::uint32_t>(value);
+        return std::string(reinterpret_cast<const char*>(&word), 4);
+    };
+    write_text(folder / "in/deep.glb",
+               "glTF" + number(2) + number(20 + json.size()) + number(json.size()) + "JSON" + json);
+    EXPECT_EQ(run("$H info deep.glb"), 1);
+    EXPECT_NE(messages().find("deep.glb"), std::string::npos) << messages();
+}
+
+}  // namespace
+}  // namespace haarfield

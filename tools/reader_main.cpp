@@ -1,0 +1,25 @@
+// haarfield-reader: started by programs that use haarfield's libraries, to read other people's files for
+// them.
+
+#include <sys/socket.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <cstdio>
+
+#include "fields/mesh/assimp_content.h"
+#include "scenes/image_format.h"
+
+int main() {
+    constexpr int socket = 3;  // what starts it leaves it there
+    struct stat status {};
+    if (fstat(socket, &status) != 0 || !S_ISSOCK(status.st_mode)) {
+        std::fputs(
+            "haarfield-reader reads files for programs that use haarfield's libraries; it has no use "
+            "by itself\n",
+            stderr);
+        return 2;
+    }
+    const std::array tasks{haarfield::model_reader_task(), haarfield::image_reader_task()};
+    haarfield::serve_reader_process(socket, tasks);
+}
