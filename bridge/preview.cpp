@@ -8,8 +8,7 @@
 #include <bit>
 #include <cmath>
 
-#include "fields/base/allocated.h"
-#include "fields/base/instruction_set.h"
+#include "fields/base/embree_device.h"
 #include "scenes/camera_frame.h"
 
 namespace haarfield {
@@ -81,8 +80,7 @@ bool differs(const Sample& a, const Sample& b) {
 }  // namespace
 
 struct Preview::Rays {
-    std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device{
-        rtcNewDevice(embree_settings("").c_str()), &rtcReleaseDevice};
+    EmbreeDevice device{""};
     std::map<const Mesh*, OwnedScene> meshes;
     /// What pass_cut_outs is told: the mesh, and surfaces that live as long as it.
     std::map<const Mesh*, PreviewInstance> cut_outs;
@@ -115,7 +113,7 @@ const OwnedScene& Preview::Rays::scene_of(const PreviewInstance& instance) {
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene.get(), geometry);
     rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene.get());
+    device.commit(scene.get());
     return meshes.emplace(&mesh, std::move(scene)).first->second;
 }
 
@@ -131,7 +129,7 @@ OwnedScene Preview::Rays::scene_of(std::span<const PreviewInstance> instances) {
         rtcAttachGeometryByID(scene.get(), geometry, static_cast<unsigned>(i));
         rtcReleaseGeometry(geometry);
     }
-    rtcCommitScene(scene.get());
+    device.commit(scene.get());
     return scene;
 }
 

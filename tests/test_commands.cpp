@@ -190,7 +190,8 @@ struct NumberOption {
 
 /// Those of a command: all that take a value, but for texts, whose types are known.
 std::vector<NumberOption> number_options(const std::string& help) {
-    const std::set<std::string> texts{"DIR", "FILE", "FILE.json", "FILE.mp4", "TEXT", "A,B,...", "INSTANCE", "TIME", "SIZE"};
+    const std::set<std::string> texts{"DIR",     "FILE",     "FILE.json", "FILE.mp4", "TEXT",
+                                      "A,B,...", "INSTANCE", "TIME",      "SIZE"};
     const std::regex line(R"(\n +(?:-\w,)?(--[a-z-]+) ([^\s:=]+)(?::(in [\[(].*?[\])]|\{.*?\}))?)");
     std::vector<NumberOption> options;
     for (std::sregex_iterator match(help.begin(), help.end(), line), end; match != end; ++match)

@@ -5,9 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fields/base/allocated.h"
-#include "fields/base/instruction_set.h"
-
 namespace haarfield {
 namespace {
 
@@ -45,8 +42,7 @@ RTCRayHit nearest_hit(RTCScene scene, const Vec3f& from, const Vec3f& direction,
 
 SurfaceRays::SurfaceRays(std::span<const Vec3f> positions,
                          std::span<const std::array<std::uint32_t, 3>> triangles)
-    : device_(rtcNewDevice(embree_settings("threads=1").c_str()), &rtcReleaseDevice),
-      scene_(rtcNewScene(device_.get()), &rtcReleaseScene) {
+    : device_("threads=1"), scene_(rtcNewScene(device_.get()), &rtcReleaseScene) {
     const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* coordinates = allocated<float>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), positions.size()));
@@ -59,7 +55,7 @@ SurfaceRays::SurfaceRays(std::span<const Vec3f> positions,
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_.get(), geometry);
     rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_.get());
+    device_.commit(scene_.get());
 }
 
 float SurfaceRays::distance_to_back(const Vec3f& from, const Vec3f& direction, float range) const {

@@ -1,13 +1,13 @@
 #pragma once
 /// Rays against triangles, where a few of them answer what no rasterizer would: Embree's work.
 
+#include "fields/base/embree_device.h"
 #include "fields/base/vector.h"
 
 #include <array>
 #include <memory>
 #include <span>
 
-struct RTCDeviceTy;
 struct RTCSceneTy;
 
 namespace haarfield {
@@ -32,7 +32,7 @@ public:
     bool meets_surface(const Vec3f& from, const Vec3f& direction) const;
 
 private:
-    std::unique_ptr<RTCDeviceTy, void (*)(RTCDeviceTy*)> device_;
+    EmbreeDevice device_;
     std::unique_ptr<RTCSceneTy, void (*)(RTCSceneTy*)> scene_;
 };
 

@@ -5,9 +5,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "fields/base/allocated.h"
-#include "fields/base/instruction_set.h"
-
 namespace haarfield {
 namespace {
 
@@ -21,8 +18,7 @@ std::shared_ptr<RTCSceneTy> new_scene(RTCDevice device) {
 }  // namespace
 
 // Embree builds with its own threads, unless told: oneTBB's are enough to do one entity each.
-InstancedTriangles::InstancedTriangles()
-    : device_(rtcNewDevice(embree_settings("threads=1,set_affinity=0").c_str()), &rtcReleaseDevice) {}
+InstancedTriangles::InstancedTriangles() : device_("threads=1,set_affinity=0") {}
 
 void InstancedTriangles::add_entity(std::span<const Vec3f> positions,
                                     std::span<const std::array<std::uint32_t, 3>> triangles) {
@@ -38,7 +34,7 @@ void InstancedTriangles::add_entity(std::span<const Vec3f> positions,
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(made.get(), geometry);
     rtcReleaseGeometry(geometry);
-    rtcCommitScene(made.get());
+    device_.commit(made.get());
     entities_.push_back(std::move(made));
 }
 
@@ -54,7 +50,7 @@ void InstancedTriangles::place(const ShadedScene& scene) {
         rtcAttachGeometry(made.get(), geometry);
         rtcReleaseGeometry(geometry);
     }
-    rtcCommitScene(made.get());
+    device_.commit(made.get());
     scene_ = std::move(made);
 }
 

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "fields/base/embree_device.h"
 #include "shading/scene/shaded_scene.h"
 
-struct RTCDeviceTy;
 struct RTCSceneTy;
 
 namespace haarfield {
@@ -37,7 +37,7 @@ public:
     }  ///< Of one entity, in its own frame.
 
 private:
-    std::shared_ptr<RTCDeviceTy> device_;
+    EmbreeDevice device_;
     std::vector<std::shared_ptr<RTCSceneTy>> entities_;
     std::shared_ptr<RTCSceneTy> scene_;
 };
