@@ -119,14 +119,14 @@ TEST(Readme, CommandsHaveTheOptionsThatTheirRowsName) {
     }
     EXPECT_EQ(commands, (std::set<std::string>{"bake", "budget", "compare", "import", "info", "join",
                                                "library", "plan", "precompute", "reference", "relight",
-                                               "residual", "status", "verify", "work"}));
+                                               "residual", "status", "verify", "view", "work"}));
 }
 
 /// Outside of these rows and of the code blocks, by the commands that the text means.
 TEST(Readme, NamesNoOptionThatItsCommandsLack) {
-    const std::set<std::string> all{"bake",    "budget",   "compare", "import",     "info",
-                                    "join",    "library",  "plan",    "precompute", "reference",
-                                    "relight", "residual", "status",  "verify",     "work"},
+    const std::set<std::string> all{"bake",    "budget", "compare",    "import",    "info",    "join",
+                                    "library", "plan",   "precompute", "reference", "relight", "residual",
+                                    "status",  "verify", "view",       "work"},
         make_fields{"bake", "budget", "precompute", "relight"};
     const std::map<std::string, std::set<std::string>> meant{
         {"--help", all},
@@ -148,6 +148,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--fields", make_fields},
         {"--bounces", {"bake", "budget", "reference", "relight"}},
         {"--relative-error", {"reference"}},
+        {"--listen", {"view"}},
         {"--task", {"work"}},
         {"--instructions", {"plan"}},
         {"--povray-patience", {"bake", "reference"}},

@@ -229,7 +229,15 @@ TEST(ViewSession, ExposureScalesTheColours) {
 TEST(ViewSession, SavesInsideItsFolderOnly) {
     OpenedSession opened;
     opened.session().join(1);
-    opened.send(1, {{"type", "save"}, {"name", "../../other scene"}});
+    const std::vector<std::string> files = opened.folder().files();
+    const std::uint32_t outside = opened.send(1, {{"type", "save"}, {"name", "../../other scene"}});
+    EXPECT_TRUE(opened
+                    .told([&](PageId, const nlohmann::json& text) {
+                        return text["type"] == "error" && text.value("number", 0u) == outside;
+                    })
+                    .is_object());
+    EXPECT_EQ(opened.folder().files(), files);
+    opened.send(1, {{"type", "save"}, {"name", "other/../scene"}});
     const nlohmann::json saved =
         opened.told([](PageId, const nlohmann::json& text) { return text["type"] == "saved"; });
     ASSERT_TRUE(saved.is_object());

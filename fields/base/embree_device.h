@@ -16,8 +16,8 @@ T* allocated(void* memory) {
     return static_cast<T*>(memory);
 }
 
-/// One of Embree's devices. Copies share it, and the last releases it, unless memory ran out in a commit: Embree
-/// then waits endlessly in the release, so that the device stays until the process ends.
+/// One of Embree's devices. Copies share it, and the last releases it, unless memory ran out in a commit:
+/// Embree then waits endlessly in the release, so that the device stays until the process ends.
 class EmbreeDevice {
 public:
     /// A device for the instructions that were chosen, with settings of its own (`threads=1`).
