@@ -6,8 +6,9 @@ namespace haarfield {
 
 Result<LightEstimate> lights_for_error(const std::filesystem::path& folder, const std::string& stem,
                                        const Camera& camera, std::span<const ReferenceInstance> instances,
-                                       const Environment& environment, const PovrayOptions& options,
-                                       double wanted, const Progress& progress) {
+                                       const Environment& environment, std::span<const Lamp> lamps,
+                                       const PovrayOptions& options, double wanted,
+                                       const Progress& progress) {
     constexpr std::array<int, 3> tried{64, 256, 1024};
     // One difference of two pictures tells their error only roughly.
     constexpr double surely = 0.7;
@@ -18,7 +19,7 @@ Result<LightEstimate> lights_for_error(const std::filesystem::path& folder, cons
     std::array<double, tried.size()> error{};
     for (std::size_t k = 0; k < tried.size(); ++k) {
         const Result<ReferenceFiles> files =
-            write_reference_scene(folder, stem, camera, instances, environment, tried[k]);
+            write_reference_scene(folder, stem, camera, instances, environment, tried[k], lamps);
         if (!files) return files.error();
         const Result<ReferencePicture> picture = rendered_reference(files->scene, small, progress);
         if (!picture) return picture.error();

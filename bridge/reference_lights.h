@@ -15,7 +15,8 @@ namespace haarfield {
 /// errors        as write_reference_scene and run_povray.
 Result<LightEstimate> lights_for_error(const std::filesystem::path& folder, const std::string& stem,
                                        const Camera& camera, std::span<const ReferenceInstance> instances,
-                                       const Environment& environment, const PovrayOptions& options,
-                                       double wanted, const Progress& progress = {});
+                                       const Environment& environment, std::span<const Lamp> lamps,
+                                       const PovrayOptions& options, double wanted,
+                                       const Progress& progress = {});
 
 }  // namespace haarfield

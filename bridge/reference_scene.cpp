@@ -253,9 +253,10 @@ std::string mesh_text(const ReferenceInstance& instance, const std::string& obje
 /// A power of two by which the world is magnified, so that the median object has wanted_radius or
 /// somewhat more, and everything is near enough for POV-Ray's rays.
 double chosen_world_scale(std::span<const ReferenceInstance> instances, const Camera& camera,
-                          double& extent) {
+                          std::span<const Lamp> lamps, double& extent) {
     std::vector<double> radii;
     extent = Vec3d(camera.position).length();
+    for (const Lamp& lamp : lamps) extent = std::max(extent, Vec3d(lamp.position).length());
     for (const ReferenceInstance& instance : instances) {
         const Bounds bounds = mesh_bounds(*instance.mesh);
         const double radius = double(instance.placement.scale) * bounds.radius();
@@ -312,13 +313,43 @@ std::string baked_text(const ReferenceBounces& bounces, double world_scale) {
     return text;
 }
 
+std::vector<Emitter> world_emitters(std::span<const ReferenceInstance> instances) {
+    std::vector<Emitter> emitters;
+    for (const ReferenceInstance& instance : instances)
+        for (Emitter emitter : instance.emitters) {
+            for (Vec3f& corner : emitter.corners) corner = instance.placement.point_to_world(corner);
+            emitters.push_back(emitter);
+        }
+    return emitters;
+}
+
+bool is_shape_of_a_lamp(std::span<const Lamp> lamps, std::size_t instance) {
+    return std::ranges::any_of(lamps, [&](const Lamp& lamp) { return lamp.looks_like == instance; });
+}
+
+void add_warnings_of_shapes(std::vector<std::string>& warnings, std::span<const ReferenceInstance> instances,
+                            const Environment& environment, std::span<const Lamp> lamps) {
+    const bool is_dark =
+        environment.suns.empty() &&
+        std::ranges::all_of(environment.image.pixels, [](const Rgb& pixel) { return pixel == Rgb(0.0f); });
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+        if (!is_shape_of_a_lamp(lamps, i)) continue;
+        const bool is_only = std::ranges::all_of(
+            lamps, [&](const Lamp& lamp) { return lamp.looks_like == i || lamp.shadowless; });
+        if (!is_dark || !is_only)
+            warnings.push_back(fmt::format(
+                "{} is what a lamp looks like: POV-Ray lets it cast no shadow of any other light either",
+                instances[i].name));
+    }
+}
+
 }  // namespace
 
 Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder,
                                              const std::string& scene_name, const Camera& camera,
                                              std::span<const ReferenceInstance> instances,
                                              const Environment& environment, int lights,
-                                             const ReferenceBounces& bounces) {
+                                             const ReferenceBounces& bounces, std::span<const Lamp> lamps) {
     assert(lights >= 16 && bounces.limit >= 0 && bounces.limit <= 20);
     if (!is_scene_name(scene_name))
         return Error{scene_name, "is no scene name; wanted letters, digits, _, - and ."};
@@ -326,7 +357,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
 
     ReferenceFiles files;
     double extent = 0;
-    files.world_scale = chosen_world_scale(instances, camera, extent);
+    files.world_scale = chosen_world_scale(instances, camera, lamps, extent);
     const Result<std::string> camera_text = povray_camera(camera, files.world_scale);
     if (!camera_text) return camera_text.error();
     if (Result<Done> made = make_folder(folder); !made) return made.error();
@@ -334,6 +365,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     const Result<std::string> background_text = write_background(folder, scene_name, {&background});
     if (!background_text) return background_text.error();
     add_warnings(files.warnings, instances);
+    add_warnings_of_shapes(files.warnings, instances, environment, lamps);
     const Result<TextureFiles> textures = write_textures(folder, scene_name, textures_of(instances));
     if (!textures) return textures.error();
     files.images = files_of(*textures);
@@ -364,7 +396,8 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     using Shared = std::pair<const Mesh*, const Material*>;
     std::map<Shared, std::size_t> mesh_number;
     std::string objects;
-    for (const ReferenceInstance& instance : instances) {
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+        const ReferenceInstance& instance = instances[i];
         const auto [entry, is_new] =
             mesh_number.emplace(Shared{instance.mesh, instance.materials.data()}, mesh_number.size());
         const std::string object = fmt::format("{}_Mesh_{}", povray_identifier(scene_name), entry->second);
@@ -380,9 +413,10 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         const Rotation& rotate = instance.placement.rotate;
         const std::string turned = is_identity(rotate) ? "" : " " + povray_rotation(rotate);
         objects += fmt::format(
-            "object {{ {}{} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}>{} }}  // {}\n", object,
+            "object {{ {}{} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}>{}{} }}  // {}\n", object,
             turned, instance.placement.scale * files.world_scale, translate.x, translate.y, translate.z,
-            bounces.baked.empty() ? "" : " no_radiosity", povray_identifier(instance.name));
+            bounces.baked.empty() ? "" : " no_radiosity", is_shape_of_a_lamp(lamps, i) ? " no_shadow" : "",
+            povray_identifier(instance.name));
     }
     text += "\n" + objects + baked_text(bounces, files.world_scale) + "\n";
 
@@ -392,8 +426,12 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "#declare Share = 0.5;\n#ifdef ({0}) #declare Share = 1; #end\n#ifdef ({1}) #declare Share = 1; "
         "#end\n",
         first_lights_alone, second_lights_alone);
-    for (const auto& [switched_off_by, cut_share] :
-         {std::pair(second_lights_alone, 0.5), std::pair(first_lights_alone, 0.4)}) {
+    const std::vector<Emitter> emitters = world_emitters(instances);
+    // Beyond POV-Ray's tolerance of shadows.
+    const float lift = static_cast<float>(0.01 / files.world_scale);
+    for (const auto& [switched_off_by, cut_share, of_patch] :
+         {std::tuple(second_lights_alone, 0.5, PatchPlace::middle),
+          std::tuple(first_lights_alone, 0.4, PatchPlace::random)}) {
         text += fmt::format("#ifndef ({})\n", switched_off_by);
         for (const DirectionalLight& light :
              light_dome(environment, {.lights = lights / 2, .cut_share = cut_share})) {
@@ -405,8 +443,15 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
                 place.x, place.y, place.z, colour.x, colour.y, colour.z);
             ++files.lights;
         }
+        for (const Lamp& lamp : emitter_lamps(emitters, std::size_t(lights) / 2, of_patch, lift)) {
+            text += povray_lamp(lamp, files.world_scale, "Share") + "\n";
+            ++files.lights;
+        }
         text += "#end\n";
     }
+    if (!lamps.empty()) text += "\n// Lamps, whichever set is on.\n";
+    for (const Lamp& lamp : lamps) text += povray_lamp(lamp, files.world_scale) + "\n";
+    files.lamps = static_cast<int>(lamps.size());
     text += "#end\n";
     files.scene = folder / (scene_name + ".pov");
     if (Result<Done> written = write_file(files.scene, text); !written) return written.error();
@@ -420,6 +465,8 @@ std::vector<ReferenceInstance> reference_instances(const Scene& scene, const Sce
         const SceneEntity& entity = originals.of_instance(i);
         instances.push_back(
             {instance.name, &entity.mesh.original, entity.materials, instance.placement, entity.surfaces});
+        if (std::ranges::any_of(entity.surfaces, &Surface::glows))
+            instances.back().emitters = emitters_of(seen_surface(entity.mesh), entity.surfaces);
     }
     return instances;
 }

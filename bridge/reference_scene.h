@@ -1,6 +1,8 @@
 #pragma once
 /// The same scene for POV-Ray's own ray tracer: what the baked one is compared with.
 
+#include "bridge/emitter_lamps.h"
+#include "bridge/lamp_text.h"
 #include "bridge/light_dome.h"
 #include "bridge/povray_scene.h"
 #include "scenes/scene_entities.h"
@@ -18,6 +20,7 @@ struct ReferenceInstance {
     Placement placement;
     /// By the mesh's materials, which are theirs; none: plain ones. Must outlive the call.
     std::span<const Surface> surfaces{};
+    std::vector<Emitter> emitters{};  ///< What of it lights others, in its own frame: emitters_of.
 };
 
 /// A scene's instances; their meshes and materials are those of the entities.
@@ -56,6 +59,7 @@ struct ReferenceFiles {
     std::vector<std::filesystem::path> includes;  ///< The meshes, one file each.
     std::vector<std::filesystem::path> images;    ///< Of textures; see write_textures.
     int lights = 0;                               ///< Written, of both sets; black ones are not.
+    int lamps = 0;                                ///< Of the scene's own.
     double world_scale = 1;                       ///< POV-Ray units per metre, a power of two.
     std::vector<std::string> warnings;            ///< Where POV-Ray can not show a material as meant.
 };
@@ -65,7 +69,10 @@ struct ReferenceFiles {
 /// light       two domes of half the lights each, independent of each other (LightDomeOptions::cut_share),
 ///             as parallel light sources with shadows, colour irradiance/pi: rendered one at a time, they
 ///             tell how far the reference itself can be trusted (reference_picture.h).
-/// lights      of both domes together, at most; >= 16 (asserted).
+/// lights      of both domes together, at most; >= 16 (asserted). A black environment has none.
+/// emitters    in each set as so many lamps as its dome has lights: emitter_lamps.
+/// lamps       beside both: the same light_sources, formula by formula. What one looks like casts no shadow
+///             of any light, with a warning where there are others: POV-Ray knows no less.
 /// materials   POV-Ray's own terms: `diffuse`, `phong` and `phong_size`, `specular` (blinn) and `roughness`,
 ///             `metallic`. In the povray convention that is exact. In the physical one the highlight is
 ///             scaled by (n+2)/2 and lacks the cosine: a warning says so. A coloured highlight is
@@ -79,6 +86,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
                                              const std::string& scene_name, const Camera& camera,
                                              std::span<const ReferenceInstance> instances,
                                              const Environment& environment, int lights = 1024,
-                                             const ReferenceBounces& bounces = {});
+                                             const ReferenceBounces& bounces = {},
+                                             std::span<const Lamp> lamps = {});
 
 }  // namespace haarfield

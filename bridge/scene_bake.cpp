@@ -231,7 +231,7 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
                                const Progress& progress) {
     const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, progress);
     if (!geometry) return geometry.error();
-    const SceneLight light = scene_light(shaded.environment, settings, progress.stop);
+    const SceneLight light = scene_light(shaded, settings, progress.stop);
     PointShading shading{shaded, *geometry, light, settings};
     BakedScene baked;
     std::optional<IndirectLight> indirect;

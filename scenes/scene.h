@@ -3,6 +3,7 @@
 
 #include "fields/base/vector.h"
 #include "scenes/shape.h"
+#include "shading/scene/lamp.h"
 #include "shading/scene/material.h"
 #include "shading/scene/sky.h"
 
@@ -10,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,20 +32,22 @@ struct BlendedLight {
     float share = 0.5f;  ///< Of the second light, in [0, 1]; the first has the rest.
 };
 
-/// Either an image or a sky.
+/// An image, or a sky, or black.
 struct EnvironmentDescription {
-    std::filesystem::path image;  ///< Lat-long; empty if `sky` is set.
+    std::filesystem::path image;  ///< Lat-long; empty if `sky` is set, or there is no light from afar.
     std::optional<AnalyticSky> sky;
     float rotation = 0;                    ///< About +y, see turned_environment. [rad]
     std::optional<float> exposure = 0.0f;  ///< None: automatic_exposure. [stops]
     std::optional<BlendedLight> blend{};   ///< Turned and exposed alike.
     Rotation turn{};                       ///< After `rotation`; the file's `rotate` is rotation_xyz.
+
+    bool is_black() const { return image.empty() && !sky; }
 };
 
 /// A material as the scene describes it.
 struct SceneMaterial : Material {
     std::filesystem::path image;  ///< Multiplies what is diffuse, and the emission; empty: none.
-    Rgb emission{0, 0, 0};        ///< Radiance of its own, which lights nothing else. [W/(m^2 sr)]
+    Rgb emission{0, 0, 0};        ///< Radiance of its own; it lights others. [W/(m^2 sr)]
 };
 
 /// One kind of object, and how it is prepared.
@@ -68,12 +72,27 @@ struct Instance {
     Shape shape{};           ///< Of its mesh, before it is placed.
 };
 
+/// A lamp of the scene; Lamp::looks_like is an index in Scene::instances.
+struct SceneLamp : Lamp {
+    std::string name;  ///< Unlike all others.
+};
+
+/// The same without their names, as shading takes them.
+std::vector<Lamp> lamps_of(std::span<const SceneLamp> lamps);
+
 /// Where an instance is at one time of a film; of what is not given, see its keyframes before and after.
 struct Keyframe {
     float time = 0;                  ///< From 0, when all is as the instances say. [s]
     std::size_t instance = 0;        ///< Index in Scene::instances.
     std::optional<Vec3f> translate;  ///< Of its placement then. [m]
     std::optional<Vec3f> rotate;  ///< Angles by which it is turned beyond its placement: rotation_xyz. [rad]
+};
+
+/// What a lamp is at one time of a film; of what is not given, see its keyframes before and after.
+struct LampKeyframe {
+    float time = 0;                                 ///< From 0, when all is as the lamps say. [s]
+    std::size_t lamp = 0;                           ///< Index in Scene::lamps.
+    std::optional<Vec3f> position, target, colour;  ///< As in Lamp.
 };
 
 struct GivenFiles;
@@ -85,9 +104,11 @@ struct Scene {
     bool finds_camera = false;  ///< The camera's position and target are not known: see scene_camera.
     EnvironmentDescription environment;
     std::map<std::string, SceneMaterial> materials;
-    std::vector<Entity> entities;     ///< In the order of the file.
-    std::vector<Instance> instances;  ///< In the order of the file.
-    std::vector<Keyframe> keyframes;  ///< In the order of the file; times of one instance grow.
+    std::vector<Entity> entities;              ///< In the order of the file.
+    std::vector<Instance> instances;           ///< In the order of the file.
+    std::vector<SceneLamp> lamps;              ///< In the order of the file.
+    std::vector<Keyframe> keyframes;           ///< In the order of the file; times of one instance grow.
+    std::vector<LampKeyframe> lamp_keyframes;  ///< The same of lamps.
     /// What a program gives in place of files that the scene names; null: nothing. See given_files.h.
     std::shared_ptr<const GivenFiles> given;
 };

@@ -30,7 +30,9 @@ Result<Environment> read_light(const Scene& scene, const std::filesystem::path& 
 
 Result<Environment> described_environment(const Scene& scene, std::vector<std::string>& warnings) {
     const EnvironmentDescription& description = scene.environment;
-    Result<Environment> light = read_light(scene, description.image, description.sky, warnings);
+    Result<Environment> light =
+        description.is_black() ? Result<Environment>(Environment(LatLongImage{4, 2, std::vector<Rgb>(8, Rgb(0.0f))}))
+                               : read_light(scene, description.image, description.sky, warnings);
     if (!light) return light;
     if (const std::optional<BlendedLight>& blend = description.blend) {
         const Result<Environment> second = read_light(scene, blend->image, blend->sky, warnings);
@@ -45,7 +47,7 @@ Result<SceneEnvironment> scene_environment(const Scene& scene) {
     SceneEnvironment result;
     Result<Environment> light = described_environment(scene, result.warnings);
     if (!light) return light.error();
-    result.from = description.sky ? "sky" : description.image.string();
+    result.from = description.is_black() ? "none" : description.sky ? "sky" : description.image.string();
     result.is_found = !description.exposure;
     result.exposure = result.is_found ? automatic_exposure(*light) : *description.exposure;
     if (!is_identity(description.turn)) light = turned_environment(*light, description.turn);

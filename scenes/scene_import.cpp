@@ -81,6 +81,10 @@ public:
             parts.nodes.size() == parts.names.size() &&
             std::ranges::all_of(parts.nodes, [](const ModelNode& node) { return node.place == AffineMap(); });
         if (!camera_ && parts.camera) camera_ = parts.camera;
+        lights_.insert(lights_.end(), parts.lights.begin(), parts.lights.end());
+        if (parts.unread_lights > 0)
+            warnings.push_back(fmt::format("{}: {} light_sources are no plain data; left out", path.string(),
+                                           parts.unread_lights));
         if (wanted_.whole || stands_still || parts.names.size() == 1) {
             const bool is_part = parts.names.size() == 1 && !wanted_.whole && !stands_still;
             const Result<std::optional<std::size_t>> entity =
@@ -147,6 +151,7 @@ public:
             bounds.upper[axis] = static_cast<float>(double(all.upper[axis]) * scale);
         }
         set_camera(world);
+        for (const ModelLight& light : lights_) scene.lamps.push_back(placed_lamp(light, world, scale));
         return Done{};
     }
 
@@ -205,8 +210,61 @@ private:
         if (camera_->vertical_fov) scene.camera.vertical_fov = *camera_->vertical_fov;
     }
 
+    /// In the scene: lengths are `scale` times as long.
+    SceneLamp placed_lamp(const ModelLight& light, const AffineMap& world, double scale) {
+        SceneLamp lamp;
+        lamp.name = unique_name(file_name(light.name, "light"), lamp_names_);
+        lamp.kind = std::array{LampKind::point, LampKind::spot, LampKind::cylinder,
+                               LampKind::parallel}[std::size_t(light.kind)];
+        lamp.position = Vec3f(world.point(Vec3d(light.position)));
+        lamp.target = Vec3f(world.point(Vec3d(light.target)));
+        lamp.colour = light.colour;
+        lamp.radius = light.radius;
+        lamp.falloff = light.falloff;
+        if (light.kind == ModelLight::Kind::cylinder) {
+            lamp.radius *= static_cast<float>(scale);
+            lamp.falloff *= static_cast<float>(scale);
+        }
+        lamp.tightness = light.tightness;
+        lamp.shadowless = light.shadowless;
+        if (light.fade_distance > 0 && light.fade_power > 0) {
+            lamp.fade_distance = light.fade_distance * static_cast<float>(scale);
+            lamp.fade_power = light.fade_power;
+        }
+        if (light.is_physical) make_physical(light, scale, lamp);
+        if (light.area) {
+            const ModelLight::Area& area = *light.area;
+            lamp.area = {Vec3f(world.direction(Vec3d(area.across))),
+                         Vec3f(world.direction(Vec3d(area.along))),
+                         area.columns,
+                         area.rows,
+                         area.circular,
+                         area.orient,
+                         area.illumination};
+        }
+        return lamp;
+    }
+
+    /// Intensity or irradiance, as POV-Ray's colours have it. What is lit looks the same at any scale.
+    void make_physical(const ModelLight& light, double scale, Lamp& lamp) const {
+        if (light.kind == ModelLight::Kind::parallel) {
+            lamp.colour /= static_cast<float>(pi);
+            // Before everything.
+            const Vec3f ahead = (lamp.target - lamp.position).normalized();
+            lamp.target = bounds.centre();
+            lamp.position = lamp.target - ahead * (2 * bounds.radius());
+            return;
+        }
+        // Much nearer than anything that is lit: 2 / (1 + (d / f)^2) is 2 f^2 / d^2 there.
+        lamp.fade_distance = static_cast<float>(1e-3 * scale);
+        lamp.fade_power = 2;
+        lamp.colour *= static_cast<float>(scale * scale / (2 * pi * squared(lamp.fade_distance)));
+    }
+
     const SceneImport& wanted_;
     const Progress& progress_;
+    std::vector<ModelLight> lights_;  ///< Of all files.
+    std::set<std::string> lamp_names_;
     std::vector<Placed> placed_;
     std::set<std::string> names_;
     std::vector<Extent> extents_;  ///< By entity, and
@@ -237,10 +295,12 @@ Result<ImportedScene> scene_of_models(std::span<const std::filesystem::path> fil
     if (const Result<Done> placed = importer.place(); !placed) return placed.error();
     ImportedScene imported{std::move(importer.scene), {}, std::move(importer.warnings)};
     Scene& scene = imported.scene;
-    scene.environment.sky = AnalyticSky();
-    scene.environment.sky->turbidity = 3;
-    scene.environment.sky->sun_elevation = static_cast<float>(40 * pi / 180);
-    scene.environment.exposure.reset();
+    if (scene.lamps.empty()) {
+        scene.environment.sky = AnalyticSky();
+        scene.environment.sky->turbidity = 3;
+        scene.environment.sky->sun_elevation = static_cast<float>(40 * pi / 180);
+        scene.environment.exposure.reset();
+    }
     if (wanted.floor) {
         imported.floor_obj = floor_text(importer.bounds);
         SceneMaterial grey;

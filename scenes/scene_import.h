@@ -29,7 +29,8 @@ struct ImportedScene {
     std::vector<std::string> warnings;
 };
 
-/// Makes a scene of models, under a clear sky with the sun at 40 degrees, with the exposure found.
+/// Makes a scene of models, lit by the lights of their files; without any, under a clear sky with the sun at
+/// 40 degrees, with the exposure found.
 ///
 /// A part of a file (ModelParts) becomes an entity, of which each of the file's nodes is an instance. A file
 /// whose parts stand where they are and none twice, as in OBJ and PLY, becomes one entity. All have the

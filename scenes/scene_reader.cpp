@@ -1,6 +1,7 @@
 #include "scenes/scene_reader.h"
 
 #include "scenes/given_files.h"
+#include "scenes/lamp_reader.h"
 #include "scenes/scene_tables.h"
 
 #include <fmt/format.h>
@@ -370,7 +371,9 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
     if (origin.given) given_names = names_of(*origin.given);
     TomlFile file{origin.where, std::nullopt, &given_names};
     TomlTable root(tables, "", file);
-    for (const char* key : {"environment", "entities", "instances"}) root.require(key);
+    for (const char* key : {"entities", "instances"}) root.require(key);
+    // Without it there is no light from afar.
+    if (!root.has("lights")) root.require("environment");
 
     scene.finds_camera = true;
     if (const toml::table* camera = root.take_table("camera"))
@@ -392,13 +395,22 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
         for (TomlTable& instance : tables_of(*instances, "instances", file))
             scene.instances.push_back(taken_instance(std::move(instance), scene.entities, scene.instances));
     }
+    const toml::array* lamps = root.take_array("lights");
     const toml::array* keyframes = root.take_array("keyframes");
     root.finish();
     if (file.error) return *file.error;
     name_instances(scene);
+    if (lamps != nullptr)
+        for (TomlTable& lamp : tables_of(*lamps, "lights", file))
+            scene.lamps.push_back(taken_lamp(std::move(lamp), scene.instances, scene.lamps));
     if (keyframes != nullptr)
-        for (TomlTable& keyframe : tables_of(*keyframes, "keyframes", file))
-            scene.keyframes.push_back(taken_keyframe(std::move(keyframe), scene));
+        for (TomlTable& keyframe : tables_of(*keyframes, "keyframes", file)) {
+            if (keyframe.has("light"))
+                scene.lamp_keyframes.push_back(
+                    taken_lamp_keyframe(std::move(keyframe), scene.lamps, scene.lamp_keyframes));
+            else
+                scene.keyframes.push_back(taken_keyframe(std::move(keyframe), scene));
+        }
     if (file.error) return *file.error;
     return scene;
 }

@@ -96,6 +96,7 @@ std::string turn_text(const EnvironmentDescription& environment) {
 }
 
 std::string environment_text(const EnvironmentDescription& environment, const std::filesystem::path& folder) {
+    if (environment.is_black()) return "";
     std::string text = "[environment]\n" + light_text(environment.image, environment.sky, folder) + "\n";
     if (const std::optional<BlendedLight>& blend = environment.blend)
         text += fmt::format("blend = {{ {}, share = {} }}\n", light_text(blend->image, blend->sky, folder),
@@ -219,6 +220,44 @@ std::string keyframe_text(const Scene& scene, const Keyframe& keyframe) {
     return text + "\n";
 }
 
+std::string lamp_text(const Scene& scene, const SceneLamp& lamp) {
+    const Lamp plain;
+    const auto kind = [&] {
+        switch (lamp.kind) {
+            case LampKind::point: return "point";
+            case LampKind::spot: return "spot";
+            case LampKind::cylinder: return "cylinder";
+            case LampKind::parallel: break;
+        }
+        return "parallel";
+    }();
+    std::string text = fmt::format("[[lights]]\nname = {}\nkind = \"{}\"\nposition = {}\n",
+                                   toml_string(lamp.name), kind, list_of(lamp.position));
+    if (lamp.kind != LampKind::point) text += fmt::format("target = {}\n", list_of(lamp.target));
+    text += fmt::format("colour = {}\n", list_of(lamp.colour));
+    if (lamp.fade_distance > 0) text += fmt::format("fade_distance = {}\n", lamp.fade_distance);
+    if (lamp.fade_power != plain.fade_power) text += fmt::format("fade_power = {}\n", lamp.fade_power);
+    if (lamp.kind == LampKind::spot)
+        text += fmt::format("radius = {}\nfalloff = {}\n", round_degrees(lamp.radius),
+                            round_degrees(lamp.falloff));
+    if (lamp.kind == LampKind::cylinder)
+        text += fmt::format("radius = {}\nfalloff = {}\n", lamp.radius, lamp.falloff);
+    if (lamp.tightness != plain.tightness) text += fmt::format("tightness = {}\n", lamp.tightness);
+    if (lamp.area) {
+        text +=
+            fmt::format("area = {{ across = {}, along = {}, samples = [{}, {}]", list_of(lamp.area->across),
+                        list_of(lamp.area->along), lamp.area->columns, lamp.area->rows);
+        if (lamp.area->circular) text += ", circular = true";
+        if (lamp.area->orient) text += ", orient = true";
+        if (lamp.area->illumination) text += ", illumination = true";
+        text += " }\n";
+    }
+    if (lamp.shadowless) text += "shadowless = true\n";
+    if (lamp.looks_like && !scene.instances[*lamp.looks_like].name.empty())
+        text += fmt::format("looks_like = {}\n", toml_string(scene.instances[*lamp.looks_like].name));
+    return text + "\n";
+}
+
 }  // namespace
 
 std::string scene_text(const Scene& scene, const std::filesystem::path& folder, std::string_view comments) {
@@ -235,6 +274,7 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder, 
     for (const Entity& entity : scene.entities) text += entity_text(entity, folder);
     for (const Instance& instance : scene.instances) text += instance_text(scene, instance);
     for (const Keyframe& keyframe : scene.keyframes) text += keyframe_text(scene, keyframe);
+    for (const SceneLamp& lamp : scene.lamps) text += lamp_text(scene, lamp);
     text.pop_back();
     return text;
 }

@@ -132,6 +132,38 @@ std::vector<Rgb> vertex_tints(const Mesh& mesh, std::span<const Surface> surface
     return tints;
 }
 
+std::vector<Emitter> emitters_of(const Mesh& mesh, std::span<const Surface> surfaces) {
+    // Corners, middles of edges, and the middle.
+    constexpr std::array<std::array<float, 3>, 7> places{{{1, 0, 0},
+                                                          {0, 1, 0},
+                                                          {0, 0, 1},
+                                                          {0.5f, 0.5f, 0},
+                                                          {0, 0.5f, 0.5f},
+                                                          {0.5f, 0, 0.5f},
+                                                          {1 / 3.0f, 1 / 3.0f, 1 / 3.0f}}};
+    std::vector<Emitter> emitters;
+    for (const auto& triangle : mesh.triangles) {
+        const Surface& surface = surfaces[mesh.vertex_materials[triangle[0]]];
+        if (surface.emission == Rgb(0.0f)) continue;
+        Emitter emitter;
+        Rgb colour(0.0f);
+        for (std::size_t k = 0; k < 3; ++k) emitter.corners[k] = mesh.positions[triangle[k]];
+        for (const auto& place : places) {
+            Rgb here(1.0f);
+            const auto mean = [&](const auto& values) {
+                return values[triangle[0]] * place[0] + values[triangle[1]] * place[1] +
+                       values[triangle[2]] * place[2];
+            };
+            if (surface.coloured) here *= mean(mesh.colours);
+            if (surface.texture) here *= surface.texture->colour_at(mean(mesh.uvs));
+            colour += here / float(places.size());
+        }
+        emitter.radiance = surface.emission * colour;
+        emitters.push_back(emitter);
+    }
+    return emitters;
+}
+
 bool has_textures(std::span<const Surface> surfaces) {
     return std::ranges::any_of(surfaces, [](const Surface& surface) { return surface.texture != nullptr; });
 }

@@ -3,6 +3,7 @@
 
 #include "fields/mesh/mesh.h"
 #include "scenes/texture.h"
+#include "shading/scene/emitter.h"
 #include "shading/scene/material.h"
 
 #include <span>
@@ -18,13 +19,14 @@ namespace haarfield {
 /// each pixel.
 struct Surface {
     Material material;
-    Rgb emission{0, 0, 0};  ///< Radiance of its own, which lights nothing else. >= 0. [W/(m^2 sr)]
+    Rgb emission{0, 0, 0};                   ///< Radiance of its own; see emitters_of. >= 0. [W/(m^2 sr)]
     std::shared_ptr<const Texture> texture;  ///< Null: white.
     bool coloured = false;                   ///< Whether colours of vertices are used.
     float tinted_highlights = 0;             ///< The share of a metal's, in [0, 1].
 
     /// Whether radiance is what the material makes of light, and nothing else.
     bool is_plain() const { return !texture && !coloured && emission == Rgb(0.0f); }
+    bool glows() const { return emission != Rgb(0.0f); }  ///< Whether it has light of its own.
     /// Whether its highlights must be known apart.
     bool parts_highlights() const {
         return (texture || coloured) && material.specular != Rgb(0.0f) && tinted_highlights < 1;
@@ -74,6 +76,10 @@ std::vector<Rgb> seen_highlights(const Mesh& mesh, std::span<const Surface> surf
 ///
 /// cost  seven looks into the image a triangle.
 std::vector<Rgb> vertex_tints(const Mesh& mesh, std::span<const Surface> surfaces);
+
+/// What of a mesh glows, triangle by triangle: with the mean of its image, at seven places of each triangle,
+/// and of its vertices' colours.
+std::vector<Emitter> emitters_of(const Mesh& mesh, std::span<const Surface> surfaces);
 
 bool has_textures(std::span<const Surface> surfaces);  ///< Whether one of them has a texture.
 bool all_plain(std::span<const Surface> surfaces);     ///< Whether each of them is.

@@ -256,6 +256,15 @@ void TomlTable::take(std::string_view key, std::string& value) {
         refuse(key, fmt::format("{} is {}; wanted a text", key_name(key), description(*found)));
 }
 
+void TomlTable::take(std::string_view key, bool& value) {
+    const toml::node* found = node(key);
+    if (found == nullptr) return;
+    if (const auto* said = found->as_boolean())
+        value = said->get();
+    else
+        refuse(key, fmt::format("{} is {}; wanted true or false", key_name(key), description(*found)));
+}
+
 void TomlTable::take(std::string_view key, std::filesystem::path& value,
                      const std::filesystem::path& folder) {
     if (node(key) == nullptr) return;

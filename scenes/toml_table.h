@@ -69,6 +69,7 @@ public:
     /// Two whole numbers.
     void take(std::string_view key, std::array<std::uint32_t, 2>& value, const Range& range);
     void take(std::string_view key, std::string& value);  ///< Any text.
+    void take(std::string_view key, bool& value);         ///< true or false.
     /// A file that is there; relative to `folder`. Or a name in TomlFile::given, as it is.
     void take(std::string_view key, std::filesystem::path& value, const std::filesystem::path& folder);
 

@@ -74,8 +74,9 @@ Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& sc
     camera.height = std::max(1, scene.camera.height * camera.width / scene.camera.width);
     std::vector<ReferenceInstance> instances = reference_instances(scene, *originals);
     for (ReferenceInstance& instance : instances) instance.surfaces = {};  // of light alone
-    const Result<ReferenceFiles> files = write_reference_scene(
-        options.output, file_stem(scene) + "_check", camera, instances, environment, *options.lights);
+    const Result<ReferenceFiles> files =
+        write_reference_scene(options.output, file_stem(scene) + "_check", camera, instances, environment,
+                              *options.lights, lamps_of(scene.lamps));
     if (!files) return files.error();
     for (const std::string& warning : files->warnings) context.warn(warning);
     PovrayOptions povray = povray_options(scene, options.scene, context);

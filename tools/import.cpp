@@ -47,6 +47,7 @@ Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
     if (!options.environment.empty()) {
         scene.environment.sky.reset();
         scene.environment.image = options.environment;
+        scene.environment.exposure.reset();
     }
     const std::filesystem::path file = output / (file_stem(scene) + ".toml"), floor = output / "floor.obj";
     if (const Result<Done> good = check_new(file, options.overwrite); !good) return good.error();
@@ -64,8 +65,10 @@ Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
     context.report["entities"] = scene.entities.size();
     context.report["instances"] = scene.instances.size();
     context.report["camera_found"] = !scene.finds_camera;
-    context.print("scene  {}: {} entities, {} instances\n", file.string(), scene.entities.size(),
-                  scene.instances.size());
+    context.report["lights"] = scene.lamps.size();
+    context.print("scene  {}: {} entities, {} instances{}\n", file.string(), scene.entities.size(),
+                  scene.instances.size(),
+                  scene.lamps.empty() ? "" : fmt::format(", {} lights", scene.lamps.size()));
     return ExitCode::done;
 }
 

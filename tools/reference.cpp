@@ -24,9 +24,10 @@ struct ReferenceOptions {
 /// The number of lights that the wanted error needs.
 Result<int> chosen_lights(const std::filesystem::path& folder, const std::string& stem, const Camera& camera,
                           std::span<const ReferenceInstance> instances, const Environment& environment,
-                          const PovrayOptions& options, double wanted, CommandContext& context) {
-    const Result<LightEstimate> estimate =
-        lights_for_error(folder, stem, camera, instances, environment, options, wanted, context.progress);
+                          std::span<const Lamp> lamps, const PovrayOptions& options, double wanted,
+                          CommandContext& context) {
+    const Result<LightEstimate> estimate = lights_for_error(folder, stem, camera, instances, environment,
+                                                            lamps, options, wanted, context.progress);
     if (!estimate) return estimate.error();
     context.print("lights {}, for an expected relative error of {:.4f}\n", estimate->lights,
                   estimate->relative_error);
@@ -71,18 +72,19 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     if (context.progress.stop.stop_requested()) return Error{"", interrupted};
     const std::string stem = file_stem(*scene) + "_reference";
     const PovrayOptions povray = povray_options(*scene, options.scene, context);
+    const std::vector<Lamp> lamps = lamps_of(scene->lamps);
     Result<int> lights = options.lights;
     if (options.relative_error > 0)
-        lights = chosen_lights(output, stem, scene->camera, instances, *environment, povray,
+        lights = chosen_lights(output, stem, scene->camera, instances, *environment, lamps, povray,
                                options.relative_error, context);
     if (!lights) return lights.error();
-    const Result<ReferenceFiles> files = write_reference_scene(output, stem, scene->camera, instances,
-                                                               *environment, *lights, {options.bounces});
+    const Result<ReferenceFiles> files = write_reference_scene(
+        output, stem, scene->camera, instances, *environment, *lights, {options.bounces}, lamps);
     if (!files) return files.error();
     for (const std::string& warning : files->warnings) context.warn(warning);
     const std::filesystem::path exr = output / "reference.exr";
     if (options.radiosity) return render_by_radiosity(*files, exr, instances, povray, context);
-    context.print("scene  {} with {} lights\n", files->scene.string(), files->lights);
+    context.print("scene  {} with {} lights\n", files->scene.string(), files->lights + files->lamps);
 
     const Result<ReferencePicture> picture =
         context.share ? shared_reference(files->scene, povray, context.progress, *context.share)

@@ -291,8 +291,10 @@ Command relight_command(CLI::App& program) {
                      "with --move, too. What turns, or is more than one, is shaded in full in each frame")
         ->check(CLI::Validator(turn_trouble, "").application_index(1))
         ->type_name("INSTANCE DEGREES");
-    modes->add_flag("--keyframes", options->keyframes,
-                    "Let instances move as the scene's [[keyframes]] say, from time 0 to the last of them");
+    modes->add_flag(
+        "--keyframes", options->keyframes,
+        "Let instances and lamps change as the scene's [[keyframes]] say, from time 0 to the last of "
+        "them");
     for (const char* one : {"--spin-light", "--lights", "--orbit", "--keyframes"})
         for (const char* other : {"--spin-light", "--lights", "--orbit", "--keyframes", "--move", "--rotate"})
             if (std::string_view(one) != other) modes->get_option(one)->excludes(modes->get_option(other));

@@ -198,16 +198,27 @@ Result<std::vector<Motion>> asked_motions(const RelightStage& stage) {
     return motions;
 }
 
+/// The last of the scene's keyframes; 0 if there are none. [s]
+double film_seconds(const Scene& scene) {
+    double last = 0;
+    for (const Keyframe& keyframe : scene.keyframes) last = std::max(last, double(keyframe.time));
+    for (const LampKeyframe& keyframe : scene.lamp_keyframes) last = std::max(last, double(keyframe.time));
+    return last;
+}
+
+/// Adds a keyframe's value. One at time 0 takes the start's place.
+void add_stop(std::vector<Stop>& stops, double time, const Vec3f& value) {
+    if (!(time > 0)) stops.clear();
+    stops.push_back({time, value});
+}
+
 /// Those of the scene's keyframes.
 Result<std::vector<Motion>> keyframe_motions(const RelightStage& stage) {
-    double last = 0;
-    for (const Keyframe& keyframe : stage.scene.keyframes) last = std::max(last, double(keyframe.time));
+    const double last = film_seconds(stage.scene);
     if (!(last > 0)) return Error{"--keyframes", "the scene has no [[keyframes]] after time 0"};
     std::vector<Motion> motions;
-    // One at time 0 takes the start's place.
     const auto add = [last](std::vector<Stop>& stops, double time, const Vec3f& value) {
-        if (!(time > 0)) stops.clear();
-        stops.push_back({time / last, value});
+        add_stop(stops, time / last, value);
     };
     for (const Keyframe& keyframe : stage.scene.keyframes) {
         Motion& motion = motion_of(keyframe.instance, motions, stage);
@@ -220,10 +231,63 @@ Result<std::vector<Motion>> keyframe_motions(const RelightStage& stage) {
     return motions;
 }
 
+/// How a lamp changes.
+struct LampChange {
+    std::size_t lamp;
+    std::vector<Stop> positions, targets, colours;
+};
+
+/// Those of the scene's keyframes that name lamps.
+std::vector<LampChange> lamp_changes(const Scene& scene) {
+    const double last = film_seconds(scene);
+    std::vector<LampChange> changes;
+    for (const LampKeyframe& keyframe : scene.lamp_keyframes) {
+        auto change = std::ranges::find(changes, keyframe.lamp, &LampChange::lamp);
+        if (change == changes.end()) {
+            const Lamp& start = scene.lamps[keyframe.lamp];
+            changes.push_back(
+                {keyframe.lamp, {{0, start.position}}, {{0, start.target}}, {{0, Vec3f(start.colour)}}});
+            change = changes.end() - 1;
+        }
+        const double time = double(keyframe.time) / last;
+        if (keyframe.position) add_stop(change->positions, time, *keyframe.position);
+        if (keyframe.target) add_stop(change->targets, time, *keyframe.target);
+        if (keyframe.colour) add_stop(change->colours, time, *keyframe.colour);
+    }
+    return changes;
+}
+
+void change_lamps(RelightStage& stage, std::span<const LampChange> changes, double time) {
+    for (const LampChange& change : changes) {
+        Lamp& lamp = stage.scene.lamps[change.lamp];
+        lamp.position = value_at(change.positions, time);
+        lamp.target = value_at(change.targets, time);
+        lamp.colour = Rgb(value_at(change.colours, time));
+    }
+    stage.session->set_lamps(lamps_of(stage.scene.lamps));
+}
+
+RelightMode changing_lamps(RelightStage& stage, std::vector<LampChange> changes) {
+    return {.name = "lamps",
+            .prepare = [&stage](const Progress& progress) { return stage.session->vary_lamps(progress); },
+            .change = [&stage,
+                       changes = std::move(changes)](double share) { change_lamps(stage, changes, share); }};
+}
+
 Result<RelightMode> moving_instances(RelightStage& stage) {
     Result<std::vector<Motion>> motions =
         stage.options.keyframes ? keyframe_motions(stage) : asked_motions(stage);
     if (!motions) return motions.error();
+    if (stage.options.keyframes && !stage.scene.lamp_keyframes.empty()) {
+        std::vector<LampChange> changes = lamp_changes(stage.scene);
+        if (motions->empty()) return changing_lamps(stage, std::move(changes));
+        RelightMode mode = moving_instances(stage, std::move(*motions));
+        mode.change = [&stage, move = std::move(mode.change), changes = std::move(changes)](double share) {
+            move(share);
+            change_lamps(stage, changes, share);
+        };
+        return mode;
+    }
     if (motions->size() == 1 && motions->front().turns.empty())
         return moving_instance(stage, std::move(motions->front()));
     return moving_instances(stage, std::move(*motions));

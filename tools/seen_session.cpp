@@ -56,6 +56,10 @@ Result<Done> SeenSession::vary_eye(const Progress& progress) {
     return both([&](RelightSession& session) { return session.vary_eye(progress); });
 }
 
+Result<Done> SeenSession::vary_lamps(const Progress& progress) {
+    return both([&](RelightSession& session) { return session.vary_lamps(progress); });
+}
+
 Result<Done> SeenSession::vary_instance(std::size_t instance, const Progress& progress) {
     return both([&](RelightSession& session) { return session.vary_instance(instance, progress); });
 }
@@ -73,6 +77,11 @@ void SeenSession::set_environment(const Environment& environment) {
 void SeenSession::turn_environment(const Rotation& rotation) {
     all_.turn_environment(rotation);
     if (matte_) matte_->turn_environment(rotation);
+}
+
+void SeenSession::set_lamps(const std::vector<Lamp>& lamps) {
+    all_.set_lamps(lamps);
+    if (matte_) matte_->set_lamps(lamps);
 }
 
 void SeenSession::set_eye(const Vec3f& eye) {

@@ -17,10 +17,12 @@ public:
     Result<Done> prepare(const Progress& progress);
     Result<Done> vary_light(const Progress& progress);
     Result<Done> vary_eye(const Progress& progress);
+    Result<Done> vary_lamps(const Progress& progress);
     Result<Done> vary_instance(std::size_t instance, const Progress& progress);
     void show_light(const DenseCoefficients& light, const std::vector<DirectionalLight>& lights);
     void set_environment(const Environment& environment);
     void turn_environment(const Rotation& rotation);
+    void set_lamps(const std::vector<Lamp>& lamps);
     void set_eye(const Vec3f& eye);
     void place(std::size_t instance, const Placement& placement);
     std::size_t add(const ShadedInstance& instance);

@@ -9,6 +9,7 @@
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/MemoryIOWrapper.h>
 #include <assimp/camera.h>
+#include <assimp/light.h>
 #include <assimp/material.h>
 #include <assimp/scene.h>
 #include <algorithm>
@@ -179,6 +180,45 @@ std::optional<ModelCamera> camera_of(const aiScene& scene, bool is_gltf) {
     return found;
 }
 
+constexpr float lumens_a_watt = 683;  ///< glTF's units are photometric.
+
+/// glTF's KHR_lights_punctual. Of other formats assimp is not sure what their numbers mean.
+std::vector<ModelLight> lights_of(const aiScene& scene) {
+    std::vector<ModelLight> lights;
+    for_each_node(scene, [&](const aiNode& node, const aiMatrix4x4& transform) {
+        for (unsigned i = 0; i < scene.mNumLights; ++i) {
+            const aiLight& light = *scene.mLights[i];
+            if (light.mName != node.mName) continue;
+            const aiVector3D at = transform * aiVector3D(), ahead = transform * aiVector3D(0, 0, -1) - at;
+            ModelLight made;
+            made.name = node.mName.C_Str();
+            made.is_physical = true;
+            made.colour =
+                Rgb(light.mColorDiffuse.r, light.mColorDiffuse.g, light.mColorDiffuse.b) / lumens_a_watt;
+            made.position = vector_from(at);
+            made.target = vector_from(at + ahead);
+            if (light.mType == aiLightSource_DIRECTIONAL)
+                made.kind = ModelLight::Kind::parallel;
+            else if (light.mType == aiLightSource_SPOT)
+                made.kind = ModelLight::Kind::spot;
+            else if (light.mType != aiLightSource_POINT)
+                continue;
+            if (made.kind == ModelLight::Kind::spot) {
+                made.radius = light.mAngleInnerCone;
+                made.falloff = light.mAngleOuterCone;
+                if (!(made.radius >= 0 && made.radius <= made.falloff && made.falloff > 0 &&
+                      made.falloff < 3.1416f))
+                    continue;
+            }
+            const float least = std::min({made.colour.x, made.colour.y, made.colour.z});
+            if (least >= 0 && is_finite(made.colour) && is_finite(made.position) &&
+                (made.target - made.position).length() > 0)
+                lights.push_back(std::move(made));
+        }
+    });
+    return lights;
+}
+
 std::array<float, 16> rows_of(const aiMatrix4x4& m) {
     std::array<float, 16> rows;
     for (unsigned r = 0; r < 4; ++r)
@@ -282,6 +322,7 @@ Result<ModelContent> assimp_content(std::string_view bytes, const std::filesyste
             content.nodes.push_back({node.mName.C_Str(), rows_of(transform), std::move(meshes)});
     });
     content.camera = camera_of(scene, is_gltf);
+    if (is_gltf) content.lights = lights_of(scene);
     return content;
 }
 

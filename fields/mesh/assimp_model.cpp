@@ -125,6 +125,7 @@ Result<AssimpModel> AssimpModel::from(std::string_view bytes, const std::filesys
         model.parts_.nodes.push_back({node.name, part->second, affine_map(node.transform)});
     }
     model.parts_.camera = content->model.camera;
+    model.parts_.lights = content->model.lights;
     model.content_ = content;
     return model;
 }

@@ -1,6 +1,7 @@
 #include "fields/mesh/mesh2_file.h"
 
 #include "fields/mesh/mesh2_object.h"
+#include "fields/mesh/povray_light.h"
 #include "fields/mesh/povray_text.h"
 
 #include <fmt/format.h>
@@ -82,6 +83,7 @@ private:
         const std::string_view word = text_.word();
         if (word.empty()) return text_.pass_over_one();
         if (word == "mesh2" && text_.next() == '{') return take_mesh(place, name);
+        if (word == "light_source" && text_.next() == '{') return take_light(name);
         if ((word == "texture" || word == "material") && text_.next() == '{') {
             const std::string material = plain_name(text_);
             if (frames_.size() > 1) frames_.back().material = material;
@@ -103,6 +105,18 @@ private:
             text_ = after;
         else if (!frame.unreadable)
             frame.unreadable = after.failure();
+    }
+
+    /// Lights that can not be read are none of a mesh's business, and only counted.
+    void take_light(std::string_view name) {
+        const std::optional<ModelLight> light = povray_light(text_);
+        text_.pass_over_braces();
+        const bool may_be_there =
+            name.empty() && frames_.size() == 1 && std::ranges::all_of(conditions_, &Condition::is_known);
+        if (light && may_be_there)
+            file_.lights.push_back(*light);
+        else
+            ++file_.unread_lights;
     }
 
     void take_mesh(std::size_t place, std::string_view name) {

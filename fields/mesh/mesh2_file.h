@@ -4,6 +4,7 @@
 #include "fields/base/affine_map.h"
 #include "fields/base/result.h"
 #include "fields/base/vector.h"
+#include "fields/mesh/model_part.h"
 
 #include <array>
 #include <cstdint>
@@ -46,6 +47,8 @@ struct PlacedMesh2 {
 struct Mesh2File {
     std::vector<Mesh2> meshes;        ///< In the order of the file; none without faces is left out.
     std::vector<PlacedMesh2> placed;  ///< In the order of the file; each mesh at least once.
+    std::vector<ModelLight> lights;   ///< That are plain data, and in no union, declaration or condition;
+    std::size_t unread_lights = 0;    ///< how many others there are.
 };
 
 /// Reads the meshes of a text in POV-Ray's language as plain data; nothing is run and no other file is read.
@@ -53,8 +56,8 @@ struct Mesh2File {
 /// Taken are mesh2 objects of plain numbers (`-1.5*x` is one, too), alone or declared; the places that
 /// `object { NAME ... }`, `union` and `merge` give to them with scale, rotate, translate and matrix of plain
 /// numbers; and `#ifdef` and `#ifndef` of what this text itself declares. What is declared but stands
-/// nowhere, stands as it was declared. All else is passed over. Coordinates are taken as they are written:
-/// a scene for a left-handed camera is read as its mirror image.
+/// nowhere, stands as it was declared. And light_sources: povray_light.h. All else is passed over.
+/// Coordinates are taken as they are written: a scene for a left-handed camera is read as its mirror image.
 ///
 /// errors  (with an empty `where`, and the line) what is not plain data in a mesh or in its place: macros,
 ///         loops, conditions, identifiers, sums; what POV-Ray refuses in a mesh: counts that do not match,

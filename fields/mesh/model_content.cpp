@@ -65,6 +65,28 @@ bool is_whole(const ContentMesh& mesh, std::size_t materials) {
            (mesh.face_corners.empty() ? mesh.corners.size() % 3 == 0 : corners == mesh.corners.size());
 }
 
+struct LightNumbers {
+    std::uint32_t kind = 0, is_physical = 0;
+    Vec3f position, target;
+    Rgb colour;
+    float radius = 0, falloff = 0;
+};
+
+bool take_numbers(const LightNumbers& numbers, ModelLight& light) {
+    light.kind = static_cast<ModelLight::Kind>(numbers.kind);
+    light.is_physical = numbers.is_physical != 0;
+    light.position = numbers.position;
+    light.target = numbers.target;
+    light.colour = numbers.colour;
+    light.radius = numbers.radius;
+    light.falloff = numbers.falloff;
+    const float least = std::min({light.colour.x, light.colour.y, light.colour.z});
+    return numbers.kind <= std::uint32_t(ModelLight::Kind::parallel) && numbers.is_physical <= 1 &&
+           least >= 0 && is_finite(light.colour) && is_finite(light.position) &&
+           (light.target - light.position).length() > 0 && light.radius >= 0 &&
+           light.radius <= light.falloff && light.falloff < 3.1416f;
+}
+
 }  // namespace
 
 void write_content(const ModelContent& content, ByteSink& sink) {
@@ -101,6 +123,12 @@ void write_content(const ModelContent& content, ByteSink& sink) {
         sink.value(content.camera->position);
         sink.value(content.camera->direction);
         sink.value(content.camera->vertical_fov.value_or(0));
+    }
+    sink.value(std::uint64_t(content.lights.size()));
+    for (const ModelLight& light : content.lights) {
+        sink.text(light.name);
+        sink.value(LightNumbers{std::uint32_t(light.kind), light.is_physical ? 1u : 0u, light.position,
+                                light.target, light.colour, light.radius, light.falloff});
     }
 }
 
@@ -152,6 +180,11 @@ Result<ModelContent> content_from(std::string_view bytes) {
             return wrong;
         if (fov > 0.01f && fov < 3) camera.vertical_fov = fov;
         content.camera = camera;
+    }
+    content.lights.resize(source.count(sizeof(LightNumbers)));
+    for (ModelLight& light : content.lights) {
+        light.name = source.text();
+        if (!take_numbers(source.value<LightNumbers>(), light) || !source.is_good()) return wrong;
     }
     if (!source.is_at_end()) return wrong;
     return content;

@@ -46,6 +46,7 @@ struct ModelContent {
     std::vector<ContentMaterial> materials;
     std::vector<ContentNode> nodes;  ///< In the order of the file.
     std::optional<ModelCamera> camera;
+    std::vector<ModelLight> lights;  ///< Of kind, place, colour and angles; the rest is as ModelLight has it.
 };
 
 /// As bytes, in pieces.

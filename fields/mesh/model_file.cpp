@@ -144,6 +144,8 @@ ModelParts parts_of(const Mesh2File& file, std::vector<std::size_t>& placed_of_p
         }
         parts.nodes.push_back({name, part->second, placed.transform});
     }
+    parts.lights = file.lights;
+    parts.unread_lights = file.unread_lights;
     return parts;
 }
 

@@ -2,6 +2,8 @@
 
 #include <memory>
 
+#include "shading/bake/emitter_light.h"
+#include "shading/bake/lamp_light.h"
 #include "shading/scene/lighting.h"
 #include "shading/scene/shared_shading.h"
 #include "shading/visibility/buried_fill.h"
@@ -38,11 +40,25 @@ Vec3d radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowR
     return radiance;
 }
 
+Vec3d radiance_from_near(std::span<const PlacedLamp> lamps, const EmitterTree& emitters,
+                         const ShadowRays& rays, const Vec3f& from, const Material& material,
+                         const VertexView& view) {
+    const SourceReceiver receiver{from, vertex_brdf(material, view), view.position};
+    Rgb by_emitters(0.0f);
+    add_emitter_light(rays, emitters, {&receiver, 1}, {&by_emitters, 1}, {}, fine_emitter_cut);
+    return radiance_from_lamps(lamps, rays, from, material, view) + Vec3d(by_emitters);
+}
+
 Result<DenseScene> DenseScene::make(const ShadedScene& scene, int face_size, const SourceRule& rule,
                                     const std::stop_token& stop) {
     Result<InstanceOccluders> occluders = InstanceOccluders::make(scene, nullptr, stop);
     if (!occluders) return occluders.error();
-    DenseScene made{scene, DenseLight(scene.environment, face_size, rule), std::move(*occluders), {}};
+    DenseScene made{scene,
+                    DenseLight(scene.environment, face_size, rule),
+                    std::move(*occluders),
+                    {},
+                    placed_lamps(scene.lamps),
+                    scene_emitters(scene)};
     made.rays.build(scene);
     return made;
 }
@@ -54,7 +70,7 @@ Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point) {
 }
 
 Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const VertexView& view) {
-    const auto& [scene, light, occluders, rays] = dense_;
+    const auto& [scene, light, occluders, rays, lamps, emitters] = dense_;
     const ShadedInstance& placed = scene.instances[instance];
     const ShadedEntity& entity = scene.entities[placed.entity];
     visibility_.assign(light.directions.size(), 1.0f);
@@ -74,9 +90,11 @@ Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const
         if (visibility_[i] > 0)
             radiance +=
                 light.radiance_from(i, entity.materials[point.material], view) * double(visibility_[i]);
-    return Rgb(
-        Vec3f(radiance + radiance_from_parts(light.parts, rays, placed.placement.point_to_world(point.sample),
-                                             entity.materials[point.material], view)));
+    const Vec3f from = placed.placement.point_to_world(point.sample);
+    const Material& material = entity.materials[point.material];
+    radiance += radiance_from_parts(light.parts, rays, from, material, view);
+    radiance += radiance_from_near(lamps, emitters, rays, from, material, view);
+    return Rgb(Vec3f(radiance));
 }
 
 Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const RenderSettings& settings,

@@ -35,6 +35,8 @@ struct DenseScene {
     DenseLight light;
     InstanceOccluders occluders;
     ShadowRays rays;
+    std::vector<PlacedLamp> lamps;
+    EmitterTree emitters;
 };
 
 /// Shades single points of a scene, as scene_radiance shades vertices, but: every occluder, the point's own
@@ -62,6 +64,11 @@ private:
 /// from  in the world: where the point looks from, off the surface beside it.
 Vec3d radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowRays& rays, const Vec3f& from,
                           const Material& material, const VertexView& view);
+
+/// Outgoing radiance by lamps and emitters: lamps in double, emitters cut finely.
+Vec3d radiance_from_near(std::span<const PlacedLamp> lamps, const EmitterTree& emitters,
+                         const ShadowRays& rays, const Vec3f& from, const Material& material,
+                         const VertexView& view);
 
 /// Multiplies visibility by what can be seen past one more occluder.
 void multiply_by_open(std::span<float> visibility, std::span<const std::uint8_t> open_samples);

@@ -77,7 +77,7 @@ std::vector<BudgetEntry> budget_entries(const std::vector<OracleRadiances>& radi
              : "all wavelets",
          &R::lighting, &R::oracle},
         {"sources",
-         fmt::format("{} directions of suns and lamps, against all {} of their parts",
+         fmt::format("{} directions of suns and patches of emitters, against all {} of their parts",
                      context.baked_light.lights.size(), context.light.parts.size()),
          &R::sources, &R::oracle},
         {"visibility", "the fields' truncated wavelets, in bytes", &R::visibility, &R::oracle},

@@ -2,6 +2,9 @@
 
 #include <random>
 
+#include "shading/bake/emitter_light.h"
+#include "shading/bake/lamp_light.h"
+#include "shading/bake/renderer.h"
 #include "shading/bounces/cosine_directions.h"
 
 namespace haarfield {
@@ -41,7 +44,11 @@ PathVertex path_vertex(const ShadedScene& scene, const SurfaceHit& hit, const Ve
 
 PathTracer::PathTracer(const ShadedScene& scene, const FineSurface& surface, const ShadowRays& rays,
                        const SourceRule& sources)
-    : scene_(scene), surface_(surface), rays_(rays) {
+    : scene_(scene),
+      surface_(surface),
+      rays_(rays),
+      lamps_(placed_lamps(scene.lamps)),
+      emitters_(scene_emitters(scene)) {
     SplitLight split = split_light(scene.environment, sources);
     smooth_ = std::move(split.smooth);
     lights_ = all_lights(split.sources);
@@ -49,6 +56,17 @@ PathTracer::PathTracer(const ShadedScene& scene, const FineSurface& surface, con
     for (const DirectionalLight& light : lights_)
         chances_.push_back(sum += double(luminance(light.irradiance)));
     for (double& chance : chances_) chance /= sum;
+}
+
+Rgb PathTracer::near_light(const Vec3f& from, const Vec3f& normal, const Rgb& reflectance) const {
+    Rgb radiance(0.0f);
+    SourceReceiver receiver;
+    receiver.from = receiver.position = from;
+    receiver.brdf.normal = receiver.brdf.mirror = normal;
+    receiver.brdf.diffuse = reflectance;
+    add_lamp_light(rays_, lamps_, {&receiver, 1}, {&radiance, 1});
+    add_emitter_light(rays_, emitters_, {&receiver, 1}, {&radiance, 1});
+    return radiance;
 }
 
 PathTracer::Estimate PathTracer::indirect_irradiance(const Vec3f& from, const Vec3f& normal, double certainty,
@@ -86,6 +104,7 @@ PathTracer::Estimate PathTracer::indirect_irradiance(const Vec3f& from, const Ve
                 if (cosine > 0 && chance > 0 && !rays_.is_blocked(at.from, light.direction))
                     found += carried * at.reflectance * light.irradiance * (cosine / float(chance));
             }
+            found += carried * near_light(at.from, at.normal, at.reflectance);
             carried *= at.reflectance * static_cast<float>(pi);
             const float chance = std::min(1.0f, std::max({carried.x, carried.y, carried.z}) / float(pi));
             if (!(number() < chance)) break;

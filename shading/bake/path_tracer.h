@@ -10,7 +10,7 @@ namespace haarfield {
 /// Follows light backwards from points of a scene. Safe to share between threads.
 ///
 /// It knows nothing of wavelets, fields, the transport matrix or interpolated light: at each surface that a
-/// path meets, one light of the environment's sources is asked for by a shadow ray, and what the path meets
+/// path meets, all lamps and emitters shed on it, one light of the environment's sources is asked for by a shadow ray, and what the path meets
 /// at its end, when it leaves the scene, is the rest of the environment. Surfaces have their diffuse term,
 /// with their tints; their backs are black.
 class PathTracer {
@@ -37,9 +37,14 @@ public:
                                  std::uint32_t seed) const;
 
 private:
+    /// What a diffuse point sheds of the light of lamps and emitters.
+    Rgb near_light(const Vec3f& from, const Vec3f& normal, const Rgb& reflectance) const;
+
     const ShadedScene& scene_;
     const FineSurface& surface_;
     const ShadowRays& rays_;
+    std::vector<PlacedLamp> lamps_;
+    EmitterTree emitters_;
     LatLongImage smooth_;
     std::vector<DirectionalLight> lights_;
     std::vector<double> chances_;  ///< Of the lights, each with those before it; the last is 1.

@@ -63,6 +63,7 @@ Result<SceneRadiance> radiance_of(const PassShading& bake, const ShadedScene& sc
 Result<SceneRadiance> openness(const PassShading& bake, const Progress& progress) {
     const auto& [own, geometry, own_light, settings, visibility, indirect] = bake.shading;
     ShadedScene scene = in_white_paint(own);
+    scene.lamps.clear();
     scene.environment = LatLongImage{4, 2, std::vector<Rgb>(8, Rgb(1.0f))};
     const SceneLight light = scene_light(scene.environment, settings, progress.stop);
     Result<SceneRadiance> open =
@@ -74,6 +75,17 @@ Result<SceneRadiance> openness(const PassShading& bake, const Progress& progress
     return open;
 }
 
+/// Lamps of a scene, for one in which an instance is alone.
+void take_shapes(const std::vector<Lamp>& lamps, std::size_t instance, std::vector<Lamp>& alone) {
+    alone = lamps;
+    for (Lamp& lamp : alone) {
+        if (lamp.looks_like == instance)
+            lamp.looks_like = 0;
+        else
+            lamp.looks_like.reset();
+    }
+}
+
 /// Radiance of a variation of the scene in which each instance is alone.
 Result<SceneRadiance> radiance_alone(const PassShading& bake, const ShadedScene& scene,
                                      const Progress& progress) {
@@ -81,6 +93,7 @@ Result<SceneRadiance> radiance_alone(const PassShading& bake, const ShadedScene&
     settings.occlusion = Occlusion::fields;  // there is no other to be looked past
     SceneRadiance result(scene.instances.size());
     ShadedScene alone{{}, {}, scene.environment, scene.eye};
+    SceneLight light = bake.shading.light;
     for (std::size_t e = 0; e < scene.entities.size(); ++e) {
         alone.entities = {scene.entities[e]};
         std::optional<ShadingGeometry> geometry;  // its greatest part is the entity's, and serves all
@@ -94,10 +107,12 @@ Result<SceneRadiance> radiance_alone(const PassShading& bake, const ShadedScene&
             } else if (const Result<Done> placed = place_instances(alone, *geometry, progress); !placed) {
                 return placed.error();
             }
+            take_shapes(scene.lamps, i, alone.lamps);
+            light.lamps = placed_lamps(alone.lamps);
             const auto mesh =
                 bake.meshes.empty() ? std::span<const SampledMesh>() : bake.meshes.subspan(i, 1);
             Result<SceneRadiance> radiance =
-                radiance_as(bake, {alone, *geometry, bake.shading.light, settings}, mesh, progress);
+                radiance_as(bake, {alone, *geometry, light, settings}, mesh, progress);
             if (!radiance) return radiance;
             result[i] = std::move(radiance->front());
         }

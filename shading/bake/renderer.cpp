@@ -5,6 +5,8 @@
 
 #include "fields/base/parallel_loop.h"
 #include "shading/bake/bounced_radiance.h"
+#include "shading/bake/emitter_light.h"
+#include "shading/bake/lamp_light.h"
 #include "shading/bake/source_light.h"
 #include "shading/scene/shared_shading.h"
 #include "shading/scene/vertex_loop.h"
@@ -45,6 +47,8 @@ public:
     /// Ends the run: the points' radiance, valid until the next.
     std::span<const Rgb> finish() {
         add_source_light(shading_.geometry.rays, shading_.light.lights, receivers_, radiance_, diffuse_);
+        add_lamp_light(shading_.geometry.rays, shading_.light.lamps, receivers_, radiance_, diffuse_);
+        add_emitter_light(shading_.geometry.rays, shading_.light.emitters, receivers_, radiance_, diffuse_);
         finished_.swap(radiance_);
         finished_diffuse_.swap(diffuse_);
         radiance_.clear();
@@ -62,7 +66,8 @@ private:
         const ShadedInstance& instance = scene.instances[instance_index];
         const VertexView view = vertex_view(scene, instance, point);
         receivers_.push_back({instance.placement.point_to_world(point.sample),
-                              vertex_brdf(scene.entities[instance.entity].materials[point.material], view)});
+                              vertex_brdf(scene.entities[instance.entity].materials[point.material], view),
+                              view.position});
         return view;
     }
     void shade_if(bool sees) {
@@ -190,7 +195,7 @@ Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSetti
                                      const Progress& progress) {
     Result<ShadingGeometry> geometry = shading_geometry(scene, settings, progress);
     if (!geometry) return geometry.error();
-    const SceneLight light = scene_light(scene.environment, settings, progress.stop);
+    const SceneLight light = scene_light(scene, settings, progress.stop);
     std::optional<IndirectLight> indirect;
     return bounced_radiance({scene, *geometry, light, settings}, indirect, progress);
 }

@@ -18,6 +18,7 @@ Rgb reflectance(const VertexBrdf& brdf, const Vec3f& light);
 struct SourceReceiver {
     Vec3f from;  ///< In the world: where it looks from, off the surface beside it.
     VertexBrdf brdf;
+    Vec3f position{0.0f};  ///< In the world: of the surface itself, for light that is near.
 };
 
 /// Adds to each receiver's outgoing radiance what the lights shed on it that nothing blocks.

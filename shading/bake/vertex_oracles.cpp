@@ -4,6 +4,8 @@
 #include <bit>
 
 #include "fields/rasterizer/visibility_transform.h"
+#include "shading/bake/emitter_light.h"
+#include "shading/bake/lamp_light.h"
 #include "shading/scene/lighting.h"
 #include "shading/visibility/vertex_visibility.h"
 
@@ -82,7 +84,7 @@ OracleContext::OracleContext(const ShadedScene& of, std::span<const Mesh* const>
       truncated(light),
       fine_light(scene.environment, std::min(4 * settings.face_size, finest_face_size), settings.sources),
       exact_pyramid(haar_cubemap<Rgb>(light.light, settings.face_size, {}), settings.face_size),
-      baked_light(scene_light(scene.environment, settings)) {
+      baked_light(scene_light(scene, settings)) {
     for (const Mesh* mesh : meshes) originals.push_back(make_occluder(*mesh));
     for (const ShadedInstance& instance : scene.instances) {
         const Rotation& rotation = instance.placement.rotate;
@@ -279,12 +281,20 @@ private:
     }
 
     /// What is concentrated has every part in the oracles, and is cut into the bake's directions by itself.
+    /// So are emitters; lamps are the same in all.
     void add_sources(OracleRadiances& result) const {
+        const ShadowRays& rays = context_.geometry.rays;
+        const Material& material = entity_->materials[point_.material];
         const auto sum = [&](std::span<const DirectionalLight> lights) {
-            return Rgb(Vec3f(radiance_from_parts(lights, context_.geometry.rays, from_,
-                                                 entity_->materials[point_.material], view_)));
+            return Rgb(Vec3f(radiance_from_parts(lights, rays, from_, material, view_)));
         };
-        const Rgb all = sum(context_.light.parts), few = sum(context_.baked_light.lights);
+        const auto& [smooth, sources, lights, lamps, emitters] = context_.baked_light;
+        const SourceReceiver receiver{from_, vertex_brdf(material, view_), view_.position};
+        Rgb near(Vec3f(radiance_from_lamps(lamps, rays, from_, material, view_)));
+        add_emitter_light(rays, emitters, {&receiver, 1}, {&near, 1});
+        const Rgb all = sum(context_.light.parts) +
+                        Rgb(Vec3f(radiance_from_near(lamps, emitters, rays, from_, material, view_))),
+                  few = sum(lights) + near;
         result.sources = result.oracle + few;
         result.baked += few;
         for (Rgb OracleRadiances::*exact :

@@ -13,4 +13,22 @@ SceneLight scene_light(const Environment& environment, const RenderSettings& set
             std::move(split.sources), std::move(lights)};
 }
 
+EmitterTree scene_emitters(const ShadedScene& scene) {
+    std::vector<Emitter> emitters;
+    for (const ShadedInstance& instance : scene.instances)
+        for (Emitter emitter : scene.entities[instance.entity].emitters) {
+            for (Vec3f& corner : emitter.corners) corner = instance.placement.point_to_world(corner);
+            emitters.push_back(emitter);
+        }
+    return emitter_tree(std::move(emitters));
+}
+
+SceneLight scene_light(const ShadedScene& scene, const RenderSettings& settings,
+                       const std::stop_token& stop) {
+    SceneLight light = scene_light(scene.environment, settings, stop);
+    light.lamps = placed_lamps(scene.lamps);
+    light.emitters = scene_emitters(scene);
+    return light;
+}
+
 }  // namespace haarfield

@@ -4,6 +4,8 @@
 #include "fields/base/placement.h"
 #include "fields/field/entity_occlusion.h"
 #include "fields/field/visibility_field.h"
+#include "shading/scene/emitter.h"
+#include "shading/scene/lamp.h"
 #include "shading/scene/light_sources.h"
 #include "shading/scene/material.h"
 #include "shading/walk/wide_tree.h"
@@ -21,6 +23,7 @@ struct ShadedEntity {
     /// What images and colours multiply the diffuse term with, by vertex, as far as light that bounces is
     /// concerned; none: white.
     std::span<const Rgb> tints{};
+    std::vector<Emitter> emitters{};             ///< What of it glows, in its own frame.
 };
 
 /// One object of the scene.
@@ -37,6 +40,7 @@ struct ShadedScene {
     std::vector<ShadedInstance> instances;
     Environment environment;  ///< Clean and turned.
     Vec3f eye{0, 0, 0};       ///< Where the highlights are seen from.
+    std::vector<Lamp> lamps{};
 };
 
 /// How a vertex sees past other instances. Those of few triangles (RenderSettings::exact_triangles) are seen

@@ -145,7 +145,7 @@ Result<Done> RelightSession::vary_eye(const Progress& progress) {
                                                      direct, settings_.bounces, progress);
         if (!bounced) return bounced.error();
         (*rays)->transport.smooth(bounced->irradiance);
-        keep_bounced(bounced->irradiance);
+        bounced_ = radiance_by(bounced->irradiance);
     }
     transfer_ = std::move(*made);
     return Done{};
@@ -167,9 +167,21 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
         if (!parts) return parts.error();
         const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, now, progress);
         if (!indirect) return indirect.error();
-        keep_bounced(row_values(VertexRows(scene_, **geometry), indirect->irradiance));
+        bounced_ = radiance_by(row_values(VertexRows(scene_, **geometry), indirect->irradiance));
+        if (const Result<Done> lamps = update_lamps(progress); !lamps) return lamps;
     }
     transfer_ = std::move(*made);
+    return Done{};
+}
+
+Result<Done> RelightSession::vary_lamps(const Progress& progress) {
+    Environment environment =
+        is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_, progress.stop);
+    Result<SceneRadiance> steady =
+        full_radiance(scene_light(environment, settings_, progress.stop), progress);
+    if (!steady) return steady.error();
+    if (const Result<Done> made = update_lamps(progress); !made) return made;
+    transfer_ = SteadyLight{std::move(*steady)};
     return Done{};
 }
 
@@ -185,6 +197,7 @@ void RelightSession::instances_change() {
     is_placed_ = false;
     transfer_ = {};
     kept_.reset();
+    lamp_frames_.forget();
 }
 
 void RelightSession::set_environment(Environment environment) {
@@ -210,6 +223,12 @@ void RelightSession::turn_environment(const Rotation& rotation) {
     light_changes();
 }
 
+void RelightSession::set_lamps(std::vector<Lamp> lamps) {
+    assert(std::ranges::all_of(
+        lamps, [&](const Lamp& lamp) { return lamp.looks_like.value_or(0) < scene_.instances.size(); }));
+    scene_.lamps = std::move(lamps);
+}
+
 void RelightSession::set_eye(const Vec3f& eye) {
     scene_.eye = eye;
     if (!std::holds_alternative<ViewTransfer>(transfer_)) transfer_ = {};
@@ -224,6 +243,7 @@ void RelightSession::place(std::size_t instance, const Placement& placement) {
     rays_.reset();
     is_placed_ = false;
     kept_.reset();
+    lamp_frames_.forget();
     placed.placement = placement;
 }
 
@@ -231,6 +251,7 @@ void RelightSession::set_materials(std::size_t entity, std::vector<Material> mat
     assert(materials.size() == scene_.entities[entity].materials.size());
     scene_.entities[entity].materials = std::move(materials);
     transfer_ = {};
+    lamp_frames_.forget();
 }
 
 std::size_t RelightSession::add(const ShadedInstance& instance) {
@@ -248,6 +269,10 @@ std::size_t RelightSession::clone(std::size_t instance) {
 void RelightSession::remove(std::size_t instance) {
     assert(instance < scene_.instances.size());
     instances_change();
+    for (Lamp& lamp : scene_.lamps) {
+        if (lamp.looks_like == instance) lamp.looks_like.reset();
+        if (lamp.looks_like && *lamp.looks_like > instance) --*lamp.looks_like;
+    }
     scene_.instances.erase(scene_.instances.begin() + static_cast<std::ptrdiff_t>(instance));
 }
 
@@ -277,6 +302,20 @@ Result<Done> RelightSession::frame_of(VertexMask vertices, FrameQuality quality,
 
 Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask* vertices,
                                          const Progress& progress) {
+    if (std::holds_alternative<std::monostate>(transfer_))
+        return Error{"",
+                     "there are no transfer vectors for what the scene is now; wanted vary_light, vary_eye, "
+                     "vary_lamps or vary_instance first"};
+    if (std::holds_alternative<MotionTransfer>(transfer_)) geometry_->rays.place(scene_);
+    if (const Result<Done> lamps = update_lamps(progress); !lamps) return lamps;
+    if (const Result<Done> shaded = shaded_without_lamps(quality, vertices, progress); !shaded) return shaded;
+    lamp_frames_.add_to(radiance_, vertices);
+    add_to_radiance(lamps_bounced_, vertices);
+    return Done{};
+}
+
+Result<Done> RelightSession::shaded_without_lamps(FrameQuality quality, const VertexMask* vertices,
+                                                  const Progress& progress) {
     if (const auto* by_light = std::get_if<LightTransfer>(&transfer_)) {
         const Result<const DenseCoefficients*> now = light(progress);
         if (!now) return now.error();
@@ -292,32 +331,27 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask*
             bounce_frame(tinted_rows(scene_, VertexRows(scene_, *geometry_), std::move(diffuse)), progress);
         if (!shaded) return shaded;
         keep(std::move(direct));
-        add_bounced(nullptr);
+        add_to_radiance(bounced_, nullptr);
         return Done{};
     }
     if (const auto* by_eye = std::get_if<ViewTransfer>(&transfer_)) {
         const Result<Done> shaded = shade_frame(*by_eye, scene_, *geometry_, radiance_, vertices, progress);
-        if (shaded) add_bounced(vertices);
+        if (shaded) add_to_radiance(bounced_, vertices);
         return shaded;
     }
     if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_)) {
-        geometry_->rays.place(scene_);
         const Result<Done> shaded = shade_frame(*by_motion, scene_, *geometry_, settings_,
                                                 source_lights(quality), quality, radiance_, progress);
-        if (shaded) add_bounced(nullptr);
+        if (shaded) add_to_radiance(bounced_, nullptr);
         return shaded;
     }
-    return Error{"",
-                 "there are no transfer vectors for what the scene is now; wanted vary_light, vary_eye or "
-                 "vary_instance first"};
+    radiance_ = std::get<SteadyLight>(transfer_).radiance;
+    return Done{};
 }
 
-Result<Done> RelightSession::commit(const Progress& progress) {
+Result<SceneRadiance> RelightSession::full_radiance(const SceneLight& light, const Progress& progress) {
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
-    Environment environment =
-        is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_, progress.stop);
-    const SceneLight light = scene_light(environment, settings_, progress.stop);
     if (progress.stop.stop_requested()) return Error{"", interrupted};
     if (!kept_ && settings_.kept_bytes > 0) {
         Result<KeptVisibility> made =
@@ -326,20 +360,25 @@ Result<Done> RelightSession::commit(const Progress& progress) {
         kept_ = std::move(*made);
     }
     PointShading shading{scene_, **geometry, light, settings_, kept_ ? &*kept_ : nullptr};
-    Result<SceneRadiance> full(Error{});
-    if (settings_.bounces.most > 0) {
-        Result<RadianceParts> parts = radiance_parts(shading, progress);
-        if (!parts) return parts.error();
-        const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, light, progress);
-        if (!indirect) return indirect.error();
-        shading.indirect = &*indirect;
-        if (const Result<Done> added = add_indirect_radiance(shading, parts->full, progress); !added)
-            return added;
-        full = std::move(parts->full);
-    } else {
-        full = scene_radiance(shading, progress);
-        if (!full) return full.error();
-    }
+    if (settings_.bounces.most == 0) return scene_radiance(shading, progress);
+    Result<RadianceParts> parts = radiance_parts(shading, progress);
+    if (!parts) return parts.error();
+    const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, light, progress);
+    if (!indirect) return indirect.error();
+    shading.indirect = &*indirect;
+    if (const Result<Done> added = add_indirect_radiance(shading, parts->full, progress); !added)
+        return added.error();
+    return std::move(parts->full);
+}
+
+Result<Done> RelightSession::commit(const Progress& progress) {
+    Environment environment =
+        is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_, progress.stop);
+    SceneLight light = scene_light(environment, settings_, progress.stop);
+    light.lamps = placed_lamps(scene_.lamps);
+    light.emitters = scene_emitters(scene_);
+    Result<SceneRadiance> full = full_radiance(light, progress);
+    if (!full) return full.error();
     scene_.environment = std::move(environment);
     keep(std::move(*full));
     return Done{};
@@ -370,18 +409,48 @@ Result<IndirectLight> RelightSession::indirect_at_rest(const SceneRadiance& diff
     return scene_indirect_light({scene_, *geometry_, light, settings_}, diffuse, **rays, progress);
 }
 
-Result<Done> RelightSession::bounce_frame(std::span<const Rgb> diffuse, const Progress& progress) {
+BounceSettings RelightSession::frame_bounces() const {
     BounceSettings settings = settings_.bounces;
     settings.tolerance = std::max(settings.tolerance, frame_tolerance);
+    return settings;
+}
+
+Result<Done> RelightSession::bounce_frame(std::span<const Rgb> diffuse, const Progress& progress) {
     Result<BouncedLight> bounced =
-        bounced_light(*refined_, row_reflectances(scene_, *geometry_), diffuse, settings, progress);
+        bounced_light(*refined_, row_reflectances(scene_, *geometry_), diffuse, frame_bounces(), progress);
     if (!bounced) return bounced.error();
     refined_->smooth(bounced->irradiance, frame_smoothing);
-    keep_bounced(bounced->irradiance);
+    bounced_ = radiance_by(bounced->irradiance);
     return Done{};
 }
 
-void RelightSession::keep_bounced(std::span<const Rgb> irradiance) {
+Result<Done> RelightSession::update_lamps(const Progress& progress) {
+    const bool bounces = settings_.bounces.most > 0;
+    const Result<bool> differ = lamp_frames_.update(scene_, *geometry_, bounces, progress);
+    if (!differ) return differ.error();
+    if (!bounces) return Done{};
+    is_lamps_bounced_current_ = is_lamps_bounced_current_ && !*differ;
+    // While an instance moves, what bounced before stays until there are rays for where it stands.
+    const bool moves = std::holds_alternative<MotionTransfer>(transfer_) && !rays_;
+    if (is_lamps_bounced_current_ || moves) return Done{};
+    lamps_bounced_.clear();
+    if (!lamp_frames_.is_dark()) {
+        const Result<const BounceRays*> rays = current_rays(progress);
+        if (!rays) return rays.error();
+        const VertexRows rows(scene_, *geometry_);
+        const std::vector<Rgb> direct =
+            tinted_rows(scene_, rows, row_values(rows, lamp_frames_.diffuse(scene_)));
+        Result<BouncedLight> bounced = bounced_light((*rays)->transport, row_reflectances(scene_, *geometry_),
+                                                     direct, frame_bounces(), progress);
+        if (!bounced) return bounced.error();
+        (*rays)->transport.smooth(bounced->irradiance);
+        lamps_bounced_ = radiance_by(bounced->irradiance);
+    }
+    is_lamps_bounced_current_ = true;
+    return Done{};
+}
+
+SceneRadiance RelightSession::radiance_by(std::span<const Rgb> irradiance) const {
     const VertexRows rows(scene_, *geometry_);
     std::vector<Rgb> outgoing(irradiance.begin(), irradiance.end());
     for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
@@ -392,25 +461,26 @@ void RelightSession::keep_bounced(std::span<const Rgb> irradiance) {
                 entity.materials[entity.mesh->vertex_materials[vertices[k]]].diffuse *
                 static_cast<float>(1 / pi);
     }
-    store_radiance(scene_, *geometry_, outgoing, bounced_);
+    SceneRadiance radiance;
+    store_radiance(scene_, *geometry_, outgoing, radiance);
+    return radiance;
 }
 
-void RelightSession::add_bounced(const VertexMask* vertices) {
-    if (settings_.bounces.most == 0) return;
-    for (std::size_t i = 0; i < radiance_.size(); ++i)
-        for (std::size_t v = 0; v < radiance_[i].size(); ++v)
-            if (!vertices || (*vertices)[i][v]) radiance_[i][v] += bounced_[i][v];
+void RelightSession::add_to_radiance(const SceneRadiance& part, const VertexMask* vertices) {
+    for (std::size_t i = 0; i < part.size(); ++i)
+        for (std::size_t v = 0; v < part[i].size(); ++v)
+            if (!vertices || (*vertices)[i][v]) radiance_[i][v] += part[i][v];
 }
 
 std::size_t RelightSession::transfer_bytes() const {
-    return std::visit(
-        [](const auto& transfer) -> std::size_t {
-            if constexpr (requires { transfer.bytes(); })
-                return transfer.bytes();
-            else
-                return 0;
-        },
-        transfer_);
+    return lamp_frames_.bytes() + std::visit(
+                                      [](const auto& transfer) -> std::size_t {
+                                          if constexpr (requires { transfer.bytes(); })
+                                              return transfer.bytes();
+                                          else
+                                              return 0;
+                                      },
+                                      transfer_);
 }
 
 }  // namespace haarfield

@@ -17,6 +17,7 @@
 #include <variant>
 
 #include "shading/bake/bounced_radiance.h"
+#include "shading/transfer/lamp_frames.h"
 #include "shading/transfer/light_transfer.h"
 #include "shading/transfer/motion_transfer.h"
 #include "shading/transfer/turned_light.h"
@@ -34,6 +35,7 @@ public:
     RelightSession(ShadedScene scene, const RenderSettings& settings, const TransferSettings& transfer = {});
 
     const std::vector<ShadedInstance>& instances() const { return scene_.instances; }  ///< As they stand now.
+    const std::vector<Lamp>& lamps() const { return scene_.lamps; }                    ///< As they are now.
     const Vec3f& eye() const { return scene_.eye; }  ///< Where the highlights are seen from now.
 
     /// As the renderers take it: what commit() has baked, if nothing was changed since.
@@ -55,6 +57,8 @@ public:
     /// less exactly. Show a mixture of those that are to come, before.
     Result<Done> vary_light(const Progress& progress = {});
     Result<Done> vary_eye(const Progress& progress = {});  ///< The eye.
+    /// The lamps; all else is shaded once, in full.
+    Result<Done> vary_lamps(const Progress& progress = {});
     /// The instance's translation and scale.
     Result<Done> vary_instance(std::size_t instance, const Progress& progress = {});
     /// @}
@@ -73,6 +77,11 @@ public:
     void show_light(DenseCoefficients light, std::vector<DirectionalLight> lights = {});
     /// Turns the environment as it was set.
     void turn_environment(const Rotation& rotation);
+    /// Exchanges the lamps: dims, colours, moves, switches them. Whatever varies, frames follow, at the cost
+    /// of LampFrames: of those that have changed more than their colour.
+    ///
+    /// lamps  what they look like are instances of this scene.
+    void set_lamps(std::vector<Lamp> lamps);
     void set_eye(const Vec3f& eye);  ///< Moves the eye.
     /// Moves an instance, and scales it.
     void place(std::size_t instance, const Placement& placement);
@@ -131,11 +140,17 @@ private:
     Result<Done> bounce_frame(std::span<const Rgb> diffuse, const Progress& progress);
     Result<IndirectLight> indirect_at_rest(const SceneRadiance& diffuse, const SceneLight& light,
                                            const Progress& progress);
-    void keep_bounced(std::span<const Rgb> irradiance);
-    void add_bounced(const VertexMask* vertices);
+    Result<Done> update_lamps(const Progress& progress);
+    BounceSettings frame_bounces() const;
+    /// What the diffuse terms make of an irradiance by row.
+    SceneRadiance radiance_by(std::span<const Rgb> irradiance) const;
+    void add_to_radiance(const SceneRadiance& part, const VertexMask* vertices);
     void light_changes();
     void keep(SceneRadiance radiance);
     void instances_change();
+    Result<SceneRadiance> full_radiance(const SceneLight& light, const Progress& progress);
+    Result<Done> shaded_without_lamps(FrameQuality quality, const VertexMask* vertices,
+                                      const Progress& progress);
     Result<Done> transferred(FrameQuality quality, const VertexMask* vertices, const Progress& progress);
 
     RenderSettings settings_;
@@ -158,8 +173,15 @@ private:
     std::optional<BounceRays> rays_;         ///< Of the instances as they stand, once needed.
     std::optional<LightTransport> refined_;  ///< Of them, for the light that the vectors were made under.
     SceneRadiance bounced_;  ///< What frames add: diffuse radiance by indirect light; or none.
+    SceneRadiance lamps_bounced_;            ///< The same by what lamps and emitters shed,
+    bool is_lamps_bounced_current_ = false;  ///< as they are now.
 
-    std::variant<std::monostate, LightTransfer, ViewTransfer, MotionTransfer> transfer_;
+    /// Of a scene in which lamps alone vary: what all other light makes.
+    struct SteadyLight {
+        SceneRadiance radiance;
+    };
+    std::variant<std::monostate, LightTransfer, ViewTransfer, MotionTransfer, SteadyLight> transfer_;
+    LampFrames lamp_frames_;  ///< Of the frames.
     SceneRadiance radiance_;
 };
 

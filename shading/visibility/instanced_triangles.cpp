@@ -17,6 +17,12 @@ std::shared_ptr<RTCSceneTy> new_scene(RTCDevice device) {
 
 }  // namespace
 
+unsigned instance_mask(std::size_t instance) {
+    unsigned mask = 0;
+    for (unsigned bit = 0; bit < 16; ++bit) mask |= 1u << (2 * bit + (instance >> bit & 1u));
+    return mask;
+}
+
 // Embree builds with its own threads, unless told: oneTBB's are enough to do one entity each.
 InstancedTriangles::InstancedTriangles() : device_("threads=1,set_affinity=0") {}
 
@@ -31,6 +37,7 @@ void InstancedTriangles::add_entity(std::span<const Vec3f> positions,
     auto* indices = allocated<std::uint32_t>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles.size()));
     for (const auto& triangle : triangles) indices = std::copy(triangle.begin(), triangle.end(), indices);
+    rtcSetGeometryMask(geometry, ~0u);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(made.get(), geometry);
     rtcReleaseGeometry(geometry);
@@ -41,10 +48,12 @@ void InstancedTriangles::add_entity(std::span<const Vec3f> positions,
 void InstancedTriangles::place(const ShadedScene& scene) {
     assert(scene.entities.size() == entities_.size());
     std::shared_ptr<RTCSceneTy> made = new_scene(device_.get());
+    std::size_t number = 0;
     for (const ShadedInstance& instance : scene.instances) {
         const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(geometry, entities_[instance.entity].get());
         const std::array<float, 12> columns = instance.placement.columns();
+        rtcSetGeometryMask(geometry, instance_mask(number++));
         rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.data());
         rtcCommitGeometry(geometry);
         rtcAttachGeometry(made.get(), geometry);

@@ -5,6 +5,17 @@
 #include <cassert>
 
 namespace haarfield {
+namespace {
+
+constexpr unsigned everything = ~0u;
+
+/// The numbers of all others differ in some bit.
+unsigned mask_without(std::size_t instance) {
+    return instance == ShadowRays::no_instance ? everything : ~instance_mask(instance);
+}
+
+}  // namespace
+
 void ShadowRays::build(const ShadedScene& scene) {
     triangles_ = {};
     for (const ShadedEntity& entity : scene.entities) {
@@ -45,6 +56,43 @@ std::uint16_t ShadowRays::blocked(std::span<const Vec3f> points, std::uint16_t w
     for (std::size_t i = 0; i < packet; ++i)
         if (valid[i] != 0 && rays.tfar[i] < 0) result = static_cast<std::uint16_t>(result | 1u << i);
     return result;
+}
+
+std::uint16_t ShadowRays::blocked_from(std::span<const Vec3f> points, std::uint16_t wanted,
+                                       std::span<const Vec3f> ends, std::size_t without) const {
+    assert(points.size() <= packet && ends.size() == points.size());
+    if (wanted == 0) return 0;
+    const unsigned mask = mask_without(without);
+    RTCRay16 rays;
+    alignas(64) std::array<int, packet> valid;
+    for (std::size_t i = 0; i < packet; ++i) {
+        const bool matters = i < points.size() && (wanted >> i & 1u) != 0;
+        const Vec3f from = matters ? points[i] : Vec3f(0.0f), way = matters ? ends[i] - from : Vec3f(0, 1, 0);
+        valid[i] = matters ? -1 : 0;
+        rays.org_x[i] = from.x;
+        rays.org_y[i] = from.y;
+        rays.org_z[i] = from.z;
+        rays.dir_x[i] = way.x;
+        rays.dir_y[i] = way.y;
+        rays.dir_z[i] = way.z;
+        rays.tnear[i] = 0;
+        rays.tfar[i] = 1 - last_part;
+        rays.time[i] = 0;
+        rays.mask[i] = mask;
+        rays.id[i] = 0;
+        rays.flags[i] = 0;
+    }
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded16(valid.data(), scene_.get(), &context, &rays);
+    std::uint16_t result = 0;
+    for (std::size_t i = 0; i < packet; ++i)
+        if (valid[i] != 0 && rays.tfar[i] < 0) result = static_cast<std::uint16_t>(result | 1u << i);
+    return result;
+}
+
+bool ShadowRays::is_blocked_from(const Vec3f& point, const Vec3f& end, std::size_t without) const {
+    return blocked_from({&point, 1}, 1, {&end, 1}, without) != 0;
 }
 
 bool ShadowRays::is_blocked(const Vec3f& point, const Vec3f& direction) const {

@@ -1,5 +1,5 @@
 #pragma once
-/// Rays from points towards distant light, past the meshes as they were read: Embree's work.
+/// Rays from points towards light, past the meshes as they were read: Embree's work.
 
 #include <array>
 #include <cstdint>
@@ -16,6 +16,9 @@ class ShadowRays {
 public:
     /// So many points are asked for at a time.
     static constexpr std::size_t packet = 16;
+    static constexpr std::size_t no_instance = ~std::size_t(0);  ///< The number of none.
+    /// What lies in the last part of the way to a near light does not block it: the surface that it lies on.
+    static constexpr float last_part = 1e-4f;
 
     /// Builds what rays need: by entity, then of all instances.
     ///
@@ -37,6 +40,17 @@ public:
 
     /// The same of one point.
     bool is_blocked(const Vec3f& point, const Vec3f& direction) const;
+
+    /// Which of at most 16 points are blocked from places in the scene, but for last_part of the way.
+    ///
+    /// ends     where the rays end, by point; what lies behind them does not matter.
+    /// without  an instance that blocks nothing; one of the first 65,536.
+    /// cost     as that of distant light.
+    std::uint16_t blocked_from(std::span<const Vec3f> points, std::uint16_t wanted,
+                               std::span<const Vec3f> ends, std::size_t without = no_instance) const;
+
+    /// The same of one point.
+    bool is_blocked_from(const Vec3f& point, const Vec3f& end, std::size_t without = no_instance) const;
 
 private:
     InstancedTriangles triangles_;

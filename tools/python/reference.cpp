@@ -29,11 +29,12 @@ Result<Reference> made_reference(const PreparedScene& prepared, const std::files
     const std::string stem = plain_name(prepared.scene.name) + "_reference";
     const Camera& camera = prepared.scene.camera;
     const Environment& environment = prepared.light.environment;
+    const std::vector<Lamp> lamps = lamps_of(prepared.scene.lamps);
     const PovrayOptions povray = picture_options(camera, antialiasing);
     std::vector<std::string> warnings;
     if (relative_error) {
-        const Result<LightEstimate> estimate =
-            lights_for_error(folder, stem, camera, instances, environment, povray, *relative_error, progress);
+        const Result<LightEstimate> estimate = lights_for_error(folder, stem, camera, instances, environment,
+                                                                lamps, povray, *relative_error, progress);
         if (!estimate) return estimate.error();
         lights = estimate->lights;
         if (estimate->relative_error > *relative_error)
@@ -41,7 +42,7 @@ Result<Reference> made_reference(const PreparedScene& prepared, const std::files
                 fmt::format("a relative error of {} needs more than {} lights", *relative_error, lights));
     }
     Result<ReferenceFiles> files =
-        write_reference_scene(folder, stem, camera, instances, environment, lights);
+        write_reference_scene(folder, stem, camera, instances, environment, lights, lamps);
     if (!files) return files.error();
     files->warnings.insert(files->warnings.begin(), warnings.begin(), warnings.end());
     Reference reference{nullptr, std::move(*files)};

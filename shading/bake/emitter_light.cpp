@@ -1,0 +1,115 @@
+#include "shading/bake/emitter_light.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace haarfield {
+namespace {
+
+/// Patches that shed less of a point's light, over the mean of them, have no ray, but the mean visibility of
+/// the others; as those have that are more than EmitterCut::most.
+constexpr float negligible = 0.02f;
+
+/// The highlights alone, of lobes that are as wide as the patch makes them.
+VertexBrdf widened_highlights(VertexBrdf brdf, float spread) {
+    brdf.diffuse = Rgb(0.0f);
+    const auto widen = [](float& weight, float& exponent, float by) {
+        if (!(weight > 0) || !(exponent > 0)) return;
+        // Variances of narrow functions add when they are convolved; the energy stays.
+        const float wide = 1 / (1 / exponent + by);
+        weight *= (wide + 1) / (exponent + 1);
+        exponent = wide;
+    };
+    widen(brdf.phong, brdf.shininess, spread);
+    widen(brdf.blinn, brdf.blinn_exponent, spread / 4);
+    return brdf;
+}
+
+/// What a point sheds: all of it, and what is diffuse.
+struct Shed {
+    Rgb full{0.0f}, diffuse{0.0f};
+
+    void add(const VertexBrdf& brdf, const EmitterPatch& patch) {
+        const Rgb dull = brdf.diffuse * patch.irradiance;
+        diffuse += dull;
+        full += dull;
+        if (brdf.specular != Rgb(0.0f))
+            full += reflectance(widened_highlights(brdf, patch.spread), patch.direction) * patch.facing;
+    }
+};
+
+/// Lights one receiver after the other; keeps its memory.
+class Receiver {
+public:
+    Receiver(const ShadowRays& rays, const EmitterTree& emitters, const EmitterCut& cut)
+        : rays_(rays), emitters_(emitters), cut_(cut) {}
+
+    Shed radiance(const SourceReceiver& receiver) {
+        find_patches(emitters_, receiver.position, receiver.brdf.normal, cut_, patches_);
+        float light = 0;
+        for (const EmitterPatch& patch : patches_) light += luminance(patch.irradiance);
+        const float least =
+            negligible * light / static_cast<float>(std::max<std::size_t>(patches_.size(), 1));
+        const auto last = std::stable_partition(
+            patches_.begin(), patches_.end(),
+            [&](const EmitterPatch& patch) { return luminance(patch.irradiance) >= least; });
+        std::size_t looked_at = static_cast<std::size_t>(last - patches_.begin());
+        if (looked_at > cut_.most) {
+            std::stable_sort(patches_.begin(), last, [](const EmitterPatch& a, const EmitterPatch& b) {
+                return luminance(a.irradiance) > luminance(b.irradiance);
+            });
+            looked_at = cut_.most;
+        }
+        Shed sum, rest;
+        float open = 0, all = 0;
+        for (std::size_t first = 0; first < looked_at; first += ShadowRays::packet) {
+            const std::size_t count = std::min(ShadowRays::packet, looked_at - first);
+            const std::uint16_t blocked = blocked_of(receiver.from, first, count);
+            for (std::size_t i = 0; i < count; ++i) {
+                const EmitterPatch& patch = patches_[first + i];
+                all += luminance(patch.irradiance);
+                if (blocked >> i & 1u) continue;
+                open += luminance(patch.irradiance);
+                sum.add(receiver.brdf, patch);
+            }
+        }
+        if (!(open > 0)) return sum;
+        for (std::size_t i = looked_at; i < patches_.size(); ++i) rest.add(receiver.brdf, patches_[i]);
+        sum.full += rest.full * (open / all);
+        sum.diffuse += rest.diffuse * (open / all);
+        return sum;
+    }
+
+private:
+    std::uint16_t blocked_of(const Vec3f& from, std::size_t first, std::size_t count) {
+        std::array<Vec3f, ShadowRays::packet> points, ends;
+        points.fill(from);
+        for (std::size_t i = 0; i < count; ++i) ends[i] = patches_[first + i].place;
+        return rays_.blocked_from(std::span(points).first(count),
+                                  static_cast<std::uint16_t>((1u << count) - 1),
+                                  std::span(ends).first(count));
+    }
+
+    const ShadowRays& rays_;
+    const EmitterTree& emitters_;
+    const EmitterCut cut_;
+    std::vector<EmitterPatch> patches_;
+};
+
+}  // namespace
+
+void add_emitter_light(const ShadowRays& rays, const EmitterTree& emitters,
+                       std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
+                       std::span<Rgb> diffuse, const EmitterCut& cut) {
+    assert(receivers.size() == radiance.size());
+    assert(diffuse.empty() || diffuse.size() == radiance.size());
+    if (emitters.empty()) return;
+    Receiver lit(rays, emitters, cut);
+    for (std::size_t i = 0; i < receivers.size(); ++i) {
+        const Shed shed = lit.radiance(receivers[i]);
+        radiance[i] += shed.full;
+        if (!diffuse.empty()) diffuse[i] += shed.diffuse;
+    }
+}
+
+}  // namespace haarfield
