@@ -412,11 +412,11 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         const Vec3d translate = Vec3d(instance.placement.translate) * files.world_scale;
         const Rotation& rotate = instance.placement.rotate;
         const std::string turned = is_identity(rotate) ? "" : " " + povray_rotation(rotate);
-        objects += fmt::format(
-            "object {{ {}{} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}>{}{} }}  // {}\n", object,
-            turned, instance.placement.scale * files.world_scale, translate.x, translate.y, translate.z,
-            bounces.baked.empty() ? "" : " no_radiosity", is_shape_of_a_lamp(lamps, i) ? " no_shadow" : "",
-            povray_identifier(instance.name));
+        objects +=
+            fmt::format("object {{ {}{} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}>{}{} }}  // {}\n",
+                        object, turned, instance.placement.scale * files.world_scale, translate.x,
+                        translate.y, translate.z, bounces.baked.empty() ? "" : " no_radiosity",
+                        is_shape_of_a_lamp(lamps, i) ? " no_shadow" : "", povray_identifier(instance.name));
     }
     text += "\n" + objects + baked_text(bounces, files.world_scale) + "\n";
 

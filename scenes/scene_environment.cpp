@@ -31,8 +31,9 @@ Result<Environment> read_light(const Scene& scene, const std::filesystem::path& 
 Result<Environment> described_environment(const Scene& scene, std::vector<std::string>& warnings) {
     const EnvironmentDescription& description = scene.environment;
     Result<Environment> light =
-        description.is_black() ? Result<Environment>(Environment(LatLongImage{4, 2, std::vector<Rgb>(8, Rgb(0.0f))}))
-                               : read_light(scene, description.image, description.sky, warnings);
+        description.is_black()
+            ? Result<Environment>(Environment(LatLongImage{4, 2, std::vector<Rgb>(8, Rgb(0.0f))}))
+            : read_light(scene, description.image, description.sky, warnings);
     if (!light) return light;
     if (const std::optional<BlendedLight>& blend = description.blend) {
         const Result<Environment> second = read_light(scene, blend->image, blend->sky, warnings);

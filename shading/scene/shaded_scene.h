@@ -23,7 +23,7 @@ struct ShadedEntity {
     /// What images and colours multiply the diffuse term with, by vertex, as far as light that bounces is
     /// concerned; none: white.
     std::span<const Rgb> tints{};
-    std::vector<Emitter> emitters{};             ///< What of it glows, in its own frame.
+    std::vector<Emitter> emitters{};  ///< What of it glows, in its own frame.
 };
 
 /// One object of the scene.

@@ -145,7 +145,8 @@ SceneRadiance LampFrames::diffuse(const ShadedScene& scene) const {
 
 void LampFrames::add_to(SceneRadiance& radiance, const VertexMask* vertices) const {
     std::vector<std::pair<const SceneRadiance*, Rgb>> units;
-    for_each_part([&](const RadianceParts& parts, const Rgb& colour) { units.emplace_back(&parts.full, colour); });
+    for_each_part(
+        [&](const RadianceParts& parts, const Rgb& colour) { units.emplace_back(&parts.full, colour); });
     if (units.empty()) return;
     for (std::size_t i = 0; i < radiance.size(); ++i)
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, radiance[i].size(), 1024),

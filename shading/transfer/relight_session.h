@@ -172,8 +172,8 @@ private:
 
     std::optional<BounceRays> rays_;         ///< Of the instances as they stand, once needed.
     std::optional<LightTransport> refined_;  ///< Of them, for the light that the vectors were made under.
-    SceneRadiance bounced_;  ///< What frames add: diffuse radiance by indirect light; or none.
-    SceneRadiance lamps_bounced_;            ///< The same by what lamps and emitters shed,
+    SceneRadiance bounced_;        ///< What frames add: diffuse radiance by indirect light; or none.
+    SceneRadiance lamps_bounced_;  ///< The same by what lamps and emitters shed,
     bool is_lamps_bounced_current_ = false;  ///< as they are now.
 
     /// Of a scene in which lamps alone vary: what all other light makes.
