@@ -19,7 +19,7 @@ Result<LightEstimate> lights_for_error(const std::filesystem::path& folder, cons
     std::array<double, tried.size()> error{};
     for (std::size_t k = 0; k < tried.size(); ++k) {
         const Result<ReferenceFiles> files =
-            write_reference_scene(folder, stem, camera, instances, environment, tried[k], lamps);
+            write_reference_scene(folder, stem, camera, instances, environment, tried[k], {}, lamps);
         if (!files) return files.error();
         const Result<ReferencePicture> picture = rendered_reference(files->scene, small, progress);
         if (!picture) return picture.error();

@@ -323,6 +323,11 @@ std::vector<Emitter> world_emitters(std::span<const ReferenceInstance> instances
     return emitters;
 }
 
+/// Where lights stand for what glows, radiosity must not see it, too.
+bool hides_from_radiosity(const ReferenceInstance& instance, const ReferenceBounces& bounces) {
+    return !bounces.baked.empty() || (bounces.limit > 0 && !instance.emitters.empty());
+}
+
 bool is_shape_of_a_lamp(std::span<const Lamp> lamps, std::size_t instance) {
     return std::ranges::any_of(lamps, [&](const Lamp& lamp) { return lamp.looks_like == instance; });
 }
@@ -366,6 +371,10 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     if (!background_text) return background_text.error();
     add_warnings(files.warnings, instances);
     add_warnings_of_shapes(files.warnings, instances, environment, lamps);
+    for (const ReferenceInstance& instance : instances)
+        if (bounces.baked.empty() && hides_from_radiosity(instance, bounces))
+            files.warnings.push_back(fmt::format(
+                "{} glows: its light bounces in the reference, but none that falls onto it", instance.name));
     const Result<TextureFiles> textures = write_textures(folder, scene_name, textures_of(instances));
     if (!textures) return textures.error();
     files.images = files_of(*textures);
@@ -412,11 +421,11 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         const Vec3d translate = Vec3d(instance.placement.translate) * files.world_scale;
         const Rotation& rotate = instance.placement.rotate;
         const std::string turned = is_identity(rotate) ? "" : " " + povray_rotation(rotate);
-        objects +=
-            fmt::format("object {{ {}{} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}>{}{} }}  // {}\n",
-                        object, turned, instance.placement.scale * files.world_scale, translate.x,
-                        translate.y, translate.z, bounces.baked.empty() ? "" : " no_radiosity",
-                        is_shape_of_a_lamp(lamps, i) ? " no_shadow" : "", povray_identifier(instance.name));
+        objects += fmt::format(
+            "object {{ {}{} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}>{}{} }}  // {}\n", object,
+            turned, instance.placement.scale * files.world_scale, translate.x, translate.y, translate.z,
+            hides_from_radiosity(instance, bounces) ? " no_radiosity" : "",
+            is_shape_of_a_lamp(lamps, i) ? " no_shadow" : "", povray_identifier(instance.name));
     }
     text += "\n" + objects + baked_text(bounces, files.world_scale) + "\n";
 
@@ -426,7 +435,9 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "#declare Share = 0.5;\n#ifdef ({0}) #declare Share = 1; #end\n#ifdef ({1}) #declare Share = 1; "
         "#end\n",
         first_lights_alone, second_lights_alone);
-    const std::vector<Emitter> emitters = world_emitters(instances);
+    // Of what is baked, radiosity has what glows.
+    const std::vector<Emitter> emitters =
+        bounces.baked.empty() ? world_emitters(instances) : std::vector<Emitter>();
     // Beyond POV-Ray's tolerance of shadows.
     const float lift = static_cast<float>(0.01 / files.world_scale);
     for (const auto& [switched_off_by, cut_share, of_patch] :

@@ -76,7 +76,7 @@ Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& sc
     for (ReferenceInstance& instance : instances) instance.surfaces = {};  // of light alone
     const Result<ReferenceFiles> files =
         write_reference_scene(options.output, file_stem(scene) + "_check", camera, instances, environment,
-                              *options.lights, lamps_of(scene.lamps));
+                              *options.lights, {}, lamps_of(scene.lamps));
     if (!files) return files.error();
     for (const std::string& warning : files->warnings) context.warn(warning);
     PovrayOptions povray = povray_options(scene, options.scene, context);

@@ -52,7 +52,7 @@ Result<ExitCode> run(const ResidualOptions& options, CommandContext& context) {
     const std::vector<ReferenceInstance> instances = reference_instances(*scene, *entities);
     const Result<ReferenceFiles> files =
         write_reference_scene(output, file_stem(*scene) + "_residual", scene->camera, instances, *environment,
-                              options.lights, *bounces);
+                              options.lights, *bounces, lamps_of(scene->lamps));
     if (!files) return files.error();
     for (const std::string& warning : files->warnings) context.warn(warning);
     PovrayOptions povray = povray_options(*scene, options.scene, context);

@@ -84,7 +84,7 @@ std::uint16_t ShadowRays::blocked_from(std::span<const Vec3f> points, std::uint1
     }
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    rtcOccluded16(valid.data(), scene_.get(), &context, &rays);
+    rtcOccluded16(valid.data(), triangles_.scene(), &context, &rays);
     std::uint16_t result = 0;
     for (std::size_t i = 0; i < packet; ++i)
         if (valid[i] != 0 && rays.tfar[i] < 0) result = static_cast<std::uint16_t>(result | 1u << i);

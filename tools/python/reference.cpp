@@ -42,7 +42,7 @@ Result<Reference> made_reference(const PreparedScene& prepared, const std::files
                 fmt::format("a relative error of {} needs more than {} lights", *relative_error, lights));
     }
     Result<ReferenceFiles> files =
-        write_reference_scene(folder, stem, camera, instances, environment, lights, lamps);
+        write_reference_scene(folder, stem, camera, instances, environment, lights, {}, lamps);
     if (!files) return files.error();
     files->warnings.insert(files->warnings.begin(), warnings.begin(), warnings.end());
     Reference reference{nullptr, std::move(*files)};
