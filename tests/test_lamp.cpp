@@ -147,9 +147,9 @@ Image picture(const WallAndPost& example, const Lamp& lamp) {
         instances.push_back({"instance_" + std::to_string(i), &example.mesh(instance.entity).original,
                              example.scene.entities[instance.entity].materials, instance.placement});
     }
-    const Result<ReferenceFiles> files = write_reference_scene(
-        folder.path(), "lamp", WallAndPost::camera(), instances, example.scene.environment, 16, {},
-        {&lamp, 1});
+    const Result<ReferenceFiles> files =
+        write_reference_scene(folder.path(), "lamp", WallAndPost::camera(), instances,
+                              example.scene.environment, 16, {}, {&lamp, 1});
     EXPECT_TRUE(files) << files.error().message();
     PovrayOptions options;
     options.width = options.height = side;
