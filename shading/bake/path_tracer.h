@@ -10,9 +10,9 @@ namespace haarfield {
 /// Follows light backwards from points of a scene. Safe to share between threads.
 ///
 /// It knows nothing of wavelets, fields, the transport matrix or interpolated light: at each surface that a
-/// path meets, all lamps and emitters shed on it, one light of the environment's sources is asked for by a shadow ray, and what the path meets
-/// at its end, when it leaves the scene, is the rest of the environment. Surfaces have their diffuse term,
-/// with their tints; their backs are black.
+/// path meets, all lamps and emitters shed on it, one light of the environment's sources is asked for by a
+/// shadow ray, and what the path meets at its end, when it leaves the scene, is the rest of the
+/// environment. Surfaces have their diffuse term, with their tints; their backs are black.
 class PathTracer {
 public:
     /// What the references are of must outlive it.

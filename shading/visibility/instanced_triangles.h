@@ -12,9 +12,9 @@ struct RTCSceneTy;
 
 namespace haarfield {
 
-/// What rays see of an instance: of each of its number's 16 lowest bits, one bit of the mask says that it is set,
-/// another that it is not. A ray sees what its mask shares a bit with; the numbers of all others differ in some
-/// bit, so that a ray with the mask's complement sees all but this one.
+/// What rays see of an instance: of each of its number's 16 lowest bits, one bit of the mask says that it
+/// is set, another that it is not. A ray sees what its mask shares a bit with; the numbers of all others
+/// differ in some bit, so that a ray with the mask's complement sees all but this one.
 unsigned instance_mask(std::size_t instance);
 
 /// Triangles of a scene's entities, and the scene of its instances. Copies share what was built. Safe to
