@@ -16,10 +16,6 @@ constexpr Range turns{-3600, 3600};  // [degrees]
 constexpr Range albedos{0, 1};
 constexpr Range emissions{0, 65000};
 
-constexpr float radians(float degrees) {
-    return static_cast<float>(degrees * (pi / 180));
-}
-
 // A key in degrees, a value in radians.
 void take_angle(TomlTable& table, std::string_view key, float& angle, const Range& degrees) {
     float taken = 0;
@@ -88,8 +84,7 @@ void take_environment(TomlTable table, const std::filesystem::path& folder,
     take_angle(table, "rotation", environment.rotation, turns);
     Vec3f degrees(0, 0, 0);
     table.take("rotate", degrees, turns);
-    if (table.has("rotate"))
-        environment.turn = rotation_xyz({radians(degrees.x), radians(degrees.y), radians(degrees.z)});
+    if (table.has("rotate")) environment.turn = rotation_of_degrees(degrees);
     table.take("exposure", environment.exposure, {-60, 60}, "auto");
     table.finish();
 }
@@ -229,7 +224,7 @@ void take_place(TomlTable& table, Instance& instance) {
     instance.placement = parts->placement;
     instance.placement.translate = translate;
     // Two negative factors are half a turn, which comes before the others.
-    const Rotation rotate = rotation_xyz({radians(degrees.x), radians(degrees.y), radians(degrees.z)});
+    const Rotation rotate = rotation_of_degrees(degrees);
     instance.placement.rotate =
         is_identity(parts->placement.rotate) ? rotate : rotate * parts->placement.rotate;
     instance.shape = parts->shape;

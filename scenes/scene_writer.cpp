@@ -7,8 +7,6 @@
 namespace haarfield {
 namespace {
 
-constexpr double degrees_a_radian = 180 / pi;
-
 /// A basic string of TOML.
 std::string toml_string(std::string_view text) {
     std::string result = "\"";
@@ -36,11 +34,6 @@ std::string key_text(std::string_view key) {
 
 std::string list_of(const Vec3f& v) {
     return fmt::format("[{}, {}, {}]", v.x, v.y, v.z);
-}
-
-/// A number of degrees that reads as the angle.
-float degrees(float radians) {
-    return static_cast<float>(double(radians) * degrees_a_radian);
 }
 
 /// The same in six digits, as one writes it.
@@ -87,9 +80,7 @@ std::string turn_text(const EnvironmentDescription& environment) {
     if (const Rotation& turn = environment.turn; turn.row[1] == Vec3d(0, 1, 0)) {
         rotation += static_cast<float>(std::atan2(turn.row[0].z, turn.row[0].x));
     } else {
-        const Vec3f angles = angles_xyz(turn);
-        rotate =
-            fmt::format("rotate = {}\n", list_of({degrees(angles.x), degrees(angles.y), degrees(angles.z)}));
+        rotate = fmt::format("rotate = {}\n", list_of(degrees_xyz(turn)));
     }
     // In all digits, so that pixels of sharp lights fall where they fell.
     return (rotation != 0 ? fmt::format("rotation = {}\n", degrees(rotation)) : "") + rotate;
@@ -189,11 +180,8 @@ std::string instance_text(const Scene& scene, const Instance& instance) {
         if (placement.translate != Vec3f(0, 0, 0))
             text += fmt::format("translate = {}\n", list_of(placement.translate));
         if (placement.scale != 1) text += fmt::format("scale = {}\n", placement.scale);
-        if (!is_identity(placement.rotate)) {
-            const Vec3f angles = angles_xyz(placement.rotate);
-            text += fmt::format("rotate = {}\n",
-                                list_of({degrees(angles.x), degrees(angles.y), degrees(angles.z)}));
-        }
+        if (!is_identity(placement.rotate))
+            text += fmt::format("rotate = {}\n", list_of(degrees_xyz(placement.rotate)));
         return text + "\n";
     }
     std::string rows;

@@ -146,7 +146,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--move", {"relight"}},
         {"--keyframes", {"relight"}},
         {"--fields", make_fields},
-        {"--bounces", {"bake", "budget", "reference", "relight"}},
+        {"--bounces", {"bake", "budget", "reference", "relight", "view"}},
         {"--relative-error", {"reference"}},
         {"--listen", {"view"}},
         {"--task", {"work"}},

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace haarfield {
 namespace {
 
@@ -34,6 +36,24 @@ TEST(Rotation, HasAnglesWhereverItTurns) {
                 const Rotation rotation = rotation_xyz({x, y, z});
                 expect_equal(rotation_xyz(angles_xyz(rotation)), rotation, 1e-6);
             }
+}
+
+TEST(Rotation, OfDegreesSurvivesBeingWritten) {
+    for (const float angle : {-170.0f, -90.0f, 12.5f, 40.0f, 140.0f, 179.0f})
+        for (int axis = 0; axis < 3; ++axis) {
+            Vec3f angles(0.0f);
+            angles[axis] = angle;
+            const Rotation rotation = rotation_of_degrees(angles);
+            EXPECT_EQ(rotation_of_degrees(degrees_xyz(rotation)), rotation) << angle << " about " << axis;
+        }
+    for (int i = 0; i < 1000; ++i) {
+        const float turn = 0.37f * float(i);
+        const Rotation any = rotation_about({1, std::sin(turn), std::cos(3 * turn)}, double(turn));
+        const Rotation said = as_degrees(any);
+        expect_equal(said, any, 1e-6);
+        EXPECT_EQ(rotation_of_degrees(degrees_xyz(said)), said) << i;
+        EXPECT_EQ(as_degrees(said), said) << i;
+    }
 }
 
 }  // namespace

@@ -131,7 +131,7 @@ TEST(ViewMessages, RotationsGoToPagesAndBack) {
         ASSERT_TRUE(bool(message));
         const Rotation& back = std::get<TurnLight>(message->content).turn;
         for (std::size_t row = 0; row < 3; ++row)
-            EXPECT_LT((back.row[row] - rotation.row[row]).length(), 1e-12) << i;
+            EXPECT_LT((back.row[row] - rotation.row[row]).length(), 1e-6) << i;
     }
     EXPECT_TRUE(is_identity(
         std::get<TurnLight>(read_message(R"({"type":"turn_light","rotation":[0,0,0,2]})")->content).turn));

@@ -17,6 +17,7 @@ struct ViewOptions {
     SceneOptions scene;
     FieldOptions fields;
     OcclusionOptions occlusion;
+    BounceOptions bounces;
     std::string output;
     std::string lights;  ///< Folder.
     std::string address = "127.0.0.1";
@@ -143,10 +144,11 @@ Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
     ViewSettings settings;
     settings.render.face_size = options.fields.face_size;
     apply_occlusion(options.occlusion, settings.render);
+    apply_bounces(options.bounces, settings.render);
     settings.transfer.pruning_error = options.pruning_error;
     settings.scene_file = file;
     settings.session = random_token();
-    settings.tasks = {options.fields, options.occlusion, output, context.threads};
+    settings.tasks = {options.fields, options.occlusion, options.bounces, output, context.threads};
     if (settings.tasks.fields.folder.empty()) settings.tasks.fields.folder = (output / "fields").string();
     const Audience audience{[&](PageId page, const std::string& text) { server.tell(page, text); },
                             [&](const std::string& text) { server.tell_all(text); },
@@ -180,6 +182,7 @@ Command view_command(CLI::App& program) {
         ->type_name("DIR");
     add_field_options(*app, options->fields);
     add_occlusion_options(*app, options->occlusion);
+    add_bounce_options(*app, options->bounces);
     add_view_options(*app, options->scene);
     app->add_option("--lights", options->lights,
                     "Folder of lat-long images to choose from (default: that of the scene's)")

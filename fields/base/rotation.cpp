@@ -51,4 +51,45 @@ Vec3f angles_xyz(const Rotation& rotation) {
     return Vec3f(angles);
 }
 
+float radians(float degrees) {
+    return static_cast<float>(degrees * (pi / 180));
+}
+
+float degrees(float angle) {
+    const auto found = static_cast<float>(double(angle) * (180 / pi));
+    for (const float end : {-INFINITY, INFINITY}) {
+        float near = found;
+        for (int step = 0; step < 3; ++step, near = std::nextafter(near, end))
+            if (radians(near) == angle) return near;
+    }
+    return found;
+}
+
+Rotation rotation_of_degrees(const Vec3f& angles) {
+    return rotation_xyz({radians(angles.x), radians(angles.y), radians(angles.z)});
+}
+
+Vec3f degrees_xyz(const Rotation& rotation) {
+    const auto& m = rotation.row;
+    const Vec3d about_one(std::atan2(m[2].y, m[1].y), std::atan2(m[0].z, m[2].z), std::atan2(m[1].x, m[0].x));
+    for (int axis = 0; axis < 3; ++axis) {
+        Vec3f angles(0.0f);
+        angles[axis] = degrees(static_cast<float>(about_one[axis]));
+        if (rotation_of_degrees(angles) == rotation) return angles;
+    }
+    const Vec3f angles = angles_xyz(rotation);
+    return {degrees(angles.x), degrees(angles.y), degrees(angles.z)};
+}
+
+Rotation as_degrees(const Rotation& rotation) {
+    constexpr int enough = 4;  // where an angle is rounded to one beyond half a turn, the other end is taken
+    Rotation said = rotation_of_degrees(degrees_xyz(rotation));
+    for (int i = 0; i < enough; ++i) {
+        const Rotation again = rotation_of_degrees(degrees_xyz(said));
+        if (again == said) break;
+        said = again;
+    }
+    return said;
+}
+
 }  // namespace haarfield

@@ -41,4 +41,19 @@ Rotation rotation_xyz(const Vec3f& angles);
 /// The inverse: angles[1] in [-pi/2, pi/2]; where it is at an end, angles[2] = 0.
 Vec3f angles_xyz(const Rotation& rotation);
 
+float radians(float degrees);  ///< Of an angle in degrees, as files have them. [rad]
+
+/// Degrees whose radians() is the angle, to the last bit where there are such; the nearest otherwise.
+float degrees(float radians);
+
+/// What files call `rotate`: about x, then y, then z. [degrees]
+Rotation rotation_of_degrees(const Vec3f& angles);
+
+/// Degrees whose rotation_of_degrees is the rotation: to the last bit where that was made of angles about one
+/// axis, of at most half a turn, or of what as_degrees has made; to 1e-6 otherwise.
+Vec3f degrees_xyz(const Rotation& rotation);
+
+/// A rotation that degrees can say to the last bit, within 1e-6 of this.
+Rotation as_degrees(const Rotation& rotation);
+
 }  // namespace haarfield

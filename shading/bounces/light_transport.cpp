@@ -122,9 +122,11 @@ Result<Done> LightTransport::shoot(const ShadedScene& scene, const ShadingGeomet
         const Vec3f normal = instance.placement.direction_to_world(entity.mesh->normals[at.vertex]),
                     from = instance.placement.point_to_world(entity.occlusion->samples().points[at.vertex]);
         const Axes<Vec3f> axes = axes_across(normal);
+        // The same for an instance whatever others there are, and in whatever order.
+        const std::uint64_t first_number = (row - rows.first(at.instance)) * count;
         double nearness = 0;
         for (std::uint32_t k = 0; k < count; ++k) {
-            const std::uint64_t number = row * count + k;
+            const std::uint64_t number = first_number + k;
             const Vec3f direction =
                 cosine_direction(sobol_point(static_cast<std::uint32_t>(number)), normal, axes);
             const std::optional<SurfaceHit> hit = surface.first_hit(scene, from, direction);

@@ -199,7 +199,6 @@ def baked_colours(scene, folder, fields):
     """By instance: radiance at the vertices, of a fresh `haarfield bake`."""
     report = os.path.join(folder, "report.json")
     subprocess.run([PROGRAM, "bake", scene, "-o", folder, "--fields", fields, "--no-render", "--format", "ply",
-                    "--bounces", "0",
                     "--quiet", "--report", report], check=True)
     with open(report) as file:
         mesh = json.load(file)["meshes"][0]

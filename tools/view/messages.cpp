@@ -60,9 +60,11 @@ public:
         const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
         if (!(length > 1e-6)) return refuse(key, "a quaternion of some length: x, y, z, w");
         const double x = q[0] / length, y = q[1] / length, z = q[2] / length, w = q[3] / length;
-        value.row = {Vec3d(1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        Rotation given;
+        given.row = {Vec3d(1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
                      Vec3d(2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
                      Vec3d(2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y))};
+        value = as_degrees(given);  // so that a scene that is saved has its bits
     }
 
     /// An object, whose keys are taken by `use`.

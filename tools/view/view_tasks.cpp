@@ -24,7 +24,7 @@ std::vector<std::string> arguments_of(const std::string& command, const std::fil
                                         {"--occlusion", settings.occlusion.choice},
                                         {"--occlusion-error", fmt::format("{}", settings.occlusion.error)},
                                         {"--reach", fmt::format("{}", settings.occlusion.reach)},
-                                        {"--bounces", "0"}}) {  // as the page shows it
+                                        {"--bounces", settings.bounces.bounces}}) {
         arguments.emplace_back(option);
         arguments.push_back(value);
     }

@@ -14,6 +14,7 @@ namespace haarfield {
 struct TaskSettings {
     FieldOptions fields;
     OcclusionOptions occlusion;
+    BounceOptions bounces;
     std::filesystem::path output;  ///< A folder for each task goes below.
     int threads = 1;
 };
