@@ -36,6 +36,10 @@ std::vector<PlotPanel> study_meshes(std::size_t vertices, const MeshStudyOptions
 /// are subdivided to about so many vertices, if they do not have more.
 void study_occlusion(const std::string& file, std::size_t vertices);
 
+/// Time from a gesture to its frame in a session of `haarfield view` on a scene file with an instance of an
+/// entity `chair`, with and without bounces; meshes as for study_occlusion.
+void study_view(const std::string& file, std::size_t vertices);
+
 /// Time of the shipped scene's frames under a new light from a new place, and of what is prepared for them;
 /// meshes as for study_occlusion.
 void study_frame(std::size_t vertices);

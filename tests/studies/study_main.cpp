@@ -38,9 +38,10 @@ int main(int argc, char** argv) {
     std::size_t vertices = 0;
     bool avx2 = false;
     app.add_flag("--avx2", avx2, "No newer instructions than AVX2");
-    app.add_option("--vertices", vertices,
-                   "So many; default: 256, for complexity 16, for crowd 2000, for occlusion 20000, for frame "
-                   "and meshes 180000")
+    app.add_option(
+           "--vertices", vertices,
+           "So many; default: 256, for complexity 16, for crowd 2000, for occlusion 20000, for frame, "
+           "view and meshes 180000")
         ->check(CLI::Range(1, 1000000));
     app.add_subcommand("baselines", "Time and error of every method");
     CLI::App* const complexity =
@@ -62,6 +63,8 @@ int main(int argc, char** argv) {
     CLI::App* const occlusion =
         app.add_subcommand("occlusion", "Time and error of bake's --occlusion, against the dense oracle");
     occlusion->add_option("SCENE", scene, "A scene file with a sky")->required()->type_name("");
+    CLI::App* const view = app.add_subcommand("view", "Time from gesture to frame in sessions of view");
+    view->add_option("SCENE", scene, "A scene file with a chair")->required()->type_name("");
     for (CLI::App* const plotted : {complexity, depth, meshes})
         plotted->add_option("-o,--output", file, "Draw it, too: an SVG file");
     CLI11_PARSE(app, argc, argv);
@@ -79,6 +82,8 @@ int main(int argc, char** argv) {
     if (meshes->parsed()) return write_plot(study_meshes(vertices_or(180000), mesh_options), file);
     if (occlusion->parsed())
         study_occlusion(scene, vertices_or(20000));
+    else if (view->parsed())
+        study_view(scene, vertices_or(180000));
     else if (frame->parsed())
         study_frame(vertices_or(180000));
     else if (crowd->parsed())
