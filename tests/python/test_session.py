@@ -104,7 +104,7 @@ def test_radiance_outlives_its_session(scene):
 
 
 def test_a_frame_of_nothing_that_varies_is_an_error(session):
-    with pytest.raises(haarfield.Error, match="wanted vary_light, vary_eye or vary_instance first"):
+    with pytest.raises(haarfield.Error, match="wanted vary_light, vary_eye, vary_lamps or vary_instance first"):
         session.frame()
     with pytest.raises(haarfield.Error, match="no radiance yet"):
         session.picture()
