@@ -152,17 +152,10 @@ Result<PlanJob> command_job(const PlannedScene& planned, std::vector<std::string
     if (Result<Done> good = check_arguments(arguments); !good)
         return Error{"--" + command + "-options", good.error().what};
     std::size_t most = 1;
-    // What bounces wants the direct light of the whole scene first.
-    if (command == "bake" && !has_option(arguments, "--refine") &&
-        option_number(arguments, "--bounces", 1) == 0) {
-        job.division = Division::shading;
-        most = 100000;
-    } else if (command == "reference" && !has_option(arguments, "--relative-error") &&
-               !has_option(arguments, "--radiosity")) {
-        job.division = Division::strips;
-        most = most_reference_parts(planned.scene.camera.height);
-    } else if (command == "relight") {
-        job.division = Division::frames;
+    job.division = *possible_division(arguments);
+    if (job.division == Division::shading) most = 100000;
+    if (job.division == Division::strips) most = most_reference_parts(planned.scene.camera.height);
+    if (job.division == Division::frames) {
         const double first = option_number(arguments, "--first-frame", 1),
                      last =
                          option_number(arguments, "--last-frame", option_number(arguments, "--frames", 48));
@@ -248,6 +241,10 @@ Result<ExitCode> run(const PlanOptions& options, CommandContext& context) {
                      "is there already; wanted a folder of its own for each plan"};
     const Result<FarmPlan> plan = made_plan(options, context);
     if (!plan) return plan.error();
+    if (plan->task_count() > most_plan_tasks)
+        return Error{options.folder,
+                     fmt::format("would have {} tasks; wanted at most {}: longer ones, or several plans",
+                                 plan->task_count(), most_plan_tasks)};
     if (Result<Done> made = make_folder(folder / "parts"); !made) return made.error();
     const ScriptPaths paths{std::filesystem::read_symlink("/proc/self/exe", none).string(),
                             absolute(options.folder)};

@@ -50,10 +50,9 @@ public:
 
     WebAnswer upload(std::string_view name, std::string_view bytes) const {
         const Result<std::string> added = shelf_.add(name, bytes);
-        if (!added)
-            return {400, "application/json", nlohmann::json{{"error", added.error().message()}}.dump()};
+        if (!added) return {400, "application/json", message_text({{"error", added.error().message()}})};
         session_.lights_changed();
-        return {200, "application/json", nlohmann::json{{"light", *added}}.dump()};
+        return {200, "application/json", message_text({{"light", *added}})};
     }
 
 private:

@@ -1,14 +1,16 @@
-// haarfield_fuzz: feeds damaged and crafted files to the readers of fields, meshes and scenes.
+// haarfield_fuzz: feeds damaged and crafted files to the readers of fields, meshes, scenes, plans and
+// messages.
 //
-// Each file must be read or refused within 5 s and 1 GiB, without a crash; a field that was changed must be
-// refused, and one whose forged checksums hold must be safe to use; a mesh of any numbers must bake, with
-// radiance that is finite. Files are read in a child process, so that a crash is counted, its file kept, and
-// the next one read. With --apart, files of formats that libraries read are read by a reader process, as the
-// program does it: what takes that down is counted, and is no failure.
+// Each file must be read or refused within 5 s of the processor and 1 GiB, without a crash; a field that was
+// changed must be refused, and one whose forged checksums hold must be safe to use; a mesh of any numbers
+// must bake, with radiance that is finite. Files are read in a child process, so that a crash is counted, its
+// file kept, and the next one read. With --apart, files of formats that libraries read are read by a reader
+// process, as the program does it: what takes that down is counted, and is no failure.
 
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -32,6 +34,7 @@
 #include "tests/fixtures/test_folder.h"
 #include "tests/fuzz/fuzz_inputs.h"
 #include "tests/fuzz/image_seeds.h"
+#include "tests/fuzz/json_subjects.h"
 #include "tests/fuzz/odd_mesh.h"
 #include "tests/fuzz/structured_changes.h"
 
@@ -57,32 +60,9 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr unsigned seconds_per_file = 5;
-constexpr std::size_t files_per_process = 1000;  // so that leaks of libraries do not add up
-
-/// What became of a file.
-struct Outcome {
-    bool accepted = false;
-    bool contained = false;  ///< Took its reader down, in a process of its own.
-
-    /// Why it was refused. Returns what is wrong with that.
-    std::string refused(const Error& error) {
-        for (const char* end : {"its reader ended", "took longer", "wants more memory"})
-            contained |= error.what.find(end) != std::string::npos;
-        return error.what.empty() ? "refused without a reason" : "";
-    }
-};
-
-/// A kind of file, and what reading it may not do.
-class Subject {
-public:
-    virtual ~Subject() = default;
-    virtual std::string file_name() const = 0;
-    virtual std::string input(FuzzRandom& random) = 0;
-
-    /// Reads the file; sets the outcome. Returns what is wrong with that; nothing if all is well.
-    virtual std::string objection(const path& file, Outcome& outcome) = 0;
-};
+constexpr unsigned seconds_per_file = 5;          // of the processor: other work must not make files slow
+constexpr unsigned clock_seconds_per_file = 120;  // where it waits for good
+constexpr std::size_t files_per_process = 1000;   // so that leaks of libraries do not add up
 
 /// Sealed field files, damaged: to be refused, each of them.
 class DamagedFields : public Subject {
@@ -311,9 +291,9 @@ public:
 
 /// What is read in turn: shapes take a second each; pictures are left to a reader process, as OpenImageIO has
 /// room for what damaged ones say they are.
-constexpr std::array<std::string_view, 14> here_names{"field", "forged", "obj", "ply",   "stl",
-                                                      "off",   "gltf",   "glb", "scene", "forged",
-                                                      "obj",   "scene",  "ply", "inc"};
+constexpr std::array<std::string_view, 16> here_names{"field", "forged", "obj",   "ply",    "stl", "off",
+                                                      "gltf",  "glb",    "scene", "forged", "obj", "scene",
+                                                      "ply",   "inc",    "plan",  "message"};
 constexpr std::array<std::string_view, 15> apart_names{"obj",  "stl",   "gltf", "glb", "png",
                                                        "jpeg", "tiff",  "exr",  "hdr", "webp",
                                                        "bmp",  "targa", "gltf", "glb", "obj"};
@@ -327,6 +307,8 @@ std::unique_ptr<Subject> subject(std::string_view name) {
     if (name == "forged") return std::make_unique<ForgedFields>();
     if (name == "scene") return std::make_unique<DamagedScenes>();
     if (name == "shape") return std::make_unique<OddShapes>();
+    if (name == "plan") return damaged_plans();
+    if (name == "message") return damaged_messages();
     if (name == "png" || !example_image_files(name).empty())
         return std::make_unique<DamagedImages>(std::string(name));
     return std::make_unique<DamagedMeshes>(std::string(name));
@@ -363,6 +345,13 @@ void limit_memory() {
     setrlimit(RLIMIT_CORE, &no_core);
 }
 
+/// Ends the process after so many seconds of the processor or of the clock; 0: never.
+void limit_time(unsigned processor, unsigned clock) {
+    const itimerval limit{{0, 0}, {static_cast<time_t>(processor), 0}};
+    setitimer(ITIMER_PROF, &limit, nullptr);
+    alarm(clock);
+}
+
 /// Reads files from board.next to `last`, then ends the process.
 [[noreturn]] void read_files(Board& board, std::uint64_t last, std::uint64_t seed, const std::string& only,
                              bool apart, const path& folder) {
@@ -390,9 +379,9 @@ void limit_memory() {
         std::filesystem::remove(file);  // overwriting waits for the disk on some systems
         write_text(file, current.input(random));
         Outcome outcome;
-        alarm(seconds_per_file);
+        limit_time(seconds_per_file, clock_seconds_per_file);
         const std::string objection = current.objection(file, outcome);
-        alarm(0);
+        limit_time(0, 0);
         if (outcome.accepted) board.accepted = board.accepted + 1;
         if (outcome.contained) board.contained = board.contained + 1;
         if (!objection.empty()) {
@@ -429,8 +418,10 @@ int run(const Options& options) {
         ++failures;
         const std::string_view name = subject_name(board.next, options.only, options.apart);
         const std::string what = board.objected ? "objection"
-                                 : WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM
+                                 : WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF
                                      ? fmt::format("longer than {} s", seconds_per_file)
+                                 : WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM
+                                     ? fmt::format("waits for {} s", clock_seconds_per_file)
                                  : WIFSIGNALED(status) ? fmt::format("signal {}", WTERMSIG(status))
                                                        : fmt::format("exit code {}", WEXITSTATUS(status));
         fmt::print("file {} ({}): {}\n", std::uint64_t(board.next), name, what);
@@ -481,10 +472,10 @@ int main(int argument_count, char** arguments) {
     program.add_option("--files", options.files, "How many")->capture_default_str();
     program.add_option("--first", options.first, "Index of the first")->capture_default_str();
     program.add_option("--seed", options.seed, "Other files")->capture_default_str();
-    program.add_option(
-        "--only", options.only,
-        "One kind: field, forged, scene, obj, ply, stl, off, gltf, glb, inc, shape, png, jpeg, "
-        "tiff, exr, hdr, webp, bmp, targa");
+    program.add_option("--only", options.only,
+                       "One kind: field, forged, scene, obj, ply, stl, off, gltf, glb, inc, shape, plan, "
+                       "message, png, jpeg, "
+                       "tiff, exr, hdr, webp, bmp, targa");
     program.add_flag("--apart", options.apart, "Formats of libraries are read by a reader process");
     program.add_flag("--each", options.each, "So many of each kind, with a row of a table for each");
     program.add_option("--keep", options.keep, "Folder for the files that failed")

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 
+#include "fields/base/range.h"
 #include "fields/field/field_seal.h"
 #include "fields/file/mapped_file.h"
+#include "tools/farm/plan_costs.h"
 
 namespace haarfield {
 namespace {
@@ -24,18 +26,87 @@ ordered_json job_json(const PlanJob& job) {
         {"parts", job.parts},         {"part_seconds", job.part_seconds}};
 }
 
+[[noreturn]] void refuse(const std::string& key, const ordered_json& found, const std::string& wanted) {
+    throw std::runtime_error(fmt::format("{} is {}; wanted {}", key,
+                                         found.is_number() ? found.dump() : found.type_name(), wanted));
+}
+
+std::size_t whole_number(const ordered_json& value, const char* key, std::size_t least, std::size_t most) {
+    if (!value.is_number_unsigned() || value.get<std::uint64_t>() < least ||
+        value.get<std::uint64_t>() > most)
+        refuse(key, value, fmt::format("a whole number in [{}, {}]", least, most));
+    return value.get<std::size_t>();
+}
+
+double seconds(const ordered_json& json, const char* key) {
+    constexpr Range all{0, 1e15};
+    const ordered_json& value = json.at(key);
+    if (!value.is_number() || !all.contains(value.get<double>()))
+        refuse(key, value, "seconds in " + all.text());
+    return value.get<double>();
+}
+
+const ordered_json& list(const ordered_json& json, const char* key) {
+    if (!json.at(key).is_array()) refuse(key, json.at(key), "a list");
+    return json.at(key);
+}
+
+/// Names of files end at a zero: such texts would name others.
+std::string text(const ordered_json& value, const char* key) {
+    if (!value.is_string()) refuse(key, value, "a text");
+    auto text = value.get<std::string>();
+    if (text.find('\0') != std::string::npos) refuse(key, value, "a text without zeros");
+    return text;
+}
+
+std::string text_at(const ordered_json& json, const char* key) {
+    return text(json.at(key), key);
+}
+
 PlanJob json_job(const ordered_json& json) {
     PlanJob job;
-    job.arguments = json.at("arguments").get<std::vector<std::string>>();
-    const auto name = std::ranges::find(division_names, json.at("division").get<std::string>());
-    if (job.arguments.empty() || name == division_names.end()) throw std::runtime_error("a job is none");
-    job.division = static_cast<Division>(name - division_names.begin());
-    for (const ordered_json& input : json.at("inputs"))
-        job.inputs.push_back({input.at("file").get<std::string>(), input.at("hash").get<std::string>()});
-    job.instance = json.at("instance").get<std::size_t>();
-    job.parts = json.at("parts").get<std::size_t>();
-    job.part_seconds = json.at("part_seconds").get<double>();
+    for (const ordered_json& argument : list(json, "arguments"))
+        job.arguments.push_back(text(argument, "arguments"));
+    const std::optional<Division> division = possible_division(job.arguments);
+    if (!division) throw std::runtime_error("a job is of a command that no plan has");
+    job.division = *division;
+    if (const char* name = division_names[static_cast<std::size_t>(*division)];
+        text_at(json, "division") != name)
+        throw std::runtime_error(fmt::format("a {} is divided otherwise than into {}", job.command(), name));
+    for (const ordered_json& input : list(json, "inputs"))
+        job.inputs.push_back({text_at(input, "file"), text_at(input, "hash")});
+    job.instance = whole_number(json.at("instance"), "instance", 0, 0xffffffff);
+    job.parts =
+        whole_number(json.at("parts"), "parts", 1, *division == Division::undivided ? 1 : most_plan_tasks);
+    if (*division == Division::strips && job.parts % 2 != 0)
+        refuse("parts", json.at("parts"), "an even number of strips: there are two sets of lights");
+    job.part_seconds = seconds(json, "part_seconds");
     return job;
+}
+
+FarmPlan json_plan(const ordered_json& json) {
+    FarmPlan plan;
+    plan.version = text_at(json, "version");
+    plan.id = text_at(json, "id");
+    plan.folder = text_at(json, "folder");
+    plan.instructions = text_at(json, "instructions");
+    plan.threads = static_cast<int>(whole_number(json.at("threads"), "threads", 1, 1024));
+    plan.task_seconds = seconds(json, "task_seconds");
+    std::size_t tasks = 0;
+    for (const ordered_json& job : list(json, "jobs")) {
+        plan.jobs.push_back(json_job(job));
+        tasks += plan.jobs.back().parts;
+        if (tasks > most_plan_tasks)
+            throw std::runtime_error(fmt::format("it has more than {} tasks", most_plan_tasks));
+    }
+    const ordered_json& stages = list(json, "stages");
+    if (stages.size() != plan.stages.size())
+        throw std::runtime_error(
+            fmt::format("it has {} stages; wanted {}", stages.size(), plan.stages.size()));
+    for (std::size_t i = 0; i < stages.size(); ++i)
+        plan.stages[i] = whole_number(stages[i], "stages", i == 2 ? tasks : 0, i == 0 ? 0 : tasks);
+    if (tasks == 0) throw std::runtime_error("it has no task");
+    return plan;
 }
 
 }  // namespace
@@ -47,6 +118,22 @@ PlanTask FarmPlan::task(std::size_t number) const {
     }
     assert(false);
     return {};
+}
+
+std::optional<Division> possible_division(const std::vector<std::string>& arguments) {
+    const std::string command = arguments.empty() ? "" : arguments.front();
+    if (command == "precompute") return Division::samples;
+    // What bounces wants the direct light of the whole scene first.
+    if (command == "bake")
+        return !has_option(arguments, "--refine") && option_number(arguments, "--bounces", 1) == 0
+                   ? Division::shading
+                   : Division::undivided;
+    if (command == "reference")
+        return !has_option(arguments, "--relative-error") && !has_option(arguments, "--radiosity")
+                   ? Division::strips
+                   : Division::undivided;
+    if (command == "relight") return Division::frames;
+    return std::nullopt;
 }
 
 std::size_t FarmPlan::first_task(std::size_t job) const {
@@ -61,24 +148,15 @@ Result<FarmPlan> read_plan(const std::filesystem::path& folder) {
     if (!mapped) return mapped.error();
     try {
         const ordered_json json = ordered_json::parse(mapped->bytes);
-        if (json.at("format").get<int>() != format)
+        // Those of other versions may look otherwise: that is told first.
+        if (const ordered_json& found = json.at("format"); found != format)
             return Error{file.string(),
-                         fmt::format("has format {}; wanted {}", json.at("format").dump(), format)};
-        FarmPlan plan;
-        plan.version = json.at("version").get<std::string>();
-        plan.id = json.at("id").get<std::string>();
-        plan.folder = json.at("folder").get<std::string>();
-        plan.instructions = json.at("instructions").get<std::string>();
-        plan.threads = json.at("threads").get<int>();
-        plan.task_seconds = json.at("task_seconds").get<double>();
-        for (const ordered_json& job : json.at("jobs")) plan.jobs.push_back(json_job(job));
-        plan.stages = json.at("stages").get<std::array<std::size_t, 3>>();
-        if (plan.version != HAARFIELD_VERSION)
-            return Error{file.string(), fmt::format("is a plan of haarfield {}; this is {}", plan.version,
-                                                    HAARFIELD_VERSION)};
-        if (plan.first_task(plan.jobs.size()) != plan.task_count())
-            return Error{file.string(), "has another number of tasks than its jobs"};
-        return plan;
+                         fmt::format("has format {}; wanted {}",
+                                     found.is_number() ? found.dump() : found.type_name(), format)};
+        if (const std::string version = text_at(json, "version"); version != HAARFIELD_VERSION)
+            return Error{file.string(),
+                         fmt::format("is a plan of haarfield {}; this is {}", version, HAARFIELD_VERSION)};
+        return json_plan(json);
     } catch (const std::exception& problem) {
         return Error{file.string(), fmt::format("is no plan: {}", problem.what())};
     }

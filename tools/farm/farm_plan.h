@@ -17,6 +17,7 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,12 @@ enum class Division {
     undivided  ///< One task does all.
 };
 
+/// How a command line can be divided; none if plans do not have its command.
+std::optional<Division> possible_division(const std::vector<std::string>& arguments);
+
+/// That a plan can have: `status` looks at each within some microseconds, and keeps some 100 bytes of it.
+inline constexpr std::size_t most_plan_tasks = 1000000;
+
 /// A file that a job reads.
 struct PlanInput {
     std::string file, hash;  ///< XXH3-128, in hexadecimal digits.
@@ -42,8 +49,8 @@ struct PlanJob {
     Division division = Division::undivided;
     std::vector<PlanInput> inputs;
     std::size_t instance = 0;  ///< Of `samples`: one of the scene's, of whose shape the field is.
-    std::size_t parts = 1;
-    double part_seconds = 0;  ///< Estimated for one part, on the threads of a task. [s]
+    std::size_t parts = 1;     ///< 1 if undivided; of strips an even number.
+    double part_seconds = 0;   ///< Estimated for one part, on the threads of a task. [s]
 
     const std::string& command() const { return arguments.front(); }  ///< `precompute`, `bake` ...
 };
@@ -72,7 +79,9 @@ struct FarmPlan {
 
 /// The folder's plan.
 ///
-/// errors  what the system says; no plan, or one of another version of haarfield.
+/// errors  what the system says; no plan, or one of another version of haarfield; a value of another kind or
+///         beyond its range; a job of no command, or not divided as its command is; no task at all, more than
+///         most_plan_tasks, or stages that have others than the jobs.
 Result<FarmPlan> read_plan(const std::filesystem::path& folder);
 
 std::string plan_text(const FarmPlan& plan);  ///< As JSON.

@@ -17,14 +17,29 @@ using nlohmann::ordered_json;
 
 constexpr std::string_view file_prefix = "file ";
 
+/// A number, or 0 if there is none of that kind.
+double seconds_in(const ordered_json& json, const char* key) {
+    const auto found = json.find(key);
+    return found != json.end() && found->is_number() ? std::max(0.0, found->get<double>()) : 0;
+}
+
+bool is_at(const ordered_json& json, const char* key, const ordered_json& wanted) {
+    const auto found = json.find(key);
+    return found != json.end() && *found == wanted;
+}
+
 /// The cost, if the section is the head of that task's part.
 std::optional<TaskCost> head_cost(const Section& head, const FarmPlan& plan, std::size_t task) {
     const ordered_json json = ordered_json::parse(head.bytes, nullptr, /*allow_exceptions=*/false);
-    if (head.name != "task" || !json.is_object() || json.value("plan", "") != plan.id ||
-        json.value("task", plan.task_count()) != task)
+    if (head.name != "task" || !json.is_object() || !is_at(json, "plan", plan.id) ||
+        !is_at(json, "task", task))
         return std::nullopt;
-    return TaskCost{json.value("seconds", 0.0), json.value("cpu_seconds", 0.0),
-                    json.value("peak_bytes", std::uint64_t(0)), json.value("host", "")};
+    TaskCost cost{seconds_in(json, "seconds"), seconds_in(json, "cpu_seconds"), 0, {}};
+    if (const auto peak = json.find("peak_bytes"); peak != json.end() && peak->is_number_unsigned())
+        cost.peak_bytes = peak->get<std::uint64_t>();
+    if (const auto host = json.find("host"); host != json.end() && host->is_string())
+        cost.host = host->get<std::string>();
+    return cost;
 }
 
 double seconds_of(const timeval& time) {

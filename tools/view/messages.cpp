@@ -321,6 +321,10 @@ Result<Message> read_message(std::string_view text) {
     return message;
 }
 
+std::string message_text(const Json& message) {
+    return message.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 Json json_of(const Vec3f& v) {
     return {v.x, v.y, v.z};
 }

@@ -68,6 +68,9 @@ inline constexpr std::size_t longest_message = 1 << 16;
 ///         one that is missing, or a value of another kind or beyond its range, with what was wanted.
 Result<Message> read_message(std::string_view text);
 
+/// A message to pages. Bytes that are no UTF-8 (names of files, texts that were cut) become U+FFFD.
+std::string message_text(const nlohmann::json& message);
+
 /// @name What messages say of values. @{
 nlohmann::json json_of(const Vec3f& v);
 nlohmann::json json_of(const Rotation& rotation);       ///< A quaternion: x, y, z, w.

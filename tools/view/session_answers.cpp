@@ -104,7 +104,7 @@ void ViewSession::tell_scene(PageId page) const {
     const Scene& scene = history_.now().scene;
     for (std::size_t e = 0; e < live_.entities().entities.size(); ++e)
         entities.push_back(json_of(*live_.entities().entities[e], e, scene.entities[live_.described_by(e)]));
-    audience_.tell(page, message.dump());
+    audience_.tell(page, message_text(message));
 }
 
 void ViewSession::tell_state() {
@@ -112,7 +112,7 @@ void ViewSession::tell_state() {
     const bool is_new = !told_ || message.size() > 4 || told_undo_ != history_.can_undo() ||
                         told_redo_ != history_.can_redo();
     if (!is_new) return;
-    if (told_) audience_.tell_all(message.dump());
+    if (told_) audience_.tell_all(message_text(message));
     told_ = history_.now();
     told_undo_ = history_.can_undo();
     told_redo_ = history_.can_redo();
@@ -129,8 +129,8 @@ Result<Done> ViewSession::save(PageId page, const Save& save, const Message& mes
     const std::string text =
         scene_text(history_.now().scene, file.parent_path(), top_comments(settings_.scene_file));
     if (Result<Done> written = write_file(file, text); !written) return written;
-    audience_.tell(
-        page, nlohmann::json{{"type", "saved"}, {"number", message.number}, {"file", file.string()}}.dump());
+    audience_.tell(page,
+                   message_text({{"type", "saved"}, {"number", message.number}, {"file", file.string()}}));
     return Done{};
 }
 
@@ -160,7 +160,7 @@ void ViewSession::make_picture() {
         message["state"] = "failed";
         message["message"] = written.error().message();
     }
-    for (const auto& [page, wanted] : pictures_) audience_.tell(page, message.dump());
+    for (const auto& [page, wanted] : pictures_) audience_.tell(page, message_text(message));
     pictures_.clear();
 }
 

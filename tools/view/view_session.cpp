@@ -44,7 +44,7 @@ ViewSession::ViewSession(const Scene& scene, SceneEntities entities, ViewSetting
                  post({.page = 0,
                        .what = Arrival::What::task,
                        .message = {},
-                       .text = message.dump(),
+                       .text = message_text(message),
                        .time = {}});
              }),
       window_(scene.camera),
@@ -77,7 +77,7 @@ void ViewSession::lights_changed() {
 void ViewSession::receive(PageId page, std::string_view text) {
     Result<Message> message = read_message(text);
     if (!message) {
-        audience_.tell(page, nlohmann::json{{"type", "error"}, {"message", message.error().what}}.dump());
+        audience_.tell(page, message_text({{"type", "error"}, {"message", message.error().what}}));
         return;
     }
     if (std::holds_alternative<Shown>(message->content)) return audience_.shown(page);
@@ -274,12 +274,11 @@ void ViewSession::tell_work(const char* doing, std::string_view stage, double sh
         if (!is_end && now - told_work_ < work_period) return;
         told_work_ = now;
     }
-    audience_.tell_all(nlohmann::json{{"type", "work"},
-                                      {"doing", doing},
-                                      {"stage", stage},
-                                      {"share", share},
-                                      {"vector_bytes", is_end ? live_.transfer_bytes() : 0}}
-                           .dump());
+    audience_.tell_all(message_text({{"type", "work"},
+                                     {"doing", doing},
+                                     {"stage", stage},
+                                     {"share", share},
+                                     {"vector_bytes", is_end ? live_.transfer_bytes() : 0}}));
 }
 
 void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
@@ -302,7 +301,7 @@ void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
             case Arrival::What::lights:
                 for (const PageId page : pages_) {
                     nlohmann::json message = state(true);
-                    audience_.tell(page, message.dump());
+                    audience_.tell(page, message_text(message));
                 }
                 break;
             case Arrival::What::task: audience_.tell_all(arrival.text); break;
@@ -315,14 +314,13 @@ void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
 
 void ViewSession::tell_trouble(const Error& error) {
     failed_light_ = history_.now().light_stamp;
-    audience_.tell_all(nlohmann::json{{"type", "error"}, {"message", error.message()}}.dump());
+    audience_.tell_all(message_text({{"type", "error"}, {"message", error.message()}}));
 }
 
 void ViewSession::tell_rest() {
     if (told_rest_ == std::pair(last_message_, frame_)) return;
     told_rest_ = {last_message_, frame_};
-    audience_.tell_all(
-        nlohmann::json{{"type", "rest"}, {"message", last_message_}, {"frame", frame_}}.dump());
+    audience_.tell_all(message_text({{"type", "rest"}, {"message", last_message_}, {"frame", frame_}}));
 }
 
 void ViewSession::take_message(const Arrival& arrival) {
@@ -335,11 +333,10 @@ void ViewSession::take_message(const Arrival& arrival) {
         done = take_content(arrival.page, message);
     }
     if (!done) {
-        audience_.tell(arrival.page, nlohmann::json{{"type", "error"},
-                                                    {"about", message.type},
-                                                    {"number", message.number},
-                                                    {"message", done.error().message()}}
-                                         .dump());
+        audience_.tell(arrival.page, message_text({{"type", "error"},
+                                                   {"about", message.type},
+                                                   {"number", message.number},
+                                                   {"message", done.error().message()}}));
         return;
     }
     if (is_open) return;
@@ -437,7 +434,7 @@ void ViewSession::steer(PageId page) {
     if (known == pages_.end()) return;
     std::rotate(pages_.begin(), known, known + 1);
     for (const PageId each : pages_)
-        audience_.tell(each, nlohmann::json{{"type", "steering"}, {"steers", each == page}}.dump());
+        audience_.tell(each, message_text({{"type", "steering"}, {"steers", each == page}}));
 }
 
 }  // namespace haarfield

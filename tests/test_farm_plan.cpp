@@ -1,0 +1,126 @@
+#include "tools/farm/farm_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/fixtures/test_folder.h"
+#include "tools/farm/farm_status.h"
+
+#include <fmt/format.h>
+
+namespace haarfield {
+namespace {
+
+FarmPlan example_plan() {
+    FarmPlan plan;
+    plan.version = HAARFIELD_VERSION;
+    plan.id = "0123";
+    plan.folder = "/rooms";
+    plan.task_seconds = 300;
+    const auto add = [&](std::vector<std::string> arguments, Division division, std::size_t parts) {
+        plan.jobs.push_back({std::move(arguments), division, {{"room.toml", "00ff"}}, 0, parts, 2.5});
+    };
+    add({"precompute", "room.toml", "-o", "out"}, Division::samples, 3);
+    add({"reference", "room.toml", "-o", "out"}, Division::strips, 4);
+    add({"bake", "room.toml", "-o", "out", "--bounces", "0"}, Division::shading, 2);
+    add({"bake", "room.toml", "-o", "out"}, Division::undivided, 1);
+    add({"relight", "room.toml", "-o", "out"}, Division::frames, 5);
+    plan.stages = {0, 7, 15};
+    return plan;
+}
+
+/// The plan with its JSON changed, read again.
+template <class Change>
+Result<FarmPlan> changed_plan(const Change& change) {
+    const TestFolder folder;
+    auto json = nlohmann::ordered_json::parse(plan_text(example_plan()));
+    change(json);
+    write_text(folder / "plan.json", json.dump());
+    return read_plan(folder.path());
+}
+
+TEST(FarmPlan, IsReadAsItWasWritten) {
+    const Result<FarmPlan> plan = changed_plan([](auto&) {});
+    ASSERT_TRUE(bool(plan)) << plan.error().message();
+    EXPECT_EQ(plan_text(*plan), plan_text(example_plan()));
+    const PlanTask task = plan->task(7);
+    EXPECT_EQ(task.job, 2u);
+    EXPECT_EQ(task.part, 0u);
+}
+
+TEST(FarmPlan, ValuesOfAnotherKindOrBeyondTheirRangeAreRefused) {
+    using Json = nlohmann::ordered_json;
+    const Json wrong = Json::parse(R"([
+        ["/format", 2, "has format 2"], ["/format", "1", "has format string"], ["/format", 1e300, "has format"],
+        ["/version", "0.0.0", "is a plan of haarfield 0.0.0"], ["/version", null, "version is null"],
+        ["/id", 5, "id is 5"], ["/folder", "/a\u0000b", "a text without zeros"], ["/threads", 0, "threads is 0"],
+        ["/threads", 1e300, "threads is 1e+300"], ["/threads", -1, "threads is -1"],
+        ["/task_seconds", -1, "task_seconds is -1"], ["/task_seconds", null, "task_seconds is null"],
+        ["/stages", [0, 7], "2 stages"], ["/stages", [0, 16, 15], "stages is 16"],
+        ["/stages", [1, 7, 15], "stages is 1"], ["/stages", [0, 7, 14], "stages is 14"],
+        ["/stages", [0, 7, 1e300], "stages is 1e+300"], ["/stages", 15, "stages is 15"],
+        ["/jobs", {"a": 1}, "jobs is object"], ["/jobs", [], "stages is 7"],
+        ["/jobs/0/parts", 0, "parts is 0"], ["/jobs/0/parts", 3.5, "parts is 3.5"],
+        ["/jobs/0/parts", 18446744073709551615, "parts is 18446744073709551615"],
+        ["/jobs/0/parts", 1000000, "more than 1000000 tasks"],
+        ["/jobs/1/parts", 1, "even number of strips"], ["/jobs/3/parts", 2, "parts is 2"],
+        ["/jobs/0/part_seconds", 1e300, "part_seconds is 1e+300"], ["/jobs/0/instance", -1, "instance is -1"],
+        ["/jobs/0/division", "strips", "a precompute is divided otherwise"],
+        ["/jobs/3/division", "shading", "a bake is divided otherwise"],
+        ["/jobs/0/arguments", [], "of a command that no plan has"],
+        ["/jobs/0/arguments/0", "library", "of a command that no plan has"],
+        ["/jobs/0/arguments/1", ["a"], "arguments is array"], ["/jobs/0/inputs", "room.toml", "inputs is string"],
+        ["/jobs/0/inputs/0/hash", 7, "hash is 7"]])");
+    for (const Json& each : wrong) {
+        const Result<FarmPlan> plan =
+            changed_plan([&](Json& json) { json[Json::json_pointer(each[0].get<std::string>())] = each[1]; });
+        ASSERT_FALSE(bool(plan)) << each;
+        EXPECT_NE(plan.error().message().find(each[2].get<std::string>()), std::string::npos)
+            << each << ": " << plan.error().message();
+        EXPECT_NE(plan.error().where.find("plan.json"), std::string::npos) << each;
+    }
+}
+
+TEST(FarmPlan, WithoutAKeyOrCutShortIsRefused) {
+    const std::vector<std::string> keys{"format",  "version",      "id",     "folder", "instructions",
+                                        "threads", "task_seconds", "stages", "jobs"},
+        of_jobs{"arguments", "division", "inputs", "instance", "parts", "part_seconds"};
+    for (const std::string& key : keys)
+        EXPECT_FALSE(bool(changed_plan([&](auto& json) { json.erase(key); }))) << key;
+    for (const std::string& key : of_jobs)
+        EXPECT_FALSE(bool(changed_plan([&](auto& json) { json["jobs"][2].erase(key); }))) << key;
+    const std::string text = plan_text(example_plan());
+    const TestFolder folder;
+    for (std::size_t size = 0; size + 1 < text.size(); ++size) {
+        write_text(folder / "plan.json", std::string_view(text).substr(0, size));
+        EXPECT_FALSE(bool(read_plan(folder.path()))) << size << " bytes";
+    }
+}
+
+// Sealed, but by another program: it tells less, and is no other task's.
+TEST(FarmPlan, HeadsOfResultsOfAnotherKindAreNoReasonToStop) {
+    const TestFolder folder;
+    std::filesystem::create_directories(folder / "parts");
+    const FarmPlan plan = example_plan();
+    const auto cost_of = [&](const std::string& head) {
+        write_text(folder / "parts/2.part", section_file({{"task", head}}));
+        return part_cost(folder.path(), plan, 2);
+    };
+    EXPECT_EQ(cost_of(R"({"plan":"0123","task":2,"seconds":1.5,"host":"a"})").value().seconds, 1.5);
+    for (const char* head :
+         {R"({"plan":"0123","task":2,"seconds":"long","cpu_seconds":null,"host":7,"peak_bytes":1e300})",
+          R"({"plan":"0123","task":2,"seconds":-1,"peak_bytes":-1})"}) {
+        const std::optional<TaskCost> cost = cost_of(head);
+        ASSERT_TRUE(cost) << head;
+        EXPECT_EQ(cost->seconds, 0);
+        EXPECT_EQ(cost->peak_bytes, 0u);
+        EXPECT_EQ(cost->host, "");
+    }
+    for (const char* head : {R"({"plan":5,"task":2})", R"({"plan":"0123","task":"2"})", R"({"plan":"0123"})",
+                             R"({"plan":"0123","task":1})", "[]", ""})
+        EXPECT_FALSE(cost_of(head)) << head;
+}
+
+}  // namespace
+}  // namespace haarfield
