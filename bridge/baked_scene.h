@@ -2,6 +2,7 @@
 /// Shaded meshes as a POV-Ray scene: colours at the vertices, no light.
 
 #include "bridge/povray_scene.h"
+#include "fields/mesh/listed_mesh.h"
 #include "scenes/surface.h"
 
 #include <span>
@@ -25,6 +26,9 @@ struct BakedInstance {
     std::span<const Rgb> over{};
     std::span<const Surface> surfaces{};  ///< By the mesh's materials; none: plain ones.
     std::vector<VertexValues> passes{};   ///< The same names in all instances (asserted). Not for POV-Ray.
+    /// Faces in place of the mesh's triangles, of the same vertices, where a file takes any; see
+    /// OriginalBake.
+    const ListedMesh* listed = nullptr;
 };
 
 /// The radiance of a vertex, with the colour of its texture there.

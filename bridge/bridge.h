@@ -23,6 +23,7 @@
 /// | BakedInstance, write_baked_scene | bridge/baked_scene.h |
 /// | write_baked_ply, write_baked_csv: the colours for any viewer, as a table | bridge/mesh_file.h |
 /// | write_baked_glb: the objects and their colours for Blender and engines | bridge/glb_file.h |
+/// | original_bake: the same at the vertices that the models' files list | bridge/original_vertices.h |
 /// | run_povray, render_scene | bridge/povray_process.h |
 /// | write_reference_scene | bridge/reference_scene.h |
 /// | rendered_reference | bridge/reference_picture.h |
@@ -98,6 +99,7 @@
 #include "bridge/light_dome.h"
 #include "bridge/mesh_file.h"
 #include "bridge/movie.h"
+#include "bridge/original_vertices.h"
 #include "bridge/povray_process.h"
 #include "bridge/preview.h"
 #include "bridge/reference_picture.h"

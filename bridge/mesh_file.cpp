@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
 
 namespace haarfield {
@@ -49,16 +50,23 @@ void for_each_pass_number(const BakedInstance& instance, std::size_t vertex, con
 
 Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const BakedInstance> instances) {
     if (Result<Done> good = check_baked_instances(instances); !good) return good.error();
-    std::uint64_t vertices = 0, triangles = 0;
+    std::uint64_t vertices = 0, faces = 0, corners = 0;
+    std::uint32_t most_corners = 3;
     for (const BakedInstance& instance : instances) {
         assert(instance.mesh->normals.size() == instance.mesh->positions.size());
         vertices += instance.mesh->positions.size();
-        triangles += instance.mesh->triangles.size();
+        const ListedMesh* const listed = instance.listed;
+        assert(!listed || listed->positions.size() == instance.mesh->positions.size());
+        faces += listed ? listed->face_corners.size() : instance.mesh->triangles.size();
+        corners += listed ? listed->corners.size() : 3 * instance.mesh->triangles.size();
+        if (listed && !listed->face_corners.empty())
+            most_corners = std::max(most_corners, std::ranges::max(listed->face_corners));
     }
     if (vertices >= std::uint64_t{1} << 31)
         return Error{file.string(), fmt::format("{} vertices; wanted less than 2^31", vertices)};
 
     const std::vector<std::string> columns = pass_columns(instances);
+    const bool has_bytes = most_corners <= 255;
     std::string pass_properties;
     for (const std::string& column : columns) pass_properties += "property float " + column + "\n";
     std::string text = fmt::format(
@@ -69,13 +77,15 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
         "property float nx\nproperty float ny\nproperty float nz\n"
         "property uchar red\nproperty uchar green\nproperty uchar blue\n"
         "property float radiance_r\nproperty float radiance_g\nproperty float radiance_b\n"
-        "property int instance\n"
+        "property int instance\nproperty int original_vertex\n"
         "{}"
-        "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-        vertices, pass_properties, triangles);
-    text.reserve(text.size() + (43 + sizeof(float) * columns.size()) * vertices + 13 * triangles);
+        "element face {}\nproperty list {} int vertex_indices\nend_header\n",
+        vertices, pass_properties, faces, has_bytes ? "uchar" : "int");
+    text.reserve(text.size() + (47 + sizeof(float) * columns.size()) * vertices +
+                 (has_bytes ? 1 : 4) * faces + 4 * corners);
     std::int32_t number = 0;
     for (const BakedInstance& instance : instances) {
+        const std::vector<std::int32_t>& original = instance.mesh->original_vertices;
         for (std::size_t i = 0; i < instance.mesh->positions.size(); ++i) {
             const Vec3f position = instance.placement.point_to_world(instance.mesh->positions[i]);
             for (int axis = 0; axis < 3; ++axis) append_bytes(text, position[axis]);
@@ -85,15 +95,28 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
             for (int c = 0; c < 3; ++c) append_bytes(text, unit_byte(srgb_encoded(radiance[c])));
             for (int c = 0; c < 3; ++c) append_bytes(text, radiance[c]);
             append_bytes(text, number);
+            append_bytes(text, original.empty() ? not_original : original[i]);
             for_each_pass_number(instance, i, [&](float value) { append_bytes(text, value); });
         }
         ++number;
     }
     std::int32_t first = 0;
     for (const BakedInstance& instance : instances) {
-        for (const auto& triangle : instance.mesh->triangles) {
-            append_bytes(text, std::uint8_t{3});
-            for (std::uint32_t index : triangle) append_bytes(text, first + static_cast<std::int32_t>(index));
+        const auto append_face = [&](std::span<const std::uint32_t> of) {
+            if (has_bytes)
+                append_bytes(text, static_cast<std::uint8_t>(of.size()));
+            else
+                append_bytes(text, static_cast<std::int32_t>(of.size()));
+            for (const std::uint32_t index : of) append_bytes(text, first + static_cast<std::int32_t>(index));
+        };
+        if (instance.listed) {
+            std::span<const std::uint32_t> left = instance.listed->corners;
+            for (const std::uint32_t count : instance.listed->face_corners) {
+                append_face(left.first(count));
+                left = left.subspan(count);
+            }
+        } else {
+            for (const auto& triangle : instance.mesh->triangles) append_face(triangle);
         }
         first += static_cast<std::int32_t>(instance.mesh->positions.size());
     }

@@ -100,19 +100,27 @@ Result<std::optional<std::size_t>> part_of(const ModelFile& model, const Entity&
 }
 
 /// Reads and prepares the mesh, and makes its surfaces.
-Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shape& shape, ModelShelf& models,
-                       TextureShelf& shelf, std::vector<std::string>& warnings, const Progress& progress,
-                       SceneEntity& entity) {
+///
+/// originals  SceneEntityOptions::original_vertices.
+Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shape& shape, bool originals,
+                       ModelShelf& models, TextureShelf& shelf, std::vector<std::string>& warnings,
+                       const Progress& progress, SceneEntity& entity) {
     const Result<const ModelFile*> model = models.file(description.mesh);
     if (!model) return model.error();
     const Result<std::optional<std::size_t>> part = part_of(**model, description);
     if (!part) return part.error();
-    Result<ImportedMesh> imported = read_mesh(**model, *part, {.appearance = true});
+    Result<ImportedMesh> imported = read_mesh(**model, *part, {.appearance = true, .originals = originals});
     if (!imported) return imported.error();
+    if (originals) {
+        Result<ListedMesh> listed = (*model)->listed(*part);
+        if (!listed) return listed.error();
+        entity.listed = shaped_listing(std::move(*listed), shape);
+    }
     Result<std::vector<Surface>> surfaces = entity_surfaces(scene, description, *imported, shelf, warnings);
     if (!surfaces) return surfaces.error();
     WantedAppearance wanted;
-    MeshPreparation preparation{description.fine_vertices, description.coarse_triangles};
+    wanted.originals = originals;
+    MeshPreparation preparation{originals ? 0 : description.fine_vertices, description.coarse_triangles};
     for (const Surface& surface : *surfaces) {
         wanted.uvs.push_back(surface.texture != nullptr);
         wanted.colours.push_back(surface.coloured);
@@ -202,7 +210,8 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         const Clock::time_point mesh_start = Clock::now();
         std::vector<std::string> warnings;
         if (const Result<Done> taken =
-                take_mesh(scene, description, instance.shape, models, shelf, warnings, progress, *entity);
+                take_mesh(scene, description, instance.shape, options.original_vertices, models, shelf,
+                          warnings, progress, *entity);
             !taken)
             return taken.error();
         for (std::string& warning : warnings)  // those of another shape's mesh are the same

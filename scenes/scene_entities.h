@@ -19,6 +19,8 @@ namespace haarfield {
 struct SceneEntity {
     std::string name;  ///< The entity's; of instances that are stretched or mirrored with `~` and shape_name.
     PreparedMesh mesh;
+    /// Its file's vertices and faces, in that shape: if SceneEntityOptions::original_vertices.
+    std::optional<ListedMesh> listed;
     std::optional<EntityOcclusion> occlusion;  ///< Of the mesh; always there once prepared.
     VisibilityField field;
     std::vector<Surface> surfaces;    ///< By the mesh's material index,
@@ -48,7 +50,11 @@ struct SceneEntityOptions {
     std::int32_t face_size = 64;
     std::int32_t coefficients = FieldSettings().coefficients;
     float relative_l2_error = FieldSettings().relative_l2_error;
-    bool fields = true;                     ///< false: meshes only.
+    bool fields = true;  ///< false: meshes only.
+    /// Whether fine meshes have the vertices that the models' files list, and no others but those of backs:
+    /// all that triangles use, also where several are alike, each as often as normals and materials part
+    /// there. Entity::fine_vertices is without effect then.
+    bool original_vertices = false;
     Unsealed unsealed = Unsealed::refused;  ///< Files without a seal.
 };
 

@@ -4,6 +4,8 @@
 #include <Imath/ImathMatrixAlgo.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace haarfield {
 
 namespace {
@@ -90,6 +92,18 @@ Mesh shaped_mesh(Mesh mesh, const Shape& shape) {
     if (matrix.determinant() < 0)
         for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
     return mesh;
+}
+
+ListedMesh shaped_listing(ListedMesh listed, const Shape& shape) {
+    if (shape == Shape()) return listed;
+    for (Vec3f& position : listed.positions) position = Vec3f(shape(Vec3d(position)));
+    if (!(matrix_of(shape.row).determinant() < 0)) return listed;
+    auto corner = listed.corners.begin();
+    for (const std::uint32_t count : listed.face_corners) {
+        if (count > 0) std::reverse(corner + 1, corner + count);
+        corner += count;
+    }
+    return listed;
 }
 
 }  // namespace haarfield

@@ -6,6 +6,7 @@
 
 #include "fields/base/placement.h"
 #include "fields/base/result.h"
+#include "fields/mesh/listed_mesh.h"
 #include "fields/mesh/mesh.h"
 
 #include <string>
@@ -57,5 +58,9 @@ Result<LinearParts> linear_parts(const std::array<Vec3d, 3>& row);
 /// A mesh of that shape: positions; normals, by the inverse transposed; triangles counter-clockwise still.
 /// Triangles that lose their area by rounding stay. Shape() leaves all bits.
 Mesh shaped_mesh(Mesh mesh, const Shape& shape);
+
+/// The same of what its file lists, with the same bits; faces of a shape that mirrors turn the other way,
+/// from the same corner on.
+ListedMesh shaped_listing(ListedMesh listed, const Shape& shape);
 
 }  // namespace haarfield

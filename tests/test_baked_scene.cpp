@@ -299,7 +299,7 @@ TEST(BakedPly, HoldsWorldPositionsAndBothKindsOfColour) {
     ASSERT_TRUE(write_baked_ply(folder / "a.ply", instances));
     const std::string text = text_of(folder / "a.ply");
     const std::size_t data = text.find("end_header\n") + 11;
-    ASSERT_EQ(text.size(), data + 8 * 43 + 4 * 13);
+    ASSERT_EQ(text.size(), data + 8 * 47 + 4 * 13);
     float position[3], linear[3];
     std::memcpy(position, &text[data], 12);
     std::memcpy(linear, &text[data + 27], 12);
@@ -309,9 +309,11 @@ TEST(BakedPly, HoldsWorldPositionsAndBothKindsOfColour) {
     EXPECT_EQ(static_cast<unsigned char>(text[data + 25]), 255);
     EXPECT_EQ(static_cast<unsigned char>(text[data + 26]), 0);
     for (std::size_t v = 0; v < 8; ++v) {
-        std::int32_t instance = -1;
-        std::memcpy(&instance, &text[data + 43 * v + 39], 4);
+        std::int32_t instance = -1, original = 0;
+        std::memcpy(&instance, &text[data + 47 * v + 39], 4);
+        std::memcpy(&original, &text[data + 47 * v + 43], 4);
         EXPECT_EQ(instance, v < 4 ? 0 : 1) << v;
+        EXPECT_EQ(original, -1) << "of no file";
     }
     const Result<ImportedMesh> back = read_mesh(folder / "a.ply");
     ASSERT_TRUE(back) << back.error().message();
@@ -439,14 +441,15 @@ TEST(BakedPly, HoldsPassesBehindTheInstance) {
     const PassedSquares squares;
     ASSERT_TRUE(write_baked_ply(folder / "a.ply", squares.instances));
     const std::string text = text_of(folder / "a.ply");
-    EXPECT_NE(text.find("property int instance\nproperty float occlusion\nproperty float own_shadow_r\n"
+    EXPECT_NE(text.find("property int instance\nproperty int original_vertex\nproperty float "
+                        "occlusion\nproperty float own_shadow_r\n"
                         "property float own_shadow_g\nproperty float own_shadow_b\nelement face"),
               std::string::npos);
-    const std::size_t data = text.find("end_header\n") + 11, each = 43 + 16;
+    const std::size_t data = text.find("end_header\n") + 11, each = 47 + 16;
     ASSERT_EQ(text.size(), data + 8 * each + 4 * 13);
     for (std::size_t v = 0; v < 8; ++v) {
         float numbers[4];
-        std::memcpy(numbers, &text[data + each * v + 43], sizeof numbers);
+        std::memcpy(numbers, &text[data + each * v + 47], sizeof numbers);
         EXPECT_EQ(numbers[0], squares.open[v / 4][v % 4].x) << v;
         EXPECT_EQ(Rgb(numbers[1], numbers[2], numbers[3]), squares.shadow[v / 4][v % 4]) << v;
     }

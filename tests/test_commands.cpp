@@ -7,8 +7,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -20,6 +22,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "fields/mesh/polygon_file.h"
 #include "tests/fixtures/library_files.h"
 
 extern char** environ;
@@ -477,6 +480,63 @@ TEST_F(Commands, PassesArePicturesScenesAndColumns) {
     EXPECT_EQ(twice.code, 1);
     EXPECT_NE(twice.err.find("pass diffuse: is asked for twice"), std::string::npos) << twice.err;
     EXPECT_EQ(run_with({"-o", "none", "--pass", "beauty"}).code, 2);
+}
+
+/// The box has a vertex more, which no face uses.
+TEST_F(Commands, BakesTheVerticesOfTheFilesAndNoOthers) {
+    write_scene();
+    std::ofstream(folder_ / "box.obj", std::ios::app) << "v 7 7 7\n";
+    const Outcome baked =
+        run({"bake", "room.toml", "-o", "out", "--face-size", "16", "--no-render", "--format", "ply,csv,glb",
+             "--original-vertices", "--pass", "occlusion", "--bounces", "0", "--report", "report.json"});
+    ASSERT_EQ(baked.code, 0) << baked.err;
+    EXPECT_NE(baked.err.find("fine_vertices of entity floor are without effect"), std::string::npos)
+        << baked.err;
+    EXPECT_NE(baked.err.find("1 of the files' 13 vertices have no light"), std::string::npos) << baked.err;
+    EXPECT_EQ(report("report.json").at("original_vertices"),
+              (nlohmann::json{{"vertices", 13}, {"unvalued", 1}}));
+    const haarfield::Result<haarfield::PolygonFile> ply =
+        haarfield::read_ply(text_of(folder_ / "out/room.ply"));
+    ASSERT_TRUE(ply) << ply.error().message();
+    ASSERT_EQ(ply->positions.size(), 13u);
+    EXPECT_EQ(ply->face_corners, std::vector<std::uint32_t>(7, 4));
+    EXPECT_EQ(ply->positions[0], haarfield::Vec3f(-3, 0, -3));
+    EXPECT_EQ(ply->positions[4], haarfield::Vec3f(-0.5f, 0.001f, -0.5f));
+    EXPECT_EQ(ply->positions[12], haarfield::Vec3f(7, 7.001f, 7));
+    const std::vector<std::uint32_t> lid(ply->corners.begin() + 8, ply->corners.begin() + 12);
+    EXPECT_EQ(lid, (std::vector<std::uint32_t>{11, 10, 9, 8}));
+
+    // Between vertices that are baked once a corner, of which these are the mean.
+    std::istringstream table(text_of(folder_ / "out/room.csv"));
+    std::string line;
+    std::getline(table, line);
+    EXPECT_TRUE(line.ends_with(",occlusion")) << line;
+    std::vector<std::string> lines;
+    while (std::getline(table, line)) lines.push_back(line);
+    ASSERT_EQ(lines.size(), 13u);
+    EXPECT_TRUE(lines[3].starts_with("floor,3,-3,0,3,0,1,0,")) << lines[3];
+    EXPECT_TRUE(lines[12].starts_with("box,8,7,7.001,7,0,1,0,0,0,0,0")) << lines[12];
+
+    EXPECT_EQ(run({"bake", "room.toml", "-o", "out", "--original-vertices", "--refine", "0.01"}).code, 2);
+    const Outcome plain = run({"bake", "room.toml", "-o", "plain", "--face-size", "16", "--no-render"});
+    ASSERT_EQ(plain.code, 0) << plain.err;
+    const std::string text = text_of(folder_ / "plain/room.ply");
+    const std::size_t data = text.find("end_header\n") + 11;
+    std::map<std::int32_t, std::set<std::int32_t>> originals;  // by instance
+    const std::size_t vertices = std::stoul(text.substr(text.find("element vertex ") + 15));
+    for (std::size_t v = 0; v < vertices; ++v) {
+        std::array<std::int32_t, 2> numbers;
+        std::memcpy(numbers.data(), &text[data + 47 * v + 39], sizeof numbers);
+        originals[numbers[0]].insert(numbers[1]);
+    }
+    EXPECT_EQ(originals[0], (std::set<std::int32_t>{-1, 0, 1, 2, 3}));
+    EXPECT_EQ(originals[1], (std::set<std::int32_t>{-1, 0, 1, 2, 3, 4, 5, 6, 7}));
+
+    // The fields are found again.
+    const Outcome again =
+        run({"precompute", "room.toml", "-o", "out", "--face-size", "16", "--original-vertices"});
+    ASSERT_EQ(again.code, 0) << again.err;
+    EXPECT_EQ(again.out.find("made"), std::string::npos) << again.out;
 }
 
 TEST_F(Commands, ViewMovesTheCameraAndDenseAgreesWithTree) {

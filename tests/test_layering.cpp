@@ -31,7 +31,7 @@ const std::map<std::string, std::set<std::string>> only_known_to{
     {"CGAL/", {"fields/mesh/mesh_preparation.cpp", "fields/mesh/opaque_outline.cpp"}},
     {"assimp/",
      {"fields/mesh/assimp_content.cpp", "fields/mesh/assimp_model.cpp", "fields/mesh/assimp_materials.cpp",
-      "fields/mesh/assimp_materials.h"}},
+      "fields/mesh/assimp_materials.h", "fields/mesh/obj_listing.cpp"}},
     {"embree3/",
      {"fields/base/embree_device.cpp", "fields/mesh/surface_rays.cpp",
       "shading/visibility/instanced_triangles.cpp", "shading/visibility/shadow_rays.cpp",

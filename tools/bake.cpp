@@ -1,5 +1,6 @@
 #include "bridge/glb_file.h"
 #include "bridge/mesh_file.h"
+#include "bridge/original_vertices.h"
 #include "bridge/scene_bake.h"
 #include "tools/farm/task_share.h"
 #include "tools/number_option.h"
@@ -70,6 +71,28 @@ void add_bake_options(CLI::App& command, BakeOptions& options) {
         ->type_name("PASS");
 }
 
+/// original_bake, with a warning of what has no light, and a word on what is without effect.
+OriginalBake at_original_vertices(const Scene& scene, const SceneEntities& entities,
+                                  const std::vector<BakedInstance>& instances, CommandContext& context) {
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+        const Entity& entity = scene.entities[scene.instances[i].entity];
+        if (instances[i].mesh->positions.size() >= entity.fine_vertices) continue;
+        context.message(
+            fmt::format("fine_vertices of entity {} are without effect: --original-vertices bakes "
+                        "those of {}",
+                        entity.name, entity.mesh.string()));
+        break;  // one is enough
+    }
+    OriginalBake original = original_bake(entities, instances);
+    if (original.unvalued > 0)
+        context.warn(
+            fmt::format("{} of the files' {} vertices have no light, and radiance 0: no triangle with "
+                        "an area is at them",
+                        original.unvalued, original.vertices));
+    context.report["original_vertices"] = {{"vertices", original.vertices}, {"unvalued", original.unvalued}};
+    return original;
+}
+
 Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context) {
     if (const Result<Done> good = check_bake(options.shading); !good) return good.error();
     const std::filesystem::path output = options.output;
@@ -125,12 +148,16 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     for (const std::filesystem::path& image : files->images)
         context.report["images"].push_back(image.string());
     context.print("scene  {} with {} includes\n", files->scene.string(), files->includes.size());
+    std::optional<OriginalBake> original;
+    if (options.fields.original_vertices)
+        original = at_original_vertices(*scene, *entities, instances, context);
     for (const std::string& format : options.formats) {
         const std::filesystem::path mesh = output / (file_stem(*scene) + "." + format);
         const auto write = format == "glb"   ? write_baked_glb
                            : format == "csv" ? write_baked_csv
                                              : write_baked_ply;
-        if (const Result<Done> written = write(mesh, instances); !written) return written.error();
+        if (const Result<Done> written = write(mesh, original ? original->instances : instances); !written)
+            return written.error();
         context.report["meshes"].push_back(mesh.string());
         context.print("mesh   {}\n", mesh.string());
     }
@@ -175,11 +202,17 @@ Command bake_command(CLI::App& program) {
         ->required()
         ->type_name("DIR");
     add_field_options(*app, options->fields);
+    CLI::Option* const original =
+        add_original_vertices(*app, options->fields)
+            ->description(
+                "Bake the vertices that the models' files list, and no others: the mesh has these, with the "
+                "files' faces, in the files' order. The scene's fine_vertices are without effect");
     add_occlusion_options(*app, options->occlusion);
     add_picture_options(*app, options->scene);
     app->add_flag("--no-render", options->no_render, "Do not run POV-Ray");
     add_shading_options(*app, options->settings);
     add_bake_options(*app, options->shading);
+    app->get_option("--refine")->excludes(original);
     add_bounce_options(*app, options->bounces);
     app->add_option(
            "--format", options->formats,

@@ -102,16 +102,18 @@ Result<Done> add_fields(const PlannedScene& planned, const std::vector<std::stri
     add("--coefficients", fields.coefficients);
     add("--visibility-error", fields.relative_l2_error);
     if (fields.allow_unsealed) own.emplace_back("--allow-unsealed");
+    if (fields.original_vertices) own.emplace_back("--original-vertices");
     for (std::size_t i = 0; i < planned.scene.instances.size(); ++i) {
         const Instance& instance = planned.scene.instances[i];
         const Entity& entity = planned.scene.entities[instance.entity];
         // Fields of one name here may be two, and the other way round: then one task finds nothing to do.
-        const std::string name = fmt::format(
-            "{}\n{}\n{} {} {} {}\n{}\n{} {} {} {} {}", entity.mesh.string(), entity.part,
-            entity.fine_vertices, entity.coarse_triangles, entity.planar_samples, entity.spherical_samples,
-            instance.shape == Shape() ? std::string() : shape_name(instance.shape), fields.folder,
-            fields.folder.empty() ? job_settings->output : "", fields.face_size, fields.coefficients,
-            fields.relative_l2_error);
+        const std::string name =
+            fmt::format("{}\n{}\n{} {} {} {}\n{}\n{} {} {} {} {}", entity.mesh.string(), entity.part,
+                        fields.original_vertices ? 0 : entity.fine_vertices, entity.coarse_triangles,
+                        entity.planar_samples, entity.spherical_samples,
+                        instance.shape == Shape() ? std::string() : shape_name(instance.shape), fields.folder,
+                        fields.folder.empty() ? job_settings->output : "", fields.face_size,
+                        fields.coefficients, fields.relative_l2_error);
         if (!known.insert(name).second) continue;
         PlanJob job;
         job.arguments = own;

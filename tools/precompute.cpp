@@ -28,6 +28,7 @@ Command precompute_command(CLI::App& program) {
     app->add_option("-o,--output", options->output, "Folder of a later bake (default: the current one)")
         ->type_name("DIR");
     add_field_options(*app, options->fields);
+    add_original_vertices(*app, options->fields);
     app->footer(
         "A field is reused if its mesh and settings are unchanged; a stale or damaged one is made anew.\n"
         "Example:\n  haarfield precompute scenes/table_and_chairs.toml --fields out/fields");

@@ -209,12 +209,19 @@ void add_field_options(CLI::App& command, FieldOptions& options) {
     add_unsealed_option(command, options.allow_unsealed);
 }
 
+CLI::Option* add_original_vertices(CLI::App& command, FieldOptions& options) {
+    return command.add_flag("--original-vertices", options.original_vertices,
+                            "At the vertices that the models' files list, and no others: the scene's "
+                            "fine_vertices are without effect");
+}
+
 SceneEntityOptions entity_options(const FieldOptions& options, const std::filesystem::path& output) {
     SceneEntityOptions wanted;
     wanted.fields_folder = options.folder.empty() ? output / "fields" : std::filesystem::path(options.folder);
     wanted.face_size = options.face_size;
     wanted.coefficients = options.coefficients;
     wanted.relative_l2_error = options.relative_l2_error;
+    wanted.original_vertices = options.original_vertices;
     if (options.allow_unsealed) wanted.unsealed = Unsealed::allowed;
     return wanted;
 }

@@ -65,6 +65,7 @@ struct FieldOptions {
     int coefficients = FieldSettings().coefficients;
     float relative_l2_error = FieldSettings().relative_l2_error;
     bool allow_unsealed = false;
+    bool original_vertices = false;  ///< As SceneEntityOptions has it.
 };
 
 /// How vertices see past other instances; as RenderSettings has it.
@@ -85,6 +86,9 @@ void add_unsealed_option(CLI::App& command, bool& allow_unsealed);
 
 /// Adds --fields, --face-size, --coefficients, --visibility-error and --allow-unsealed.
 void add_field_options(CLI::App& command, FieldOptions& options);
+
+/// Adds --original-vertices.
+CLI::Option* add_original_vertices(CLI::App& command, FieldOptions& options);
 
 /// What of them prepare_scene_entities is told.
 SceneEntityOptions entity_options(const FieldOptions& options, const std::filesystem::path& output);

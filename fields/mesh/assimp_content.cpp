@@ -4,6 +4,7 @@
 #include "fields/file/mapped_file.h"
 #include "fields/mesh/assimp_materials.h"
 #include "fields/mesh/obj_leading_zeros.h"
+#include "fields/mesh/obj_listing.h"
 
 #include <assimp/BaseImporter.h>
 #include <assimp/DefaultIOSystem.h>
@@ -272,7 +273,7 @@ ContentMesh content_of(const aiScene& scene, const aiMesh& part, bool is_gltf) {
     return made;
 }
 
-constexpr std::string_view task_name = "model 1";  // another number whenever write_content changes
+constexpr std::string_view task_name = "model 2";  // another number whenever write_content changes
 
 /// `details` are the number of the format and the file's path.
 Result<Done> read_model(std::string_view bytes, std::string_view details, ByteSink& answer) {
@@ -323,6 +324,10 @@ Result<ModelContent> assimp_content(std::string_view bytes, const std::filesyste
     });
     content.camera = camera_of(scene, is_gltf);
     if (is_gltf) content.lights = lights_of(scene);
+    if (format == ModelFormat::obj) {
+        content.listing = obj_listing(bytes);
+        number_obj_vertices(*content.listing, content.meshes);
+    }
     return content;
 }
 

@@ -5,7 +5,10 @@
 #include <assimp/types.h>
 #include <algorithm>
 #include <map>
+#include <numeric>
+#include <optional>
 #include <set>
+#include <span>
 #include <system_error>
 
 namespace haarfield {
@@ -43,6 +46,63 @@ AffineMap affine_map(const std::array<float, 16>& rows) {
     return map;
 }
 
+Vec3f turned(const auto& by, const Vec3f& v) {
+    const aiVector3D to = by * aiVector3D(v.x, v.y, v.z);
+    return {to.x, to.y, to.z};
+}
+
+bool is_mirrored(const aiMatrix4x4& transform) {
+    return aiMatrix3x3(transform).Determinant() < 0;
+}
+
+/// Vertices and faces behind those that are there, numbered on.
+void list_mesh(const ContentMesh& mesh, const aiMatrix4x4& transform, ListedMesh& to) {
+    const auto first = static_cast<std::uint32_t>(to.positions.size());
+    for (const Vec3f& position : mesh.positions) {
+        to.numbers.push_back(static_cast<std::int32_t>(to.positions.size()));
+        to.positions.push_back(turned(transform, position));
+    }
+    std::span<const std::uint32_t> corners = mesh.corners;
+    const std::size_t faces = mesh.face_corners.empty() ? corners.size() / 3 : mesh.face_corners.size();
+    for (std::size_t f = 0; f < faces; ++f) {
+        const std::size_t count = mesh.face_corners.empty() ? 3 : mesh.face_corners[f];
+        const std::span<const std::uint32_t> face = corners.first(count);
+        corners = corners.subspan(count);
+        if (std::ranges::any_of(face, [&](std::uint32_t c) { return c >= mesh.positions.size(); })) continue;
+        const std::size_t begin = to.corners.size();
+        for (const std::uint32_t corner : face) to.corners.push_back(first + corner);
+        if (is_mirrored(transform) && count > 0)
+            std::reverse(to.corners.begin() + static_cast<std::ptrdiff_t>(begin) + 1, to.corners.end());
+        to.face_corners.push_back(static_cast<std::uint32_t>(count));
+    }
+}
+
+/// What a part of an OBJ file uses.
+ListedMesh listed_part(const ContentListing& file, std::vector<std::uint32_t> faces) {
+    std::ranges::sort(faces);
+    std::vector<std::uint32_t> first{0};
+    for (const std::uint32_t count : file.face_corners) first.push_back(first.back() + count);
+    const auto corners_of = [&](std::uint32_t face) {
+        return std::span(file.corners).subspan(first[face], file.face_corners[face]);
+    };
+    std::vector<bool> is_used(file.positions.size());
+    for (const std::uint32_t face : faces)
+        for (const std::uint32_t corner : corners_of(face)) is_used[corner] = true;
+    ListedMesh part;
+    std::vector<std::uint32_t> index(file.positions.size());
+    for (std::uint32_t v = 0; v < file.positions.size(); ++v) {
+        index[v] = static_cast<std::uint32_t>(part.positions.size());
+        if (!is_used[v]) continue;
+        part.positions.push_back(file.positions[v]);
+        part.numbers.push_back(static_cast<std::int32_t>(v));
+    }
+    for (const std::uint32_t face : faces) {
+        for (const std::uint32_t corner : corners_of(face)) part.corners.push_back(index[corner]);
+        part.face_corners.push_back(file.face_corners[face]);
+    }
+    return part;
+}
+
 /// What was read, put into a Gatherer.
 struct ContentGatherer {
     const ModelContent& content;
@@ -59,6 +119,8 @@ struct ContentGatherer {
     }
 
     void add(const ContentMesh& part, const aiMatrix4x4& transform) {
+        const std::int32_t first_number = gatherer.listed;
+        gatherer.pass_vertices(part.positions.size());
         if (part.corners.empty() || part.positions.empty() || !gatherer.has_room_for(part.positions.size()))
             return;
         Mesh& mesh = gatherer.mesh;
@@ -66,17 +128,12 @@ struct ContentGatherer {
         const std::size_t first_triangle = mesh.triangles.size();
         const std::uint16_t material = material_of(part);
         aiMatrix3x3 for_normals(transform);
-        const bool mirrored = for_normals.Determinant() < 0;
         for_normals.Inverse().Transpose();
         for (std::size_t i = 0; i < part.positions.size(); ++i) {
-            const auto turned = [](const auto& by, const Vec3f& v) {
-                const aiVector3D to = by * aiVector3D(v.x, v.y, v.z);
-                return Vec3f(to.x, to.y, to.z);
-            };
             gatherer.add_vertex(
                 turned(transform, part.positions[i]),
-                part.normals.empty() ? Vec3d(0, 0, 0) : Vec3d(turned(for_normals, part.normals[i])),
-                material);
+                part.normals.empty() ? Vec3d(0, 0, 0) : Vec3d(turned(for_normals, part.normals[i])), material,
+                content.listing ? part.numbers[i] : first_number + static_cast<std::int32_t>(i));
             if (!part.uvs.empty()) gatherer.set_uv(part.uvs[i]);
             if (!part.colours.empty()) gatherer.set_colour(part.colours[i]);
         }
@@ -87,7 +144,7 @@ struct ContentGatherer {
             gatherer.add_face(corners.first(count), first);
             corners = corners.subspan(count);
         }
-        if (mirrored)
+        if (is_mirrored(transform))
             for (std::size_t t = first_triangle; t < mesh.triangles.size(); ++t)
                 std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
     }
@@ -143,6 +200,32 @@ void AssimpModel::gather_part(std::size_t part, FaceGatherer& to) const {
     ContentGatherer gatherer{content_->model, to};
     for (const std::uint32_t mesh : content_->meshes[part])
         gatherer.add(content_->model.meshes[mesh], aiMatrix4x4());
+}
+
+ListedMesh AssimpModel::listed(std::optional<std::size_t> part) const {
+    const ModelContent& model = content_->model;
+    ListedMesh made;
+    if (model.listing && !part) {  // whose nodes are all where they are
+        made = {model.listing->positions, {}, model.listing->corners, model.listing->face_corners};
+        made.numbers.resize(made.positions.size());
+        std::iota(made.numbers.begin(), made.numbers.end(), 0);
+        return made;
+    }
+    if (model.listing) {
+        std::vector<std::uint32_t> faces;
+        for (const std::uint32_t mesh : content_->meshes[*part])
+            faces.insert(faces.end(), model.meshes[mesh].faces.begin(), model.meshes[mesh].faces.end());
+        return listed_part(*model.listing, std::move(faces));
+    }
+    if (part) {
+        for (const std::uint32_t mesh : content_->meshes[*part])
+            list_mesh(model.meshes[mesh], aiMatrix4x4(), made);
+        return made;
+    }
+    for (const ContentNode& node : model.nodes)
+        for (const std::uint32_t mesh : node.meshes)
+            list_mesh(model.meshes[mesh], matrix_from(node.transform), made);
+    return made;
 }
 
 }  // namespace haarfield

@@ -3,6 +3,7 @@
 
 #include "fields/base/result.h"
 #include "fields/mesh/face_gatherer.h"
+#include "fields/mesh/listed_mesh.h"
 #include "fields/mesh/model_format.h"
 #include "fields/mesh/model_part.h"
 
@@ -27,6 +28,10 @@ public:
 
     void gather(FaceGatherer& to) const;                         ///< All nodes, as they stand.
     void gather_part(std::size_t part, FaceGatherer& to) const;  ///< One part, in its own frame.
+
+    /// The vertices and faces that the file lists, of all nodes or of one part. Of faces that no file may
+    /// have (a corner that is none of the vertices) there are none.
+    ListedMesh listed(std::optional<std::size_t> part) const;
 
 private:
     struct Content;

@@ -239,6 +239,7 @@ Mesh without_cut_outs(const Mesh& mesh, std::span<const OpacityMap> maps, std::s
     Mesh whole = mesh;
     whole.uvs.clear();
     whole.colours.clear();
+    whole.original_vertices.clear();
     whole.triangles.clear();
     for (const bool cut_out : {false, true})
         for (std::size_t t = 0; t < is_cut_out.size(); ++t)

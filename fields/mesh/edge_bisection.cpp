@@ -78,6 +78,7 @@ bool EdgeBisection::split(std::uint32_t edge) {
         if (!mesh_.uvs.empty()) mesh_.uvs[vertex] = (mesh_.uvs[side.low] + mesh_.uvs[side.high]) * 0.5f;
         if (!mesh_.colours.empty())
             mesh_.colours[vertex] = (mesh_.colours[side.low] + mesh_.colours[side.high]) * 0.5f;
+        if (!mesh_.original_vertices.empty()) mesh_.original_vertices[vertex] = not_original;
         place_of_vertex_.push_back(place);
     }
 

@@ -25,6 +25,7 @@ struct FaceGatherer {
     std::map<std::string, std::uint16_t> by_name{};       // of those that are nothing but names
     std::set<std::array<std::uint32_t, 3>> non_finite{};  // by bits: one vertex may come many times
     bool too_large = false;
+    std::int32_t listed = 0;  // how many vertices of the file are passed: the number of the next
 
     /// Whether so many more vertices fit; if not, the file is too large.
     bool has_room_for(std::size_t vertices) {
@@ -50,7 +51,9 @@ struct FaceGatherer {
     }
 
     /// Its uv is (0, 0), its colour white.
-    void add_vertex(const Vec3f& position, const Vec3d& normal, std::uint16_t material) {
+    ///
+    /// number  of the vertex in the file: see ListedMesh.
+    void add_vertex(const Vec3f& position, const Vec3d& normal, std::uint16_t material, std::int32_t number) {
         if (!is_finite(position))
             non_finite.insert({std::bit_cast<std::uint32_t>(position.x),
                                std::bit_cast<std::uint32_t>(position.y),
@@ -64,6 +67,15 @@ struct FaceGatherer {
         mesh.vertex_materials.push_back(material);
         mesh.uvs.emplace_back(0.0f, 0.0f);
         mesh.colours.emplace_back(1.0f);
+        mesh.original_vertices.push_back(number);
+    }
+
+    /// Passes over so many vertices of the file, whether they were added or not.
+    void pass_vertices(std::size_t count) {
+        if (count > static_cast<std::size_t>(INT32_MAX - listed))
+            too_large = true;
+        else
+            listed += static_cast<std::int32_t>(count);
     }
 
     void set_uv(const Vec2f& uv) {

@@ -20,6 +20,7 @@ std::uint32_t Mesh::copy_vertex(std::uint32_t vertex) {
     vertex_materials.push_back(std::uint16_t(vertex_materials[vertex]));
     if (!uvs.empty()) uvs.push_back(Vec2f(uvs[vertex]));
     if (!colours.empty()) colours.push_back(Rgb(colours[vertex]));
+    if (!original_vertices.empty()) original_vertices.push_back(std::int32_t(original_vertices[vertex]));
     return copy;
 }
 
@@ -35,6 +36,12 @@ Bounds mesh_bounds(const Mesh& mesh) {
 
 void append_mesh(Mesh& mesh, const Mesh& added) {
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    if (!mesh.original_vertices.empty() || !added.original_vertices.empty()) {
+        mesh.original_vertices.resize(mesh.positions.size(), not_original);
+        mesh.original_vertices.insert(mesh.original_vertices.end(), added.original_vertices.begin(),
+                                      added.original_vertices.end());
+        mesh.original_vertices.resize(mesh.positions.size() + added.positions.size(), not_original);
+    }
     mesh.positions.insert(mesh.positions.end(), added.positions.begin(), added.positions.end());
     mesh.normals.insert(mesh.normals.end(), added.normals.begin(), added.normals.end());
     mesh.vertex_materials.insert(mesh.vertex_materials.end(), added.vertex_materials.begin(),

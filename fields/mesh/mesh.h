@@ -29,6 +29,9 @@ struct Bounds {
     }
 };
 
+/// The number of a vertex that no file has: one that was made.
+inline constexpr std::int32_t not_original = -1;
+
 /// A triangle mesh with one normal and one material per vertex: where normals or materials part,
 /// the position is there more than once.
 struct Mesh {
@@ -41,6 +44,9 @@ struct Mesh {
     std::vector<Vec2f> uvs;
     /// Of vertices, linear, to be multiplied with their material's diffuse term; one per position, or none.
     std::vector<Rgb> colours;
+    /// Which of the vertices that its file lists (ListedMesh::numbers) each is, the first where several are
+    /// alike; not_original: none of them. One per position, or none if the mesh is of no file.
+    std::vector<std::int32_t> original_vertices;
 
     /// Adds a copy of a vertex, with the index of the copy.
     std::uint32_t copy_vertex(std::uint32_t vertex);
@@ -49,7 +55,8 @@ struct Mesh {
 Bounds bounds_of(std::span<const Vec3f> points);  ///< The box round all of them.
 Bounds mesh_bounds(const Mesh& mesh);             ///< The box round all positions.
 
-/// Adds a mesh with the same materials behind what is there.
+/// Adds a mesh with the same materials behind what is there. Of two meshes, one of which is of no file, the
+/// vertices of that one are not_original.
 void append_mesh(Mesh& mesh, const Mesh& added);
 
 /// What was found in a mesh file, and mended where it could be.

@@ -269,6 +269,7 @@ Mesh coarse_and_cut(const Mesh& mesh, const std::vector<std::uint8_t>& is_cut_ou
     } else {
         rest.uvs.clear();
         rest.colours.clear();
+        rest.original_vertices.clear();
     }
     append_mesh(coarse, rest);
     return coarse;

@@ -176,9 +176,10 @@ Result<ImportedMesh> read_mesh(const ModelFile& model, std::optional<std::size_t
                                             smallest_extent)};
         orient_triangles(imported.mesh, imported.findings);
         const std::vector<bool> none(imported.mesh.material_names.size(), false);
-        imported.mesh = with_shared_vertices(
-            imported.mesh, corner_normals(imported.mesh, options.crease_angle),
-            {options.appearance ? imported.mapped : none, options.appearance ? imported.coloured : none});
+        imported.mesh =
+            with_shared_vertices(imported.mesh, corner_normals(imported.mesh, options.crease_angle),
+                                 {options.appearance ? imported.mapped : none,
+                                  options.appearance ? imported.coloured : none, options.originals});
         imported.findings.duplicate_vertices =
             imported.mesh.positions.size() - merged_positions(imported.mesh.positions).positions.size();
         return imported;

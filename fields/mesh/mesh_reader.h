@@ -31,6 +31,8 @@ struct MeshReaderOptions {
     float crease_angle = 0.6108652f;  // 35 degrees
     /// Keep texture coordinates and colours, and so a vertex more where they part.
     bool appearance = false;
+    /// Keep vertices apart that are several in the file, though they are alike.
+    bool originals = false;
 };
 
 /// Reads OBJ, PLY, glTF/GLB, STL, OFF and mesh2 (model_format.h); all its parts become one mesh in the file's

@@ -1,5 +1,7 @@
 #include "fields/mesh/model_content.h"
 
+#include "fields/mesh/mesh.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -53,6 +55,25 @@ bool take_numbers(const MaterialNumbers& taken, MeshMaterial& m) {
     const auto is_share = [](const Rgb& colour) { return std::max({colour.x, colour.y, colour.z}) <= 1; };
     return is_share(m.diffuse) && is_share(m.specular) && m.metallic <= 1 && m.roughness <= 1 &&
            m.alpha_cutoff <= 1;
+}
+
+bool is_whole(const ContentListing& listing) {
+    std::uint64_t corners = 0;
+    for (const std::uint32_t count : listing.face_corners) corners += count;
+    return listing.positions.size() <= INT32_MAX && corners == listing.corners.size() &&
+           std::ranges::all_of(listing.corners,
+                               [&](std::uint32_t corner) { return corner < listing.positions.size(); });
+}
+
+/// Whether the numbers of a mesh are those of a listing; of none there are none.
+bool is_numbered(const ContentMesh& mesh, const std::optional<ContentListing>& listing) {
+    if (!listing) return mesh.numbers.empty() && mesh.faces.empty();
+    const auto vertices = static_cast<std::int64_t>(listing->positions.size());
+    return mesh.numbers.size() == mesh.positions.size() &&
+           std::ranges::all_of(mesh.numbers,
+                               [&](std::int32_t n) { return n >= not_original && n < vertices; }) &&
+           std::ranges::all_of(mesh.faces,
+                               [&](std::uint32_t face) { return face < listing->face_corners.size(); });
 }
 
 bool is_whole(const ContentMesh& mesh, std::size_t materials) {
@@ -111,6 +132,8 @@ void write_content(const ModelContent& content, ByteSink& sink) {
         sink.values(mesh.colours);
         sink.values(mesh.face_corners);
         sink.values(mesh.corners);
+        sink.values(mesh.numbers);
+        sink.values(mesh.faces);
     }
     sink.value(std::uint64_t(content.nodes.size()));
     for (const ContentNode& node : content.nodes) {
@@ -129,6 +152,12 @@ void write_content(const ModelContent& content, ByteSink& sink) {
         sink.text(light.name);
         sink.value(LightNumbers{std::uint32_t(light.kind), light.is_physical ? 1u : 0u, light.position,
                                 light.target, light.colour, light.radius, light.falloff});
+    }
+    sink.value(std::uint8_t(content.listing.has_value()));
+    if (content.listing) {
+        sink.values(content.listing->positions);
+        sink.values(content.listing->corners);
+        sink.values(content.listing->face_corners);
     }
 }
 
@@ -149,7 +178,7 @@ Result<ModelContent> content_from(std::string_view bytes) {
         for (std::string& what : material.unused) what = source.text();
         if (!source.is_good()) return wrong;
     }
-    content.meshes.resize(source.count(7 * sizeof(std::uint64_t)));
+    content.meshes.resize(source.count(9 * sizeof(std::uint64_t)));
     for (ContentMesh& mesh : content.meshes) {
         mesh.name = source.text();
         mesh.material = source.value<std::uint32_t>();
@@ -159,6 +188,8 @@ Result<ModelContent> content_from(std::string_view bytes) {
         mesh.colours = source.values<Rgb>();
         mesh.face_corners = source.values<std::uint32_t>();
         mesh.corners = source.values<std::uint32_t>();
+        mesh.numbers = source.values<std::int32_t>();
+        mesh.faces = source.values<std::uint32_t>();
         if (!source.is_good() || !is_whole(mesh, content.materials.size())) return wrong;
     }
     content.nodes.resize(source.count(2 * sizeof(std::uint64_t)));
@@ -186,7 +217,18 @@ Result<ModelContent> content_from(std::string_view bytes) {
         light.name = source.text();
         if (!take_numbers(source.value<LightNumbers>(), light) || !source.is_good()) return wrong;
     }
-    if (!source.is_at_end()) return wrong;
+    if (source.value<std::uint8_t>()) {
+        ContentListing listing;
+        listing.positions = source.values<Vec3f>();
+        listing.corners = source.values<std::uint32_t>();
+        listing.face_corners = source.values<std::uint32_t>();
+        if (!source.is_good() || !is_whole(listing)) return wrong;
+        content.listing = std::move(listing);
+    }
+    if (!source.is_at_end() || !std::ranges::all_of(content.meshes, [&](const ContentMesh& mesh) {
+            return is_numbered(mesh, content.listing);
+        }))
+        return wrong;
     return content;
 }
 

@@ -25,6 +25,17 @@ struct ContentMesh {
     std::vector<Rgb> colours;                 ///< Linear; as many, or none.
     std::vector<std::uint32_t> face_corners;  ///< How many each face has; empty: three each.
     std::vector<std::uint32_t> corners;       ///< Of all faces: positions.
+    /// Of OBJ: which vertices and faces of ModelContent::listing these are. A number for each position,
+    /// not_original where none was found; faces as many as were found.
+    std::vector<std::int32_t> numbers;
+    std::vector<std::uint32_t> faces;
+};
+
+/// The vertices and faces of a file whose meshes have them in another order: OBJ.
+struct ContentListing {
+    std::vector<Vec3f> positions;             ///< Any numbers.
+    std::vector<std::uint32_t> corners;       ///< Of all faces: positions.
+    std::vector<std::uint32_t> face_corners;  ///< How many each face has.
 };
 
 /// A material, of which the images' files are not yet looked for.
@@ -47,6 +58,7 @@ struct ModelContent {
     std::vector<ContentNode> nodes;  ///< In the order of the file.
     std::optional<ModelCamera> camera;
     std::vector<ModelLight> lights;  ///< Of kind, place, colour and angles; the rest is as ModelLight has it.
+    std::optional<ContentListing> listing;  ///< Of OBJ.
 };
 
 /// As bytes, in pieces.

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cassert>
+#include <numeric>
 #include <system_error>
 
 namespace haarfield {
@@ -22,7 +23,7 @@ void gather(const PolygonFile& file, FaceGatherer& to) {
     const std::uint16_t material = to.new_material("", description);
     for (std::size_t v = 0; v < file.positions.size(); ++v) {
         to.add_vertex(file.positions[v], file.normals.empty() ? Vec3d(0, 0, 0) : Vec3d(file.normals[v]),
-                      material);
+                      material, static_cast<std::int32_t>(v));
         if (!file.colours.empty()) to.set_colour(file.colours[v]);
     }
     std::span<const std::uint32_t> corners = file.corners;
@@ -54,7 +55,7 @@ void gather(const GivenMesh& mesh, FaceGatherer& to) {
             corners[k] = known->second;
             if (!is_new) continue;
             to.add_vertex(mesh.positions[v], mesh.normals.empty() ? Vec3d(0, 0, 0) : Vec3d(mesh.normals[v]),
-                          own);
+                          own, static_cast<std::int32_t>(v));
             if (!mesh.uvs.empty()) to.set_uv(mesh.uvs[v]);
             if (!mesh.colours.empty()) to.set_colour(mesh.colours[v]);
         }
@@ -107,6 +108,8 @@ private:
 /// A mesh where it stands, every corner a vertex of its own.
 void gather(const Mesh2File& file, const PlacedMesh2& placed, FaceGatherer& to) {
     const Mesh2& part = file.meshes[placed.mesh];
+    const std::int32_t first_number = to.listed;
+    to.pass_vertices(part.positions.size());
     if (!to.has_room_for(3 * part.faces.size())) return;
     Mesh2Materials named(file, placed);
     const bool mirrored = placed.transform.is_mirrored();
@@ -119,13 +122,43 @@ void gather(const Mesh2File& file, const PlacedMesh2& placed, FaceGatherer& to) 
             Vec3d normal(0, 0, 0);
             if (face.normals[k] != Mesh2Face::none)
                 normal = placed.transform.normal(Vec3d(part.normals[face.normals[k]]));
-            to.add_vertex(Vec3f(placed.transform.point(position)), normal, material);
+            to.add_vertex(Vec3f(placed.transform.point(position)), normal, material,
+                          first_number + static_cast<std::int32_t>(face.positions[k]));
             if (face.uvs[k] != Mesh2Face::none)
                 to.set_uv({part.uvs[face.uvs[k]][0], part.uvs[face.uvs[k]][1]});
         }
         constexpr std::array<std::uint32_t, 3> as_it_is{0, 1, 2}, turned{0, 2, 1};
         to.add_face(mirrored ? turned : as_it_is, first);
     }
+}
+
+/// The vertices of a list, numbered from 0.
+ListedMesh listed_vertices(std::vector<Vec3f> positions) {
+    ListedMesh listed{std::move(positions), {}, {}, {}};
+    listed.numbers.resize(listed.positions.size());
+    std::iota(listed.numbers.begin(), listed.numbers.end(), 0);
+    return listed;
+}
+
+/// Those of several meshes, each where it stands.
+ListedMesh listed_meshes(const Mesh2File& file, std::span<const PlacedMesh2> placed) {
+    std::vector<Vec3f> positions;
+    for (const PlacedMesh2& mesh : placed)
+        for (const Vec3f& position : file.meshes[mesh.mesh].positions)
+            positions.push_back(Vec3f(mesh.transform.point(Vec3d(position))));
+    ListedMesh made = listed_vertices(std::move(positions));
+    std::uint32_t first = 0;
+    for (const PlacedMesh2& mesh : placed) {
+        const bool mirrored = mesh.transform.is_mirrored();
+        for (const Mesh2Face& face : file.meshes[mesh.mesh].faces) {
+            const auto& [a, b, c] = face.positions;
+            made.corners.insert(made.corners.end(),
+                                {first + a, first + (mirrored ? c : b), first + (mirrored ? b : c)});
+            made.face_corners.push_back(3);
+        }
+        first += static_cast<std::uint32_t>(file.meshes[mesh.mesh].positions.size());
+    }
+    return made;
 }
 
 /// A mesh of one material is a part.
@@ -235,6 +268,32 @@ Result<FaceGatherer> ModelFile::faces(std::optional<std::size_t> part) const {
                      "vertices and 60000 materials"};
     gathered.findings.non_finite_vertices = gathered.non_finite.size();
     return gathered;
+}
+
+Result<ListedMesh> ModelFile::listed(std::optional<std::size_t> part) const {
+    try {
+        if (const auto* by_assimp = std::get_if<AssimpModel>(&content_)) return by_assimp->listed(part);
+        if (const auto* polygons = std::get_if<PolygonFile>(&content_)) {
+            ListedMesh made = listed_vertices(polygons->positions);
+            made.corners = polygons->corners;
+            made.face_corners = polygons->face_corners;
+            return made;
+        }
+        if (const auto* mesh = std::get_if<GivenMesh>(&content_)) {
+            ListedMesh made = listed_vertices(mesh->positions);
+            for (const auto& triangle : mesh->triangles)
+                made.corners.insert(made.corners.end(), triangle.begin(), triangle.end());
+            made.face_corners.assign(mesh->triangles.size(), 3);
+            return made;
+        }
+        const auto& meshes = std::get<Mesh2File>(content_);
+        if (!part) return listed_meshes(meshes, meshes.placed);
+        PlacedMesh2 own = meshes.placed[placed_of_part_[*part]];
+        own.transform = {};
+        return listed_meshes(meshes, {&own, 1});
+    } catch (const std::exception& error) {  // memory
+        return Error{file_.string(), std::string("not a mesh that can be read: ") + error.what()};
+    }
 }
 
 }  // namespace haarfield

@@ -6,6 +6,7 @@
 #include "fields/base/result.h"
 #include "fields/mesh/assimp_model.h"
 #include "fields/mesh/given_mesh.h"
+#include "fields/mesh/listed_mesh.h"
 #include "fields/mesh/mesh2_file.h"
 #include "fields/mesh/polygon_file.h"
 
@@ -33,6 +34,11 @@ public:
     ///
     /// errors  coordinates beyond 1e6 m, too many vertices or materials.
     Result<FaceGatherer> faces(std::optional<std::size_t> part = {}) const;
+
+    /// Its vertices and faces, or those of a part, as the file lists them.
+    ///
+    /// errors  more memory than there is.
+    Result<ListedMesh> listed(std::optional<std::size_t> part = {}) const;
 
 private:
     std::filesystem::path file_;

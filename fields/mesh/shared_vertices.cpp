@@ -9,7 +9,7 @@ namespace {
 
 /// All that tells a vertex from others, by bits.
 struct VertexKey {
-    std::array<std::uint32_t, 12> bits{};
+    std::array<std::uint32_t, 13> bits{};
     bool operator==(const VertexKey&) const = default;
 };
 
@@ -30,7 +30,8 @@ Mesh with_shared_vertices(const Mesh& mesh, std::span<const Vec3f> corner_normal
                           const WantedAppearance& wanted) {
     assert(wanted.uvs.size() == mesh.material_names.size());
     assert(wanted.colours.size() == mesh.material_names.size());
-    const bool has_uvs = wanted.has_uvs(), has_colours = wanted.has_colours();
+    const bool has_uvs = wanted.has_uvs(), has_colours = wanted.has_colours(),
+               has_numbers = !mesh.original_vertices.empty();
     Mesh shared;
     shared.material_names = mesh.material_names;
     shared.triangles.reserve(mesh.triangles.size());
@@ -55,6 +56,8 @@ Mesh with_shared_vertices(const Mesh& mesh, std::span<const Vec3f> corner_normal
             key.bits[6] = material;
             key.bits[7] = std::bit_cast<std::uint32_t>(uv.x);
             key.bits[8] = std::bit_cast<std::uint32_t>(uv.y);
+            if (wanted.originals && has_numbers)
+                key.bits[12] = std::bit_cast<std::uint32_t>(mesh.original_vertices[vertex]);
             const auto [found, is_new] =
                 seen.try_emplace(key, static_cast<std::uint32_t>(shared.positions.size()));
             if (is_new) {
@@ -63,6 +66,7 @@ Mesh with_shared_vertices(const Mesh& mesh, std::span<const Vec3f> corner_normal
                 shared.vertex_materials.push_back(material);
                 if (has_uvs) shared.uvs.push_back(uv);
                 if (has_colours) shared.colours.push_back(colour);
+                if (has_numbers) shared.original_vertices.push_back(mesh.original_vertices[vertex]);
             }
             corners[k] = found->second;
         }

@@ -189,6 +189,7 @@ Result<JobOptions> job_options(const std::vector<std::string>& arguments) {
     app.allow_extras();
     add_scene_option(app, options.scene);
     add_field_options(app, options.fields);
+    add_original_vertices(app, options.fields);
     app.add_option("-o,--output", options.output);
     try {
         app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend() - 1));

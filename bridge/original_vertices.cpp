@@ -1,0 +1,186 @@
+#include "bridge/original_vertices.h"
+
+#include "fields/mesh/mesh_topology.h"
+#include "fields/mesh/polygon_triangulation.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace haarfield {
+namespace {
+
+/// What a vertex of a baked mesh gives to one that the file lists.
+struct Share {
+    std::uint32_t listed, baked;
+    double weight;
+};
+
+/// The angles of the triangles' corners, summed up by vertex. [rad]
+std::vector<double> vertex_angles(const Mesh& mesh) {
+    std::vector<double> angles(mesh.positions.size(), 0);
+    for (const auto& triangle : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3d at(mesh.positions[triangle[k]]);
+            const Vec3d a = Vec3d(mesh.positions[triangle[(k + 1) % 3]]) - at,
+                        b = Vec3d(mesh.positions[triangle[(k + 2) % 3]]) - at;
+            angles[triangle[k]] += std::atan2(a.cross(b).length(), a.dot(b));
+        }
+    return angles;
+}
+
+/// Calls act(corners) with each face, corners being indices of positions.
+template <class Act>
+void for_each_face(const ListedMesh& listed, const Act& act) {
+    std::span<const std::uint32_t> corners = listed.corners;
+    for (const std::uint32_t count : listed.face_corners) {
+        act(corners.first(count));
+        corners = corners.subspan(count);
+    }
+}
+
+/// Of each vertex the sum of its faces' area vectors; 0 where there is no face, or none with an area. [m^2]
+std::vector<Vec3d> face_normals(const ListedMesh& listed) {
+    std::vector<Vec3d> normals(listed.positions.size(), Vec3d(0, 0, 0));
+    for_each_face(listed, [&](std::span<const std::uint32_t> corners) {
+        Vec3d area(0, 0, 0);  // Newell's
+        for (std::size_t k = 2; k < corners.size(); ++k) {
+            const Vec3d from(listed.positions[corners[0]]);
+            area += (Vec3d(listed.positions[corners[k - 1]]) - from)
+                        .cross(Vec3d(listed.positions[corners[k]]) - from);
+        }
+        if (!is_finite(Vec3f(area))) return;
+        for (const std::uint32_t corner : corners) normals[corner] += area;
+    });
+    return normals;
+}
+
+/// For listed vertices that no baked triangle uses: what lies there.
+void add_neighbours(const Mesh& surface, std::size_t fronts, const std::vector<double>& angles,
+                    const ListedMesh& listed, const std::vector<std::uint32_t>& without,
+                    std::vector<Share>& shares) {
+    std::vector<Vec3f> places = surface.positions;
+    for (const std::uint32_t vertex : without) places.push_back(listed.positions[vertex]);
+    const std::vector<std::uint32_t> place = merged_positions(places).index;
+    std::vector<std::vector<std::uint32_t>> wanted(places.size());  // by place
+    for (std::size_t i = 0; i < without.size(); ++i)
+        wanted[place[surface.positions.size() + i]].push_back(without[i]);
+    std::vector<std::vector<std::uint32_t>> baked(places.size());
+    for (std::uint32_t v = 0; v < surface.positions.size(); ++v)
+        if (angles[v] > 0 && !wanted[place[v]].empty()) baked[place[v]].push_back(v);
+
+    const std::vector<Vec3d> normals = face_normals(listed);
+    for (std::size_t at = 0; at < places.size(); ++at)
+        for (const std::uint32_t vertex : wanted[at]) {
+            const auto is_on_its_side = [&](std::uint32_t v) {
+                return Vec3d(surface.normals[v]).dot(normals[vertex]) > 0;
+            };
+            const bool has_side = std::ranges::any_of(baked[at], is_on_its_side);
+            for (const std::uint32_t v : baked[at])
+                if (has_side ? is_on_its_side(v) : v < fronts) shares.push_back({vertex, v, angles[v]});
+        }
+}
+
+/// By the fine mesh's vertices, which are those of the surface.
+std::vector<Share> shares_of(const SceneEntity& entity) {
+    assert(entity.listed);
+    const ListedMesh& listed = *entity.listed;
+    const Mesh surface = seen_surface(entity.mesh);  // where it was before thin sheets were parted
+    assert(surface.positions.size() == entity.mesh.fine.positions.size());
+    const std::vector<double> angles = vertex_angles(surface);
+    std::vector<Share> shares;
+    std::vector<bool> has_share(listed.positions.size());
+    for (std::uint32_t v = 0; v < surface.positions.size(); ++v) {
+        const std::int32_t number = surface.original_vertices[v];
+        if (number == not_original || !(angles[v] > 0)) continue;
+        const auto found = std::ranges::lower_bound(listed.numbers, number);
+        if (found == listed.numbers.end() || *found != number) continue;
+        const auto index = static_cast<std::uint32_t>(found - listed.numbers.begin());
+        shares.push_back({index, v, angles[v]});
+        has_share[index] = true;
+    }
+    std::vector<std::uint32_t> without;
+    for (std::uint32_t v = 0; v < has_share.size(); ++v)
+        if (!has_share[v] && is_finite(listed.positions[v])) without.push_back(v);
+    if (!without.empty())
+        add_neighbours(surface, entity.mesh.original.positions.size(), angles, listed, without, shares);
+    return shares;
+}
+
+/// A value for each listed vertex, from one for each of the baked mesh; 0 where there is none.
+template <class ValueAt>
+std::vector<Rgb> shared_out(std::span<const Share> shares, std::size_t vertices, const ValueAt& value_at) {
+    std::vector<Vec3d> sums(vertices, Vec3d(0, 0, 0));
+    std::vector<double> weights(vertices, 0);
+    for (const auto& [listed, baked, weight] : shares) {
+        sums[listed] += Vec3d(Vec3f(value_at(baked))) * weight;
+        weights[listed] += weight;
+    }
+    std::vector<Rgb> values;
+    values.reserve(vertices);
+    for (std::size_t v = 0; v < vertices; ++v)
+        values.push_back(weights[v] > 0 ? Rgb(Vec3f(sums[v] / weights[v])) : Rgb(0.0f));
+    return values;
+}
+
+/// Of polygons that can be cut into triangles.
+Mesh mesh_of(const ListedMesh& listed, std::span<const Share> shares, const Mesh& baked) {
+    Mesh mesh;
+    mesh.material_names = {""};
+    mesh.original_vertices = listed.numbers;
+    mesh.vertex_materials.assign(listed.positions.size(), 0);
+    for (const Vec3f& position : listed.positions)
+        mesh.positions.push_back(is_finite(position) ? position : Vec3f(0, 0, 0));
+    const std::vector<Rgb> sums =
+        shared_out(shares, listed.positions.size(), [&](std::uint32_t v) { return Rgb(baked.normals[v]); });
+    for (const Rgb& sum : sums) {
+        const Vec3d normal{Vec3f(sum)};
+        mesh.normals.push_back(normal.length2() > 1e-12 ? Vec3f(normal.normalized()) : Vec3f(0, 1, 0));
+    }
+    std::vector<Vec3f> polygon;
+    for_each_face(listed, [&](std::span<const std::uint32_t> corners) {
+        polygon.clear();
+        for (const std::uint32_t corner : corners) polygon.push_back(listed.positions[corner]);
+        if (polygon.size() < 3 || !std::ranges::all_of(polygon, is_finite)) return;
+        for (const auto& [a, b, c] : triangulated(polygon))
+            mesh.triangles.push_back({corners[a], corners[b], corners[c]});
+    });
+    return mesh;
+}
+
+std::size_t unvalued(std::span<const Share> shares, std::size_t vertices) {
+    std::vector<bool> has_share(vertices);
+    for (const Share& share : shares) has_share[share.listed] = true;
+    return static_cast<std::size_t>(std::ranges::count(has_share, false));
+}
+
+}  // namespace
+
+OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedInstance> instances) {
+    OriginalBake bake;
+    std::vector<std::vector<Share>> shares;
+    for (const auto& entity : entities.entities) {
+        shares.push_back(shares_of(*entity));
+        bake.meshes.push_back(mesh_of(*entity->listed, shares.back(), entity->mesh.fine));
+    }
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+        const BakedInstance& baked = instances[i];
+        const std::size_t e = entities.entity_of_instance[i], vertices = bake.meshes[e].positions.size();
+        const auto values_of = [&](const auto& value_at) -> std::span<const Rgb> {
+            return bake.values.emplace_back(shared_out(shares[e], vertices, value_at));
+        };
+        BakedInstance& original = bake.instances.emplace_back();
+        original.name = baked.name;
+        original.mesh = &bake.meshes[e];
+        original.placement = baked.placement;
+        original.radiance = values_of([&](std::uint32_t v) { return seen_at(baked, v); });
+        for (const VertexValues& pass : baked.passes)
+            original.passes.push_back(
+                {pass.name, values_of([&](std::uint32_t v) { return pass.values[v]; }), pass.is_scalar});
+        original.listed = &*entities.entities[e]->listed;
+        bake.vertices += vertices;
+        bake.unvalued += unvalued(shares[e], vertices);
+    }
+    return bake;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,230 @@
+#include "bridge/original_vertices.h"
+
+#include "bridge/glb_file.h"
+#include "bridge/mesh_file.h"
+#include "fields/mesh/model_file.h"
+#include "fields/mesh/polygon_file.h"
+#include "tests/fixtures/test_folder.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+namespace haarfield {
+namespace {
+
+/// A file of vertices and faces, prepared, with what its fine vertices have as radiance.
+class OriginalVertices : public testing::Test {
+protected:
+    /// vertices, faces  lines of an OFF file.
+    void prepare(const std::vector<std::string>& vertices, const std::vector<std::string>& faces,
+                 const Shape& shape = {}) {
+        std::string text = fmt::format("OFF\n{} {} 0\n", vertices.size(), faces.size());
+        for (const auto& lines : {vertices, faces})
+            for (const std::string& line : lines) text += line + "\n";
+        write_text(folder / "a.off", text);
+        Scene scene;
+        Entity& entity = scene.entities.emplace_back();
+        entity.name = "a";
+        entity.mesh = folder / "a.off";
+        scene.instances.push_back({"first", 0, {}, shape});
+        scene.instances.push_back({"second", 0, {{3, 0, 0}, 2}, shape});
+        SceneEntityOptions options;
+        options.fields = false;
+        options.original_vertices = true;
+        Result<SceneEntities> prepared = prepare_scene_entities(scene, options);
+        ASSERT_TRUE(prepared) << prepared.error().message();
+        entities = *std::move(prepared);
+    }
+    const Mesh& fine() const { return entities.entities[0]->mesh.fine; }
+
+    /// With the radiance that a function of the fine vertex makes.
+    template <class RadianceOf>
+    OriginalBake baked(const RadianceOf& radiance_of) {
+        radiance.clear();
+        for (std::uint32_t v = 0; v < fine().positions.size(); ++v) radiance.push_back(radiance_of(v));
+        instances.clear();
+        for (const char* name : {"first", "second"}) {
+            instances.push_back({name, &fine(), {}, radiance});
+            instances.back().passes = {{"occlusion", radiance, true}};
+        }
+        return original_bake(entities, instances);
+    }
+
+    const TestFolder folder;
+    SceneEntities entities;
+    std::vector<Rgb> radiance;
+    std::vector<BakedInstance> instances;
+};
+
+Rgb by_normal(const Vec3f& n) {
+    return {std::abs(n.x), std::abs(n.y), std::abs(n.z)};
+}
+
+const std::vector<std::string> cube_vertices{"0 0 0", "1 0 0", "1 1 0", "0 1 0",
+                                             "0 0 1", "1 0 1", "1 1 1", "0 1 1"},
+    cube_faces{"4 3 2 1 0", "4 4 5 6 7", "4 0 1 5 4", "4 2 3 7 6", "4 1 2 6 5", "4 3 0 4 7"};
+
+/// Whatever the diagonals of its quads are.
+TEST_F(OriginalVertices, OfACubeHaveTheMeanOfItsSides) {
+    prepare(cube_vertices, cube_faces);
+    EXPECT_EQ(fine().positions.size(), 24u);
+    const OriginalBake bake = baked([&](std::uint32_t v) { return by_normal(fine().normals[v]); });
+    EXPECT_EQ(bake.vertices, 16u);
+    EXPECT_EQ(bake.unvalued, 0u);
+    ASSERT_EQ(bake.instances.size(), 2u);
+    const BakedInstance& first = bake.instances[0];
+    ASSERT_EQ(first.radiance.size(), 8u);
+    for (std::size_t v = 0; v < 8; ++v) {
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(first.radiance[v][c], 1 / 3.0, 1e-6) << v;
+        EXPECT_NEAR(first.passes[0].values[v].x, 1 / 3.0, 1e-6) << v;
+        const Vec3f outwards = (first.mesh->positions[v] - Vec3f(0.5f, 0.5f, 0.5f)).normalized();
+        EXPECT_LT((first.mesh->normals[v] - outwards).length(), 1e-5f) << v;
+    }
+    EXPECT_EQ(first.mesh, bake.instances[1].mesh) << "shared";
+    EXPECT_TRUE(first.passes[0].is_scalar);
+}
+
+TEST_F(OriginalVertices, HaveTheBitsOfTheVertexThatWasBaked) {
+    prepare({"0 0 0", "1 0 0", "1 0 1", "0 0 1"}, {"4 3 2 1 0"});
+    ASSERT_EQ(fine().positions.size(), 4u);
+    const auto value = [](std::uint32_t v) { return Rgb(0.1f * float(v) + 0.7f, 1 / (3.0f + float(v)), 7); };
+    const OriginalBake bake = baked(value);
+    for (std::uint32_t v = 0; v < 4; ++v)
+        EXPECT_EQ(bake.instances[0].radiance[std::size_t(fine().original_vertices[v])], value(v));
+}
+
+/// Two quads side by side, whose common vertices are there twice.
+TEST_F(OriginalVertices, ThatAreAlikeHaveTheLightOfOnePlace) {
+    prepare({"0 0 0", "1 0 0", "1 0 1", "0 0 1", "1 0 0", "2 0 0", "2 0 1", "1 0 1"},
+            {"4 3 2 1 0", "4 7 6 5 4"});
+    const OriginalBake bake =
+        baked([&](std::uint32_t v) { return Rgb(fine().positions[v].x, fine().positions[v].z, 1); });
+    ASSERT_EQ(bake.meshes[0].positions.size(), 8u);
+    const auto seen = bake.instances[0].radiance;
+    EXPECT_EQ(seen[1], seen[4]);
+    EXPECT_EQ(seen[2], seen[7]);
+    for (std::size_t v = 0; v < 8; ++v)
+        EXPECT_EQ(seen[v], Rgb(bake.meshes[0].positions[v].x, bake.meshes[0].positions[v].z, 1)) << v;
+}
+
+/// An upright sheet, once more with the other side in front and vertices of its own: as a duplicate it is
+/// left out, but its side is baked.
+TEST_F(OriginalVertices, OfASheetsOtherSideHaveThatSidesLight) {
+    prepare({"0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 0", "1 0 0", "1 1 0", "0 1 0"},
+            {"3 0 1 2", "3 0 2 3", "3 6 5 4", "3 7 6 4"});
+    EXPECT_EQ(entities.entities[0]->mesh.findings.duplicate_triangles, 2u);
+    EXPECT_EQ(fine().positions.size(), 8u) << "with its back";
+    const OriginalBake bake =
+        baked([&](std::uint32_t v) { return Rgb(fine().normals[v].z > 0 ? 1.0f : 5.0f); });
+    EXPECT_EQ(bake.unvalued, 0u);
+    for (std::size_t v = 0; v < 8; ++v) {
+        EXPECT_EQ(bake.instances[0].radiance[v], Rgb(v < 4 ? 1.0f : 5.0f)) << v;
+        EXPECT_EQ(bake.meshes[0].normals[v], Vec3f(0, 0, v < 4 ? 1 : -1)) << v;
+    }
+}
+
+TEST_F(OriginalVertices, OfASheetHaveItsFront) {
+    prepare({"0 0 0", "1 0 0", "1 1 0", "0 1 0"}, {"4 0 1 2 3"});
+    EXPECT_EQ(fine().positions.size(), 8u);
+    const OriginalBake bake =
+        baked([&](std::uint32_t v) { return Rgb(fine().normals[v].z > 0 ? 1.0f : 5.0f); });
+    for (const Rgb& seen : bake.instances[0].radiance) EXPECT_EQ(seen, Rgb(1.0f));
+}
+
+/// Vertex 4 is of no face, 5 of a degenerate one alone; 6 likewise, but where vertex 2 is; 7 is not finite.
+TEST_F(OriginalVertices, WithoutATriangleHaveWhatLiesThereOrNothing) {
+    prepare({"0 0 0", "1 0 0", "1 0 1", "0 0 1", "9 9 9", "5 5 5", "1 0 1", "nan 0 0"},
+            {"4 3 2 1 0", "3 5 5 5", "3 6 6 6", "3 7 0 1"});
+    const OriginalBake bake = baked([&](std::uint32_t v) { return Rgb(float(v) + 1); });
+    EXPECT_EQ(bake.unvalued, 2u * 3u);
+    const BakedInstance& first = bake.instances[0];
+    ASSERT_EQ(first.radiance.size(), 8u);
+    for (const std::size_t v : {4u, 5u, 7u}) {
+        EXPECT_EQ(first.radiance[v], Rgb(0.0f)) << v;
+        EXPECT_EQ(first.mesh->normals[v], Vec3f(0, 1, 0)) << v;
+    }
+    EXPECT_EQ(first.mesh->positions[7], Vec3f(0, 0, 0));
+    EXPECT_EQ(first.radiance[6], first.radiance[2]);
+    EXPECT_NE(first.radiance[2], Rgb(0.0f));
+    EXPECT_EQ(first.mesh->triangles.size(), 4u) << "two of the quad, and two without an area";
+}
+
+/// A table's row, without what is not wanted.
+std::vector<float> numbers_in(const std::string& line) {
+    std::vector<float> numbers;
+    std::istringstream cells(line);
+    std::string cell;
+    std::getline(cells, cell, ',');
+    while (std::getline(cells, cell, ',')) numbers.push_back(std::stof(cell));
+    return numbers;
+}
+
+TEST_F(OriginalVertices, AreWhatTheFilesHold) {
+    Shape mirror;
+    mirror.row[0].x = -1;
+    for (const Shape& shape : {Shape(), mirror}) {
+        prepare(cube_vertices, cube_faces, shape);
+        const OriginalBake bake = baked([&](std::uint32_t v) { return by_normal(fine().normals[v]); });
+        ASSERT_TRUE(write_baked_ply(folder / "a.ply", bake.instances));
+        const Result<PolygonFile> ply = read_ply(text_of(folder / "a.ply"));
+        ASSERT_TRUE(ply) << ply.error().message();
+        ASSERT_EQ(ply->positions.size(), 16u);
+        for (std::size_t v = 0; v < 16; ++v) {
+            float x = 0, y = 0, z = 0;
+            std::sscanf(cube_vertices[v % 8].c_str(), "%f %f %f", &x, &y, &z);
+            EXPECT_EQ(ply->positions[v], Vec3f(shape == Shape() ? x : -x, y, z)) << v;
+        }
+        EXPECT_EQ(ply->face_corners, std::vector<std::uint32_t>(12, 4)) << "quads stay quads";
+        const std::vector<std::uint32_t> corners(ply->corners.begin(), ply->corners.begin() + 4),
+            second(ply->corners.begin() + 24, ply->corners.begin() + 28);
+        EXPECT_EQ(corners, (shape == Shape() ? std::vector<std::uint32_t>{3, 2, 1, 0}
+                                             : std::vector<std::uint32_t>{3, 0, 1, 2}));
+        EXPECT_EQ(second[0], 11u);
+        EXPECT_NE(text_of(folder / "a.ply").find("property int instance\nproperty int original_vertex\n"),
+                  std::string::npos);
+
+        ASSERT_TRUE(write_baked_csv(folder / "a.csv", bake.instances));
+        std::istringstream table(text_of(folder / "a.csv"));
+        std::string line;
+        std::getline(table, line);
+        for (std::size_t v = 0; v < 16; ++v) {
+            ASSERT_TRUE(std::getline(table, line)) << v;
+            const std::vector<float> numbers = numbers_in(line);
+            EXPECT_EQ(numbers[0], float(v % 8));
+            EXPECT_NEAR(numbers[7], 1 / 3.0, 1e-6);
+        }
+        EXPECT_FALSE(std::getline(table, line));
+
+        ASSERT_TRUE(write_baked_glb(folder / "a.glb", bake.instances));
+        const std::string glb = text_of(folder / "a.glb");
+        EXPECT_NE(glb.find(R"("count":8,"type":"VEC3")"), std::string::npos);
+        const Result<ModelFile> back = ModelFile::open(folder / "a.glb");
+        ASSERT_TRUE(back) << back.error().message();
+        const Result<ListedMesh> part = back->listed(0);
+        ASSERT_TRUE(part);
+        EXPECT_EQ(part->positions, bake.meshes[0].positions);
+        EXPECT_EQ(part->face_corners.size(), 12u);
+    }
+}
+
+/// A disc of 300 corners: more than a byte counts.
+TEST_F(OriginalVertices, OfLargePolygonsKeepTheirFaces) {
+    std::vector<std::string> vertices;
+    std::string face = "300";
+    for (int i = 0; i < 300; ++i) {
+        vertices.push_back(fmt::format("{} 0 {}", std::cos(2 * pi * i / 300), -std::sin(2 * pi * i / 300)));
+        face += fmt::format(" {}", i);
+    }
+    prepare(vertices, {face});
+    const OriginalBake bake = baked([](std::uint32_t) { return Rgb(1.0f); });
+    ASSERT_TRUE(write_baked_ply(folder / "a.ply", bake.instances));
+    const Result<PolygonFile> ply = read_ply(text_of(folder / "a.ply"));
+    ASSERT_TRUE(ply) << ply.error().message();
+    EXPECT_EQ(ply->face_corners, (std::vector<std::uint32_t>{300, 300}));
+    EXPECT_EQ(ply->corners[300 + 7], 307u);
+}
+
+}  // namespace
+}  // namespace haarfield
