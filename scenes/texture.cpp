@@ -44,15 +44,17 @@ Result<Image> read(const MeshImage& image) {
     return read_image(image.file);
 }
 
-/// The bytes of an image's file if it is a JPEG, else none.
-Result<std::string> jpeg_bytes(const MeshImage& image) {
-    const auto if_jpeg = [](std::string_view bytes) {
-        return std::string(bytes.starts_with("\xff\xd8\xff") ? bytes : std::string_view());
+/// The bytes of an image's file if it is a JPEG or, where that is wanted, a PNG.
+Result<Done> take_bytes(const MeshImage& image, bool wants_jpeg, bool wants_png, Texture& texture) {
+    const auto take = [&](std::string_view bytes) {
+        if (wants_jpeg && bytes.starts_with("\xff\xd8\xff")) texture.jpeg = bytes;
+        if (wants_png && bytes.starts_with("\x89PNG\r\n\x1a\n")) texture.png = bytes;
+        return Done{};
     };
-    if (image.bytes) return if_jpeg(*image.bytes);
+    if (image.bytes) return take(*image.bytes);
     const Result<MappedFile> mapped = mapped_file(image.file);
     if (!mapped) return mapped.error();
-    return if_jpeg(mapped->bytes);
+    return take(mapped->bytes);
 }
 
 /// Of an opacity map at a place of an image of another size: its alpha, or its luminance.
@@ -146,10 +148,12 @@ Result<Texture> read_texture(const TextureSource& source) {
         texture.has_alpha = false;
     }
     texture.mean = Rgb(Vec3f(sum / double(texture.texels.size())));
-    if (has_colour && !texture.has_alpha) {
-        Result<std::string> bytes = jpeg_bytes(source.image);
-        if (!bytes) return bytes.error();
-        texture.jpeg = std::move(*bytes);
+    if (has_colour) {
+        const bool has_own_alpha = !has_map && source.alpha == AlphaMode::blend;
+        if (const Result<Done> taken =
+                take_bytes(source.image, !texture.has_alpha, !texture.has_alpha || has_own_alpha, texture);
+            !taken)
+            return taken.error();
     }
     return texture;
 }

@@ -24,6 +24,7 @@ struct Texture {
     bool has_alpha = false;  ///< Some texel is not opaque.
     Rgb mean{1.0f};          ///< Of all texels, linear.
     std::string jpeg;        ///< The file's bytes, if it is a JPEG and nothing of it was changed; else empty.
+    std::string png;         ///< Likewise of a PNG; of its alpha, if `has_alpha`, nothing was changed either.
 
     /// Linear and bilinear between the texels' middles, as POV-Ray's `interpolate 2` has it.
     Rgb colour_at(const Vec2f& uv) const;
