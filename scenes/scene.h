@@ -86,6 +86,7 @@ struct Keyframe {
     std::size_t instance = 0;        ///< Index in Scene::instances.
     std::optional<Vec3f> translate;  ///< Of its placement then. [m]
     std::optional<Vec3f> rotate;  ///< Angles by which it is turned beyond its placement: rotation_xyz. [rad]
+    std::optional<float> scale;   ///< How many times as large as by its placement it is; > 0.
 };
 
 /// What a lamp is at one time of a film; of what is not given, see its keyframes before and after.

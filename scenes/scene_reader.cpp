@@ -302,8 +302,17 @@ Keyframe taken_keyframe(TomlTable table, const Scene& scene) {
     if (table.has("translate")) keyframe.translate = translate;
     if (table.has("rotate"))
         keyframe.rotate = Vec3f(radians(degrees.x), radians(degrees.y), radians(degrees.z));
-    if (!keyframe.translate && !keyframe.rotate)
-        table.refuse("", fmt::format("{} has neither translate nor rotate", table.name()));
+    float scale = 1;
+    table.take("scale", scale, {least_stretch, most_stretch});
+    if (table.has("scale")) keyframe.scale = scale;
+    const float stretch = instance == scene.instances.end() ? 1 : scale * instance->placement.scale;
+    if (!(stretch >= static_cast<float>(least_stretch) && stretch <= static_cast<float>(most_stretch)))
+        table.refuse("scale",
+                     fmt::format("{}.scale is {}, which with that of {} stretches lengths by {:.3g}; "
+                                 "wanted by {:g} to {:g}",
+                                 table.name(), scale, name, stretch, least_stretch, most_stretch));
+    if (!keyframe.translate && !keyframe.rotate && !keyframe.scale)
+        table.refuse("", fmt::format("{} has neither translate, rotate nor scale", table.name()));
     for (const Keyframe& before : scene.keyframes)
         if (before.instance == keyframe.instance && !(keyframe.time > before.time))
             table.refuse("time", fmt::format("{}.time is {}; wanted more than {}, as {} has before",

@@ -205,6 +205,7 @@ std::string keyframe_text(const Scene& scene, const Keyframe& keyframe) {
     if (const auto& angles = keyframe.rotate)
         text += fmt::format("rotate = {}\n",
                             list_of({degrees(angles->x), degrees(angles->y), degrees(angles->z)}));
+    if (keyframe.scale) text += fmt::format("scale = {}\n", *keyframe.scale);
     return text + "\n";
 }
 

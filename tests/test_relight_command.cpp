@@ -227,6 +227,35 @@ translate = [{}, 0, 0.3]
     EXPECT_FALSE(is_near(frames[2], frames[3], 0.01));
 }
 
+/// Alone, which transfer vectors follow, and with a turn, which is shaded in full. Bounces on others would
+/// stay in the frames of the former.
+TEST_F(RelightCommand, FollowsKeyframesOfSize) {
+    const std::string room = text_of(folder / "room.toml");
+    for (const auto& [at_time_3, turn] :
+         {std::pair("scale = 2\n", 0), std::pair("rotate = [0, 0, 90]\nscale = 2\n", 90)}) {
+        std::ofstream(folder / "room.toml") << room << R"(scale = 0.8
+[[keyframes]]
+time = 1
+instance = "column_2"
+scale = 1
+[[keyframes]]
+time = 3
+instance = "column_2"
+)" << at_time_3;
+        ASSERT_EQ(run("--keyframes --bounces 0"), 0) << words;
+        const std::array<Image, 4> frames{frame(1), frame(2), frame(3), frame(4)};
+        for (const auto& [number, share, scale] :
+             {std::tuple(0, 0.0, 0.8), {1, 1 / 3.0, 0.8}, {2, 2 / 3.0, 1.2}, {3, 1.0, 1.6}}) {
+            std::ofstream(folder / "room.toml")
+                << room << fmt::format("scale = {}\nrotate = [0, 0, {}]\n", scale, turn * share);
+            ASSERT_EQ(run("--spin-light --bounces 0"), 0) << words;
+            EXPECT_TRUE(is_near(frames[std::size_t(number)], frame(1), 0.006)) << number << ", " << turn;
+        }
+        EXPECT_FALSE(is_near(frames[1], frames[2], 0.01)) << turn;
+        EXPECT_FALSE(is_near(frames[2], frames[3], 0.01)) << turn;
+    }
+}
+
 TEST_F(RelightCommand, SaysThatThereIsNoFfmpeg) {
     EXPECT_EQ(run("--orbit --movie spin.mp4", "PATH=/nowhere"), 1);
     EXPECT_NE(words.find("there is no ffmpeg"), std::string::npos) << words;

@@ -90,6 +90,23 @@ TEST_F(SceneImportTest, NodesBecomeInstancesThatShareEntities) {
     EXPECT_EQ(entities->entities.size(), 2u) << "one of them is mirrored and flattened";
 }
 
+TEST_F(SceneImportTest, WritesKeyframesAsTheyAre) {
+    const Result<ImportedScene> result = imported(written("leaves.gltf", nodes_gltf));
+    ASSERT_TRUE(result) << result.error().message();
+    Scene scene = result->scene;
+    scene.keyframes = {{1, 1, Vec3f(1, 2, 3), {}, {}}, {2, 1, {}, Vec3f(0, 0.5f, 0), 0.25f}};
+    const Scene again = read_back(scene);
+    ASSERT_EQ(again.keyframes.size(), 2u);
+    for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(again.keyframes[i].instance, 1u);
+        EXPECT_EQ(again.keyframes[i].time, scene.keyframes[i].time);
+        EXPECT_EQ(again.keyframes[i].translate, scene.keyframes[i].translate);
+        EXPECT_EQ(again.keyframes[i].scale, scene.keyframes[i].scale);
+    }
+    EXPECT_EQ(again.keyframes[0].rotate, std::nullopt);
+    EXPECT_NEAR(again.keyframes[1].rotate->y, 0.5, 1e-6);
+}
+
 TEST_F(SceneImportTest, WhatStandsStillIsOneEntity) {
     const std::filesystem::path file = written("pair.obj", two_objects);
     const Result<ImportedScene> result = imported(file);

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <random>
+#include <regex>
 #include <sstream>
 
 namespace haarfield {
@@ -198,11 +199,15 @@ TEST_F(SceneReader, RefusesNamesThatInstancesCanNotHave) {
 
 TEST_F(SceneReader, ReadsKeyframesAndRefusesWhatCanNotBe) {
     const std::string first = "[[keyframes]]\ntime = 1\ninstance = \"chair_2\"\ntranslate = [1, 2, 3]\n",
-                      second = "[[keyframes]]\ntime = 2.5\ninstance = \"chair_2\"\nrotate = [0, 720, 90]\n";
+                      second = "[[keyframes]]\ntime = 2.5\ninstance = \"chair_2\"\nrotate = [0, 720, 90]\n",
+                      third = "[[keyframes]]\ntime = 3\ninstance = \"chair_2\"\nscale = 0.5\n";
     EXPECT_TRUE(read(valid_scene)->keyframes.empty());
-    const Result<Scene> scene = read(first + second + valid_scene);
+    const Result<Scene> scene = read(first + second + third + valid_scene);
     ASSERT_TRUE(scene) << scene.error().message();
-    ASSERT_EQ(scene->keyframes.size(), 2u);
+    ASSERT_EQ(scene->keyframes.size(), 3u);
+    EXPECT_EQ(scene->keyframes[1].scale, std::nullopt);
+    EXPECT_EQ(scene->keyframes[2].scale, 0.5f);
+    EXPECT_EQ(scene->keyframes[2].translate, std::nullopt);
     const auto& [one, two] = std::pair(scene->keyframes[0], scene->keyframes[1]);
     EXPECT_EQ(one.time, 1);
     EXPECT_EQ(one.instance, 2u);
@@ -223,11 +228,20 @@ TEST_F(SceneReader, ReadsKeyframesAndRefusesWhatCanNotBe) {
     EXPECT_EQ(message(second + first),
               "room.toml:6:8: keyframes[1].time is 1; wanted more than 2.5, as chair_2 has before");
     EXPECT_EQ(message("[[keyframes]]\ntime = 1\ninstance = \"chair_1\"\n"),
-              "room.toml:1:1: keyframes[0] has neither translate nor rotate");
+              "room.toml:1:1: keyframes[0] has neither translate, rotate nor scale");
     EXPECT_EQ(message("[[keyframes]]\ninstance = \"chair_1\"\nrotate = [1, 2, 3]\n"),
               "room.toml:1:1: keyframes[0].time is missing");
     EXPECT_EQ(message("[[keyframes]]\ntime = -1\ninstance = \"chair_1\"\nrotate = [1, 2, 3]\n"),
               "room.toml:2:8: keyframes[0].time is -1; wanted [0, 1000000]");
+    EXPECT_EQ(message("[[keyframes]]\ntime = 1\ninstance = \"chair_1\"\nscale = -2\n"),
+              "room.toml:4:9: keyframes[0].scale is -2; wanted [1e-06, 1000000]");
+    EXPECT_EQ(message("[[keyframes]]\ntime = 1\ninstance = \"chair_1\"\nscale = [1, 1, 2]\n"),
+              "room.toml:4:9: keyframes[0].scale is a list of 3; wanted a number in [1e-06, 1000000]");
+    const std::string large = "[[keyframes]]\ntime = 1\ninstance = \"chair_1\"\nscale = 1e6\n";
+    EXPECT_EQ(message(large), "accepted");
+    EXPECT_EQ(message(std::regex_replace(large, std::regex("chair_1"), "table")),
+              "room.toml:4:9: keyframes[0].scale is 1000000, which with that of table stretches lengths by "
+              "2e+06; wanted by 1e-06 to 1e+06");
     EXPECT_EQ(message("keyframes = [1]\n"),
               "room.toml:1:14: keyframes[0] is not a table; wanted [[keyframes]]");
 }

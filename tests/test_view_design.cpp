@@ -10,7 +10,7 @@ Design room() {
     for (const char* name : {"floor", "chair"}) design.scene.entities.emplace_back().name = name;
     design.scene.materials["oak"] = {};
     design.scene.instances = {{"floor", 0, {}, {}}, {"chair_1", 1, {}, {}}, {"chair_2", 1, {}, {}}};
-    design.scene.keyframes = {{1, 1, Vec3f(1, 0, 0), {}}, {1, 2, Vec3f(0, 0, 1), {}}};
+    design.scene.keyframes = {{1, 1, Vec3f(1, 0, 0), {}, {}}, {1, 2, Vec3f(0, 0, 1), {}, {}}};
     design.ids = {1, 2, 3};
     design.entities = {0, 1, 1};
     return design;

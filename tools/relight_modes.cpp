@@ -103,12 +103,15 @@ struct Motion {
     std::size_t instance;
     Placement start;
     std::vector<Stop> places;  ///< From that of the start on. [m]
-    std::vector<Stop> turns;   ///< Beyond the start's: angles of rotation_xyz; empty if it never turns. [rad]
+    /// Beyond the start's: angles of rotation_xyz; empty if it never turns. [rad]
+    std::vector<Stop> turns{};
+    std::vector<Stop> sizes{};  ///< In the start's, thrice the same; empty if it keeps its size.
 
     Placement at(double time) const {
         Placement placement = start;
         placement.translate = value_at(places, time);
         if (!turns.empty()) placement.rotate = rotation_xyz(value_at(turns, time)) * start.rotate;
+        if (!sizes.empty()) placement.scale = start.scale * value_at(sizes, time).x;
         return placement;
     }
 };
@@ -166,7 +169,7 @@ Motion& motion_of(std::size_t instance, std::vector<Motion>& motions, const Reli
     const auto known = std::ranges::find(motions, instance, &Motion::instance);
     if (known != motions.end()) return *known;
     const Placement& start = stage.scene.instances[instance].placement;
-    motions.push_back({instance, start, {Stop{0, start.translate}}, {}});
+    motions.push_back({instance, start, {Stop{0, start.translate}}});
     return motions.back();
 }
 
@@ -226,6 +229,10 @@ Result<std::vector<Motion>> keyframe_motions(const RelightStage& stage) {
         if (keyframe.rotate) {
             if (motion.turns.empty()) motion.turns = {{0, Vec3f(0, 0, 0)}};
             add(motion.turns, double(keyframe.time), *keyframe.rotate);
+        }
+        if (keyframe.scale) {
+            if (motion.sizes.empty()) motion.sizes = {{0, Vec3f(1, 1, 1)}};
+            add(motion.sizes, double(keyframe.time), Vec3f(*keyframe.scale));
         }
     }
     return motions;
