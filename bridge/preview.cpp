@@ -94,25 +94,15 @@ const OwnedScene& Preview::Rays::scene_of(const PreviewInstance& instance) {
     const auto known = meshes.find(&mesh);
     if (known != meshes.end()) return known->second;
     OwnedScene scene(rtcNewScene(device.get()), &rtcReleaseScene);
-    const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* positions = allocated<float>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
-    for (const Vec3f& p : mesh.positions)
-        for (int axis = 0; axis < 3; ++axis) *positions++ = p[axis];
-    auto* indices =
-        allocated<std::uint32_t>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                         3 * sizeof(std::uint32_t), mesh.triangles.size()));
-    for (const auto& triangle : mesh.triangles)
-        indices = std::copy(triangle.begin(), triangle.end(), indices);
+    const std::shared_ptr<RTCGeometryTy> geometry = device.triangles(mesh.positions, mesh.triangles);
     if (has_cut_outs(instance)) {
         PreviewInstance& told = cut_outs.insert_or_assign(&mesh, instance).first->second;
         told.radiance = told.over = {};
-        rtcSetGeometryUserData(geometry, &told);
-        rtcSetGeometryIntersectFilterFunction(geometry, pass_cut_outs);
+        rtcSetGeometryUserData(geometry.get(), &told);
+        rtcSetGeometryIntersectFilterFunction(geometry.get(), pass_cut_outs);
     }
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene.get(), geometry);
-    rtcReleaseGeometry(geometry);
+    rtcCommitGeometry(geometry.get());
+    rtcAttachGeometry(scene.get(), geometry.get());
     device.commit(scene.get());
     return meshes.emplace(&mesh, std::move(scene)).first->second;
 }

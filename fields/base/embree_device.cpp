@@ -2,11 +2,22 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <atomic>
 
 #include "fields/base/instruction_set.h"
 
 namespace haarfield {
+namespace {
+
+/// The same as a T; std::bad_alloc if it is null, as Embree's buffers are when there is no memory.
+template <class T>
+T* allocated(void* memory) {
+    if (!memory) throw std::bad_alloc();
+    return static_cast<T*>(memory);
+}
+
+}  // namespace
 
 struct EmbreeDevice::State {
     State(const State&) = delete;
@@ -34,6 +45,21 @@ EmbreeDevice::EmbreeDevice(const char* settings)
 
 RTCDeviceTy* EmbreeDevice::get() const {
     return state_->device;
+}
+
+std::shared_ptr<RTCGeometryTy> EmbreeDevice::triangles(
+    std::span<const Vec3f> positions, std::span<const std::array<std::uint32_t, 3>> triangles) const {
+    std::shared_ptr<RTCGeometryTy> made(
+        allocated<RTCGeometryTy>(rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_TRIANGLE)),
+        &rtcReleaseGeometry);
+    auto* coordinates = allocated<float>(rtcSetNewGeometryBuffer(
+        made.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), positions.size()));
+    for (const Vec3f& p : positions)
+        for (int axis = 0; axis < 3; ++axis) *coordinates++ = p[axis];
+    auto* indices = allocated<std::uint32_t>(rtcSetNewGeometryBuffer(
+        made.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles.size()));
+    for (const auto& triangle : triangles) indices = std::copy(triangle.begin(), triangle.end(), indices);
+    return made;
 }
 
 void EmbreeDevice::commit(RTCSceneTy* scene) const {

@@ -1,20 +1,19 @@
 #pragma once
 /// Embree's device and objects where there is little memory: exceptions instead of rays that meet nothing.
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <new>
+#include <span>
+
+#include "fields/base/vector.h"
 
 struct RTCDeviceTy;
+struct RTCGeometryTy;
 struct RTCSceneTy;
 
 namespace haarfield {
-
-/// The same as a T; std::bad_alloc if it is null, as Embree's buffers are when there is no memory.
-template <class T>
-T* allocated(void* memory) {
-    if (!memory) throw std::bad_alloc();
-    return static_cast<T*>(memory);
-}
 
 /// One of Embree's devices. Copies share it, and the last releases it, unless memory ran out in a commit:
 /// Embree then waits endlessly in the release, so that the device stays until the process ends.
@@ -26,6 +25,14 @@ public:
     explicit EmbreeDevice(const char* settings);
 
     RTCDeviceTy* get() const;
+
+    /// Triangles for one of its scenes, not committed yet: filters and masks may still be set.
+    ///
+    /// positions  in metres; copied
+    /// triangles  indices into positions; copied
+    /// throws     std::bad_alloc without memory for them.
+    std::shared_ptr<RTCGeometryTy> triangles(std::span<const Vec3f> positions,
+                                             std::span<const std::array<std::uint32_t, 3>> triangles) const;
 
     /// Makes a scene ready for rays.
     ///

@@ -43,18 +43,10 @@ RTCRayHit nearest_hit(RTCScene scene, const Vec3f& from, const Vec3f& direction,
 SurfaceRays::SurfaceRays(std::span<const Vec3f> positions,
                          std::span<const std::array<std::uint32_t, 3>> triangles)
     : device_("threads=1"), scene_(rtcNewScene(device_.get()), &rtcReleaseScene) {
-    const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* coordinates = allocated<float>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), positions.size()));
-    for (const Vec3f& p : positions)
-        for (int axis = 0; axis < 3; ++axis) *coordinates++ = p[axis];
-    auto* indices = allocated<std::uint32_t>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles.size()));
-    for (const auto& triangle : triangles) indices = std::copy(triangle.begin(), triangle.end(), indices);
-    rtcSetGeometryOccludedFilterFunction(geometry, &keep_steep_backs);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_.get(), geometry);
-    rtcReleaseGeometry(geometry);
+    const std::shared_ptr<RTCGeometryTy> geometry = device_.triangles(positions, triangles);
+    rtcSetGeometryOccludedFilterFunction(geometry.get(), &keep_steep_backs);
+    rtcCommitGeometry(geometry.get());
+    rtcAttachGeometry(scene_.get(), geometry.get());
     device_.commit(scene_.get());
 }
 

@@ -29,18 +29,10 @@ InstancedTriangles::InstancedTriangles() : device_("threads=1,set_affinity=0") {
 void InstancedTriangles::add_entity(std::span<const Vec3f> positions,
                                     std::span<const std::array<std::uint32_t, 3>> triangles) {
     std::shared_ptr<RTCSceneTy> made = new_scene(device_.get());
-    const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* coordinates = allocated<float>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), positions.size()));
-    for (const Vec3f& p : positions)
-        for (int axis = 0; axis < 3; ++axis) *coordinates++ = p[axis];
-    auto* indices = allocated<std::uint32_t>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles.size()));
-    for (const auto& triangle : triangles) indices = std::copy(triangle.begin(), triangle.end(), indices);
-    rtcSetGeometryMask(geometry, ~0u);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(made.get(), geometry);
-    rtcReleaseGeometry(geometry);
+    const std::shared_ptr<RTCGeometryTy> geometry = device_.triangles(positions, triangles);
+    rtcSetGeometryMask(geometry.get(), ~0u);
+    rtcCommitGeometry(geometry.get());
+    rtcAttachGeometry(made.get(), geometry.get());
     device_.commit(made.get());
     entities_.push_back(std::move(made));
 }
