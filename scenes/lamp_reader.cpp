@@ -37,8 +37,8 @@ void take_edge(TomlTable& table, Lamp& lamp) {
         float radius = 30, falloff = 45;
         table.take("radius", radius, {0, 180});
         table.take("falloff", falloff, {0, 180, true});
-        lamp.radius = static_cast<float>(double(radius) * (pi / 180));
-        lamp.falloff = static_cast<float>(double(falloff) * (pi / 180));
+        lamp.radius = radians(radius);
+        lamp.falloff = radians(falloff);
     }
     if (!(lamp.radius <= lamp.falloff))
         table.refuse(table.has("falloff") ? "falloff" : "radius",

@@ -2,6 +2,7 @@
 
 #include "scenes/given_files.h"
 #include "scenes/lamp_reader.h"
+#include "scenes/povray_finish.h"
 #include "scenes/scene_tables.h"
 
 #include <fmt/format.h>
@@ -13,8 +14,6 @@ namespace haarfield {
 namespace {
 
 constexpr Range turns{-3600, 3600};  // [degrees]
-constexpr Range albedos{0, 1};
-constexpr Range emissions{0, 65000};
 
 // A key in degrees, a value in radians.
 void take_angle(TomlTable& table, std::string_view key, float& angle, const Range& degrees) {
@@ -91,25 +90,13 @@ void take_environment(TomlTable table, const std::filesystem::path& folder,
 
 // What POV-Ray users write, with POV-Ray's own defaults.
 void take_finish(TomlTable finish, SceneMaterial& material) {
-    constexpr Range weights{0, 100};
-    float diffuse = 0.6f, brilliance = 1, emission = 0;
-    material.phong = 0;
-    material.shininess = 40;
-    finish.take("diffuse", diffuse, albedos);
-    finish.take("emission", emission, emissions);
-    finish.take("phong", material.phong, weights);
-    finish.take("phong_size", material.shininess, {1, 1000});
-    finish.take("specular", material.blinn, weights);
-    finish.take("roughness", material.roughness, {0.0005, 1});
-    finish.take("metallic", material.metallic, {0, 1});
+    take_povray_finish(finish, material);
+    float brilliance = 1;
     finish.take("brilliance", brilliance, {0, 1000});
     if (brilliance != 1)
         finish.refuse("brilliance", fmt::format("{}.brilliance is {}; wanted 1: only cosines are computed",
                                                 finish.name(), brilliance));
     finish.finish();
-    material.diffuse = material.pigment * diffuse;
-    material.emission = material.pigment * emission;
-    if (material.phong > 0 || material.blinn > 0) material.specular = Rgb(1.0f);
 }
 
 // A colour, or an image that is multiplied with one.
@@ -146,7 +133,7 @@ SceneMaterial taken_material(TomlTable table, const std::filesystem::path& folde
     }
     table.take("diffuse", material.diffuse, albedos);
     table.take("specular", material.specular, albedos);
-    table.take("shininess", material.shininess, {1, 1000});
+    table.take("shininess", material.shininess, shininesses);
     table.take("image", material.image, folder);
     table.take("emission", material.emission, emissions);
     std::string convention = "physical";

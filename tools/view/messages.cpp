@@ -1,6 +1,7 @@
 #include "tools/view/messages.h"
 
 #include "fields/base/range.h"
+#include "scenes/povray_finish.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -13,7 +14,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr Range albedos{0, 1}, emissions{0, 65000}, weights{0, 100}, shares{0, 1};
+constexpr Range shares{0, 1};
 
 /// Takes keys out of a message. After the first error nothing is taken any more.
 class MessageReader {
@@ -181,22 +182,6 @@ Content of_object(MessageReader& reader) {
     return edit;
 }
 
-void take_finish(MessageReader& finish, SceneMaterial& material) {
-    float diffuse = 0.6f, emission = 0;
-    material.phong = 0;
-    material.shininess = 40;
-    finish.take("diffuse", diffuse, albedos);
-    finish.take("emission", emission, emissions);
-    finish.take("phong", material.phong, weights);
-    finish.take("phong_size", material.shininess, {1, 1000});
-    finish.take("specular", material.blinn, weights);
-    finish.take("roughness", material.roughness, {0.0005, 1});
-    finish.take("metallic", material.metallic, shares);
-    material.diffuse = material.pigment * diffuse;
-    material.emission = material.pigment * emission;
-    material.specular = Rgb(material.phong > 0 || material.blinn > 0 ? 1.0f : 0.0f);
-}
-
 Content material(MessageReader& reader) {
     SetMaterial edit{};
     reader.require("name");
@@ -206,12 +191,12 @@ Content material(MessageReader& reader) {
         reader.require("pigment");
         reader.require("finish");
         reader.take_three("pigment", edit.material.pigment, albedos);
-        reader.take_part("finish", [&](MessageReader& finish) { take_finish(finish, edit.material); });
+        reader.take_part("finish", [&](MessageReader& finish) { take_povray_finish(finish, edit.material); });
         return edit;
     }
     reader.take_three("diffuse", edit.material.diffuse, albedos);
     reader.take_three("specular", edit.material.specular, albedos);
-    reader.take("shininess", edit.material.shininess, {1, 1000});
+    reader.take("shininess", edit.material.shininess, shininesses);
     reader.take_three("emission", edit.material.emission, emissions);
     std::string convention = "physical";
     reader.take("convention", convention);
@@ -229,7 +214,7 @@ Content look(MessageReader& reader) {
     reader.take_three("target", look.camera.target, coordinates);
     float degrees = 35;
     reader.take("vertical_fov", degrees, {0.01, 179, false, false});
-    look.camera.vertical_fov = static_cast<float>(double(degrees) * (pi / 180));
+    look.camera.vertical_fov = radians(degrees);
     std::uint32_t width = 640, height = 480;
     reader.take("width", width);
     reader.take("height", height);
