@@ -207,14 +207,8 @@ std::vector<ModelLight> lights_of(const aiScene& scene) {
             if (made.kind == ModelLight::Kind::spot) {
                 made.radius = light.mAngleInnerCone;
                 made.falloff = light.mAngleOuterCone;
-                if (!(made.radius >= 0 && made.radius <= made.falloff && made.falloff > 0 &&
-                      made.falloff < 3.1416f))
-                    continue;
             }
-            const float least = std::min({made.colour.x, made.colour.y, made.colour.z});
-            if (least >= 0 && is_finite(made.colour) && is_finite(made.position) &&
-                (made.target - made.position).length() > 0)
-                lights.push_back(std::move(made));
+            if (is_light(made)) lights.push_back(std::move(made));
         }
     });
     return lights;

@@ -101,14 +101,18 @@ bool take_numbers(const LightNumbers& numbers, ModelLight& light) {
     light.colour = numbers.colour;
     light.radius = numbers.radius;
     light.falloff = numbers.falloff;
-    const float least = std::min({light.colour.x, light.colour.y, light.colour.z});
     return numbers.kind <= std::uint32_t(ModelLight::Kind::parallel) && numbers.is_physical <= 1 &&
-           least >= 0 && is_finite(light.colour) && is_finite(light.position) &&
-           (light.target - light.position).length() > 0 && light.radius >= 0 &&
-           light.radius <= light.falloff && light.falloff < 3.1416f;
+           is_light(light);
 }
 
 }  // namespace
+
+bool is_light(const ModelLight& light) {
+    const float least = std::min({light.colour.x, light.colour.y, light.colour.z});
+    return least >= 0 && is_finite(light.colour) && is_finite(light.position) &&
+           (light.target - light.position).length() > 0 && light.radius >= 0 &&
+           light.radius <= light.falloff && light.falloff > 0 && light.falloff < 3.1416f;
+}
 
 void write_content(const ModelContent& content, ByteSink& sink) {
     sink.value(content_magic);

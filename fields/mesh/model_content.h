@@ -61,6 +61,9 @@ struct ModelContent {
     std::optional<ContentListing> listing;  ///< Of OBJ.
 };
 
+/// Whether a light's numbers are of one: finite, none negative, a direction, angles in their order below pi.
+bool is_light(const ModelLight& light);
+
 /// As bytes, in pieces.
 void write_content(const ModelContent& content, ByteSink& sink);
 
