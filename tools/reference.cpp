@@ -48,11 +48,9 @@ Result<ExitCode> render_by_radiosity(const ReferenceFiles& files, const std::fil
                 fmt::format("{} has highlights, which POV-Ray's radiosity leaves out", instance.name));
     const Result<RenderedScene> picture = radiosity_picture(files.scene, povray, context.progress);
     if (!picture) return picture.error();
-    if (Result<Done> written =
-            write_with_background(picture->image, files.scene, exr, povray, context.progress);
-        !written)
-        return written.error();
-    report_picture(exr, picture->image, {&picture->run, 1}, context);
+    const Result<Done> written =
+        write_picture(exr, picture->image, files.scene, {&picture->run, 1}, povray, context);
+    if (!written) return written.error();
     context.report["scene"] = files.scene.string();
     return ExitCode::done;
 }
@@ -61,25 +59,20 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
     Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    const Result<Environment> environment = opened_environment(*scene, context);
-    if (!environment) return environment.error();
-
-    const Result<SceneEntities> entities = opened_originals(*scene, context);
-    if (!entities) return entities.error();
-    if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
-        return placed.error();
-    const std::vector<ReferenceInstance> instances = reference_instances(*scene, *entities);
+    const Result<TracedScene> traced = opened_for_tracing(*scene, options.scene, context);
+    if (!traced) return traced.error();
+    const std::vector<ReferenceInstance>& instances = traced->instances;
     if (context.progress.stop.stop_requested()) return Error{"", interrupted};
     const std::string stem = file_stem(*scene) + "_reference";
     const PovrayOptions povray = povray_options(*scene, options.scene, context);
     const std::vector<Lamp> lamps = lamps_of(scene->lamps);
     Result<int> lights = options.lights;
     if (options.relative_error > 0)
-        lights = chosen_lights(output, stem, scene->camera, instances, *environment, lamps, povray,
+        lights = chosen_lights(output, stem, scene->camera, instances, traced->environment, lamps, povray,
                                options.relative_error, context);
     if (!lights) return lights.error();
     const Result<ReferenceFiles> files = write_reference_scene(
-        output, stem, scene->camera, instances, *environment, *lights, {options.bounces}, lamps);
+        output, stem, scene->camera, instances, traced->environment, *lights, {options.bounces}, lamps);
     if (!files) return files.error();
     for (const std::string& warning : files->warnings) context.warn(warning);
     const std::filesystem::path exr = output / "reference.exr";
@@ -91,11 +84,9 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
                       : rendered_reference(files->scene, povray, context.progress);
     if (!picture) return picture.error();
     if (context.share && !context.share->joins) return ExitCode::done;
-    if (Result<Done> written =
-            write_with_background(picture->image, files->scene, exr, povray, context.progress);
-        !written)
-        return written.error();
-    report_picture(exr, picture->image, picture->run, context);
+    const Result<Done> written =
+        write_picture(exr, picture->image, files->scene, picture->run, povray, context);
+    if (!written) return written.error();
     const double error = double(*picture->image.relative_error);
     context.print("error  {:.4f}, relative, of the reference itself\n", error);
     context.report["lights"] = files->lights;

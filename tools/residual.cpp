@@ -43,16 +43,11 @@ Result<ExitCode> run(const ResidualOptions& options, CommandContext& context) {
     if (!bounces) return bounces.error();
     const Result<Image> baked = read_image(output / "baked.exr");
     if (!baked) return baked.error();
-    const Result<Environment> environment = opened_environment(*scene, context);
-    if (!environment) return environment.error();
-    const Result<SceneEntities> entities = opened_originals(*scene, context);
-    if (!entities) return entities.error();
-    if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
-        return placed.error();
-    const std::vector<ReferenceInstance> instances = reference_instances(*scene, *entities);
+    const Result<TracedScene> traced = opened_for_tracing(*scene, options.scene, context);
+    if (!traced) return traced.error();
     const Result<ReferenceFiles> files =
-        write_reference_scene(output, file_stem(*scene) + "_residual", scene->camera, instances, *environment,
-                              options.lights, *bounces, lamps_of(scene->lamps));
+        write_reference_scene(output, file_stem(*scene) + "_residual", scene->camera, traced->instances,
+                              traced->environment, options.lights, *bounces, lamps_of(scene->lamps));
     if (!files) return files.error();
     for (const std::string& warning : files->warnings) context.warn(warning);
     PovrayOptions povray = povray_options(*scene, options.scene, context);
@@ -60,12 +55,9 @@ Result<ExitCode> run(const ResidualOptions& options, CommandContext& context) {
     povray.height = baked->height;
     const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, context.progress);
     if (!picture) return picture.error();
-    const std::filesystem::path exr = output / "residual.exr";
-    if (Result<Done> written =
-            write_with_background(picture->image, files->scene, exr, povray, context.progress);
-        !written)
-        return written.error();
-    report_picture(exr, picture->image, picture->run, context);
+    const Result<Done> written =
+        write_picture(output / "residual.exr", picture->image, files->scene, picture->run, povray, context);
+    if (!written) return written.error();
     const Result<ImageDifference> difference = image_difference(*baked, picture->image);
     if (!difference) return difference.error();
     const double own = double(*picture->image.relative_error);

@@ -141,6 +141,14 @@ void report_picture(const std::filesystem::path& exr, const Image& objects, std:
     context.print("image  {} (and .png), traced in {:.1f} s\n", exr.string(), trace_seconds);
 }
 
+Result<Done> write_picture(const std::filesystem::path& exr, const Image& objects,
+                           const std::filesystem::path& scene, std::span<const PovrayRun> runs,
+                           const PovrayOptions& povray, CommandContext& context) {
+    Result<Done> written = write_with_background(objects, scene, exr, povray, context.progress);
+    if (written) report_picture(exr, objects, runs, context);
+    return written;
+}
+
 std::string file_stem(const Scene& scene) {
     // With an instance's name and an ending behind it, it must still be the name of a file.
     constexpr std::size_t longest = 60, kept = 50;
@@ -299,6 +307,17 @@ Result<SceneEntities> opened_originals(const Scene& scene, CommandContext& conte
     if (!entities) return entities;
     for (const std::string& warning : entities->warnings) context.warn(warning);
     return entities;
+}
+
+Result<TracedScene> opened_for_tracing(Scene& scene, const SceneOptions& options, CommandContext& context) {
+    Result<Environment> environment = opened_environment(scene, context);
+    if (!environment) return environment.error();
+    Result<SceneEntities> entities = opened_originals(scene, context);
+    if (!entities) return entities.error();
+    if (const Result<Done> placed = place_camera(scene, *entities, options, context); !placed)
+        return placed.error();
+    std::vector<ReferenceInstance> instances = reference_instances(scene, *entities);
+    return TracedScene{std::move(*environment), std::move(*entities), std::move(instances)};
 }
 
 }  // namespace haarfield

@@ -55,6 +55,11 @@ PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, co
 void report_picture(const std::filesystem::path& exr, const Image& objects, std::span<const PovrayRun> runs,
                     CommandContext& context);
 
+/// write_with_background and report_picture.
+Result<Done> write_picture(const std::filesystem::path& exr, const Image& objects,
+                           const std::filesystem::path& scene, std::span<const PovrayRun> runs,
+                           const PovrayOptions& povray, CommandContext& context);
+
 /// The scene's name as POV-Ray's files take it, with `_` for what is not plain_name; of long ones a checksum.
 std::string file_stem(const Scene& scene);
 
@@ -109,5 +114,15 @@ void add_shading_options(CLI::App& command, RenderSettings& settings);
 
 /// original_entities, with warnings.
 Result<SceneEntities> opened_originals(const Scene& scene, CommandContext& context);
+
+/// What POV-Ray's own light falls on.
+struct TracedScene {
+    Environment environment;
+    SceneEntities entities;                    ///< As their files have them.
+    std::vector<ReferenceInstance> instances;  ///< Of these.
+};
+
+/// Opens what a reference needs, and finds the scene's camera.
+Result<TracedScene> opened_for_tracing(Scene& scene, const SceneOptions& options, CommandContext& context);
 
 }  // namespace haarfield
