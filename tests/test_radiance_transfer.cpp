@@ -28,7 +28,8 @@ TEST(LightTransfer, UnprunedEqualsTheProductIntegralUnderAnyLight) {
         scene.scene.environment = sky(turn);
         SceneRadiance found;
         ASSERT_TRUE(shade_frame(transfer, scene.scene, scene.geometry(),
-                                dense_coefficients(scene.light(), scene.size), {}, found));
+                                dense_coefficients(scene.light(), scene.size), {}, FrameQuality::still,
+                                found));
         EXPECT_LT(relative_rmse(found, scene.full()), 2e-3) << turn;  // rounding to bytes
     }
 }
@@ -44,7 +45,8 @@ TEST(LightTransfer, PruningIsWithinTheErrorItIsGiven) {
             scene.scene.environment = sky(turn);
             SceneRadiance found;
             ASSERT_TRUE(shade_frame(transfer, scene.scene, scene.geometry(),
-                                    dense_coefficients(scene.light(), scene.size), {}, found));
+                                    dense_coefficients(scene.light(), scene.size), {}, FrameQuality::still,
+                                    found));
             EXPECT_LT(relative_rmse(found, scene.full()), 2 * double(error) + 0.002) << error << ", " << turn;
         }
         EXPECT_LT(transfer.bytes(), bytes_before);
@@ -80,7 +82,8 @@ TEST(LightTransfer, MeetsTheCosineOfASunWhereverItStands) {
             const DenseCoefficients light =
                 ball.light_with_sun_at(rotation_about({1, 2, -1}, 0.7 * i)(Vec3d(0, 0.6, 0.8)));
             ASSERT_TRUE(shade_frame(transfer, ball.scene, geometry, light,
-                                    all_lights(split_light(ball.scene.environment).sources), found));
+                                    all_lights(split_light(ball.scene.environment).sources),
+                                    FrameQuality::still, found));
             EXPECT_LT(relative_rmse(found, ball.dense()), 0.0105) << specular << ", " << i;
         }
     }
@@ -101,13 +104,13 @@ TEST(ViewTransfer, FollowsTheEye) {
 TEST(MotionTransfer, FollowsTheInstanceAlongUpAndDown) {
     Room scene;
     const MotionTransfer transfer =
-        *motion_transfer(scene.scene, scene.geometry(), settings(), {0}, scene.light(), 3);
+        *motion_transfer(scene.scene, scene.geometry(), settings(), {0}, scene.light(), {}, 3);
     for (const Vec3f& place :
          {Vec3f(0.6f, 0, -0.9f), Vec3f(-0.4f, 0, 1.1f), Vec3f(0.2f, 0.9f, 0.3f), Vec3f(40, 0, 0)}) {
         scene.scene.instances[3].placement.translate = place;
         SceneRadiance found;
         ASSERT_TRUE(
-            shade_frame(transfer, scene.scene, scene.geometry(), settings(), {}, FrameQuality::still, found));
+            shade_frame(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
         // From beyond the field's samples frames have it too large and too faint.
         EXPECT_LT(relative_rmse(found, scene.full()), 3e-3) << place;
     }
@@ -116,15 +119,15 @@ TEST(MotionTransfer, FollowsTheInstanceAlongUpAndDown) {
 TEST(MotionTransfer, PruningIsWithinTheErrorItIsGiven) {
     Room scene;
     const MotionTransfer transfer = *motion_transfer(scene.scene, scene.geometry(), settings(), {0.01f},
-                                                     scene.light(), 3),
+                                                     scene.light(), {}, 3),
                          exact = *motion_transfer(scene.scene, scene.geometry(), settings(), {0},
-                                                  scene.light(), 3);
+                                                  scene.light(), {}, 3);
     EXPECT_LT(transfer.vectors.bytes() * 2, exact.vectors.bytes());
     for (const Vec3f& place : {Vec3f(0.6f, 0, -0.9f), Vec3f(-0.4f, 0, 1.1f), Vec3f(0.2f, 0.9f, 0.3f)}) {
         scene.scene.instances[3].placement.translate = place;
         SceneRadiance found;
         ASSERT_TRUE(
-            shade_frame(transfer, scene.scene, scene.geometry(), settings(), {}, FrameQuality::still, found));
+            shade_frame(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
         EXPECT_LT(relative_rmse(found, scene.full()), 0.02) << place;
     }
 }
@@ -136,12 +139,12 @@ TEST(RadianceTransfer, DoesNotDependOnTheNumberOfThreads) {
         std::array<SceneRadiance, 3> radiance;
         const DenseCoefficients dense = dense_coefficients(light, scene.size);
         EXPECT_TRUE(shade_frame(*light_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, dense),
-                                scene.scene, scene.geometry(), dense, {}, radiance[0]));
+                                scene.scene, scene.geometry(), dense, {}, FrameQuality::still, radiance[0]));
         EXPECT_TRUE(shade_frame(*view_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light, {}),
                                 scene.scene, scene.geometry(), radiance[1]));
         EXPECT_TRUE(
-            shade_frame(*motion_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light, 1),
-                        scene.scene, scene.geometry(), settings(), {}, FrameQuality::moving, radiance[2]));
+            shade_frame(*motion_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, light, {}, 1),
+                        scene.scene, scene.geometry(), settings(), FrameQuality::moving, radiance[2]));
         return radiance;
     };
     std::optional<std::array<SceneRadiance, 3>> wanted;
@@ -162,7 +165,8 @@ TEST(RadianceTransfer, StopsWhenAsked) {
     const auto by_light = light_transfer(scene.scene, scene.geometry(), settings(), {},
                                          dense_coefficients(light, scene.size), progress);
     const auto by_view = view_transfer(scene.scene, scene.geometry(), settings(), {}, light, {}, progress);
-    const auto by_motion = motion_transfer(scene.scene, scene.geometry(), settings(), {}, light, 1, progress);
+    const auto by_motion =
+        motion_transfer(scene.scene, scene.geometry(), settings(), {}, light, {}, 1, progress);
     ASSERT_TRUE(!by_light && !by_view && !by_motion);
     for (const auto& error : {by_light.error(), by_view.error(), by_motion.error()})
         EXPECT_EQ(error.what, interrupted);

@@ -4,7 +4,6 @@
 
 #include "shading/bake/emitter_light.h"
 #include "shading/bake/lamp_light.h"
-#include "shading/bake/renderer.h"
 #include "shading/bounces/cosine_directions.h"
 
 namespace haarfield {

@@ -13,26 +13,34 @@ namespace {
 template <class Act>
 void for_each_lit(const ShadowRays& rays, std::span<const DirectionalLight> lights,
                   std::span<const SourceReceiver> receivers, const Act& act) {
-    constexpr std::size_t packet = ShadowRays::packet;
-    std::array<Vec3f, packet> from;
-    for (std::size_t first = 0; first < receivers.size(); first += packet) {
-        const std::size_t count = std::min(packet, receivers.size() - first);
-        const std::span<const SourceReceiver> here = receivers.subspan(first, count);
-        for (std::size_t i = 0; i < count; ++i) from[i] = here[i].from;
+    for (std::size_t first = 0; first < receivers.size(); first += ShadowRays::packet) {
+        const ReceiverPacket packet(
+            receivers.subspan(first, std::min(ShadowRays::packet, receivers.size() - first)));
         for (const DirectionalLight& light : lights) {
-            std::uint16_t faces = 0;
-            for (std::size_t i = 0; i < count; ++i)
-                faces = static_cast<std::uint16_t>(
-                    faces | unsigned(here[i].brdf.normal.dot(light.direction) > 0) << i);
-            const auto lit = static_cast<std::uint16_t>(
-                faces & ~rays.blocked(std::span(from).first(count), faces, light.direction));
-            for (std::size_t i = 0; i < count; ++i)
+            const std::uint16_t lit = packet.lit(rays, light.direction);
+            for (std::size_t i = 0; i < packet.size(); ++i)
                 if (lit >> i & 1u) act(first + i, light);
         }
     }
 }
 
 }  // namespace
+
+ReceiverPacket::ReceiverPacket(std::span<const SourceReceiver> receivers) : receivers_(receivers) {
+    assert(receivers.size() <= ShadowRays::packet);
+    for (std::size_t i = 0; i < receivers.size(); ++i) from_[i] = receivers[i].from;
+}
+
+std::uint16_t ReceiverPacket::lit(const ShadowRays& rays, const Vec3f& towards_light, std::uint16_t wanted,
+                                  std::size_t without) const {
+    std::uint16_t faces = 0;
+    for (std::size_t i = 0; i < receivers_.size(); ++i)
+        faces = static_cast<std::uint16_t>(faces | unsigned(receivers_[i].brdf.normal.dot(towards_light) > 0)
+                                                       << i);
+    faces &= wanted;
+    const std::span<const Vec3f> from = std::span(from_).first(receivers_.size());
+    return static_cast<std::uint16_t>(faces & ~rays.blocked(from, faces, towards_light, without));
+}
 
 Rgb reflectance(const VertexBrdf& brdf, const Vec3f& light) {
     const float cosine = brdf.normal.dot(light);

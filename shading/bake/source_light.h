@@ -21,6 +21,28 @@ struct SourceReceiver {
     Vec3f position{0.0f};  ///< In the world: of the surface itself, for light that is near.
 };
 
+/// At most sixteen receivers side by side, for rays to one light at a time.
+class ReceiverPacket {
+public:
+    /// receivers  must outlive it.
+    explicit ReceiverPacket(std::span<const SourceReceiver> receivers);
+
+    std::size_t size() const { return receivers_.size(); }  ///< Of receivers.
+    /// One of them.
+    const SourceReceiver& operator[](std::size_t i) const { return receivers_[i]; }
+
+    /// Which face a light that nothing blocks: bit i for receiver i.
+    ///
+    /// wanted   bit i: receiver i matters; of others the bit is 0.
+    /// without  as ShadowRays::blocked has it.
+    std::uint16_t lit(const ShadowRays& rays, const Vec3f& towards_light, std::uint16_t wanted = 0xffff,
+                      std::size_t without = ShadowRays::no_instance) const;
+
+private:
+    std::span<const SourceReceiver> receivers_;
+    std::array<Vec3f, ShadowRays::packet> from_;
+};
+
 /// Adds to each receiver's outgoing radiance what the lights shed on it that nothing blocks.
 ///
 /// receivers  neighbours in space beside each other.

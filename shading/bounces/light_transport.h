@@ -39,6 +39,8 @@ public:
                         std::span<const Rgb> radiance, std::span<const Rgb> reflectance,
                         const Progress& progress = {});
 
+    static constexpr int most_smoothing_steps = 24;  ///< As many as smooth() ever takes.
+
     /// Irradiance by row that diffuse surfaces of such radiance shed on each other. [W/m^2]
     ///
     /// radiance  by row.
@@ -58,7 +60,6 @@ public:
     std::size_t bytes() const;  ///< Memory. [bytes]
 
 private:
-    static constexpr int most_smoothing_steps = 24;
     static constexpr std::size_t block_rows = 64;
     /// Rows that follow each other.
     struct Block {

@@ -23,12 +23,17 @@ EmitterTree scene_emitters(const ShadedScene& scene) {
     return emitter_tree(std::move(emitters));
 }
 
-SceneLight scene_light(const ShadedScene& scene, const RenderSettings& settings,
-                       const std::stop_token& stop) {
-    SceneLight light = scene_light(scene.environment, settings, stop);
+SceneLight scene_light(const ShadedScene& scene, const Environment& environment,
+                       const RenderSettings& settings, const std::stop_token& stop) {
+    SceneLight light = scene_light(environment, settings, stop);
     light.lamps = placed_lamps(scene.lamps);
     light.emitters = scene_emitters(scene);
     return light;
+}
+
+SceneLight scene_light(const ShadedScene& scene, const RenderSettings& settings,
+                       const std::stop_token& stop) {
+    return scene_light(scene, scene.environment, settings, stop);
 }
 
 }  // namespace haarfield

@@ -28,7 +28,11 @@ SceneLight scene_light(const Environment& environment, const RenderSettings& set
 /// What glows in a scene, in the world.
 EmitterTree scene_emitters(const ShadedScene& scene);
 
-/// The same with the scene's lamps and emitters: all of its light.
+/// The same with the scene's lamps and emitters.
+SceneLight scene_light(const ShadedScene& scene, const Environment& environment,
+                       const RenderSettings& settings, const std::stop_token& stop = {});
+
+/// All of a scene's light.
 SceneLight scene_light(const ShadedScene& scene, const RenderSettings& settings,
                        const std::stop_token& stop = {});
 

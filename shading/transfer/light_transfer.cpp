@@ -165,7 +165,7 @@ void add_source(const ConcentratedLight& source, const GroupSums& moments, const
 
 std::size_t LightTransfer::bytes() const {
     std::size_t sum = colour_of_row.size() * sizeof colour_of_row[0] + normals.size() * sizeof normals[0] +
-                      directions.values.size() * sizeof directions.values[0];
+                      directions.values.size() * sizeof directions.values[0] + sources.bytes();
     for (const GroupedColumns& block : blocks) sum += block.bytes();
     return sum;
 }
@@ -187,13 +187,14 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
         progress);
     if (!made) return made.error();
     result.spectrum = transfer_spectrum(result, settings.face_size);
+    result.sources = SourceRows(scene, geometry);
     return result;
 }
 
 Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const DenseCoefficients& light,
-                         std::span<const DirectionalLight> lights, SceneRadiance& radiance,
-                         const Progress& progress, std::vector<Rgb>* diffuse) {
+                         std::span<const DirectionalLight> lights, FrameQuality quality,
+                         SceneRadiance& radiance, const Progress& progress, std::vector<Rgb>* diffuse) {
     const float error = transfer.pruning_error / 8;
     const FewCoefficients few = largest_coefficients(light, transfer.spectrum, error);
     const std::vector<ConcentratedLight> sources = concentrated_light(light, transfer.directions, error);
@@ -228,10 +229,11 @@ Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene
         }
     });
     if (progress.stop.stop_requested()) return Error{"", interrupted};
-    if (const Result<Done> lit = add_source_rows(scene, geometry, lights, by_row, nullptr, progress,
-                                                 diffuse ? std::span(*diffuse) : std::span<Rgb>());
+    if (const Result<Done> lit =
+            transfer.sources.add(geometry.rays, lights, quality, by_row,
+                                 diffuse ? std::span(*diffuse) : std::span<Rgb>(), progress);
         !lit)
-        return lit.error();
+        return lit;
     store_radiance(scene, geometry, by_row, radiance);
     return Done{};
 }

@@ -25,6 +25,7 @@ struct LightTransfer {
     DenseCoefficients directions;              ///< direction_coefficients.
     CoefficientSpectrum spectrum{};            ///< Of T, over some rows and the channels.
     float pruning_error = 0;                   ///< That the vectors were made with.
+    SourceRows sources;                        ///< For light that is concentrated.
 
     /// Of each block but the last.
     std::size_t block_rows() const { return GroupedColumns::most_groups / terms * group_rows; }
@@ -47,7 +48,7 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 /// concentrated_light.h.
 ///
 /// scene, geometry  those that the vectors were made for.
-/// lights           of what is concentrated and not in `light`: see add_source_rows.
+/// lights, quality  of what is concentrated and not in `light`: see SourceRows.
 /// accuracy         besides pruning, rounding to bytes: 0.2 %.
 /// diffuse          null: not wanted; else the diffuse part becomes known, by row.
 /// errors           interrupted; then `radiance` is as it was.
@@ -55,7 +56,8 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
 ///                  common, and for some twenty more a concentrated source.
 Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const DenseCoefficients& light,
-                         std::span<const DirectionalLight> lights, SceneRadiance& radiance,
-                         const Progress& progress = {}, std::vector<Rgb>* diffuse = nullptr);
+                         std::span<const DirectionalLight> lights, FrameQuality quality,
+                         SceneRadiance& radiance, const Progress& progress = {},
+                         std::vector<Rgb>* diffuse = nullptr);
 
 }  // namespace haarfield

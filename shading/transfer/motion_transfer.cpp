@@ -62,16 +62,6 @@ private:
     SparseVectors rows_;
 };
 
-/// Marks the buried vertices and more, so that of each triangle's one at least is not marked, if it was not
-/// before.
-std::vector<std::uint8_t> left_out_vertices(const Mesh& mesh, std::span<const std::uint8_t> buried) {
-    std::vector<std::uint8_t> marked(mesh.positions.size(), 1);
-    for (const auto& [a, b, c] : mesh.triangles)
-        if (marked[a] && marked[b] && marked[c]) marked[a] = 0;
-    for (std::size_t v = 0; v < marked.size(); ++v) marked[v] |= buried[v];
-    return marked;
-}
-
 /// The radiance of the moving instance's own vertices that are not left out, by vertex.
 Result<std::vector<Rgb>> own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
                                       const ShadingGeometry& geometry, const RenderSettings& settings,
@@ -193,8 +183,8 @@ Result<MovingOcclusion> moving_occlusion(const ShadedScene& scene, const Shading
 
 Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
                                        const RenderSettings& settings, const TransferSettings& transfer,
-                                       const RgbCubemapTree& light, std::size_t instance,
-                                       const Progress& progress) {
+                                       const RgbCubemapTree& light, std::vector<DirectionalLight> lights,
+                                       std::size_t instance, const Progress& progress) {
     const std::size_t entity = scene.instances[instance].entity;
     Result<MovingOcclusion> hidden = moving_occlusion(
         scene, geometry, instance, double(transfer.pruning_error) * occlusion_share, progress);
@@ -207,6 +197,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
                           std::move(hidden->around),
                           {rows.count(), settings.face_size, 3},
                           std::vector<Rgb>(rows.count(), Rgb(0.0f)),
+                          {},
                           {},
                           std::move(hidden->occlusions),
                           {},
@@ -231,6 +222,10 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
         },
         progress);
     if (!made) return made.error();
+    Result<StandingSources> sources =
+        standing_sources(scene, geometry, instance, std::move(lights), result.open, progress);
+    if (!sources) return sources.error();
+    result.sources = std::move(*sources);
     Result<std::vector<Rgb>> own =
         whole_own_radiance(result, scene, geometry, while_moving(settings), progress);
     if (!own) return own.error();
@@ -248,8 +243,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
 
 Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const RenderSettings& settings,
-                         std::span<const DirectionalLight> lights, FrameQuality quality,
-                         SceneRadiance& radiance, const Progress& progress) {
+                         FrameQuality quality, SceneRadiance& radiance, const Progress& progress) {
     const RowInterpolations shadows = found_interpolations(
         transfer.viewpoints.size(), progress.stop,
         [&](std::size_t i) { return shadow(transfer, scene, geometry, transfer.viewpoints[i]); });
@@ -261,7 +255,7 @@ Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scen
                                        ? changed_own_radiance(transfer, scene, geometry, settings, progress)
                                        : whole_own_radiance(transfer, scene, geometry, settings, progress);
     if (!own) return own.error();
-    if (const Result<Done> lit = add_source_rows(scene, geometry, lights, by_row, nullptr, progress); !lit)
+    if (const Result<Done> lit = move_in_sources(transfer.sources, scene, geometry, by_row, progress); !lit)
         return lit.error();
     store_radiance(scene, geometry, by_row, radiance);
     // Of its rows only the sources' light was there.

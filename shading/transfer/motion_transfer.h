@@ -25,7 +25,8 @@ struct MotionTransfer {
     std::size_t instance = 0;           ///< Which one moves.
     VisibilityField around;             ///< Its samplers, as it is turned; without their samples.
     SparseVectorBlocks vectors;         ///< RGB. Empty rows for the moving instance's own vertices.
-    std::vector<Rgb> open;              ///< By row: <T, 1>, the radiance without the moving instance.
+    std::vector<Rgb> open;              ///< By row: <T, 1>, the radiance without the moving instance,
+    StandingSources sources;            ///< with what of these it then sees.
     std::vector<Viewpoint> viewpoints;  ///< Of the rows that are not empty.
     SparseVectorBlocks occlusions;      ///< occlusion_vectors of its field.
     /// Radiance of its own vertices before it moves, shaded as while it does, but all of them. By vertex.
@@ -37,38 +38,30 @@ struct MotionTransfer {
     /// Memory. [bytes]
     std::size_t bytes() const {
         return vectors.bytes() + open.size() * sizeof(Rgb) + viewpoints.size() * sizeof(Viewpoint) +
-               occlusions.bytes();
+               sources.bytes() + occlusions.bytes();
     }
 };
 
-/// How exactly the vertices of an instance that moves are shaded themselves.
-enum class FrameQuality {
-    moving,  ///< Four levels deep, past the others by their fields, at one vertex of each triangle or more;
-             ///< at the others it changes by the mean of those next to them. For while it is dragged: it
-             ///< errs by 4 to 8 % (RMSE, of a chair).
-    still,   ///< In full.
-};
-
+/// lights   of what is concentrated: they stay as long as the vectors. The geometry's rays must be placed as
+///          the scene is.
 /// errors   interrupted.
-/// cost     one or two RGB function products per vertex, and a copy of the instance's field; see
-///          precompute_surroundings if it has none that serves.
+/// cost     one or two RGB function products per vertex, rays to each light, and a copy of the instance's
+///          field; see precompute_surroundings if it has none that serves.
 Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGeometry& geometry,
                                        const RenderSettings& settings, const TransferSettings& transfer,
-                                       const RgbCubemapTree& light, std::size_t instance,
-                                       const Progress& progress = {});
+                                       const RgbCubemapTree& light, std::vector<DirectionalLight> lights,
+                                       std::size_t instance, const Progress& progress = {});
 
 /// Radiance with the moving instance where the scene has it now. Its own vertices are shaded by product
 /// integrals, since all that they see changes.
 ///
 /// scene    the one that the vectors were made for, but for the instance's translation and scale; the
 ///          geometry's rays are placed alike.
-/// lights   of what is concentrated: see add_source_rows.
 /// errors   interrupted; then `radiance` is as it was.
 /// cost     one inner product per vertex in the instance's reach that has it above its horizon, with up to
 ///          eight samples side by side; and its own vertices.
 Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const RenderSettings& settings,
-                         std::span<const DirectionalLight> lights, FrameQuality quality,
-                         SceneRadiance& radiance, const Progress& progress = {});
+                         FrameQuality quality, SceneRadiance& radiance, const Progress& progress = {});
 
 }  // namespace haarfield

@@ -44,6 +44,10 @@ Result<const RgbCubemapTree*> RelightSession::light_tree(const Progress& progres
     return &*light_tree_;
 }
 
+Environment RelightSession::shown_environment(const std::stop_token& stop) const {
+    return is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_, stop);
+}
+
 const SplitLight& RelightSession::split() {
     if (!split_) split_ = split_light(environment_, settings_.sources);
     return *split_;
@@ -110,8 +114,8 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
         SceneRadiance radiance;
         std::vector<Rgb> diffuse;
         const Result<Done> shaded =
-            shade_frame(*made, scene_, **geometry, **typical, source_lights(FrameQuality::still), radiance,
-                        progress, &diffuse);
+            shade_frame(*made, scene_, **geometry, **typical, source_lights(FrameQuality::still),
+                        FrameQuality::still, radiance, progress, &diffuse);
         if (!shaded) return shaded;
         diffuse = tinted_rows(scene_, VertexRows(scene_, **geometry), std::move(diffuse));
         const std::vector<Rgb> reflectances = row_reflectances(scene_, **geometry);
@@ -140,12 +144,10 @@ Result<Done> RelightSession::vary_eye(const Progress& progress) {
     if (settings_.bounces.most > 0) {
         const Result<const BounceRays*> rays = current_rays(progress);
         if (!rays) return rays.error();
-        const std::vector<Rgb> direct = tinted_rows(scene_, VertexRows(scene_, **geometry), made->diffuse);
-        Result<BouncedLight> bounced = bounced_light((*rays)->transport, row_reflectances(scene_, **geometry),
-                                                     direct, settings_.bounces, progress);
+        Result<SceneRadiance> bounced =
+            bounced_radiance((*rays)->transport, made->diffuse, settings_.bounces, progress);
         if (!bounced) return bounced.error();
-        (*rays)->transport.smooth(bounced->irradiance);
-        bounced_ = radiance_by(bounced->irradiance);
+        bounced_ = std::move(*bounced);
     }
     transfer_ = std::move(*made);
     return Done{};
@@ -157,12 +159,11 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
     if (!geometry) return geometry.error();
     const Result<const RgbCubemapTree*> light = light_tree(progress);
     if (!light) return light.error();
-    Result<MotionTransfer> made =
-        motion_transfer(scene_, **geometry, settings_, transfer_settings_, **light, instance, progress);
+    Result<MotionTransfer> made = motion_transfer(scene_, **geometry, settings_, transfer_settings_, **light,
+                                                  source_lights(FrameQuality::still), instance, progress);
     if (!made) return made.error();
     if (settings_.bounces.most > 0) {
-        const SceneLight now =
-            scene_light(turned_environment(environment_, rotation_, progress.stop), settings_, progress.stop);
+        const SceneLight now = scene_light(shown_environment(progress.stop), settings_, progress.stop);
         const Result<RadianceParts> parts = radiance_parts({scene_, **geometry, now, settings_}, progress);
         if (!parts) return parts.error();
         const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, now, progress);
@@ -175,10 +176,8 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
 }
 
 Result<Done> RelightSession::vary_lamps(const Progress& progress) {
-    Environment environment =
-        is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_, progress.stop);
     Result<SceneRadiance> steady =
-        full_radiance(scene_light(environment, settings_, progress.stop), progress);
+        full_radiance(scene_light(shown_environment(progress.stop), settings_, progress.stop), progress);
     if (!steady) return steady.error();
     if (const Result<Done> made = update_lamps(progress); !made) return made;
     transfer_ = SteadyLight{std::move(*steady)};
@@ -320,16 +319,17 @@ Result<Done> RelightSession::shaded_without_lamps(FrameQuality quality, const Ve
         const Result<const DenseCoefficients*> now = light(progress);
         if (!now) return now.error();
         if (settings_.bounces.most == 0)
-            return shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality), radiance_,
-                               progress);
+            return shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality), quality,
+                               radiance_, progress);
         std::vector<Rgb> diffuse;
         SceneRadiance direct;
         Result<Done> shaded = shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality),
-                                          direct, progress, &diffuse);
+                                          quality, direct, progress, &diffuse);
         if (!shaded) return shaded;
-        shaded =
-            bounce_frame(tinted_rows(scene_, VertexRows(scene_, *geometry_), std::move(diffuse)), progress);
-        if (!shaded) return shaded;
+        Result<SceneRadiance> bounced =
+            bounced_radiance(*refined_, std::move(diffuse), frame_bounces(), progress, frame_smoothing);
+        if (!bounced) return bounced.error();
+        bounced_ = std::move(*bounced);
         keep(std::move(direct));
         add_to_radiance(bounced_, nullptr);
         return Done{};
@@ -340,8 +340,8 @@ Result<Done> RelightSession::shaded_without_lamps(FrameQuality quality, const Ve
         return shaded;
     }
     if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_)) {
-        const Result<Done> shaded = shade_frame(*by_motion, scene_, *geometry_, settings_,
-                                                source_lights(quality), quality, radiance_, progress);
+        const Result<Done> shaded =
+            shade_frame(*by_motion, scene_, *geometry_, settings_, quality, radiance_, progress);
         if (shaded) add_to_radiance(bounced_, nullptr);
         return shaded;
     }
@@ -372,12 +372,9 @@ Result<SceneRadiance> RelightSession::full_radiance(const SceneLight& light, con
 }
 
 Result<Done> RelightSession::commit(const Progress& progress) {
-    Environment environment =
-        is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_, progress.stop);
-    SceneLight light = scene_light(environment, settings_, progress.stop);
-    light.lamps = placed_lamps(scene_.lamps);
-    light.emitters = scene_emitters(scene_);
-    Result<SceneRadiance> full = full_radiance(light, progress);
+    Environment environment = shown_environment(progress.stop);
+    Result<SceneRadiance> full =
+        full_radiance(scene_light(scene_, environment, settings_, progress.stop), progress);
     if (!full) return full.error();
     scene_.environment = std::move(environment);
     keep(std::move(*full));
@@ -415,13 +412,16 @@ BounceSettings RelightSession::frame_bounces() const {
     return settings;
 }
 
-Result<Done> RelightSession::bounce_frame(std::span<const Rgb> diffuse, const Progress& progress) {
+Result<SceneRadiance> RelightSession::bounced_radiance(const LightTransport& transport,
+                                                       std::vector<Rgb> diffuse,
+                                                       const BounceSettings& bounces,
+                                                       const Progress& progress, int smoothing_steps) const {
+    const std::vector<Rgb> direct = tinted_rows(scene_, VertexRows(scene_, *geometry_), std::move(diffuse));
     Result<BouncedLight> bounced =
-        bounced_light(*refined_, row_reflectances(scene_, *geometry_), diffuse, frame_bounces(), progress);
+        bounced_light(transport, row_reflectances(scene_, *geometry_), direct, bounces, progress);
     if (!bounced) return bounced.error();
-    refined_->smooth(bounced->irradiance, frame_smoothing);
-    bounced_ = radiance_by(bounced->irradiance);
-    return Done{};
+    transport.smooth(bounced->irradiance, smoothing_steps);
+    return radiance_by(bounced->irradiance);
 }
 
 Result<Done> RelightSession::update_lamps(const Progress& progress) {
@@ -438,13 +438,10 @@ Result<Done> RelightSession::update_lamps(const Progress& progress) {
         const Result<const BounceRays*> rays = current_rays(progress);
         if (!rays) return rays.error();
         const VertexRows rows(scene_, *geometry_);
-        const std::vector<Rgb> direct =
-            tinted_rows(scene_, rows, row_values(rows, lamp_frames_.diffuse(scene_)));
-        Result<BouncedLight> bounced = bounced_light((*rays)->transport, row_reflectances(scene_, *geometry_),
-                                                     direct, frame_bounces(), progress);
+        Result<SceneRadiance> bounced = bounced_radiance(
+            (*rays)->transport, row_values(rows, lamp_frames_.diffuse(scene_)), frame_bounces(), progress);
         if (!bounced) return bounced.error();
-        (*rays)->transport.smooth(bounced->irradiance);
-        lamps_bounced_ = radiance_by(bounced->irradiance);
+        lamps_bounced_ = std::move(*bounced);
     }
     is_lamps_bounced_current_ = true;
     return Done{};

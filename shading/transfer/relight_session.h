@@ -134,10 +134,15 @@ private:
     Result<const RgbCubemapTree*> light_tree(const Progress& progress);
     Result<const DenseCoefficients*> light(const Progress& progress);
     const SplitLight& split();
+    /// The environment as it is turned.
+    Environment shown_environment(const std::stop_token& stop) const;
     std::vector<LightSource> turned_sources();
     std::vector<DirectionalLight> source_lights(FrameQuality quality);
     Result<const BounceRays*> current_rays(const Progress& progress);
-    Result<Done> bounce_frame(std::span<const Rgb> diffuse, const Progress& progress);
+    /// Diffuse radiance by the bounces of what shines on rows, as materials will reflect it.
+    Result<SceneRadiance> bounced_radiance(const LightTransport& transport, std::vector<Rgb> diffuse,
+                                           const BounceSettings& bounces, const Progress& progress,
+                                           int smoothing_steps = LightTransport::most_smoothing_steps) const;
     Result<IndirectLight> indirect_at_rest(const SceneRadiance& diffuse, const SceneLight& light,
                                            const Progress& progress);
     Result<Done> update_lamps(const Progress& progress);

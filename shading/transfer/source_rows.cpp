@@ -3,22 +3,24 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
+#include <numeric>
+#include <optional>
 
 namespace haarfield {
 namespace {
 
 constexpr std::size_t run = 64;  ///< Rows.
 
-/// Rows [first, end) that are wanted and not buried, with what light finds there.
+/// Rows [first, end) that are not buried, with what light finds there.
 struct RowRun {
     std::vector<std::uint32_t> rows;
     std::vector<SourceReceiver> receivers;
 
-    RowRun(const ShadedScene& scene, const VertexRows& all, std::size_t first, std::size_t end,
-           const VertexMask* wanted) {
+    RowRun(const ShadedScene& scene, const VertexRows& all, std::size_t first, std::size_t end) {
         for (std::size_t row = first; row < end; ++row) {
             const InstanceVertex at = all[row];
-            if (all.is_buried(at) || (wanted && !(*wanted)[at.instance][at.vertex])) continue;
+            if (all.is_buried(at)) continue;
             const ShadedInstance& instance = scene.instances[at.instance];
             const ShadedEntity& entity = scene.entities[instance.entity];
             const SurfacePoint point = surface_point(entity, at.vertex);
@@ -30,34 +32,246 @@ struct RowRun {
     }
 };
 
+/// Calls `act` with the number of a run of rows, and the rows [first, end) themselves.
 template <class Act>
-Result<Done> for_each_run(const VertexRows& rows, const Progress& progress, const Act& act) {
-    tbb::parallel_for(std::size_t(0), (rows.count() + run - 1) / run, [&](std::size_t block) {
+Result<Done> for_each_run(std::size_t begin, std::size_t end, const Progress& progress, const Act& act) {
+    tbb::parallel_for(std::size_t(0), (end - begin + run - 1) / run, [&](std::size_t block) {
         if (progress.stop.stop_requested()) return;
-        act(block, block * run, std::min(rows.count(), (block + 1) * run));
+        act(block, begin + block * run, std::min(end, begin + (block + 1) * run));
     });
     if (progress.stop.stop_requested()) return Error{"", interrupted};
     return Done{};
 }
 
+/// The order in which a mesh's vertices are asked what they see: some at first, others when enough of their
+/// neighbours have been.
+struct AskedLater {
+    static constexpr std::uint8_t rounds = 5;
+    static constexpr std::size_t enough = 3;
+    std::vector<std::uint8_t> round;             ///< By vertex; the last for those without enough.
+    std::vector<std::uint32_t> neighbours, end;  ///< Of each vertex, each once.
+
+    AskedLater(const Mesh& mesh, std::span<const std::uint8_t> buried)
+        : round(mesh.positions.size(), rounds - 1) {
+        list_neighbours(mesh);
+        const std::vector<std::uint8_t> left_out = left_out_vertices(mesh, buried);
+        for (std::size_t v = 0; v < round.size(); ++v)
+            if (!left_out[v]) round[v] = 0;
+        for (std::uint8_t r = 1; r + 1 < rounds; ++r)
+            for (std::uint32_t v = 0; v < round.size(); ++v)
+                if (round[v] >= r && !buried[v] && earlier(v, r).size() >= enough) round[v] = r;
+        for (std::uint32_t v = 0; v < round.size(); ++v)  // what is buried tells nothing
+            if (buried[v]) round[v] = rounds;
+    }
+
+    /// Neighbours that are asked before a vertex; none if these are not enough.
+    std::vector<std::uint32_t> earlier(std::uint32_t vertex) const {
+        std::vector<std::uint32_t> found = earlier(vertex, round[vertex]);
+        if (found.size() < enough) found.clear();
+        return found;
+    }
+
+private:
+    std::vector<std::uint32_t> earlier(std::uint32_t vertex, std::uint8_t than) const {
+        std::vector<std::uint32_t> found;
+        for (std::size_t i = vertex > 0 ? end[vertex - 1] : 0; i < end[vertex]; ++i)
+            if (round[neighbours[i]] < than) found.push_back(neighbours[i]);
+        return found;
+    }
+
+    void list_neighbours(const Mesh& mesh) {
+        std::vector<std::array<std::uint32_t, 2>> edges;
+        for (const auto& triangle : mesh.triangles)
+            for (std::size_t k = 0; k < 3; ++k)
+                for (std::size_t next = 1; next < 3; ++next)
+                    edges.push_back({triangle[k], triangle[(k + next) % 3]});
+        std::ranges::sort(edges);
+        const auto same = std::ranges::unique(edges);
+        edges.erase(same.begin(), same.end());
+        end.assign(mesh.positions.size(), 0);
+        for (const auto& [from, to] : edges) {
+            ++end[from];
+            neighbours.push_back(to);
+        }
+        std::partial_sum(end.begin(), end.end(), end.begin());
+    }
+};
+
+/// What all neighbours see alike, by cluster; the rest stays as it is.
+///
+/// beside  their places in `seen`, or none.
+void set_common_sights(std::span<const ClusterSight> seen, std::span<const std::uint32_t> beside,
+                       std::span<ClusterSight> sights) {
+    if (beside.empty()) return;
+    const std::size_t count = sights.size();
+    for (std::size_t c = 0; c < count; ++c) {
+        const ClusterSight sight = seen[beside[0] * count + c];
+        if (std::ranges::all_of(beside, [&](std::uint32_t i) { return seen[i * count + c] == sight; }))
+            sights[c] = sight;
+    }
+}
+
+/// Whether a ray may meet a sphere; the direction is a unit vector.
+bool may_meet(const Sphere& sphere, const Vec3f& from, const Vec3f& direction) {
+    const Vec3f to_centre = sphere.centre - from;
+    const float along = to_centre.dot(direction), squared_radius = sphere.radius * sphere.radius,
+                squared_distance = to_centre.length2();
+    if (squared_distance <= squared_radius) return true;
+    return along > 0 && squared_distance - along * along <= squared_radius;
+}
+
+/// Round an instance as it stands, a little larger than it is.
+Sphere bounding_sphere(const ShadedScene& scene, const ShadedInstance& instance) {
+    const Bounds& bounds = scene.entities[instance.entity].occlusion->original().bounds();
+    return {instance.placement.point_to_world(bounds.centre()),
+            1.001f * instance.placement.scale * bounds.radius()};
+}
+
 }  // namespace
 
-Result<Done> add_source_rows(const ShadedScene& scene, const ShadingGeometry& geometry,
-                             std::span<const DirectionalLight> lights, std::span<Rgb> by_row,
-                             const VertexMask* wanted, const Progress& progress, std::span<Rgb> diffuse) {
-    if (lights.empty()) return Done{};
+SourceRows::SourceRows(const ShadedScene& scene, const ShadingGeometry& geometry) {
+    std::vector<AskedLater> asked;  // by entity
+    for (const ShadedEntity& entity : scene.entities)
+        asked.emplace_back(*entity.mesh, entity.occlusion->samples().buried);
+    rounds_.resize(AskedLater::rounds);
     const VertexRows rows(scene, geometry);
-    return for_each_run(rows, progress, [&](std::size_t, std::size_t first, std::size_t end) {
-        const RowRun here(scene, rows, first, end, wanted);
-        std::array<Rgb, run> added, added_diffuse;
+    const RowRun all(scene, rows, 0, rows.count());
+    std::vector<std::vector<std::uint32_t>> place(scene.instances.size());  // by instance and vertex
+    for (std::size_t i = 0; i < place.size(); ++i) place[i].resize(rows.vertices(i).size());
+    for (std::size_t r = 0; r < rounds_.size(); ++r) {
+        Round& round = rounds_[r];
+        if (r > 0) round.first = rounds_[r - 1].first + rounds_[r - 1].rows.size();
+        for (std::size_t k = 0; k < all.rows.size(); ++k) {
+            const auto [instance, vertex] = rows[all.rows[k]];
+            const AskedLater& of_entity = asked[scene.instances[instance].entity];
+            if (of_entity.round[vertex] != r) continue;
+            place[instance][vertex] = static_cast<std::uint32_t>(round.first + round.rows.size());
+            for (const std::uint32_t v : of_entity.earlier(vertex))
+                round.neighbours.push_back(place[instance][v]);
+            round.end.push_back(static_cast<std::uint32_t>(round.neighbours.size()));
+            round.rows.push_back(all.rows[k]);
+            round.receivers.push_back(all.receivers[k]);
+        }
+    }
+}
+
+Result<Done> SourceRows::add(const ShadowRays& rays, std::span<const DirectionalLight> lights,
+                             FrameQuality quality, std::span<Rgb> by_row, std::span<Rgb> diffuse,
+                             const Progress& progress) const {
+    if (lights.empty() || rounds_.empty()) return Done{};
+    const std::vector<LightCluster> clusters = light_clusters(lights);
+    const std::size_t count = clusters.size();
+    std::vector<ClusterSight> seen((rounds_.back().first + rounds_.back().rows.size()) * count);
+    for (const Round& round : rounds_) {
+        const auto add_run = [&](std::size_t, std::size_t first, std::size_t end) {
+            const std::size_t size = end - first;
+            std::array<Rgb, run> added, added_diffuse;
+            added.fill(Rgb(0.0f));
+            added_diffuse.fill(Rgb(0.0f));
+            const auto sights = std::span(seen).subspan((round.first + first) * count, size * count);
+            if (quality == FrameQuality::moving)
+                for (std::size_t k = first; k < end; ++k) {
+                    const std::size_t begin = k > 0 ? round.end[k - 1] : 0;
+                    set_common_sights(seen, std::span(round.neighbours).subspan(begin, round.end[k] - begin),
+                                      sights.subspan((k - first) * count, count));
+                }
+            add_clustered_light(rays, clusters, std::span(round.receivers).subspan(first, size),
+                                std::span(added).first(size),
+                                std::span(added_diffuse).first(diffuse.empty() ? 0 : size), sights);
+            for (std::size_t k = 0; k < size; ++k) by_row[round.rows[first + k]] += added[k];
+            for (std::size_t k = 0; k < size && !diffuse.empty(); ++k)
+                diffuse[round.rows[first + k]] += added_diffuse[k];
+        };
+        const Result<Done> lit = for_each_run(0, round.rows.size(), progress, add_run);
+        if (!lit) return lit;
+    }
+    return Done{};
+}
+
+std::size_t SourceRows::bytes() const {
+    std::size_t sum = 0;
+    for (const Round& round : rounds_)
+        sum += round.rows.size() * (2 * sizeof(std::uint32_t) + sizeof(SourceReceiver)) +
+               round.neighbours.size() * sizeof(std::uint32_t);
+    return sum;
+}
+
+Result<StandingSources> standing_sources(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                         std::size_t moving, std::vector<DirectionalLight> lights,
+                                         std::span<Rgb> by_row, const Progress& progress) {
+    const VertexRows rows(scene, geometry);
+    StandingSources result{moving, std::move(lights), {}};
+    const std::size_t words = result.words();
+    result.lit.resize(rows.count() * words);
+    const auto find = [&](std::size_t, std::size_t first, std::size_t end) {
+        const RowRun here(scene, rows, first, end);
+        for (std::size_t begin = 0; begin < here.rows.size(); begin += ShadowRays::packet) {
+            const ReceiverPacket packet(
+                std::span(here.receivers)
+                    .subspan(begin, std::min(ShadowRays::packet, here.rows.size() - begin)));
+            std::uint16_t others = 0;
+            for (std::size_t i = 0; i < packet.size(); ++i)
+                others = static_cast<std::uint16_t>(
+                    others | unsigned(rows[here.rows[begin + i]].instance != moving) << i);
+            for (std::size_t l = 0; l < result.lights.size(); ++l) {
+                const DirectionalLight& light = result.lights[l];
+                const std::uint16_t lit = packet.lit(geometry.rays, light.direction, others, moving);
+                for (std::size_t i = 0; i < packet.size(); ++i) {
+                    if (!(lit >> i & 1u)) continue;
+                    const std::uint32_t row = here.rows[begin + i];
+                    result.lit[row * words + l / 64] |= std::uint64_t(1) << (l % 64);
+                    by_row[row] += reflectance(packet[i].brdf, light.direction) * light.irradiance;
+                }
+            }
+        }
+    };
+    const Result<Done> found = for_each_run(0, rows.count(), progress, find);
+    if (!found) return found.error();
+    return result;
+}
+
+Result<Done> move_in_sources(const StandingSources& sources, const ShadedScene& scene,
+                             const ShadingGeometry& geometry, std::span<Rgb> by_row,
+                             const Progress& progress) {
+    if (sources.lights.empty()) return Done{};
+    const VertexRows rows(scene, geometry);
+    const std::size_t words = sources.words(), own = rows.first(sources.moving);
+    const Sphere sphere = bounding_sphere(scene, scene.instances[sources.moving]);
+    const auto take = [&](std::size_t, std::size_t first, std::size_t end) {
+        for (std::size_t row = first; row < end; ++row) {
+            const std::span<const std::uint64_t> lit = std::span(sources.lit).subspan(row * words, words);
+            if (std::ranges::all_of(lit, [](std::uint64_t word) { return word == 0; })) continue;
+            const InstanceVertex at = rows[row];
+            const ShadedInstance& instance = scene.instances[at.instance];
+            const ShadedEntity& entity = scene.entities[instance.entity];
+            const SurfacePoint point = surface_point(entity, at.vertex);
+            const Vec3f from = instance.placement.point_to_world(point.sample);
+            std::optional<VertexBrdf> brdf;
+            for (std::size_t word = 0; word < words; ++word)
+                for (std::uint64_t left = lit[word]; left != 0; left &= left - 1) {
+                    const DirectionalLight& light =
+                        sources.lights[64 * word + std::size_t(std::countr_zero(left))];
+                    if (!may_meet(sphere, from, light.direction) ||
+                        !geometry.rays.is_blocked(from, light.direction))
+                        continue;
+                    if (!brdf)
+                        brdf = vertex_brdf(entity.materials[point.material],
+                                           vertex_view(scene, instance, point));
+                    by_row[row] -= reflectance(*brdf, light.direction) * light.irradiance;
+                }
+        }
+    };
+    if (const Result<Done> taken = for_each_run(0, rows.count(), progress, take); !taken) return taken;
+    const std::vector<LightCluster> clusters = light_clusters(sources.lights);
+    const auto add = [&](std::size_t, std::size_t first, std::size_t end) {
+        const RowRun here(scene, rows, first, end);
+        std::array<Rgb, run> added;
         added.fill(Rgb(0.0f));
-        added_diffuse.fill(Rgb(0.0f));
-        const std::size_t count = here.rows.size();
-        add_source_light(geometry.rays, lights, here.receivers, std::span(added).first(count),
-                         std::span(added_diffuse).first(diffuse.empty() ? 0 : count));
-        for (std::size_t k = 0; k < count; ++k) by_row[here.rows[k]] += added[k];
-        for (std::size_t k = 0; k < count && !diffuse.empty(); ++k) diffuse[here.rows[k]] += added_diffuse[k];
-    });
+        add_clustered_light(geometry.rays, clusters, here.receivers,
+                            std::span(added).first(here.rows.size()));
+        for (std::size_t k = 0; k < here.rows.size(); ++k) by_row[here.rows[k]] += added[k];
+    };
+    return for_each_run(own, own + rows.vertices(sources.moving).size(), progress, add);
 }
 
 std::size_t SourceSights::bytes() const {
@@ -74,8 +288,8 @@ Result<SourceSights> source_sights(const ShadedScene& scene, const ShadingGeomet
     if (sources.empty()) return result;
     result.blocks.resize((rows.count() + run - 1) / run);
     const Result<Done> found =
-        for_each_run(rows, progress, [&](std::size_t block, std::size_t first, std::size_t end) {
-            const RowRun here(scene, rows, first, end, nullptr);
+        for_each_run(0, rows.count(), progress, [&](std::size_t block, std::size_t first, std::size_t end) {
+            const RowRun here(scene, rows, first, end);
             const std::size_t count = here.rows.size();
             for (const LightSource& source : sources) {
                 std::array<LitPart, run> lit;
@@ -98,7 +312,7 @@ Result<Done> add_source_highlights(const SourceSights& sights, const ShadedScene
                                    const VertexMask* wanted, const Progress& progress) {
     if (sights.blocks.empty()) return Done{};
     const VertexRows rows(scene, geometry);
-    return for_each_run(rows, progress, [&](std::size_t block, std::size_t, std::size_t) {
+    return for_each_run(0, rows.count(), progress, [&](std::size_t block, std::size_t, std::size_t) {
         for (const auto& [row, light] : sights.blocks[block]) {
             const InstanceVertex at = rows[row];
             if (wanted && !(*wanted)[at.instance][at.vertex]) continue;

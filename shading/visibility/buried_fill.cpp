@@ -12,6 +12,14 @@ struct Step {
 
 }  // namespace
 
+std::vector<std::uint8_t> left_out_vertices(const Mesh& mesh, std::span<const std::uint8_t> buried) {
+    std::vector<std::uint8_t> marked(mesh.positions.size(), 1);
+    for (const auto& [a, b, c] : mesh.triangles)
+        if (marked[a] && marked[b] && marked[c]) marked[a] = 0;
+    for (std::size_t v = 0; v < marked.size(); ++v) marked[v] |= buried[v];
+    return marked;
+}
+
 BuriedFill::BuriedFill(const Mesh& mesh, std::span<const std::uint8_t> buried) {
     std::vector<Step> steps;
     for (const auto& triangle : mesh.triangles)

@@ -34,4 +34,11 @@ private:
     std::vector<std::uint32_t> source_;
 };
 
+/// Marks the buried vertices and more, so that of each triangle's one at least is not marked, if it was not
+/// before: where the others can take from what changes slowly.
+///
+/// buried   by vertex: 1 where it is.
+/// returns  likewise; some two of three are marked.
+std::vector<std::uint8_t> left_out_vertices(const Mesh& mesh, std::span<const std::uint8_t> buried);
+
 }  // namespace haarfield

@@ -14,6 +14,43 @@ unsigned mask_without(std::size_t instance) {
     return instance == ShadowRays::no_instance ? everything : ~instance_mask(instance);
 }
 
+/// Which of at most 16 wanted rays hit something that the mask does not leave out.
+///
+/// way  of the number of a point: towards the light, as long as range counts.
+template <class Way>
+std::uint16_t hits(RTCScene scene, std::span<const Vec3f> points, std::uint16_t wanted, const Way& way,
+                   float range, unsigned mask) {
+    assert(points.size() <= ShadowRays::packet);
+    if (wanted == 0) return 0;
+    RTCRay16 rays;
+    alignas(64) std::array<int, ShadowRays::packet> valid;
+    for (std::size_t i = 0; i < ShadowRays::packet; ++i) {
+        const bool matters = i < points.size() && (wanted >> i & 1u) != 0;
+        const Vec3f from = matters ? points[i] : Vec3f(0.0f), to = matters ? way(i) : Vec3f(0, 1, 0);
+        valid[i] = matters ? -1 : 0;
+        rays.org_x[i] = from.x;
+        rays.org_y[i] = from.y;
+        rays.org_z[i] = from.z;
+        rays.dir_x[i] = to.x;
+        rays.dir_y[i] = to.y;
+        rays.dir_z[i] = to.z;
+        rays.tnear[i] = 0;
+        rays.tfar[i] = range;
+        rays.time[i] = 0;
+        rays.mask[i] = mask;
+        rays.id[i] = 0;
+        rays.flags[i] = 0;
+    }
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    // Not flagged as coherent: with that, packets do not always come back from robust scenes of instances.
+    rtcOccluded16(valid.data(), scene, &context, &rays);
+    std::uint16_t result = 0;
+    for (std::size_t i = 0; i < ShadowRays::packet; ++i)
+        if (valid[i] != 0 && rays.tfar[i] < 0) result = static_cast<std::uint16_t>(result | 1u << i);
+    return result;
+}
+
 }  // namespace
 
 void ShadowRays::build(const ShadedScene& scene) {
@@ -25,70 +62,19 @@ void ShadowRays::build(const ShadedScene& scene) {
     place(scene);
 }
 
-std::uint16_t ShadowRays::blocked(std::span<const Vec3f> points, std::uint16_t wanted,
-                                  const Vec3f& direction) const {
-    assert(points.size() <= packet);
-    if (wanted == 0) return 0;
-    RTCRay16 rays;
-    alignas(64) std::array<int, packet> valid;
-    for (std::size_t i = 0; i < packet; ++i) {
-        const bool matters = i < points.size() && (wanted >> i & 1u) != 0;
-        const Vec3f from = matters ? points[i] : Vec3f(0.0f);
-        valid[i] = matters ? -1 : 0;
-        rays.org_x[i] = from.x;
-        rays.org_y[i] = from.y;
-        rays.org_z[i] = from.z;
-        rays.dir_x[i] = direction.x;
-        rays.dir_y[i] = direction.y;
-        rays.dir_z[i] = direction.z;
-        rays.tnear[i] = 0;
-        rays.tfar[i] = far_away;
-        rays.time[i] = 0;
-        rays.mask[i] = ~0u;
-        rays.id[i] = 0;
-        rays.flags[i] = 0;
-    }
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    // Not flagged as coherent: with that, packets do not always come back from robust scenes of instances.
-    rtcOccluded16(valid.data(), triangles_.scene(), &context, &rays);
-    std::uint16_t result = 0;
-    for (std::size_t i = 0; i < packet; ++i)
-        if (valid[i] != 0 && rays.tfar[i] < 0) result = static_cast<std::uint16_t>(result | 1u << i);
-    return result;
+std::uint16_t ShadowRays::blocked(std::span<const Vec3f> points, std::uint16_t wanted, const Vec3f& direction,
+                                  std::size_t without) const {
+    return hits(
+        triangles_.scene(), points, wanted, [&](std::size_t) { return direction; }, far_away,
+        mask_without(without));
 }
 
 std::uint16_t ShadowRays::blocked_from(std::span<const Vec3f> points, std::uint16_t wanted,
                                        std::span<const Vec3f> ends, std::size_t without) const {
-    assert(points.size() <= packet && ends.size() == points.size());
-    if (wanted == 0) return 0;
-    const unsigned mask = mask_without(without);
-    RTCRay16 rays;
-    alignas(64) std::array<int, packet> valid;
-    for (std::size_t i = 0; i < packet; ++i) {
-        const bool matters = i < points.size() && (wanted >> i & 1u) != 0;
-        const Vec3f from = matters ? points[i] : Vec3f(0.0f), way = matters ? ends[i] - from : Vec3f(0, 1, 0);
-        valid[i] = matters ? -1 : 0;
-        rays.org_x[i] = from.x;
-        rays.org_y[i] = from.y;
-        rays.org_z[i] = from.z;
-        rays.dir_x[i] = way.x;
-        rays.dir_y[i] = way.y;
-        rays.dir_z[i] = way.z;
-        rays.tnear[i] = 0;
-        rays.tfar[i] = 1 - last_part;
-        rays.time[i] = 0;
-        rays.mask[i] = mask;
-        rays.id[i] = 0;
-        rays.flags[i] = 0;
-    }
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcOccluded16(valid.data(), triangles_.scene(), &context, &rays);
-    std::uint16_t result = 0;
-    for (std::size_t i = 0; i < packet; ++i)
-        if (valid[i] != 0 && rays.tfar[i] < 0) result = static_cast<std::uint16_t>(result | 1u << i);
-    return result;
+    assert(ends.size() == points.size());
+    return hits(
+        triangles_.scene(), points, wanted, [&](std::size_t i) { return ends[i] - points[i]; }, 1 - last_part,
+        mask_without(without));
 }
 
 bool ShadowRays::is_blocked_from(const Vec3f& point, const Vec3f& end, std::size_t without) const {
@@ -106,7 +92,7 @@ bool ShadowRays::is_blocked(const Vec3f& point, const Vec3f& direction) const {
     ray.dir_y = direction.y;
     ray.dir_z = direction.z;
     ray.tfar = far_away;
-    ray.mask = ~0u;
+    ray.mask = everything;
     rtcOccluded1(triangles_.scene(), &context, &ray);
     return ray.tfar < 0;  // Embree's mark of a hit
 }

@@ -108,11 +108,13 @@ struct Subject {
         by_view = *view_transfer(room.scene, room.geometry(), settings(), pruning, smooth, light.sources);
     }
     void make_motion() {
-        by_motion = *motion_transfer(room.scene, room.geometry(), settings(), pruning, smooth, moving);
+        by_motion =
+            *motion_transfer(room.scene, room.geometry(), settings(), pruning, smooth, light.lights, moving);
     }
     void shade_light() {
         if (!by_light) make_light();
-        (void)shade_frame(*by_light, room.scene, room.geometry(), coefficients, light.lights, radiance);
+        (void)shade_frame(*by_light, room.scene, room.geometry(), coefficients, light.lights,
+                          FrameQuality::still, radiance);
     }
     void shade_view() {
         if (!by_view) make_view();
@@ -120,8 +122,7 @@ struct Subject {
     }
     void shade_motion() {
         if (!by_motion) make_motion();
-        (void)shade_frame(*by_motion, room.scene, room.geometry(), settings(), light.lights,
-                          FrameQuality::still, radiance);
+        (void)shade_frame(*by_motion, room.scene, room.geometry(), settings(), FrameQuality::still, radiance);
     }
 
     /// Of the radiance at hand, at one vertex in five, against sums over the texels of rasterized visibility,

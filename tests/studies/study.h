@@ -40,6 +40,12 @@ void study_occlusion(const std::string& file, std::size_t vertices);
 /// entity `chair`, with and without bounces; meshes as for study_occlusion.
 void study_view(const std::string& file, std::size_t vertices);
 
+/// Time of a session's frames while light, eye or a chair move, and their difference to commits (RMS of all
+/// vertices), with and without bounces, on a scene file with an instance of an entity `chair`.
+///
+/// environment  a lat-long image; empty: the scene's own light.
+void study_relight(const std::string& file, std::size_t vertices, const std::string& environment);
+
 /// Time of the shipped scene's frames under a new light from a new place, and of what is prepared for them;
 /// meshes as for study_occlusion.
 void study_frame(std::size_t vertices);

@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
     app.add_option(
            "--vertices", vertices,
            "So many; default: 256, for complexity 16, for crowd 2000, for occlusion 20000, for frame, "
-           "view and meshes 180000")
+           "relight, view and meshes 180000")
         ->check(CLI::Range(1, 1000000));
     app.add_subcommand("baselines", "Time and error of every method");
     CLI::App* const complexity =
@@ -65,6 +65,11 @@ int main(int argc, char** argv) {
     occlusion->add_option("SCENE", scene, "A scene file with a sky")->required()->type_name("");
     CLI::App* const view = app.add_subcommand("view", "Time from gesture to frame in sessions of view");
     view->add_option("SCENE", scene, "A scene file with a chair")->required()->type_name("");
+    CLI::App* const relight =
+        app.add_subcommand("relight", "Time of a session's frames, and their error against commits");
+    relight->add_option("SCENE", scene, "A scene file with a chair")->required()->type_name("");
+    relight->add_option("--environment", mesh_options.environment,
+                        "A lat-long image; default: the scene's light");
     for (CLI::App* const plotted : {complexity, depth, meshes})
         plotted->add_option("-o,--output", file, "Draw it, too: an SVG file");
     CLI11_PARSE(app, argc, argv);
@@ -84,6 +89,8 @@ int main(int argc, char** argv) {
         study_occlusion(scene, vertices_or(20000));
     else if (view->parsed())
         study_view(scene, vertices_or(180000));
+    else if (relight->parsed())
+        study_relight(scene, vertices_or(180000), mesh_options.environment);
     else if (frame->parsed())
         study_frame(vertices_or(180000));
     else if (crowd->parsed())
