@@ -21,7 +21,7 @@ Result<LightEstimate> lights_for_error(const std::filesystem::path& folder, cons
         const Result<ReferenceFiles> files =
             write_reference_scene(folder, stem, camera, instances, environment, tried[k], {}, lamps);
         if (!files) return files.error();
-        const Result<ReferencePicture> picture = rendered_reference(files->scene, small, progress);
+        const Result<ReferencePicture> picture = rendered_reference(*files, small, progress);
         if (!picture) return picture.error();
         error[k] = double(*picture->image.relative_error);
         if (error[k] <= surely * wanted) return LightEstimate{tried[k], error[k]};

@@ -1,7 +1,6 @@
 #include "bridge/reference_picture.h"
 
 #include "bridge/povray_scene.h"
-#include "bridge/reference_scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,14 +29,57 @@ Image mean_picture(const Image& a, const Image& b, std::vector<Rgb>& half_differ
     return mean;
 }
 
+/// The part-th of `parts` like it.
+Progress part_of(const Progress& progress, std::size_t part, std::size_t parts) {
+    Progress result = progress;
+    if (progress.report)
+        result.report = [report = progress.report, part, parts](std::string_view stage, std::uint64_t done,
+                                                                std::uint64_t total) {
+            report(stage, part * total + done, parts * total);
+        };
+    return result;
+}
+
+/// Adds a run's times and warnings to those of another.
+void add_run(const PovrayRun& run, PovrayRun& sum) {
+    sum.parse_seconds += run.parse_seconds;
+    sum.trace_seconds += run.trace_seconds;
+    for (const std::string& warning : run.warnings)
+        if (std::ranges::find(sum.warnings, warning) == sum.warnings.end()) sum.warnings.push_back(warning);
+}
+
+/// Adds what bounces to a picture of direct light: of the few lights the difference that bounces make.
+Result<Done> add_bounces(const std::filesystem::path& scene, const PovrayOptions& options,
+                         RenderedScene& direct, const Progress& progress) {
+    PovrayOptions few = options;
+    few.declarations.push_back(few_lights_alone);
+    const Result<RenderedScene> bounced = rendered_scene(scene, few, part_of(progress, 1, 3));
+    if (!bounced) return bounced.error();
+    few.declarations.push_back(without_bounces);
+    const Result<RenderedScene> alone = rendered_scene(scene, few, part_of(progress, 2, 3));
+    if (!alone) return alone.error();
+    for (std::size_t i = 0; i < direct.image.pixels.size(); ++i)
+        direct.image.pixels[i] += bounced->image.pixels[i] - alone->image.pixels[i];
+    add_run(bounced->run, direct.run);
+    add_run(alone->run, direct.run);
+    return Done{};
+}
+
 }  // namespace
 
-Result<RenderedScene> rendered_half(const std::filesystem::path& scene, std::size_t set,
+Result<RenderedScene> rendered_half(const ReferenceFiles& scene, std::size_t set,
                                     const PovrayOptions& options, const Progress& progress) {
     PovrayOptions objects = options;
     objects.declarations.push_back(without_background);
     objects.declarations.push_back(set == 0 ? first_lights_alone : second_lights_alone);
-    return rendered_scene(scene, objects, progress);
+    if (!scene.has_bounces) return rendered_scene(scene.scene, objects, progress);
+    PovrayOptions alone = objects;
+    alone.declarations.push_back(without_bounces);
+    Result<RenderedScene> direct = rendered_scene(scene.scene, alone, part_of(progress, 0, 3));
+    if (!direct) return direct;
+    if (const Result<Done> added = add_bounces(scene.scene, objects, *direct, progress); !added)
+        return added.error();
+    return direct;
 }
 
 ReferencePicture reference_of_halves(std::array<RenderedScene, 2> halves) {
@@ -47,16 +89,11 @@ ReferencePicture reference_of_halves(std::array<RenderedScene, 2> halves) {
     return picture;
 }
 
-Result<ReferencePicture> rendered_reference(const std::filesystem::path& scene, const PovrayOptions& options,
+Result<ReferencePicture> rendered_reference(const ReferenceFiles& scene, const PovrayOptions& options,
                                             const Progress& progress) {
     std::array<RenderedScene, 2> halves;
     for (std::size_t set = 0; set < 2; ++set) {
-        Progress part = progress;
-        if (progress.report)
-            part.report = [&progress, set](std::string_view stage, std::uint64_t done, std::uint64_t total) {
-                progress.report(stage, set * total + done, 2 * total);
-            };
-        Result<RenderedScene> half = rendered_half(scene, set, options, part);
+        Result<RenderedScene> half = rendered_half(scene, set, options, part_of(progress, set, 2));
         if (!half) return half.error();
         halves[set] = *std::move(half);
     }

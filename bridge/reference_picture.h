@@ -2,6 +2,7 @@
 /// Rendering the reference, and how far it can be trusted itself.
 
 #include "bridge/povray_process.h"
+#include "bridge/reference_scene.h"
 
 namespace haarfield {
 
@@ -19,15 +20,18 @@ struct ReferencePicture {
 ///                   cover half a pixel or more: as the sets are independent and equally good, the mean's
 ///                   error is as large as that. Not in it: what both have in common, such as POV-Ray's own
 ///                   tolerances.
+/// scene             its file. If it has bounces, they are gathered under few_lights_of_bounces: radiosity
+///                   takes time for each light, and what bounces is smooth. That takes three runs a set: the
+///                   direct light of all, and with and without bounces that of the few.
 /// progress, errors  those of run_povray.
-Result<ReferencePicture> rendered_reference(const std::filesystem::path& scene,
-                                            const PovrayOptions& options = {}, const Progress& progress = {});
+Result<ReferencePicture> rendered_reference(const ReferenceFiles& scene, const PovrayOptions& options = {},
+                                            const Progress& progress = {});
 
 /// One of its two pictures.
 ///
 /// set               0 or 1: the lights.
 /// progress, errors  those of run_povray.
-Result<RenderedScene> rendered_half(const std::filesystem::path& scene, std::size_t set,
+Result<RenderedScene> rendered_half(const ReferenceFiles& scene, std::size_t set,
                                     const PovrayOptions& options = {}, const Progress& progress = {});
 
 /// The reference of both pictures: their mean.

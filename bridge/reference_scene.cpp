@@ -297,10 +297,32 @@ std::string bounces_text(const ReferenceBounces& bounces) {
     // Without an adc_bailout of its own, radiosity ends after six bounces.
     return fmt::format(
         "// What the lights shed goes on from surface to surface.\n"
+        "#ifndef ({})\n"
         "global_settings {{ radiosity {{ recursion_limit {} brightness 1 gray_threshold 0 normal on\n"
         "  pretrace_start 0.08 pretrace_end 0.01 count 400 error_bound 0.2 nearest_count 10\n"
-        "  minimum_reuse 0.004 adc_bailout 1e-6 }} }}\n",
-        limit);
+        "  minimum_reuse 0.004 adc_bailout 1e-6 }} }}\n"
+        "#end\n",
+        without_bounces, limit);
+}
+
+/// Light sources, as POV-Ray reads them.
+struct LightSet {
+    std::string text;
+    int count = 0;
+
+    void add(const std::string& light) {
+        text += light;
+        ++count;
+    }
+};
+
+/// Its share of the light, from outside of everything. [POV-Ray's units]
+std::string dome_light(const DirectionalLight& light, double distance) {
+    const Vec3d place = Vec3d(light.direction) * distance;
+    const Rgb colour = light.irradiance * static_cast<float>(1 / pi);
+    return fmt::format(
+        "light_source {{ <{:.9g},{:.9g},{:.9g}> rgb Share*<{:.7g},{:.7g},{:.7g}> parallel point_at 0 }}\n",
+        place.x, place.y, place.z, colour.x, colour.y, colour.z);
 }
 
 /// The baked objects, which only radiosity sees.
@@ -428,6 +450,8 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
             is_shape_of_a_lamp(lamps, i) ? " no_shadow" : "", povray_identifier(instance.name));
     }
     text += "\n" + objects + baked_text(bounces, files.world_scale) + "\n";
+    // What is baked sends its light whatever the lights are.
+    files.has_bounces = bounces.limit > 0 && bounces.baked.empty();
 
     const double distance = std::max(1e4, 8 * extent * files.world_scale);  // outside of everything
     text += fmt::format(
@@ -443,21 +467,23 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     for (const auto& [switched_off_by, cut_share, of_patch] :
          {std::tuple(second_lights_alone, 0.5, PatchPlace::middle),
           std::tuple(first_lights_alone, 0.4, PatchPlace::random)}) {
+        const auto set = [&, cut_share = cut_share, of_patch = of_patch](int count) {
+            LightSet made;
+            for (const DirectionalLight& light :
+                 light_dome(environment, {.lights = count, .cut_share = cut_share}))
+                made.add(dome_light(light, distance));
+            for (const Lamp& lamp : emitter_lamps(emitters, std::size_t(count), of_patch, lift))
+                made.add(povray_lamp(lamp, files.world_scale, "Share") + "\n");
+            return made;
+        };
+        const LightSet whole = set(lights / 2);
+        files.lights += whole.count;
         text += fmt::format("#ifndef ({})\n", switched_off_by);
-        for (const DirectionalLight& light :
-             light_dome(environment, {.lights = lights / 2, .cut_share = cut_share})) {
-            const Vec3d place = Vec3d(light.direction) * distance;
-            const Rgb colour = light.irradiance * static_cast<float>(1 / pi);
-            text += fmt::format(
-                "light_source {{ <{:.9g},{:.9g},{:.9g}> rgb Share*<{:.7g},{:.7g},{:.7g}> parallel point_at 0 "
-                "}}\n",
-                place.x, place.y, place.z, colour.x, colour.y, colour.z);
-            ++files.lights;
-        }
-        for (const Lamp& lamp : emitter_lamps(emitters, std::size_t(lights) / 2, of_patch, lift)) {
-            text += povray_lamp(lamp, files.world_scale, "Share") + "\n";
-            ++files.lights;
-        }
+        if (files.has_bounces && lights > few_lights_of_bounces)
+            text += fmt::format("#ifdef ({})\n{}#else\n{}#end\n", few_lights_alone,
+                                set(few_lights_of_bounces / 2).text, whole.text);
+        else
+            text += whole.text;
         text += "#end\n";
     }
     if (!lamps.empty()) text += "\n// Lamps, whichever set is on.\n";

@@ -36,6 +36,12 @@ inline constexpr const char* second_lights_alone = "Second_Lights_Alone";  ///< 
 /// Or, with both of them, to be lit by its background instead: radiosity_picture.
 inline constexpr const char* by_radiosity = "By_Radiosity";
 
+/// Of scenes with bounces, too: these are left out; and of the sets of lights those few are there that bounces
+/// are gathered under, which do not need the many that make shadows smooth.
+inline constexpr const char* without_bounces = "Without_Bounces";
+inline constexpr const char* few_lights_alone = "Few_Lights_Alone";
+inline constexpr int few_lights_of_bounces = 64;  ///< At most, of both sets.
+
 /// Light that goes from one diffuse surface to another, by POV-Ray's radiosity.
 ///
 /// accuracy  closed furnaces to 0.3 %; boxes under a sky within 2 %. Not the same from run to run with
@@ -60,6 +66,7 @@ struct ReferenceFiles {
     std::vector<std::filesystem::path> images;    ///< Of textures; see write_textures.
     int lights = 0;                               ///< Written, of both sets; black ones are not.
     int lamps = 0;                                ///< Of the scene's own.
+    bool has_bounces = false;                     ///< Of lights, gathered under few of them.
     double world_scale = 1;                       ///< POV-Ray units per metre, a power of two.
     std::vector<std::string> warnings;            ///< Where POV-Ray can not show a material as meant.
 };

@@ -34,7 +34,7 @@ TEST(OracleCheck, AgreesWithPovrayAndSeesIfItDoesNot) {
     PovrayOptions options;
     options.width = camera.width;
     options.height = camera.height;
-    const Result<ReferencePicture> picture = rendered_reference(files->scene, options);
+    const Result<ReferencePicture> picture = rendered_reference(*files, options);
     ASSERT_TRUE(picture) << picture.error().message();
 
     const Result<OracleCheck> right = oracle_check(example.scene, camera, *picture, 128, 200);

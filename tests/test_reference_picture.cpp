@@ -19,14 +19,13 @@ public:
             }
     }
 
-    /// The scene file, lit by so many lights.
-    std::filesystem::path scene(int lights) const {
+    /// The scene, lit by so many lights.
+    ReferenceFiles scene(int lights, int bounces = 0) const {
         const std::vector<ReferenceInstance> instances{
             {"wall", &mesh_, {&material_, 1}, {}},
             {"blocker", &mesh_, {&material_, 1}, {{0.2f, 0.1f, 0.3f}, 0.3f}}};
-        return write_reference_scene(folder_.path(), "shadow", frontal_camera(3, 48), instances, environment_,
-                                     lights)
-            ->scene;
+        return *write_reference_scene(folder_.path(), "shadow", frontal_camera(3, 48), instances,
+                                      environment_, lights, {bounces});
     }
 
     static PovrayOptions options(const char* declaration = nullptr) {
@@ -56,12 +55,12 @@ double relative_difference(const Image& a, const Image& b) {
 
 TEST(ReferencePicture, IsTheMeanOfTwoSetsOfLightsAndOfAllOfThem) {
     const ShadowedSquare square;
-    const std::filesystem::path scene = square.scene(64);
+    const ReferenceFiles scene = square.scene(64);
     const Result<ReferencePicture> picture = rendered_reference(scene, ShadowedSquare::options());
     ASSERT_TRUE(picture) << picture.error().message();
-    const Image first = rendered_scene(scene, ShadowedSquare::options(first_lights_alone))->image,
-                second = rendered_scene(scene, ShadowedSquare::options(second_lights_alone))->image,
-                all = rendered_scene(scene, ShadowedSquare::options())->image;
+    const Image first = rendered_scene(scene.scene, ShadowedSquare::options(first_lights_alone))->image,
+                second = rendered_scene(scene.scene, ShadowedSquare::options(second_lights_alone))->image,
+                all = rendered_scene(scene.scene, ShadowedSquare::options())->image;
     EXPECT_GT(relative_difference(first, second), 0.005) << "the sets shall be independent";
     for (std::size_t i = 0; i < all.pixels.size(); ++i)
         for (int c = 0; c < 3; ++c) {
@@ -74,11 +73,11 @@ TEST(ReferencePicture, IsTheMeanOfTwoSetsOfLightsAndOfAllOfThem) {
 
 TEST(ReferencePicture, RadiosityIsOfTheSameOpinion) {
     const ShadowedSquare square;
-    const std::filesystem::path scene = square.scene(512);
+    const ReferenceFiles scene = square.scene(512);
     PovrayOptions options = ShadowedSquare::options();
     options.declarations.clear();
     const Result<ReferencePicture> dome = rendered_reference(scene, options);
-    const Result<RenderedScene> radiosity = radiosity_picture(scene, options);
+    const Result<RenderedScene> radiosity = radiosity_picture(scene.scene, options);
     ASSERT_TRUE(dome) << dome.error().message();
     ASSERT_TRUE(radiosity) << radiosity.error().message();
     EXPECT_EQ(radiosity->image.coverage, dome->image.coverage);
@@ -89,6 +88,26 @@ TEST(ReferencePicture, RadiosityIsOfTheSameOpinion) {
         wanted += double(dome->image.pixels[i].x);
     }
     EXPECT_NEAR(found / wanted, 1, 0.01);
+}
+
+TEST(ReferencePicture, GathersBouncesUnderFewLights) {
+    const ShadowedSquare square;
+    const ReferenceFiles scene = square.scene(512, 2);
+    ASSERT_TRUE(scene.has_bounces);
+    const Result<ReferencePicture> picture = rendered_reference(scene, ShadowedSquare::options());
+    ASSERT_TRUE(picture) << picture.error().message();
+    const Image whole = rendered_scene(scene.scene, ShadowedSquare::options())->image,
+                direct = rendered_scene(scene.scene, ShadowedSquare::options(without_bounces))->image;
+    const std::string text = text_of(scene.scene);
+    PovrayOptions few = ShadowedSquare::options(few_lights_alone);
+    few.declarations.push_back(without_bounces);
+    EXPECT_GT(relative_difference(rendered_scene(scene.scene, few)->image, direct), 0.005);
+    EXPECT_GT(relative_difference(direct, whole), 0.01);
+    EXPECT_LT(relative_difference(picture->image, whole), 0.003);
+    EXPECT_LT(*picture->image.relative_error, 0.02);
+    // Where there are few in any case, they are all.
+    EXPECT_EQ(text_of(square.scene(64, 2).scene).find(few_lights_alone), std::string::npos);
+    EXPECT_NE(text.find(few_lights_alone), std::string::npos);
 }
 
 TEST(ReferencePicture, TellsItsOwnError) {

@@ -83,7 +83,7 @@ Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& sc
     povray.width = camera.width;
     povray.height = camera.height;
     povray.antialiasing = 0;
-    const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, context.progress);
+    const Result<ReferencePicture> picture = rendered_reference(*files, povray, context.progress);
     if (!picture) return picture.error();
     return oracle_check(shaded_scene(scene, *originals, environment), camera, *picture, checked_face_size,
                         options.points, context.progress);

@@ -80,8 +80,8 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     context.print("scene  {} with {} lights\n", files->scene.string(), files->lights + files->lamps);
 
     const Result<ReferencePicture> picture =
-        context.share ? shared_reference(files->scene, povray, context.progress, *context.share)
-                      : rendered_reference(files->scene, povray, context.progress);
+        context.share ? shared_reference(*files, povray, context.progress, *context.share)
+                      : rendered_reference(*files, povray, context.progress);
     if (!picture) return picture.error();
     if (context.share && !context.share->joins) return ExitCode::done;
     const Result<Done> written =

@@ -53,7 +53,7 @@ Result<ExitCode> run(const ResidualOptions& options, CommandContext& context) {
     PovrayOptions povray = povray_options(*scene, options.scene, context);
     povray.width = baked->width;
     povray.height = baked->height;
-    const Result<ReferencePicture> picture = rendered_reference(files->scene, povray, context.progress);
+    const Result<ReferencePicture> picture = rendered_reference(*files, povray, context.progress);
     if (!picture) return picture.error();
     const Result<Done> written =
         write_picture(output / "residual.exr", picture->image, files->scene, picture->run, povray, context);

@@ -58,7 +58,7 @@ std::span<float> coverage_rows_of(Image& image, const Strip& strip) {
                  width * static_cast<std::size_t>(strip.last_row - strip.first_row));
 }
 
-Result<ReferencePicture> rendered_strip(const std::filesystem::path& scene, const PovrayOptions& options,
+Result<ReferencePicture> rendered_strip(const ReferenceFiles& scene, const PovrayOptions& options,
                                         const Progress& progress, TaskShare& share) {
     const Strip strip = strip_of(share.part, share.parts, options.height);
     PovrayOptions rows = options;
@@ -68,7 +68,7 @@ Result<ReferencePicture> rendered_strip(const std::filesystem::path& scene, cons
     if (!half) return half.error();
     Image& image = half->image;
     if (image.width != options.width || image.height != options.height || image.coverage.empty())
-        return Error{scene.string(), "POV-Ray made a picture of another kind than was asked for"};
+        return Error{scene.scene.string(), "POV-Ray made a picture of another kind than was asked for"};
     share.made.push_back({"pixels", bytes_of<Rgb>(rows_of(image, strip))});
     share.made.push_back({"coverage", bytes_of<float>(coverage_rows_of(image, strip))});
     return ReferencePicture{};
@@ -103,7 +103,7 @@ std::size_t most_reference_parts(int height) {
     return 2 * static_cast<std::size_t>((height + strip_unit - 1) / strip_unit);
 }
 
-Result<ReferencePicture> shared_reference(const std::filesystem::path& scene, const PovrayOptions& options,
+Result<ReferencePicture> shared_reference(const ReferenceFiles& scene, const PovrayOptions& options,
                                           const Progress& progress, TaskShare& share) {
     if (!share.joins) return rendered_strip(scene, options, progress, share);
     std::array<RenderedScene, 2> halves;

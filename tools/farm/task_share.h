@@ -37,7 +37,7 @@ std::size_t most_reference_parts(int height);
 /// Renders a reference's halves: the part's strip of one, into `made`; or takes all from `joined`.
 ///
 /// returns  as rendered_reference has it; without a picture where only a strip was rendered.
-Result<ReferencePicture> shared_reference(const std::filesystem::path& scene, const PovrayOptions& options,
+Result<ReferencePicture> shared_reference(const ReferenceFiles& scene, const PovrayOptions& options,
                                           const Progress& progress, TaskShare& share);
 
 }  // namespace haarfield

@@ -47,7 +47,7 @@ Result<Reference> made_reference(const PreparedScene& prepared, const std::files
     files->warnings.insert(files->warnings.begin(), warnings.begin(), warnings.end());
     Reference reference{nullptr, std::move(*files)};
     if (!render) return reference;
-    Result<ReferencePicture> picture = rendered_reference(reference.files.scene, povray, progress);
+    Result<ReferencePicture> picture = rendered_reference(reference.files, povray, progress);
     if (!picture) return picture.error();
     const Result<Done> written = write_with_background(picture->image, reference.files.scene,
                                                        folder / "reference.exr", povray, progress);
