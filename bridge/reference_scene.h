@@ -36,8 +36,8 @@ inline constexpr const char* second_lights_alone = "Second_Lights_Alone";  ///< 
 /// Or, with both of them, to be lit by its background instead: radiosity_picture.
 inline constexpr const char* by_radiosity = "By_Radiosity";
 
-/// Of scenes with bounces, too: these are left out; and of the sets of lights those few are there that bounces
-/// are gathered under, which do not need the many that make shadows smooth.
+/// Of scenes with bounces, too: these are left out; and of the sets of lights those few are there under which
+/// bounces are gathered, as they do not need the many that make shadows smooth.
 inline constexpr const char* without_bounces = "Without_Bounces";
 inline constexpr const char* few_lights_alone = "Few_Lights_Alone";
 inline constexpr int few_lights_of_bounces = 64;  ///< At most, of both sets.
