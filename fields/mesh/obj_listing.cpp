@@ -1,6 +1,7 @@
 #include "fields/mesh/obj_listing.h"
 
 #include "fields/mesh/mesh.h"
+#include "fields/mesh/text_words.h"
 
 #include <assimp/fast_atof.h>
 
@@ -14,25 +15,12 @@
 namespace haarfield {
 namespace {
 
-constexpr std::string_view blanks = " \t\r\v\f";
-
-/// Takes the next word off a line; empty at its end.
-std::string_view next_word(std::string_view& line) {
-    line.remove_prefix(std::min(line.find_first_not_of(blanks), line.size()));
-    const std::string_view word = line.substr(0, line.find_first_of(blanks));
-    line.remove_prefix(word.size());
-    return word;
-}
-
 /// Takes the next line off a text, with those that a backslash at an end joins to it.
-std::string next_line(std::string_view& text) {
+std::string joined_line(std::string_view& text) {
     std::string line;
     bool goes_on = true;
     while (goes_on && !text.empty()) {
-        const std::size_t end = std::min(text.find('\n'), text.size());
-        std::string_view part = text.substr(0, end);
-        text.remove_prefix(std::min(end + 1, text.size()));
-        if (part.ends_with('\r')) part.remove_suffix(1);
+        std::string_view part = next_line(text);
         goes_on = part.ends_with('\\');
         if (goes_on) part.remove_suffix(1);
         line += part;
@@ -139,7 +127,7 @@ private:
 ContentListing obj_listing(std::string_view text) {
     ContentListing listing;
     while (!text.empty()) {
-        const std::string line = next_line(text);
+        const std::string line = joined_line(text);
         if (line.starts_with("v ") || line.starts_with("v\t"))
             add_vertex(std::string_view(line).substr(1), listing);
         else if (line.starts_with("f"))

@@ -1,6 +1,7 @@
 #include "fields/mesh/polygon_file.h"
 
 #include "fields/base/srgb.h"
+#include "fields/mesh/text_words.h"
 
 #include <fmt/format.h>
 
@@ -16,25 +17,6 @@
 
 namespace haarfield {
 namespace {
-
-constexpr std::string_view blanks = " \t\r\n\v\f";
-
-/// Takes the first word off a text; empty at its end.
-std::string_view next_word(std::string_view& text) {
-    text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
-    const std::string_view word = text.substr(0, text.find_first_of(blanks));
-    text.remove_prefix(word.size());
-    return word;
-}
-
-/// Takes the first line off a text, without its end.
-std::string_view next_line(std::string_view& text) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    return line;
-}
 
 /// The number that a whole word is. Too large ones are infinite.
 std::optional<double> number(std::string_view word) {

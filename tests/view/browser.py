@@ -206,11 +206,12 @@ def baked_colours(scene, folder, fields):
         data = file.read()
     header = data[:data.index(b"end_header\n") + 11].decode()
     count = int(re.search(r"element vertex (\d+)", header).group(1))
-    vertex = numpy.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("colour", "u1", 3),
-                          ("radiance", "<f4", 3), ("instance", "<i4")])
+    types = {"float": "<f4", "uchar": "u1", "int": "<i4"}
+    properties = re.findall(r"property (\w+) (\w+)\n", header[:header.index("element face")])
+    vertex = numpy.dtype([(name, types[kind]) for kind, name in properties])
     vertices = numpy.frombuffer(data, vertex, count, len(header))
-    return [vertices["radiance"][vertices["instance"] == i].astype(float)
-            for i in range(vertices["instance"].max() + 1)]
+    radiance = numpy.stack([vertices[f"radiance_{channel}"] for channel in "rgb"], axis=1).astype(float)
+    return [radiance[vertices["instance"] == i] for i in range(vertices["instance"].max() + 1)]
 
 
 def relative_difference(a, b):
