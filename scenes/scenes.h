@@ -24,11 +24,11 @@
 /// | read_scene | scenes/scene_reader.h |
 /// | prepare_scene_entities, SceneEntities, SceneEntityOptions | scenes/scene_entities.h |
 /// | shaded_scene | scenes/scene_entities.h |
-/// | scene_text: a scene's file; scene_of_models: a scene that shows models | scenes/scene_writer.h,
-/// scenes/scene_import.h | | Surface, seen_radiance: materials with images | scenes/surface.h | | read_image,
-/// write_image, read_environment_image | scenes/image.h | | fine_meshes, surface_meshes |
-/// scenes/scene_entities.h | | scene_camera: the camera, if the file leaves it to be found |
-/// scenes/scene_camera.h |
+/// | scene_text: a scene's file, scene_comments: what it keeps of comments | scenes/scene_writer.h,
+/// scenes/scene_comments.h | | scene_of_models: a scene that shows models | scenes/scene_import.h | |
+/// Surface, seen_radiance: materials with images | scenes/surface.h | | read_image, write_image,
+/// read_environment_image | scenes/image.h | | fine_meshes, surface_meshes | scenes/scene_entities.h | |
+/// scene_camera: the camera, if the file leaves it to be found | scenes/scene_camera.h |
 ///
 /// A Scene is plain data: a program may as well fill it in itself. Lengths are metres and angles radians; the
 /// file has degrees. Images are read by scenes/image.h.
@@ -80,6 +80,7 @@
 
 #include "scenes/image.h"
 #include "scenes/scene_camera.h"
+#include "scenes/scene_comments.h"
 #include "scenes/scene_entities.h"
 #include "scenes/scene_import.h"
 #include "scenes/scene_reader.h"

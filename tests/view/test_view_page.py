@@ -237,6 +237,21 @@ class PageTest(unittest.TestCase):
             other.stop()
         self.page.wait_exact(self.page.send("undo"))
 
+    def test_comments_in_the_scenes_file_are_not_lost(self):
+        with open(self.server.scene, "a") as file:
+            file.write("# The second one stands free.\n")
+        with open(self.server.scene) as file:
+            text = file.read()
+        self.browser.find_element(By.ID, "save").click()
+        beside = os.path.join(self.server.folder, "room.view.toml")
+        self.page.wait("return haarfield.stats.saved === arguments[0]", beside)
+        notice = self.browser.find_element(By.ID, "notice").text
+        self.assertIn("room.view.toml", notice)
+        self.assertIn("comments", notice)
+        with open(self.server.scene) as file:
+            self.assertEqual(file.read(), text)
+        self.assertEqual(set(view.instance_names(beside)), self.page.objects().keys())
+
     def in_first_window(self, do):
         here = self.browser.current_window_handle
         self.browser.switch_to.window(self.page.window)

@@ -8,8 +8,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <fstream>
-
 namespace haarfield {
 namespace {
 
@@ -21,15 +19,6 @@ nlohmann::json camera_json(const Camera& camera) {
             {"vertical_fov", double(camera.vertical_fov) * (180 / pi)},
             {"width", camera.width},
             {"height", camera.height}};
-}
-
-/// The lines of comments on top of a file, without `#`.
-std::string top_comments(const std::filesystem::path& file) {
-    std::ifstream in(file);
-    std::string comments;
-    for (std::string line; std::getline(in, line) && line.starts_with("#");)
-        comments += line.substr(line.starts_with("# ") ? 2 : 1) + "\n";
-    return comments;
 }
 
 }  // namespace
@@ -98,7 +87,7 @@ void ViewSession::tell_scene(PageId page) const {
     message["protocol"] = protocol;
     message["session"] = settings_.session;
     message["name"] = history_.now().scene.name;
-    message["file"] = settings_.scene_file.filename().string();
+    message["file"] = file_.opened().filename().string();
     message["steers"] = pages_.front() == page;
     nlohmann::json& entities = message["entities"] = nlohmann::json::array();
     const Scene& scene = history_.now().scene;
@@ -119,18 +108,11 @@ void ViewSession::tell_state() {
 }
 
 Result<Done> ViewSession::save(PageId page, const Save& save, const Message& message) {
-    std::filesystem::path file = settings_.scene_file;
-    if (save.name) {
-        const std::string name = plain_name(*save.name);
-        if (name.empty() || name.front() == '.' || name.front() == '-')
-            return Error{"", "the name of the scene is not as wanted: letters, digits, _, - and ."};
-        file = file.parent_path() / (name.ends_with(".toml") ? name : name + ".toml");
-    }
-    const std::string text =
-        scene_text(history_.now().scene, file.parent_path(), top_comments(settings_.scene_file));
-    if (Result<Done> written = write_file(file, text); !written) return written;
-    audience_.tell(page,
-                   message_text({{"type", "saved"}, {"number", message.number}, {"file", file.string()}}));
+    const Result<SavedScene> saved = file_.save(history_.now().scene, save.name.value_or(""));
+    if (!saved) return saved.error();
+    nlohmann::json answer{{"type", "saved"}, {"number", message.number}, {"file", saved->file.string()}};
+    if (!saved->instead_of.empty()) answer["instead_of"] = saved->instead_of.string();
+    audience_.tell(page, message_text(answer));
     return Done{};
 }
 

@@ -47,6 +47,7 @@ ViewSession::ViewSession(const Scene& scene, SceneEntities entities, ViewSetting
                        .text = message_text(message),
                        .time = {}});
              }),
+      file_(settings_.scene_file),
       window_(scene.camera),
       last_input_(Clock::now() - rest),
       last_eye_(scene.camera.position),

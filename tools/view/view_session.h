@@ -5,6 +5,7 @@
 #include "tools/view/light_shelf.h"
 #include "tools/view/messages.h"
 #include "tools/view/scene_assets.h"
+#include "tools/view/scene_file.h"
 #include "tools/view/view_tasks.h"
 
 #include <atomic>
@@ -124,6 +125,7 @@ private:
     History history_;
     Preview preview_;
     ViewTasks tasks_;
+    SceneFile file_;
 
     // Of the session's thread.
     std::vector<PageId> pages_;                  ///< The first one steers.

@@ -145,9 +145,10 @@ const receivers = {
   rest(message) {
     stats.rest = message;
   },
-  saved({ file }) {
+  saved({ file, instead_of: spared }) {
     stats.saved = file;
-    panel.notice('Saved ' + file, true);
+    const why = spared ? `. ${spared.split('/').pop()} has comments that would be lost, and stays as it is.` : '';
+    panel.notice('Saved ' + file + why, true, spared ? 12000 : undefined);
   },
   task(message) {
     stats.tasks.push(message);

@@ -317,12 +317,12 @@ export class Panel {
     });
   }
 
-  notice(text, isGood = false) {
+  notice(text, isGood = false, time = isGood ? 4000 : 8000) {
     const box = element('notice');
     box.textContent = text;
     box.classList.toggle('good', isGood);
     box.hidden = false;
     clearTimeout(this.noticeTimer);
-    this.noticeTimer = setTimeout(() => (box.hidden = true), isGood ? 4000 : 8000);
+    this.noticeTimer = setTimeout(() => (box.hidden = true), time);
   }
 }

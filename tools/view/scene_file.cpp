@@ -1,0 +1,65 @@
+#include "tools/view/scene_file.h"
+
+#include "fields/base/names.h"
+#include "fields/file/write_file.h"
+#include "scenes/scene_comments.h"
+#include "scenes/scene_writer.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+
+namespace haarfield {
+namespace {
+
+/// The comments of a file; none, if it is not there.
+Result<SceneComments> comments_of(const std::filesystem::path& file) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(file, ignored)) return SceneComments{};
+    std::ifstream stream(file, std::ios::binary);
+    const std::string text(std::istreambuf_iterator<char>(stream), {});
+    if (!stream) return Error{file.string(), "can not be read, so that it is not written"};
+    return scene_comments(text);
+}
+
+}  // namespace
+
+std::filesystem::path SceneFile::free_file(const std::filesystem::path& like) const {
+    std::error_code ignored;
+    const std::string stem = like.stem().string();
+    for (int number = 1;; ++number) {
+        const std::string end = number == 1 ? "" : fmt::format("_{}", number);
+        const std::filesystem::path file = like.parent_path() / fmt::format("{}.view{}.toml", stem, end);
+        if (!std::filesystem::exists(file, ignored)) return file;
+        if (!made_.contains(file)) continue;
+        // Comments may have been written into it since.
+        const Result<SceneComments> comments = comments_of(file);
+        if (comments && !comments->has_others) return file;
+    }
+}
+
+Result<SavedScene> SceneFile::save(const Scene& scene, std::string_view name) {
+    SavedScene saved{opened_, {}};
+    if (!name.empty()) {
+        const std::string plain = plain_name(name);
+        if (plain.front() == '.' || plain.front() == '-')
+            return Error{"", "the name of the scene is not as wanted: letters, digits, _, - and ."};
+        saved.file = opened_.parent_path() / (plain.ends_with(".toml") ? plain : plain + ".toml");
+    }
+    std::error_code ignored;
+    if (saved.file != opened_ && !made_.contains(saved.file) && std::filesystem::exists(saved.file, ignored))
+        return Error{saved.file.string(), "is there already; wanted the name of a new file"};
+    const Result<SceneComments> opened = comments_of(opened_);
+    const Result<SceneComments> there = saved.file == opened_ ? opened : comments_of(saved.file);
+    if (!opened || !there) return (opened ? there : opened).error();
+    if (there->has_others) {
+        saved.instead_of = saved.file;
+        saved.file = free_file(saved.file);
+    }
+    const std::string text = scene_text(scene, saved.file.parent_path(), opened->on_top);
+    if (const Result<Done> written = write_file(saved.file, text); !written) return written.error();
+    made_.insert(saved.file);
+    return saved;
+}
+
+}  // namespace haarfield
