@@ -95,14 +95,28 @@ TEST(ViewDesign, EditsThatFailChangeNothing) {
     EXPECT_EQ(history.now().ids.size(), 1u);
 }
 
-TEST(ViewDesign, WhereOneLooksFromStaysWhenStepsAreTakenBack) {
+TEST(ViewDesign, WhereOneLooksFromIsAStepToo) {
     History history(room());
+    const Camera first = history.now().scene.camera;
     ASSERT_TRUE(bool(history.make(SetExposure{1.0f}, 0)));
-    Camera camera;
-    camera.position = {3, 2, 1};
-    history.look(camera);
+    for (int i = 1; i <= 5; ++i) ASSERT_TRUE(bool(history.make(MoveEye{{float(i), 2, 1}, {0, 1, 0}}, 7)));
+    EXPECT_EQ(history.now().scene.camera.vertical_fov, first.vertical_fov);
     EXPECT_TRUE(history.undo());
-    EXPECT_EQ(history.now().scene.camera.position, Vec3f(3, 2, 1));
+    EXPECT_EQ(history.now().scene.camera.position, first.position);
+    EXPECT_EQ(history.now().scene.camera.target, first.target);
+    EXPECT_EQ(history.now().scene.environment.exposure, 1.0f);
+    EXPECT_TRUE(history.redo());
+    EXPECT_EQ(history.now().scene.camera.position, Vec3f(5, 2, 1));
+    EXPECT_EQ(history.now().scene.camera.target, Vec3f(0, 1, 0));
+}
+
+TEST(ViewDesign, GesturesOfTwoHandsAreTwoSteps) {
+    History history(room());
+    ASSERT_TRUE(bool(history.make(SetExposure{1.0f}, 1)));
+    history.end_gesture();
+    ASSERT_TRUE(bool(history.make(SetExposure{2.0f}, 1)));
+    EXPECT_TRUE(history.undo());
+    EXPECT_EQ(history.now().scene.environment.exposure, 1.0f);
 }
 
 }  // namespace

@@ -211,6 +211,38 @@ TEST(ViewSession, WhatIsUndoneLooksAsBefore) {
     EXPECT_EQ(colours_of(*back), colours_of(*before));
 }
 
+TEST(ViewSession, AnOrbitIsTakenBackInOneStep) {
+    OpenedSession opened;
+    opened.session().join(1);
+    const SharedBytes before = opened.exact();
+    ASSERT_TRUE(before);
+    const Vec3f eye = opened.scene().camera.position;
+    const auto look = [&](double x, std::uint32_t gesture) {
+        return opened.send(1, {{"type", "look"},
+                               {"gesture", gesture},
+                               {"position", {x, double(eye.y), double(eye.z)}},
+                               {"target", {0, 0.4, 0}},
+                               {"vertical_fov", 40},
+                               {"width", 640},
+                               {"height", 480}});
+    };
+    // The window alone is no step, whatever the roundings.
+    look(double(eye.x) * (1 + 1e-7), 1);
+    for (const double x : {1.0, 0.5, -0.5}) look(x, 2);
+    const SharedBytes there = opened.exact(look(-1.2, 2));
+    ASSERT_TRUE(there);
+    EXPECT_NE(colours_of(*there), colours_of(*before));
+    const std::uint32_t undo = opened.send(1, {{"type", "undo"}});
+    const nlohmann::json state = opened.told([](PageId, const nlohmann::json& text) {
+        return text["type"] == "state" && text.value("steps", false);
+    });
+    ASSERT_TRUE(state.is_object());
+    EXPECT_EQ(state["camera"]["position"][0], eye.x);
+    EXPECT_FALSE(state["can_undo"]);
+    EXPECT_EQ(colours_of(*opened.exact(undo)), colours_of(*before));
+    EXPECT_EQ(colours_of(*opened.exact(opened.send(1, {{"type", "redo"}}))), colours_of(*there));
+}
+
 TEST(ViewSession, ExposureScalesTheColours) {
     OpenedSession opened;
     opened.session().join(1);

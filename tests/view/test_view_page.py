@@ -2,6 +2,7 @@
 
 import base64
 import http.server
+import math
 import os
 import random
 import subprocess
@@ -219,6 +220,34 @@ class PageTest(unittest.TestCase):
         self.assertGreater(view.relative_difference(self.page.colours()["floor"], before["floor"]), 0.003)
         self.assert_bakes_alike("looked")
 
+    def eye(self):
+        return self.page.js("const {camera, orbit} = haarfield.stage;"
+                            "return [...camera.position.toArray(), ...orbit.target.toArray()]")
+
+    def test_looking_round_is_taken_back(self):
+        colours, eyes = self.page.colours(), [self.eye()]
+        canvas = self.browser.find_element(By.ID, "canvas")
+        for x, y in [(60, 10), (-30, 25)]:  # two at once
+            ActionChains(self.browser, 20).move_to_element_with_offset(canvas, -60, -40).click_and_hold(
+            ).move_by_offset(x, y).move_by_offset(x, 0).release().perform()
+            eyes.append(self.eye())
+        self.page.js("for (let i = 0; i < 4; ++i)"  # one gesture
+                     " haarfield.stage.canvas.dispatchEvent(new WheelEvent('wheel', {deltaY: 100, cancelable: true}))")
+        eyes.append(self.eye())
+        self.page.settle()
+        for before, after in zip(eyes, eyes[1:]):
+            self.assertGreater(math.dist(before, after), 0.05)
+        for place in reversed(eyes[:-1]):
+            self.page.js("document.getElementById('undo').click()")
+            self.page.settle()
+            self.assertLess(math.dist(self.eye(), place), 1e-4)
+        self.assert_same(self.page.colours(), colours)
+        self.page.js("document.getElementById('redo').click()")
+        self.page.settle()
+        self.assertLess(math.dist(self.eye(), eyes[1]), 1e-4)
+        self.page.js("document.getElementById('undo').click()")
+        self.page.settle()
+
     def test_saves_the_scene_so_that_it_opens_alike(self):
         chair = self.page.objects()["chair_2"]["id"]
         self.page.send("place", object=chair, translate=[0.7, 0.1, -0.3], scale=1.2,
@@ -343,7 +372,7 @@ class PageTest(unittest.TestCase):
         while not self.page.js("return document.getElementById('undo').disabled"):
             self.page.send("undo")
             time.sleep(0.02)
-        self.page.wait_exact()
+        self.page.wait_exact(self.page.send("select", object=None))
 
     def test_a_screenshot_is_the_preview_renderers_picture(self):
         self.page.js("document.body.style.gridTemplateColumns = '1fr';"

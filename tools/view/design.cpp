@@ -105,6 +105,12 @@ struct EditMaker {
         design.material_stamp = stamp;
         return Done{};
     }
+
+    Result<Done> operator()(const MoveEye& edit) {
+        design.scene.camera.position = edit.position;
+        design.scene.camera.target = edit.target;
+        return Done{};
+    }
 };
 
 }  // namespace
@@ -148,12 +154,10 @@ Result<Done> History::make(const Edit& edit, std::uint64_t gesture) {
 }
 
 void History::step_to(std::vector<Design>& from, std::vector<Design>& to) {
-    const Camera camera = now_.scene.camera;
     to.push_back(std::move(now_));
     now_ = std::move(from.back());
     from.pop_back();
-    now_.scene.camera = camera;
-    gesture_ = 0;
+    end_gesture();
 }
 
 bool History::undo() {

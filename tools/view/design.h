@@ -54,8 +54,12 @@ struct SetMaterial {
     std::string name;
     SceneMaterial material;
 };
+/// Moves the eye, and what it looks at; the angle and the picture's size are the scene's.
+struct MoveEye {
+    Vec3f position, target;  ///< In different places.
+};
 using Edit = std::variant<TurnLight, ChooseLight, MixLights, SetExposure, PlaceObject, CloneObject,
-                          DeleteObject, SetMaterial>;
+                          DeleteObject, SetMaterial, MoveEye>;
 /// @}
 
 /// A scene that is opened, with new ids.
@@ -84,8 +88,8 @@ public:
     bool undo();  ///< False if there is nothing to take back.
     bool redo();  ///< False if there is nothing to do again.
 
-    /// Where one looks from is no step of its own: it stays when others are undone.
-    void look(const Camera& camera) { now_.scene.camera = camera; }
+    /// What follows is another gesture, whatever its number: that of another hand.
+    void end_gesture() { gesture_ = 0; }
 
 private:
     std::uint32_t highest_id() const;

@@ -72,8 +72,10 @@ nlohmann::json ViewSession::state(bool all) const {
     }
     if (!knows || told_->scene.camera.position != now.scene.camera.position ||
         told_->scene.camera.target != now.scene.camera.target ||
-        told_->scene.camera.vertical_fov != now.scene.camera.vertical_fov)
+        told_->scene.camera.vertical_fov != now.scene.camera.vertical_fov) {
         message["camera"] = camera_json(now.scene.camera);
+        if (!all && has_stepped_) message["steps"] = true;
+    }
     if (all) {
         nlohmann::json& lights = message["lights"] = nlohmann::json::array();
         for (const ShelfLight& each : shelf_.lights()) lights.push_back(each.name);
@@ -103,6 +105,7 @@ void ViewSession::tell_state() {
     if (!is_new) return;
     if (told_) audience_.tell_all(message_text(message));
     told_ = history_.now();
+    has_stepped_ = false;
     told_undo_ = history_.can_undo();
     told_redo_ = history_.can_redo();
 }

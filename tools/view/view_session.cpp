@@ -24,10 +24,10 @@ bool same_scene(const Design& a, const Design& b) {
            (one.blend ? one.blend->share : 0) == (other.blend ? other.blend->share : 0);
 }
 
-/// Whether a camera stands at a place: pages compute it with other roundings.
-bool is_same_eye(const Camera& camera, const Vec3f& place) {
+/// Whether a place is that of a camera's eye or target: pages compute it with other roundings.
+bool is_same_place(const Vec3f& one, const Vec3f& other, const Camera& camera) {
     constexpr float rounding = 1e-5f;
-    return (camera.position - place).length() <= rounding * (camera.target - camera.position).length();
+    return (one - other).length() <= rounding * (camera.target - camera.position).length();
 }
 
 }  // namespace
@@ -112,7 +112,8 @@ bool ViewSession::ends(const Arrival& arrival, const Job& job) const {
         std::holds_alternative<MixLights>(content))
         return ends_for({Of::light, 0});
     if (const auto* look = std::get_if<Look>(&content))
-        return has_highlights_ && !is_same_eye(look->camera, last_eye_) && ends_for({Of::eye, 0});
+        return has_highlights_ && !is_same_place(look->camera.position, last_eye_, look->camera) &&
+               ends_for({Of::eye, 0});
     if (const auto* place = std::get_if<PartialPlace>(&content)) {
         if (!place->rotate) return ends_for({Of::object, place->object});
         return job.what != What::shade;  // what turns is shaded as often as that can be done
@@ -291,7 +292,9 @@ void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
                 tell_scene(arrival.page);
                 if (last_frame_) audience_.show(arrival.page, last_frame_);
                 told_rest_ = {};
-                if (pages_.size() == 1) last_message_ = 0;  // it counts anew
+                if (pages_.size() > 1) break;
+                last_message_ = 0;  // it counts anew
+                history_.end_gesture();
                 break;
             case Arrival::What::left: {
                 const bool steered = !pages_.empty() && pages_.front() == arrival.page;
@@ -370,7 +373,7 @@ Result<Done> ViewSession::take_content(PageId page, const Message& message) {
             } else if constexpr (std::is_same_v<Type, PartialPlace>) {
                 return take_place(content, message);
             } else if constexpr (std::is_same_v<Type, Look>) {
-                take_look(content);
+                return take_look(content, message);
             } else if constexpr (std::is_same_v<Type, Select>) {
                 if (content.object && !place_of(history_.now(), *content.object))
                     return Error{"", fmt::format("there is no object {}", *content.object)};
@@ -379,6 +382,7 @@ Result<Done> ViewSession::take_content(PageId page, const Message& message) {
                 const bool done = std::is_same_v<Type, StepBack> ? history_.undo() : history_.redo();
                 if (!done) return Error{"", "there is nothing more to take back or to do again"};
                 hand_ = {};
+                look_as_designed();
             } else if constexpr (std::is_same_v<Type, Save>) {
                 return save(page, content, message);
             } else if constexpr (std::is_same_v<Type, StartTask>) {
@@ -419,20 +423,35 @@ Result<Done> ViewSession::take_place(const PartialPlace& place, const Message& m
                      place.rotate ? Variation{} : Variation{Variation::Of::object, place.object});
 }
 
-void ViewSession::take_look(const Look& look) {
+Result<Done> ViewSession::take_look(const Look& look, const Message& message) {
     window_ = look.camera;
-    Camera camera = history_.now().scene.camera;
-    if (!is_same_eye(look.camera, camera.position)) {
-        camera.position = look.camera.position;
-        if (has_highlights_) likely_ = hand_ = {Variation::Of::eye, 0};
-    }
-    camera.target = look.camera.target;
-    history_.look(camera);
+    has_stepped_ = false;
+    const Camera& now = history_.now().scene.camera;
+    const bool has_moved = !is_same_place(look.camera.position, now.position, look.camera);
+    const bool has_turned = !is_same_place(look.camera.target, now.target, look.camera);
+    if (!has_moved && !has_turned) return Done{};
+    const MoveEye edit{has_moved ? look.camera.position : now.position,
+                       has_turned ? look.camera.target : now.target};
+    if (Result<Done> done = history_.make(edit, message.gesture); !done) return done;
+    if (has_moved && has_highlights_) likely_ = hand_ = {Variation::Of::eye, 0};
+    return Done{};
+}
+
+/// The page is to look from where a step has led.
+void ViewSession::look_as_designed() {
+    const Camera& camera = history_.now().scene.camera;
+    if (window_.position == camera.position && window_.target == camera.target) return;
+    window_.position = camera.position;
+    window_.target = camera.target;
+    has_stepped_ = true;
+    const std::lock_guard lock(mutex_);
+    last_eye_ = camera.position;
 }
 
 void ViewSession::steer(PageId page) {
     const auto known = std::ranges::find(pages_, page);
     if (known == pages_.end()) return;
+    history_.end_gesture();
     std::rotate(pages_.begin(), known, known + 1);
     for (const PageId each : pages_)
         audience_.tell(each, message_text({{"type", "steering"}, {"steers", each == page}}));

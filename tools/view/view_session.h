@@ -97,7 +97,8 @@ private:
     Result<Done> make_edit(const Edit& edit, const Message& message, const Variation& hand);
     Result<Done> take_lights(const NamedLights& lights, const Message& message);
     Result<Done> take_place(const PartialPlace& place, const Message& message);
-    void take_look(const Look& look);
+    Result<Done> take_look(const Look& look, const Message& message);
+    void look_as_designed();
     Result<Done> save(PageId page, const Save& save, const Message& message);
     Result<Done> start_task(PageId page, const StartTask& task, const Message& message);
     void make_picture();
@@ -136,6 +137,7 @@ private:
     Exactness exactness_ = Exactness::moving;
     std::optional<Design> told_;  ///< What pages know.
     bool told_undo_ = false, told_redo_ = false;
+    bool has_stepped_ = false;  ///< The design's camera is none that the steering page has sent last.
     std::optional<std::uint64_t> failed_light_;  ///< Stamp of one with which work has failed.
     std::uint32_t frame_ = 0, last_message_ = 0;
     Clock::time_point message_time_, last_input_;

@@ -46,7 +46,7 @@ const connection = new Connection({
 let waiting = 0; // the frame that is shown with the next picture
 
 const stage = new Stage(element('canvas'), {
-  look: () => steers && connection.sendSoon('look', looking()),
+  look: (lookGesture) => steers && connection.sendSoon('look', { gesture: lookGesture, ...looking() }),
   gesture: () => (gesture = connection.newGesture()),
   place: (id, change) => connection.sendSoon('place', { object: id, gesture, ...change }),
   placed: () => connection.flush(),
@@ -72,7 +72,10 @@ function choose(id, material) {
 }
 
 const panel = new Panel({
-  send: (type, content) => steers && connection.send(type, content),
+  send: (type, content) => {
+    connection.flush(); // what hands did before
+    if (steers) connection.send(type, content);
+  },
   sendSoon: (type, content) => steers && connection.sendSoon(type, { gesture, ...content }),
   gesture: () => (gesture = connection.newGesture()),
   turn: (quaternion) => {
@@ -96,7 +99,7 @@ function setLight(message) {
 }
 
 function takeState(message) {
-  if (message.camera && (!steers || message.type === 'scene')) stage.setCamera(message.camera);
+  if (message.camera && (!steers || message.steps || message.type === 'scene')) stage.setCamera(message.camera);
   if (message.objects) {
     stage.setObjects(message.objects);
     panel.setObjects(message.objects, stage.chosen);

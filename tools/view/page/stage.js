@@ -7,6 +7,7 @@ import { backgroundMaterial, shared, surfaceMaterial } from './shaders.js';
 const fadeTime = 250; // [ms], from coarser colours to exact ones
 const keyTurn = 0.08; // [rad] a key press
 const keyZoom = 1.1;
+const lookPause = 500; // [ms], after which keys and wheel begin another gesture
 
 async function fetched(path) {
   const response = await fetch(path);
@@ -15,7 +16,7 @@ async function fetched(path) {
 }
 
 export class Stage {
-  // on: {look(), place(id, change), placed(id), turnLight(quaternion), pick(id, part), gesture()}
+  // on: {look(gesture), place(id, change), placed(id), turnLight(quaternion), pick(id, part), gesture()}
   constructor(canvas, on) {
     this.canvas = canvas;
     this.on = on;
@@ -31,6 +32,7 @@ export class Stage {
     this.objects = new Map(); // by id: THREE.Group
     this.entities = [];
     this.meshes = []; // by entity: promise of geometry and materials
+    this.looks = {}; // isPressed, gesture, time of the last change [ms]
     this.backgrounds = new Map(); // by light: promise of texture
     this.makeBackground();
     this.makeControls();
@@ -53,8 +55,15 @@ export class Stage {
     this.orbit.minDistance = 0.01;
     this.orbit.addEventListener('change', () => {
       this.dirty = true;
-      if (!this.isPlacing) this.on.look();
+      if (!this.isPlacing) this.on.look(this.lookGesture());
     });
+    this.canvas.addEventListener('pointerdown', ({ isPrimary }) => {
+      if (isPrimary) this.looks = { isPressed: true };
+    });
+    for (const type of ['pointerup', 'pointercancel'])
+      window.addEventListener(type, ({ isPrimary }) => {
+        if (isPrimary) this.looks = {};
+      });
     this.gizmo = new TransformControls(this.camera, this.canvas);
     this.gizmo.setSize(0.8);
     this.helpers.add(this.gizmo);
@@ -99,6 +108,14 @@ export class Stage {
       this.on.place(object.userData.id, { translate: object.position.toArray() });
     }
     this.dirty = true;
+  }
+
+  // One gesture from press to release; of keys and the wheel as long as one follows the other.
+  lookGesture() {
+    const { isPressed, gesture, time } = this.looks, now = performance.now();
+    const goesOn = gesture && (isPressed || now - time < lookPause);
+    this.looks = { isPressed, gesture: goesOn ? gesture : this.on.gesture(), time: now };
+    return this.looks.gesture;
   }
 
   // Arrows pan (OrbitControls); with Shift they turn, + and - come nearer and go away.
@@ -174,6 +191,7 @@ export class Stage {
   lookAtObject(id) {
     const group = this.objects.get(id);
     if (!group) return;
+    this.looks = {};
     const sphere = new THREE.Box3().setFromObject(group).getBoundingSphere(new THREE.Sphere());
     const along = this.camera.position.clone().sub(this.orbit.target).normalize();
     this.orbit.target.copy(sphere.center);
