@@ -147,7 +147,8 @@ Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
     settings.transfer.pruning_error = options.pruning_error;
     settings.scene_file = file;
     settings.session = random_token();
-    settings.tasks = {options.fields, options.occlusion, options.bounces, output, context.threads};
+    settings.tasks = {options.fields, options.occlusion, settings.render.bounces.most, output,
+                      context.threads};
     if (settings.tasks.fields.folder.empty()) settings.tasks.fields.folder = (output / "fields").string();
     const Audience audience{[&](PageId page, const std::string& text) { server.tell(page, text); },
                             [&](const std::string& text) { server.tell_all(text); },

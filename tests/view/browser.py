@@ -27,7 +27,7 @@ SCENE = """# Kept when the scene is saved.
 position = [1.3, 1.2, 1.9]
 target = [0.0, 0.4, 0.0]
 vertical_fov = 40.0
-resolution = [160, 120]
+resolution = {resolution}
 
 [environment]
 image = "{lights}/interior.exr"
@@ -69,10 +69,10 @@ rotate = [0, 40, 0]
 """
 
 
-def write_scene(folder):
+def write_scene(folder, resolution=(160, 120)):
     file = os.path.join(folder, "room.toml")
     with open(file, "w") as scene:
-        scene.write(SCENE.format(lights=LIGHTS, meshes=os.path.join(SOURCES, "scenes/meshes")))
+        scene.write(SCENE.format(lights=LIGHTS, resolution=list(resolution), meshes=os.path.join(SOURCES, "scenes/meshes")))
     return file
 
 
@@ -186,13 +186,14 @@ class Page:
                       "return document.getElementById('canvas').toDataURL('image/png')")
         return base64.b64decode(url.split(",")[1])
 
-    def task(self, task):
+    def task(self, task, patience=PATIENCE):
         """Runs a task to its end; its last message."""
         before = self.js("return haarfield.stats.tasks.length")
         self.send("start", task=task)
         return self.wait(
             "return haarfield.stats.tasks.slice(arguments[0])"
-            ".find(({task, state}) => task === arguments[1] && state !== 'running')", before, task)
+            ".find(({task, state}) => task === arguments[1] && state !== 'running')", before, task,
+            patience=patience)
 
 
 def baked_colours(scene, folder, fields):

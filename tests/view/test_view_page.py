@@ -402,7 +402,7 @@ class PageTest(unittest.TestCase):
                          "document.getElementById('panel').hidden = false;"
                          "Object.assign(document.getElementById('stage').style, {width: '', height: ''})")
 
-    def test_bake_and_reference_end_with_files_and_a_slider(self):
+    def test_bake_ends_with_files(self):
         done = self.page.task("bake")
         self.assertEqual(done["state"], "done", done)
         for name in ["baked.png", "room.pov", "room.ply"]:
@@ -412,11 +412,6 @@ class PageTest(unittest.TestCase):
             "fetch('made/baked.png').then((r) => r.arrayBuffer()).then((b) => window.madeLength = b.byteLength)")
         length = self.page.wait("return window.madeLength")
         self.assertEqual(length, os.path.getsize(os.path.join(self.server.output, "bake", "baked.png")))
-        done = self.page.task("reference")
-        self.assertEqual(done["state"], "done", done)
-        self.page.wait("return !document.getElementById('compare').hidden &&"
-                       " document.getElementById('compare-image').naturalWidth === 160")
-        self.page.js("document.getElementById('compare-button').click()")
 
     def test_a_page_of_another_origin_gets_nothing(self):
         class Stranger(http.server.BaseHTTPRequestHandler):
@@ -450,19 +445,48 @@ class PageTest(unittest.TestCase):
             stranger.server_close()
 
 
-class EndOfServerTest(unittest.TestCase):
+class OwnServerTest(unittest.TestCase):
+    """A server and a browser for each test."""
+
+    def opened(self, *options):
+        scratch, browser = view.scratch(), view.started_browser()
+        self.addCleanup(scratch.__exit__, None, None, None)
+        self.addCleanup(browser.quit)
+        server = view.Server(view.write_scene(scratch.__enter__(), resolution=[48, 36]), *options)
+        self.addCleanup(server.stop)
+        return server, browser, view.Page(browser, server.url)
+
     def test_the_page_says_so_when_the_server_is_gone(self):
-        browser = view.started_browser()
-        try:
-            with view.scratch() as folder:
-                server = view.Server(view.write_scene(folder))
-                page = view.Page(browser, server.url)
-                self.assertEqual(server.stop(), 0)
-                page.wait("return !document.getElementById('lost').hidden")
-                page.wait("return document.getElementById('lost-text').textContent.includes('ended')")
-                self.assertEqual(page.js("return 1 + 1"), 2)
-        finally:
-            browser.quit()
+        server, _, page = self.opened()
+        self.assertEqual(server.stop(), 0)
+        page.wait("return !document.getElementById('lost').hidden")
+        page.wait("return document.getElementById('lost-text').textContent.includes('ended')")
+        self.assertEqual(page.js("return 1 + 1"), 2)
+
+    def compare(self, *options):
+        """Makes the reference: how often light bounces in it, whether so in its scene, and what the page says."""
+        server, browser, page = self.opened(*options)
+        done = page.task("reference", patience=300)
+        self.assertEqual(done["state"], "done", done)
+        page.wait("return !document.getElementById('compare').hidden &&"
+                  " document.getElementById('compare-image').naturalWidth === 48")
+        with open(os.path.join(server.output, "reference", "room_reference.pov")) as file:
+            goes_on = "goes on from surface to surface" in file.read()
+        return (done["bounces"], goes_on,
+                [browser.find_element(By.ID, side + "-light").text for side in ("reference", "view")])
+
+    def test_bounces_are_compared_with_a_bounce(self):
+        bounces, goes_on, said = self.compare()
+        self.assertEqual(bounces, 1)
+        self.assertTrue(goes_on)
+        self.assertEqual(said, ["reference: direct light and one bounce",
+                                "this view: all bounces of light that matter"])
+
+    def test_what_has_no_bounces_is_compared_with_what_has_none(self):
+        bounces, goes_on, said = self.compare("--bounces", "0")
+        self.assertEqual(bounces, 0)
+        self.assertFalse(goes_on)
+        self.assertEqual(said, ["reference: direct light alone", "this view: direct light alone"])
 
 
 if __name__ == "__main__":

@@ -91,6 +91,8 @@ void ViewSession::tell_scene(PageId page) const {
     message["name"] = history_.now().scene.name;
     message["file"] = file_.opened().filename().string();
     message["steers"] = pages_.front() == page;
+    const int bounces = settings_.render.bounces.most;
+    message["bounces"] = bounces == any_bounces ? nlohmann::json("auto") : nlohmann::json(bounces);
     nlohmann::json& entities = message["entities"] = nlohmann::json::array();
     const Scene& scene = history_.now().scene;
     for (std::size_t e = 0; e < live_.entities().entities.size(); ++e)

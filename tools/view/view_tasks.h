@@ -5,6 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <algorithm>
 #include <map>
 #include <mutex>
 #include <thread>
@@ -14,10 +15,16 @@ namespace haarfield {
 struct TaskSettings {
     FieldOptions fields;
     OcclusionOptions occlusion;
-    BounceOptions bounces;
+    int bounces = any_bounces;     ///< Of a bake; see reference_bounces.
     std::filesystem::path output;  ///< A folder for each task goes below.
     int threads = 1;
 };
+
+/// How often light goes on in the reference of a session whose light does so often: POV-Ray's radiosity takes
+/// many times as long for each bounce after the first, which is most of what there is.
+inline int reference_bounces(int of_session) {
+    return std::min(of_session, 1);
+}
 
 /// One task at a time, on a thread of its own. Files that it makes are known by name from then on.
 class ViewTasks {

@@ -130,6 +130,7 @@ const receivers = {
     element('scene-name').textContent = message.name;
     document.title = message.name + ' – haarfield';
     panel.file = message.file;
+    panel.bounces = message.bounces;
     takeState(message);
     if (steers) connection.send('look', looking());
   },

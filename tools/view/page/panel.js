@@ -7,6 +7,13 @@ const up = new THREE.Vector3(0, 1, 0);
 const toHex = (colour) => '#' + new THREE.Color().fromArray(colour).convertLinearToSRGB().getHexString();
 const fromHex = (hex) => new THREE.Color(hex).convertSRGBToLinear().toArray();
 
+// What light a picture has whose light goes on so often from surface to surface.
+function lightOf(bounces) {
+  if (bounces === 'auto') return 'all bounces of light that matter';
+  if (bounces === 0) return 'direct light alone';
+  return bounces === 1 ? 'direct light and one bounce' : `direct light and ${bounces} bounces`;
+}
+
 // What a material has: a key, its name here, and its range; colours have none.
 const plainFields = [
   ['diffuse', 'Colour'], ['specular', 'Highlights'], ['shininess', 'Shininess', 1, 1000, true],
@@ -293,6 +300,8 @@ export class Panel {
     if (message.task === 'reference') {
       element('compare-image').src = 'made/reference.png?' + Date.now();
       element('compare-button').disabled = false;
+      element('reference-light').textContent = 'reference: ' + lightOf(message.bounces);
+      element('view-light').textContent = 'this view: ' + lightOf(this.bounces);
       this.compare(true);
     }
     this.notice(`${message.task} is done.`, true);
