@@ -147,6 +147,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--keyframes", {"relight"}},
         {"--fields", make_fields},
         {"--bounces", {"bake", "budget", "reference", "relight", "view"}},
+        {"--lights", {"reference"}},
         {"--relative-error", {"reference"}},
         {"--listen", {"view"}},
         {"--task", {"work"}},
