@@ -19,7 +19,9 @@ struct ReferencePicture {
 /// relative_error    RMS of half the difference of the two pictures / RMS of their mean, where the objects
 ///                   cover half a pixel or more: as the sets are independent and equally good, the mean's
 ///                   error is as large as that. Not in it: what both have in common, such as POV-Ray's own
-///                   tolerances.
+///                   tolerances, or the width of a lamp that is one light in either: with highlights of
+///                   shininess 200 and 256 lights the error was 0.8 to 1.5 times the stated one, in five
+///                   pictures against ones of 4,000 and 6,000 lights.
 /// scene             its file. If it has bounces, they are gathered under few_lights_of_bounces: radiosity
 ///                   takes time for each light, and what bounces is smooth. That takes three runs a set: the
 ///                   direct light of all, and with and without bounces that of the few.

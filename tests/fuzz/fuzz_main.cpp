@@ -16,6 +16,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <functional>
 #include <new>
 
 #include "fields/field/ambient_visibility.h"
@@ -243,6 +244,23 @@ public:
     }
 };
 
+/// What a list of vertices and faces promises: numbers that grow, faces of its own vertices, and every vertex
+/// of the mesh that was read from it.
+std::string wrong_list(const ListedMesh& listed, const Mesh& read) {
+    if (listed.numbers.size() != listed.positions.size()) return "listed vertices without a number";
+    if (std::ranges::adjacent_find(listed.numbers, std::greater_equal()) != listed.numbers.end())
+        return "numbers that do not grow";
+    std::uint64_t corners = 0;
+    for (const std::uint32_t count : listed.face_corners) corners += count;
+    if (corners != listed.corners.size()) return "listed faces without their corners";
+    for (const std::uint32_t corner : listed.corners)
+        if (corner >= listed.positions.size()) return "a listed corner without a vertex";
+    for (const std::int32_t number : read.original_vertices)
+        if (number != not_original && !std::ranges::binary_search(listed.numbers, number))
+            return "a vertex that the file does not list";
+    return {};
+}
+
 class DamagedMeshes : public DamagedFiles {
 public:
     explicit DamagedMeshes(std::string ending)
@@ -260,6 +278,11 @@ public:
         if (!mesh) return outcome.refused(mesh.error());
         outcome.accepted = true;
         if (const std::string wrong = wrong_appearance(*mesh); !wrong.empty()) return wrong;
+        if (const Result<ListedMesh> listed = model->listed(); !listed) {
+            if (listed.error().what.empty()) return "a list was refused without a reason";
+        } else if (const std::string wrong = wrong_list(*listed, mesh->mesh); !wrong.empty()) {
+            return wrong;
+        }
         for (const auto& triangle : mesh->mesh.triangles)
             for (const std::uint32_t corner : triangle)
                 if (corner >= mesh->mesh.positions.size() || !is_finite(mesh->mesh.positions[corner]))
