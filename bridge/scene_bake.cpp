@@ -48,13 +48,16 @@ Result<Done> shade_fine(const PointShading& direct, const BakeOptions& options,
 Result<Done> shade(const PointShading& shading, const SceneEntities& entities, const BakeOptions& options,
                    const Progress& progress, BakedScene& baked) {
     if (options.refine) {
-        const std::vector<Mesh> start = surface_meshes(entities, options.vertex_budget / refinement_share);
+        const std::size_t budget =
+            options.vertex_budget ? *options.vertex_budget : usual_vertex_budget(entities);
+        const std::vector<Mesh> start = surface_meshes(entities, budget / refinement_share);
         Result<std::vector<RadiantMesh>> begun = mesh_radiance(shading, start, progress);
         if (!begun) return begun.error();
         Result<Refinement> refined =
-            refined_radiance(shading, {*options.refine, options.vertex_budget}, std::move(*begun), progress);
+            refined_radiance(shading, {*options.refine, budget}, std::move(*begun), progress);
         if (!refined) return refined.error();
-        baked.refinement = RefinementOutcome{refined->largest_error, refined->shaded_points, refined->rounds};
+        baked.refinement =
+            RefinementOutcome{budget, refined->largest_error, refined->shaded_points, refined->rounds};
         baked.refined = std::move(refined->meshes);
     } else {
         Result<std::vector<RadiantMesh>> fine = mesh_radiance(shading, fine_meshes(entities), progress);
@@ -203,6 +206,13 @@ Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const
 }
 
 }  // namespace
+
+std::size_t usual_vertex_budget(const SceneEntities& entities) {
+    std::size_t own = 0;
+    for (std::size_t i = 0; i < entities.entity_of_instance.size(); ++i)
+        own += seen_surface(entities.of_instance(i).mesh).positions.size();
+    return std::max(RefinementSettings().vertex_budget, own + own / 2);
+}
 
 std::vector<std::string> pass_names() {
     std::vector<std::string> names;

@@ -13,9 +13,9 @@ namespace haarfield {
 struct BakeOptions {
     std::string evaluator = "tree";  ///< Or dense: plain sums, slow.
     std::optional<float> refine;     ///< RefinementSettings::tolerance; none: at the fine meshes' vertices.
-    std::size_t vertex_budget = RefinementSettings().vertex_budget;
-    std::string colours = "sampled";  ///< Or fitted: see fit_radiance.
-    std::vector<std::string> passes;  ///< Of pass_names.
+    std::optional<std::size_t> vertex_budget;  ///< With `refine`; none: usual_vertex_budget.
+    std::string colours = "sampled";           ///< Or fitted: see fit_radiance.
+    std::vector<std::string> passes;           ///< Of pass_names.
 };
 
 /// The passes that there are: diffuse, indirect, irradiance, occlusion, own-shadow, specular.
@@ -24,8 +24,13 @@ std::vector<std::string> pass_names();
 /// Refuses words that are not known, and what can not be had together.
 Result<Done> check_bake(const BakeOptions& options);
 
+/// The default of RefinementSettings, or half as many vertices again as the models' surfaces have in all
+/// instances: so that fine models leave some for where the radiance changes.
+std::size_t usual_vertex_budget(const SceneEntities& entities);
+
 /// How a refinement ended: see Refinement.
 struct RefinementOutcome {
+    std::size_t vertex_budget = 0;  ///< That it had.
     float largest_error = 0;
     std::size_t shaded_points = 0;
     int rounds = 0;

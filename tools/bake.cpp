@@ -47,9 +47,11 @@ void add_bake_options(CLI::App& command, BakeOptions& options) {
                "plus the mean radiance",
                {1e-4, 1})
         ->type_name("E");
-    add_number(command, "--vertex-budget", options.vertex_budget, "At most so many vertices with --refine",
-               {1, 50e6})
-        ->capture_default_str()
+    add_number(
+        command, "--vertex-budget", options.vertex_budget,
+        "At most so many vertices with --refine; 60000 if none are given, or half as many again as the "
+        "models have, whichever is more",
+        {1, 50e6})
         ->type_name("N");
     command
         .add_option("--colours", options.colours,
@@ -119,7 +121,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     if (context.share && !context.share->joins) return ExitCode::done;
     if (baked->refinement)
         context.report["refinement"] = {{"tolerance", *options.shading.refine},
-                                        {"vertex_budget", options.shading.vertex_budget},
+                                        {"vertex_budget", baked->refinement->vertex_budget},
                                         {"largest_error", baked->refinement->largest_error},
                                         {"shaded_points", baked->refinement->shaded_points},
                                         {"rounds", baked->refinement->rounds}};

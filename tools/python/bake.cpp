@@ -43,16 +43,17 @@ struct BakedMesh {
     }
 };
 
-std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refine, std::size_t vertex_budget,
-                           const std::string& colours, const std::vector<std::string>& passes,
-                           const std::string& evaluator, const std::string& occlusion, float occlusion_error,
-                           float reach, int depth, float tolerance, int light_coefficients,
-                           std::optional<int> bounces, const py::object& progress) {
+std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refine,
+                           std::optional<std::size_t> vertex_budget, const std::string& colours,
+                           const std::vector<std::string>& passes, const std::string& evaluator,
+                           const std::string& occlusion, float occlusion_error, float reach, int depth,
+                           float tolerance, int light_coefficients, std::optional<int> bounces,
+                           const py::object& progress) {
     const BakeOptions options{evaluator, refine, vertex_budget, colours, passes};
     if (refine && !(*refine >= 1e-4f && *refine <= 1))
         throw py::value_error(fmt::format("refine is {}; wanted [0.0001, 1], or None", *refine));
-    if (!(vertex_budget >= 1 && vertex_budget <= 50'000'000))
-        throw py::value_error(fmt::format("vertex_budget is {}; wanted [1, 5e7]", vertex_budget));
+    if (vertex_budget && !(*vertex_budget >= 1 && *vertex_budget <= 50'000'000))
+        throw py::value_error(fmt::format("vertex_budget is {}; wanted [1, 5e7], or None", *vertex_budget));
     value_of(check_bake(options));
     const auto made = std::make_shared<Bake>();
     made->prepared = prepare(scene, progress);
@@ -282,10 +283,10 @@ returns  a dict: scene, includes, objects (what each include declares), images.)
         "returns  the objects' radiance (height, width, 3) and coverage (height, width), as read_image.");
     made.def("picture", &picture_of,
              "(height, width, 3): a quick picture with its background, drawn without POV-Ray.");
-    scene.def("bake", &bake, py::arg("refine") = py::none(),
-              py::arg("vertex_budget") = RefinementSettings().vertex_budget, py::arg("colours") = "sampled",
-              py::arg("passes") = std::vector<std::string>(), py::arg("evaluator") = "tree",
-              py::arg("occlusion") = "auto", py::arg("occlusion_error") = RenderSettings().occlusion_error,
+    scene.def("bake", &bake, py::arg("refine") = py::none(), py::arg("vertex_budget") = py::none(),
+              py::arg("colours") = "sampled", py::arg("passes") = std::vector<std::string>(),
+              py::arg("evaluator") = "tree", py::arg("occlusion") = "auto",
+              py::arg("occlusion_error") = RenderSettings().occlusion_error,
               py::arg("reach") = RenderSettings().reach, py::arg("depth") = full_depth,
               py::arg("tolerance") = RenderSettings().tolerance,
               py::arg("light_coefficients") = RenderSettings().light_coefficients,
@@ -293,6 +294,8 @@ returns  a dict: scene, includes, objects (what each include declares), images.)
               R"(Shades every vertex, with the bits of `haarfield bake`, whose options have the same names.
 
 refine     split triangles where interpolated radiance is off by more than this; None: not.
+vertex_budget
+           at most so many vertices with refine; None: 60,000, or half as many again as the models have.
 colours    "sampled" at the vertices, or "fitted" to what lies between them.
 passes     any of "diffuse", "specular", "irradiance", "occlusion", "own-shadow", "indirect".
 evaluator  "tree", or "dense": plain sums, slow.

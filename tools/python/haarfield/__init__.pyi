@@ -53,7 +53,7 @@ class Scene:
     def bake(
         self,
         refine: float | None = None,
-        vertex_budget: int = 60000,
+        vertex_budget: int | None = None,
         colours: str = "sampled",
         passes: Sequence[str] = [],
         evaluator: str = "tree",
