@@ -106,6 +106,25 @@ TEST(LightClusters, ShedTheLightOfAllRays) {
     EXPECT_GT(relative_rmse(found_diffuse, wanted), 0.05);  // there are highlights
 }
 
+TEST(LightClusters, ShedTheLightThatIsPartlyBelowTheHorizon) {
+    const PostUnderSuns example;
+    ShadowRays rays;
+    rays.build(example.scene);
+    const std::vector<DirectionalLight> lights = example.lights();
+    const std::vector<LightCluster> clusters = light_clusters(lights);
+    for (const LightCluster& cluster : clusters) {
+        if (cluster.sine < 1e-3f) continue;
+        SourceReceiver receiver;
+        receiver.from = {0, 3, 0};  // above all
+        receiver.brdf.normal = Vec3f(Vec3d(cluster.axis.cross(Vec3f(0, 0, 1))).normalized());
+        receiver.brdf.diffuse = Rgb(0.3f);
+        Rgb wanted(0.0f), found(0.0f);
+        add_source_light(rays, lights, {&receiver, 1}, {&wanted, 1});
+        add_clustered_light(rays, clusters, {&receiver, 1}, {&found, 1});
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], wanted[c], 1e-5f * wanted[c]) << cluster.axis;
+    }
+}
+
 TEST(LightClusters, TellAndBelieveWhatIsSeen) {
     const PostUnderSuns example;
     ShadowRays rays;
