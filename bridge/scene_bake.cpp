@@ -5,6 +5,7 @@
 #include "shading/bake/colour_fit.h"
 #include "shading/bake/dense_renderer.h"
 #include "shading/bake/render_passes.h"
+#include "shading/scene/shared_shading.h"
 
 #include <fmt/format.h>
 
@@ -122,6 +123,7 @@ Result<Done> add_instances(const Scene& scene, const SceneEntities& entities, co
         if (!found) return found.error();
         highlights = std::move(*found);
     }
+    if (has_share_alone()) return Done{};
     baked.instances = seen_instances(scene, entities, shaded, highlights, baked.seen);
     return Done{};
 }
@@ -187,6 +189,7 @@ Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const
         options.colours == "fitted", options.evaluator == "dense"};
     Result<std::vector<SceneRadiance>> values = render_passes(bake, shaded.radiance, wanted, progress);
     if (!values) return values.error();
+    if (has_share_alone()) return Done{};
     auto next = values->begin();
     for (const std::string& name : options.passes) {
         SceneRadiance own = std::move(*next++), highlights(baked.instances.size());

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "shading/scene/vertex_loop.h"
+#include "shading/scene/shared_shading.h"
 #include "shading/visibility/buried_fill.h"
 #include "tests/fixtures/example_scene.h"
 
@@ -260,6 +260,42 @@ TEST(Renderer, DoesNotDependOnTheNumberOfThreads) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
         EXPECT_EQ(furnished().radiance(), wanted) << threads;
     }
+}
+
+TEST(Renderer, AShareHasWhatTheWholeHasAndRoomForNoMore) {
+    ExampleScene example;
+    const std::size_t ball = example.add_entity(sphere_mesh({0, 0, 0}, 1, 8), matte(0.6f));
+    for (const float x : {0.0f, 1.5f, 3.0f, 6.0f}) example.scene.instances.push_back({ball, {{x, 0, 0}, 1}});
+    example.scene.environment = environment([](const Vec3d& w) { return 1 + w.y; });
+    const SceneRadiance whole = example.radiance();
+    const std::size_t vertices = whole[0].size(), begin = vertices + vertices / 2, end = 3 * vertices;
+    std::vector<Rgb> share;
+    const PointSharing sharing = [&](const SharedLoop& loop) -> Result<Done> {
+        EXPECT_EQ(loop.points, 4 * vertices);
+        Result<std::vector<Rgb>> shaded = loop.shaded(begin, end);
+        if (!shaded) return shaded.error();
+        share = *std::move(shaded);
+        return Done{};
+    };
+    {
+        const SharedShading shared(sharing, /*has_all=*/false);
+        const SceneRadiance part = example.radiance();
+        EXPECT_TRUE(part[0].empty() && part[3].empty());
+        EXPECT_TRUE(part[2] == whole[2]);
+    }
+    ASSERT_EQ(share.size(), end - begin);
+    // The other way round: what was made before is taken, the rest is made.
+    const PointSharing joining = [&](const SharedLoop& loop) -> Result<Done> {
+        loop.take(begin, share);
+        for (const auto& [first, last] : {std::pair(std::size_t(0), begin), std::pair(end, loop.points)}) {
+            Result<std::vector<Rgb>> shaded = loop.shaded(first, last);
+            if (!shaded) return shaded.error();
+            loop.take(first, *shaded);
+        }
+        return Done{};
+    };
+    const SharedShading shared(joining, /*has_all=*/true);
+    EXPECT_TRUE(example.radiance() == whole);
 }
 
 TEST(Renderer, LessDepthIsCoarserButNear) {

@@ -105,14 +105,14 @@ Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const Rende
     std::vector<std::vector<std::uint32_t>> orders;
     for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
     const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
-    SceneRadiance radiance = black_vertices(scene);
+    SceneRadiance radiance;
     const auto shade = [&](const VertexMask* wanted) {
         return visit_vertices(
             scene, order_spans,
             [&, wanted]() -> VertexVisitor {
                 return [&, wanted, shader = std::make_shared<DenseShader>(*dense)](std::size_t instance,
                                                                                    std::uint32_t vertex) {
-                    if (wanted && (*wanted)[instance][vertex] == 0) return;
+                    if (!is_wanted(wanted, instance, {&vertex, 1})) return;
                     radiance[instance][vertex] = shader->radiance(
                         instance, surface_point(scene.entities[scene.instances[instance].entity], vertex));
                 };
@@ -121,6 +121,7 @@ Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const Rende
     };
     if (const Result<Done> shaded = share_vertices(scene, order_spans, radiance, shade); !shaded)
         return shaded.error();
+    if (has_share_alone()) return radiance;
     for (std::size_t i = 0; i < radiance.size(); ++i) {
         const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
         BuriedFill(*entity.mesh, entity.occlusion->samples().buried)(radiance[i]);

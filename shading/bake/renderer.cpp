@@ -115,20 +115,18 @@ private:
 Result<Done> shade_vertices(const PointShading& shading, SceneRadiance& radiance, SceneRadiance* diffuse,
                             const Progress& progress) {
     const ShadedScene& scene = shading.scene;
-    radiance = black_vertices(scene);
-    if (diffuse) *diffuse = radiance;
     const std::vector<std::span<const std::uint32_t>> orders = shading.geometry.orders();
     const auto shade = [&](const VertexMask* wanted) {
+        if (diffuse) diffuse->resize(radiance.size());
+        for (std::size_t i = 0; diffuse && i < radiance.size(); ++i)
+            (*diffuse)[i].resize(radiance[i].size(), Rgb(0.0f));
         return visit_vertex_runs(
             scene, orders,
             [&, wanted]() -> VertexRunVisitor {
                 return [&, wanted, shader = std::make_shared<PointShader>(shading, diffuse != nullptr)](
                            std::size_t instance, std::span<const std::uint32_t> vertices) {
                     // Runs are shaded as wholes, so that it does not matter who shades them.
-                    if (wanted && std::ranges::none_of(vertices, [&](std::uint32_t vertex) {
-                            return (*wanted)[instance][vertex] != 0;
-                        }))
-                        return;
+                    if (!is_wanted(wanted, instance, vertices)) return;
                     for (const std::uint32_t vertex : vertices) {
                         if (progress.stop.stop_requested()) return;
                         shader->add(instance, vertex);
@@ -149,6 +147,7 @@ Result<Done> shade_vertices(const PointShading& shading, SceneRadiance& radiance
     if (diffuse)
         if (const Result<Done> shared = share_vertices(scene, orders, *diffuse, found); !shared)
             return shared.error();
+    if (has_share_alone()) return Done{};
     for (SceneRadiance* values : {&radiance, diffuse})
         for (std::size_t i = 0; values && i < values->size(); ++i)
             shading.geometry.entities[scene.instances[i].entity].fill((*values)[i]);

@@ -1,5 +1,6 @@
 #include "shading/scene/shared_shading.h"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -16,14 +17,34 @@ bool& process_has_all() {
     return has_all;
 }
 
-/// Calls `visit(number, instance, vertex)` for all in their order.
-template <class Visit>
-void visit_in_order(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders,
-                    const Visit& visit) {
-    std::size_t number = 0;
-    for (std::size_t i = 0; i < scene.instances.size(); ++i)
-        for (const std::uint32_t vertex : orders[scene.instances[i].entity]) visit(number++, i, vertex);
-}
+/// The vertices of a scene in their order.
+class VertexNumbers {
+public:
+    VertexNumbers(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders)
+        : scene_(scene), orders_(orders) {
+        for (const ShadedInstance& instance : scene.instances)
+            first_.push_back(first_.back() + orders[instance.entity].size());
+    }
+    std::size_t count() const { return first_.back(); }
+
+    /// Calls `visit(instance, vertices)` for runs of them, from number `begin` up to, but not at, `end`.
+    template <class Visit>
+    void visit(std::size_t begin, std::size_t end, const Visit& visit) const {
+        auto instance =
+            static_cast<std::size_t>(std::ranges::upper_bound(first_, begin) - first_.begin()) - 1;
+        for (; begin < end; ++instance) {
+            const std::size_t stop = std::min(end, first_[instance + 1]);
+            visit(instance,
+                  orders_[scene_.instances[instance].entity].subspan(begin - first_[instance], stop - begin));
+            begin = stop;
+        }
+    }
+
+private:
+    const ShadedScene& scene_;
+    std::span<const std::span<const std::uint32_t>> orders_;
+    std::vector<std::size_t> first_{0};  // by instance; behind them the count
+};
 
 }  // namespace
 
@@ -39,37 +60,71 @@ bool has_share_alone() {
 
 SharedShading::~SharedShading() {
     process_sharing() = {};
+    process_has_all() = true;
 }
 
-Result<Done> share_points(std::span<Rgb> radiance, const ShadeRange& shade) {
+Result<Done> share_points(std::span<Rgb> radiance,
+                          const std::function<Result<Done>(std::size_t begin, std::size_t end)>& shade) {
     const PointSharing& sharing = process_sharing();
-    return sharing ? sharing(radiance, shade) : shade(0, radiance.size());
+    if (!sharing) return shade(0, radiance.size());
+    return sharing({radiance.size(),
+                    [&](std::size_t begin, std::size_t end) -> Result<std::vector<Rgb>> {
+                        if (Result<Done> shaded = shade(begin, end); !shaded) return shaded.error();
+                        const std::span<const Rgb> made = radiance.subspan(begin, end - begin);
+                        return std::vector<Rgb>(made.begin(), made.end());
+                    },
+                    [&](std::size_t begin, std::span<const Rgb> values) {
+                        std::ranges::copy(values, radiance.subspan(begin).begin());
+                    }});
 }
 
 Result<Done> share_vertices(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders,
                             SceneRadiance& radiance,
                             const std::function<Result<Done>(const VertexMask* wanted)>& shade) {
-    if (!process_sharing()) return shade(nullptr);
-    std::size_t count = 0;
-    for (const ShadedInstance& instance : scene.instances) count += orders[instance.entity].size();
-    std::vector<Rgb> in_order(count, Rgb(0.0f));
-    const auto shade_range = [&](std::size_t begin, std::size_t end) -> Result<Done> {
-        VertexMask wanted;
-        for (const std::vector<Rgb>& vertices : radiance) wanted.emplace_back(vertices.size(), 0);
-        visit_in_order(scene, orders, [&](std::size_t number, std::size_t instance, std::uint32_t vertex) {
-            wanted[instance][vertex] = number >= begin && number < end;
-        });
-        if (Result<Done> shaded = shade(&wanted); !shaded) return shaded;
-        visit_in_order(scene, orders, [&](std::size_t number, std::size_t instance, std::uint32_t vertex) {
-            if (wanted[instance][vertex] != 0) in_order[number] = radiance[instance][vertex];
-        });
-        return Done{};
+    radiance.resize(scene.instances.size());
+    const auto make_room = [&](std::size_t instance) {
+        const std::size_t vertices = scene.entities[scene.instances[instance].entity].mesh->positions.size();
+        if (radiance[instance].size() != vertices) radiance[instance].assign(vertices, Rgb(0.0f));
     };
-    if (Result<Done> shared = share_points(in_order, shade_range); !shared) return shared;
-    visit_in_order(scene, orders, [&](std::size_t number, std::size_t instance, std::uint32_t vertex) {
-        radiance[instance][vertex] = in_order[number];
-    });
-    return Done{};
+    if (!process_sharing()) {
+        for (std::size_t i = 0; i < radiance.size(); ++i) make_room(i);
+        return shade(nullptr);
+    }
+    const VertexNumbers numbers(scene, orders);
+    return process_sharing()(
+        {numbers.count(),
+         [&](std::size_t begin, std::size_t end) -> Result<std::vector<Rgb>> {
+             VertexMask wanted(scene.instances.size());
+             numbers.visit(begin, end, [&](std::size_t instance, std::span<const std::uint32_t> vertices) {
+                 make_room(instance);
+                 wanted[instance].resize(radiance[instance].size(), 0);
+                 for (const std::uint32_t vertex : vertices) wanted[instance][vertex] = 1;
+             });
+             if (Result<Done> shaded = shade(&wanted); !shaded) return shaded.error();
+             std::vector<Rgb> made;
+             made.reserve(end - begin);
+             numbers.visit(begin, end, [&](std::size_t instance, std::span<const std::uint32_t> vertices) {
+                 for (const std::uint32_t vertex : vertices) made.push_back(radiance[instance][vertex]);
+             });
+             return made;
+         },
+         [&](std::size_t begin, std::span<const Rgb> values) {
+             numbers.visit(begin, begin + values.size(),
+                           [&](std::size_t instance, std::span<const std::uint32_t> vertices) {
+                               make_room(instance);
+                               for (const std::uint32_t vertex : vertices) {
+                                   radiance[instance][vertex] = values.front();
+                                   values = values.subspan(1);
+                               }
+                           });
+         }});
+}
+
+bool is_wanted(const VertexMask* wanted, std::size_t instance, std::span<const std::uint32_t> vertices) {
+    if (!wanted) return true;
+    const std::vector<std::uint8_t>& mask = (*wanted)[instance];
+    return !mask.empty() &&
+           std::ranges::any_of(vertices, [&mask](std::uint32_t vertex) { return mask[vertex] != 0; });
 }
 
 }  // namespace haarfield

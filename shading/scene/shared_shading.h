@@ -8,12 +8,17 @@
 
 namespace haarfield {
 
-/// Shades the points from number `begin` up to, but not at, `end`, and maybe some of their neighbours.
-using ShadeRange = std::function<Result<Done>(std::size_t begin, std::size_t end)>;
+/// A loop over points, of which a process may shade some, and have others from elsewhere.
+struct SharedLoop {
+    std::size_t points = 0;
+    /// Shades the points from number `begin` up to, but not at, `end`: their radiance.
+    std::function<Result<std::vector<Rgb>>(std::size_t begin, std::size_t end)> shaded;
+    /// Takes the radiance of points from number `begin` on.
+    std::function<void(std::size_t begin, std::span<const Rgb> radiance)> take;
+};
 
-/// Decides what of a loop is shaded: calls `shade` for it, and may take the radiance of these points, or give
-/// others theirs. Those of which it does neither stay as they are.
-using PointSharing = std::function<Result<Done>(std::span<Rgb> radiance, const ShadeRange& shade)>;
+/// Decides what of a loop is shaded, and what is taken. Points of which it does neither have no radiance.
+using PointSharing = std::function<Result<Done>(const SharedLoop& loop)>;
 
 /// While it lives, the loops over points with scene_radiance, point_radiance and dense_scene_radiance go
 /// through a sharing, in the order in which they are made. It is the process's, as a process has one share:
@@ -32,17 +37,24 @@ public:
 bool has_share_alone();
 
 /// A loop over points: by the sharing, if there is one; otherwise all are shaded.
-Result<Done> share_points(std::span<Rgb> radiance, const ShadeRange& shade);
+///
+/// shade  shades the points from number `begin` up to, but not at, `end`, and maybe some of their neighbours.
+Result<Done> share_points(std::span<Rgb> radiance,
+                          const std::function<Result<Done>(std::size_t begin, std::size_t end)>& shade);
 
 /// Likewise over a scene's vertices.
 ///
 /// orders    of each entity's vertices, as visit_vertices has them: they are numbered so, instance by
 ///           instance.
-/// radiance  by instance and vertex.
+/// radiance  by instance and vertex. Instances without values get room for them, black, before they are
+///           shaded; where there is a share alone, others stay without.
 /// shade     shades those of the mask, by instance and vertex, and maybe some of their neighbours; all, if
-///           it is null.
+///           it is null. Where nothing is wanted of an instance, the mask has no values.
 Result<Done> share_vertices(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders,
                             SceneRadiance& radiance,
                             const std::function<Result<Done>(const VertexMask* wanted)>& shade);
+
+/// Whether a mask wants any of these vertices of an instance; a null pointer wants all.
+bool is_wanted(const VertexMask* wanted, std::size_t instance, std::span<const std::uint32_t> vertices);
 
 }  // namespace haarfield

@@ -77,23 +77,28 @@ Result<ReferencePicture> rendered_strip(const ReferenceFiles& scene, const Povra
 }  // namespace
 
 PointSharing point_sharing(TaskShare& share) {
-    return [&share, loop = std::make_shared<int>(0)](std::span<Rgb> radiance,
-                                                     const ShadeRange& shade) -> Result<Done> {
-        const std::string name = fmt::format("points of loop {}", (*loop)++);
+    return [&share, number = std::make_shared<int>(0)](const SharedLoop& loop) -> Result<Done> {
+        const std::string name = fmt::format("points of loop {}", (*number)++);
         if (!share.joins) {
-            const auto [begin, end] = share.range(radiance.size());
-            if (begin < end)
-                if (Result<Done> shaded = shade(begin, end); !shaded) return shaded;
-            share.made.push_back({name, bytes_of<Rgb>(radiance.subspan(begin, end - begin))});
+            const auto [begin, end] = share.range(loop.points);
+            std::vector<Rgb> radiance;
+            if (begin < end) {
+                Result<std::vector<Rgb>> shaded = loop.shaded(begin, end);
+                if (!shaded) return shaded.error();
+                radiance = *std::move(shaded);
+            }
+            share.made.push_back({name, bytes_of<Rgb>(radiance)});
             return Done{};
         }
         TaskShare other;
         other.parts = share.parts;
         for (std::size_t part = 0; part < share.parts; ++part) {
             other.part = part;
-            const auto [begin, end] = other.range(radiance.size());
-            if (!take_values(share.joined[part], name, radiance.subspan(begin, end - begin)))
-                return wrong_part(part, name);
+            const auto [begin, end] = other.range(loop.points);
+            if (begin == end) continue;
+            std::vector<Rgb> radiance(end - begin);
+            if (!take_values<Rgb>(share.joined[part], name, radiance)) return wrong_part(part, name);
+            loop.take(begin, radiance);
         }
         return Done{};
     };
