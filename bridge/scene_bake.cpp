@@ -252,6 +252,7 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
     if (is_fine) {
         if (const Result<Done> done = shade_fine(shading, options, indirect, progress, baked); !done)
             return done.error();
+        if (settings.bounces.most > 0 && has_share_alone()) return baked;
     } else if (settings.bounces.most > 0) {
         Result<IndirectLight> found = scene_indirect_light(shading, progress);
         if (!found) return found.error();

@@ -72,6 +72,32 @@ TEST_F(FarmTest, SixtyFourTasksMakeWhatOneDoes) {
     expect_same_files("plan/fields", "whole_fields");
 }
 
+TEST_F(FarmTest, BouncesAreOneTaskAfterDirectLight) {
+    write_scene();
+    const std::string options =
+        "--face-size 16 --antialiasing 0 --pass own-shadow,indirect,diffuse --format ply,glb";
+    Words bake{"bake", "room.toml", "-o", "whole", "--fields", "whole_fields"};
+    std::istringstream stream(options);
+    for (std::string word; stream >> word;) bake.push_back(word);
+    expect_done(bake);
+    for (const int tasks : {1, 2, 7}) {
+        const std::string plan = fmt::format("plan_{}", tasks);
+        expect_done({"plan", "room.toml", "-o", plan, "--fields", "whole_fields", "--bake-options", options,
+                     "--tasks", std::to_string(tasks)});
+        const std::size_t count = task_count(plan), first = 2 * std::size_t(tasks);
+        ASSERT_EQ(count, first + std::size_t(tasks == 1 ? 1 : tasks + 1));
+        // With seven tasks the bounces come first, and find one of the parts.
+        std::vector<std::size_t> order = shuffled_tasks(count, static_cast<std::uint32_t>(tasks));
+        if (tasks == 7) {
+            order = {first + 3, count - 1};
+            for (std::size_t task = 0; task < count; ++task) order.push_back(task);
+        }
+        for (const std::size_t task : order) ASSERT_EQ(work(plan, task).code, 0) << plan << ", " << task;
+        expect_done({"join", plan});
+        expect_same_files(plan + "/results/room", "whole");
+    }
+}
+
 TEST_F(FarmTest, WhatCanNotBeDividedIsOneTask) {
     write_scene();
     expect_done({"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16",

@@ -19,14 +19,17 @@ FarmPlan example_plan() {
     plan.folder = "/rooms";
     plan.task_seconds = 300;
     const auto add = [&](std::vector<std::string> arguments, Division division, std::size_t parts) {
-        plan.jobs.push_back({std::move(arguments), division, {{"room.toml", "00ff"}}, 0, parts, 2.5});
+        plan.jobs.push_back({std::move(arguments), division, {{"room.toml", "00ff"}}, 0, 0, parts, 2.5});
     };
     add({"precompute", "room.toml", "-o", "out"}, Division::samples, 3);
     add({"reference", "room.toml", "-o", "out"}, Division::strips, 4);
     add({"bake", "room.toml", "-o", "out", "--bounces", "0"}, Division::shading, 2);
     add({"bake", "room.toml", "-o", "out"}, Division::undivided, 1);
     add({"relight", "room.toml", "-o", "out"}, Division::frames, 5);
-    plan.stages = {0, 7, 15};
+    add({"bake", "room.toml", "-o", "other"}, Division::direct, 2);
+    add({"bake", "room.toml", "-o", "other"}, Division::bounces, 1);
+    plan.jobs.back().direct = 5;
+    plan.stages = {0, 7, 17, 18};
     return plan;
 }
 
@@ -52,14 +55,15 @@ TEST(FarmPlan, IsReadAsItWasWritten) {
 TEST(FarmPlan, ValuesOfAnotherKindOrBeyondTheirRangeAreRefused) {
     using Json = nlohmann::ordered_json;
     const Json wrong = Json::parse(R"([
-        ["/format", 2, "has format 2"], ["/format", "1", "has format string"], ["/format", 1e300, "has format"],
+        ["/format", 1, "has format 1"], ["/format", "2", "has format string"], ["/format", 1e300, "has format"],
         ["/version", "0.0.0", "is a plan of haarfield 0.0.0"], ["/version", null, "version is null"],
         ["/id", 5, "id is 5"], ["/folder", "/a\u0000b", "a text without zeros"], ["/threads", 0, "threads is 0"],
         ["/threads", 1e300, "threads is 1e+300"], ["/threads", -1, "threads is -1"],
         ["/task_seconds", -1, "task_seconds is -1"], ["/task_seconds", null, "task_seconds is null"],
-        ["/stages", [0, 7], "2 stages"], ["/stages", [0, 16, 15], "stages is 16"],
-        ["/stages", [1, 7, 15], "stages is 1"], ["/stages", [0, 7, 14], "stages is 14"],
-        ["/stages", [0, 7, 1e300], "stages is 1e+300"], ["/stages", 15, "stages is 15"],
+        ["/stages", [0, 7, 17], "3 stages"], ["/stages", [0, 19, 19, 18], "stages is 19"],
+        ["/stages", [1, 7, 17, 18], "stages is 1"], ["/stages", [0, 7, 17, 17], "stages is 17"],
+        ["/stages", [0, 7, 6, 18], "stages is 6"],
+        ["/stages", [0, 7, 17, 1e300], "stages is 1e+300"], ["/stages", 15, "stages is 15"],
         ["/jobs", {"a": 1}, "jobs is object"], ["/jobs", [], "stages is 7"],
         ["/jobs/0/parts", 0, "parts is 0"], ["/jobs/0/parts", 3.5, "parts is 3.5"],
         ["/jobs/0/parts", 18446744073709551615, "parts is 18446744073709551615"],
@@ -68,6 +72,11 @@ TEST(FarmPlan, ValuesOfAnotherKindOrBeyondTheirRangeAreRefused) {
         ["/jobs/0/part_seconds", 1e300, "part_seconds is 1e+300"], ["/jobs/0/instance", -1, "instance is -1"],
         ["/jobs/0/division", "strips", "a precompute is divided otherwise"],
         ["/jobs/3/division", "shading", "a bake is divided otherwise"],
+        ["/jobs/2/division", "bounces", "a bake is divided otherwise"],
+        ["/jobs/3/division", "halves", "a bake is divided otherwise"],
+        ["/jobs/6/direct", 6, "direct is 6"], ["/jobs/6/direct", 3, "direct is 3"],
+        ["/jobs/6/arguments/3", "elsewhere", "direct is 5"], ["/jobs/6/direct", 1e300, "direct is 1e+300"],
+        ["/jobs/3/division", "bounces", "direct is 0"], ["/jobs/6/parts", 2, "parts is 2"],
         ["/jobs/0/arguments", [], "of a command that no plan has"],
         ["/jobs/0/arguments/0", "library", "of a command that no plan has"],
         ["/jobs/0/arguments/1", ["a"], "arguments is array"], ["/jobs/0/inputs", "room.toml", "inputs is string"],
@@ -85,7 +94,7 @@ TEST(FarmPlan, ValuesOfAnotherKindOrBeyondTheirRangeAreRefused) {
 TEST(FarmPlan, WithoutAKeyOrCutShortIsRefused) {
     const std::vector<std::string> keys{"format",  "version",      "id",     "folder", "instructions",
                                         "threads", "task_seconds", "stages", "jobs"},
-        of_jobs{"arguments", "division", "inputs", "instance", "parts", "part_seconds"};
+        of_jobs{"arguments", "division", "inputs", "instance", "direct", "parts", "part_seconds"};
     for (const std::string& key : keys)
         EXPECT_FALSE(bool(changed_plan([&](auto& json) { json.erase(key); }))) << key;
     for (const std::string& key : of_jobs)

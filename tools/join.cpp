@@ -43,15 +43,9 @@ Result<ExitCode> run(const JoinOptions& options, CommandContext& context) {
     for (std::size_t job = 0; job < plan->jobs.size(); ++job) {
         if (context.progress.stop.stop_requested()) return Error{"", interrupted};
         if (const Result<Done> same = check_inputs(plan->jobs[job]); !same) return same.error();
-        std::vector<std::vector<Section>> parts;
-        for (std::size_t part = 0; part < plan->jobs[job].parts; ++part) {
-            Result<TaskPart> read = read_part(options.plan, *plan, plan->first_task(job) + part);
-            if (!read) return read.error();
-            parts.push_back(std::move(read->sections));
-        }
         CommandContext inner = context;
         inner.quiet = context.quiet || plan->jobs[job].division == Division::samples;
-        if (const Result<Done> joined = join_job(*plan, job, std::move(parts), inner); !joined)
+        if (const Result<Done> joined = join_job(*plan, job, options.plan, inner); !joined)
             return joined.error();
         context.report["warnings"] = inner.report["warnings"];
     }

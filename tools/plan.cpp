@@ -146,16 +146,16 @@ std::vector<std::string> files_in(const std::vector<std::string>& arguments) {
     return files;
 }
 
-/// The job of a command, and how it can be divided.
-Result<PlanJob> command_job(const PlannedScene& planned, std::vector<std::string> arguments,
-                            const PlanOptions& options, int threads, InputHashes& hashes) {
+/// The job of a command, and how it can be divided; after direct light, that of the bounces.
+Result<std::vector<PlanJob>> command_jobs(const PlannedScene& planned, std::vector<std::string> arguments,
+                                          const PlanOptions& options, int threads, InputHashes& hashes) {
     PlanJob job;
     const std::string command = arguments.front();
     if (Result<Done> good = check_arguments(arguments); !good)
         return Error{"--" + command + "-options", good.error().what};
     std::size_t most = 1;
     job.division = *possible_division(arguments);
-    if (job.division == Division::shading) most = 100000;
+    if (job.division == Division::shading || job.division == Division::direct) most = 100000;
     if (job.division == Division::strips) most = most_reference_parts(planned.scene.camera.height);
     if (job.division == Division::frames) {
         const double first = option_number(arguments, "--first-frame", 1),
@@ -164,6 +164,7 @@ Result<PlanJob> command_job(const PlannedScene& planned, std::vector<std::string
         most = static_cast<std::size_t>(std::max(1.0, last - first + 1));
     }
     divide(command_cost(planned.scene, arguments), most, options, threads, job);
+    if (job.division == Division::direct && job.parts == 1) job.division = Division::undivided;
     if (job.division == Division::strips && job.parts % 2 == 1) ++job.parts;  // two sets of lights
     job.inputs = planned.inputs;
     for (const std::string& file : files_in(arguments)) {
@@ -172,7 +173,12 @@ Result<PlanJob> command_job(const PlannedScene& planned, std::vector<std::string
         job.inputs.push_back(*std::move(input));
     }
     job.arguments = std::move(arguments);
-    return job;
+    std::vector<PlanJob> jobs{job};
+    if (job.division != Division::direct) return jobs;
+    job.division = Division::bounces;
+    divide(bounces_cost(planned.scene), 1, options, threads, job);
+    jobs.push_back(std::move(job));
+    return jobs;
 }
 
 std::string new_id() {
@@ -197,7 +203,7 @@ Result<FarmPlan> made_plan(const PlanOptions& options, CommandContext& context) 
         options.fields.empty() ? absolute(options.folder + "/fields") : absolute(options.fields);
     InputHashes hashes;
     std::set<std::string> known_fields, stems;
-    std::vector<PlanJob> jobs;  // of the second stage
+    std::vector<PlanJob> jobs, last_jobs;  // of the second and the third stage
     for (const std::string& file : options.scenes) {
         const Result<PlannedScene> planned = opened(file, hashes);
         if (!planned) return planned.error();
@@ -220,9 +226,11 @@ Result<FarmPlan> made_plan(const PlanOptions& options, CommandContext& context) 
                     !added)
                     return added.error();
             if (is_fields) continue;
-            Result<PlanJob> job = command_job(*planned, std::move(arguments), options, plan.threads, hashes);
-            if (!job) return job.error();
-            jobs.push_back(*std::move(job));
+            Result<std::vector<PlanJob>> made =
+                command_jobs(*planned, std::move(arguments), options, plan.threads, hashes);
+            if (!made) return made.error();
+            jobs.push_back(std::move(made->front()));
+            if (made->size() > 1) last_jobs.push_back(std::move(made->back()));
         }
     }
     // References want no fields: they begin at once.
@@ -232,6 +240,14 @@ Result<FarmPlan> made_plan(const PlanOptions& options, CommandContext& context) 
     plan.stages[1] = plan.first_task(plan.jobs.size());
     std::move(second.begin(), second.end(), std::back_inserter(plan.jobs));
     plan.stages[2] = plan.first_task(plan.jobs.size());
+    // In the same order as the direct light that they follow.
+    std::size_t direct = 0;
+    for (PlanJob& job : last_jobs) {
+        while (plan.jobs[direct].division != Division::direct) ++direct;
+        job.direct = direct++;
+        plan.jobs.push_back(std::move(job));
+    }
+    plan.stages[3] = plan.first_task(plan.jobs.size());
     return plan;
 }
 

@@ -79,6 +79,7 @@ Result<SceneRadiance> bounced_radiance(const PointShading& direct, std::optional
     Result<RadianceParts> parts = radiance_parts(direct, progress);
     if (!parts) return parts.error();
     if (has_share_alone()) return std::move(parts->full);
+    end_sharing();  // light that bounces comes from everywhere
     Result<IndirectLight> found = scene_indirect_light(direct, parts->diffuse, progress);
     if (!found) return found.error();
     indirect = std::move(*found);

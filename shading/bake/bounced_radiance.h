@@ -38,7 +38,7 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Pro
 ///
 /// direct    as above.
 /// indirect  becomes the scene's; nothing if there are no bounces, or the process has only a share of the
-///           shading (has_share_alone).
+///           shading (has_share_alone). Else a sharing ends with the direct light.
 Result<SceneRadiance> bounced_radiance(const PointShading& direct, std::optional<IndirectLight>& indirect,
                                        const Progress& progress = {});
 

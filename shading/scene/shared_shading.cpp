@@ -54,6 +54,11 @@ SharedShading::SharedShading(PointSharing sharing, bool has_all) {
     process_has_all() = has_all;
 }
 
+void end_sharing() {
+    assert(!has_share_alone());
+    process_sharing() = {};
+}
+
 bool has_share_alone() {
     return process_sharing() && !process_has_all();
 }

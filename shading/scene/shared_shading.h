@@ -33,6 +33,9 @@ public:
     ~SharedShading();
 };
 
+/// Ends it: the loops that follow are made as wholes, by a process that has all points of those before.
+void end_sharing();
+
 /// Whether only a share of the points has radiance, so that nothing that follows from all of it is of use.
 bool has_share_alone();
 

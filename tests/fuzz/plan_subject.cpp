@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "tests/fixtures/test_folder.h"
@@ -48,9 +49,13 @@ std::string plan_defect(const FarmPlan& plan) {
     std::size_t tasks = 0;
     for (std::size_t number = 0; number < plan.jobs.size(); ++number) {
         const PlanJob& job = plan.jobs[number];
-        if (job.arguments.empty() || job.division != possible_division(job.arguments))
+        if (job.arguments.empty() || !can_have(job.arguments, job.division))
             return "a job that is not divided as its command";
-        if (job.parts < 1 || (job.division == Division::undivided && job.parts != 1) ||
+        const bool is_one = job.division == Division::undivided || job.division == Division::bounces;
+        if (job.division == Division::bounces &&
+            (job.direct >= number || plan.jobs[job.direct].division != Division::direct))
+            return "bounces of no direct light";
+        if (job.parts < 1 || (is_one && job.parts != 1) ||
             (job.division == Division::strips && job.parts % 2 != 0))
             return "a job in a wrong number of parts";
         if (plan.first_task(number) != tasks) return "a job that begins at another task";
@@ -60,7 +65,7 @@ std::string plan_defect(const FarmPlan& plan) {
         tasks += job.parts;
     }
     if (tasks < 1 || tasks > most_plan_tasks || plan.task_count() != tasks || plan.stages[0] != 0 ||
-        plan.stages[1] > plan.stages[2])
+        !std::ranges::is_sorted(plan.stages))
         return "stages of other tasks than its jobs have";
     return plan.threads >= 1 && plan.threads <= 1024 ? "" : "a wrong number of threads";
 }
@@ -68,9 +73,10 @@ std::string plan_defect(const FarmPlan& plan) {
 class DamagedPlans : public Subject {
 public:
     DamagedPlans()
-        : plans_{planned({"--want", "fields,bake,reference,relight", "--bake-options", "--bounces 0",
-                          "--tasks", "4", "--relight-options", "--spin-light --frames 9"}),
-                 planned({"--want", "bake,reference", "--reference-options", "--radiosity"})} {}
+        : plans_{
+              planned({"--want", "fields,bake,reference,relight", "--bake-options", "--bounces 0", "--tasks",
+                       "4", "--relight-options", "--spin-light --frames 9"}),
+              planned({"--want", "bake,reference", "--tasks", "3", "--reference-options", "--radiosity"})} {}
     std::string file_name() const override { return "plan.json"; }
     std::string input(FuzzRandom& random) override {
         std::string text = plans_[random_index(random, plans_.size())];

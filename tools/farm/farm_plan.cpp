@@ -14,16 +14,20 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int format = 1;
-constexpr std::array division_names{"samples", "shading", "strips", "frames", "undivided"};
+constexpr int format = 2;
+constexpr std::array division_names{"samples", "shading", "strips",   "frames",
+                                    "direct",  "bounces", "undivided"};
 
 ordered_json job_json(const PlanJob& job) {
     ordered_json inputs = ordered_json::array();
     for (const PlanInput& input : job.inputs) inputs.push_back({{"file", input.file}, {"hash", input.hash}});
-    return {
-        {"arguments", job.arguments}, {"division", division_names[static_cast<std::size_t>(job.division)]},
-        {"inputs", inputs},           {"instance", job.instance},
-        {"parts", job.parts},         {"part_seconds", job.part_seconds}};
+    return {{"arguments", job.arguments},
+            {"division", division_names[static_cast<std::size_t>(job.division)]},
+            {"inputs", inputs},
+            {"instance", job.instance},
+            {"direct", job.direct},
+            {"parts", job.parts},
+            {"part_seconds", job.part_seconds}};
 }
 
 [[noreturn]] void refuse(const std::string& key, const ordered_json& found, const std::string& wanted) {
@@ -69,16 +73,18 @@ PlanJob json_job(const ordered_json& json) {
         job.arguments.push_back(text(argument, "arguments"));
     const std::optional<Division> division = possible_division(job.arguments);
     if (!division) throw std::runtime_error("a job is of a command that no plan has");
-    job.division = *division;
-    if (const char* name = division_names[static_cast<std::size_t>(*division)];
-        text_at(json, "division") != name)
-        throw std::runtime_error(fmt::format("a {} is divided otherwise than into {}", job.command(), name));
+    const auto name = std::ranges::find(division_names, text_at(json, "division"));
+    job.division = static_cast<Division>(name - division_names.begin());
+    if (name == division_names.end() || !can_have(job.arguments, job.division))
+        throw std::runtime_error(fmt::format("a {} is divided otherwise than into {}", job.command(),
+                                             division_names[static_cast<std::size_t>(*division)]));
     for (const ordered_json& input : list(json, "inputs"))
         job.inputs.push_back({text_at(input, "file"), text_at(input, "hash")});
     job.instance = whole_number(json.at("instance"), "instance", 0, 0xffffffff);
-    job.parts =
-        whole_number(json.at("parts"), "parts", 1, *division == Division::undivided ? 1 : most_plan_tasks);
-    if (*division == Division::strips && job.parts % 2 != 0)
+    job.direct = whole_number(json.at("direct"), "direct", 0, most_plan_tasks);
+    const bool is_one = job.division == Division::undivided || job.division == Division::bounces;
+    job.parts = whole_number(json.at("parts"), "parts", 1, is_one ? 1 : most_plan_tasks);
+    if (job.division == Division::strips && job.parts % 2 != 0)
         refuse("parts", json.at("parts"), "an even number of strips: there are two sets of lights");
     job.part_seconds = seconds(json, "part_seconds");
     return job;
@@ -94,7 +100,13 @@ FarmPlan json_plan(const ordered_json& json) {
     plan.task_seconds = seconds(json, "task_seconds");
     std::size_t tasks = 0;
     for (const ordered_json& job : list(json, "jobs")) {
-        plan.jobs.push_back(json_job(job));
+        PlanJob read = json_job(job);
+        if (read.division == Division::bounces &&
+            (read.direct >= plan.jobs.size() || plan.jobs[read.direct].division != Division::direct ||
+             plan.jobs[read.direct].arguments != read.arguments))
+            refuse("direct", job.at("direct"),
+                   "the job before it that has the direct light of the same bake");
+        plan.jobs.push_back(std::move(read));
         tasks += plan.jobs.back().parts;
         if (tasks > most_plan_tasks)
             throw std::runtime_error(fmt::format("it has more than {} tasks", most_plan_tasks));
@@ -104,7 +116,11 @@ FarmPlan json_plan(const ordered_json& json) {
         throw std::runtime_error(
             fmt::format("it has {} stages; wanted {}", stages.size(), plan.stages.size()));
     for (std::size_t i = 0; i < stages.size(); ++i)
-        plan.stages[i] = whole_number(stages[i], "stages", i == 2 ? tasks : 0, i == 0 ? 0 : tasks);
+        plan.stages[i] = whole_number(stages[i], "stages",
+                                      i + 1 == stages.size() ? tasks
+                                      : i > 0                ? plan.stages[i - 1]
+                                                             : 0,
+                                      i == 0 ? 0 : tasks);
     if (tasks == 0) throw std::runtime_error("it has no task");
     return plan;
 }
@@ -123,17 +139,26 @@ PlanTask FarmPlan::task(std::size_t number) const {
 std::optional<Division> possible_division(const std::vector<std::string>& arguments) {
     const std::string command = arguments.empty() ? "" : arguments.front();
     if (command == "precompute") return Division::samples;
-    // What bounces wants the direct light of the whole scene first.
-    if (command == "bake")
-        return !has_option(arguments, "--refine") && option_number(arguments, "--bounces", 1) == 0
-                   ? Division::shading
-                   : Division::undivided;
+    if (command == "bake") {
+        if (has_option(arguments, "--refine")) return Division::undivided;
+        if (option_number(arguments, "--bounces", 1) == 0) return Division::shading;
+        // Colours are fitted with what bounces, which wants the direct light of the whole scene first.
+        return has_value(arguments, "--colours", "fitted") || has_value(arguments, "--evaluator", "dense")
+                   ? Division::undivided
+                   : Division::direct;
+    }
     if (command == "reference")
         return !has_option(arguments, "--relative-error") && !has_option(arguments, "--radiosity")
                    ? Division::strips
                    : Division::undivided;
     if (command == "relight") return Division::frames;
     return std::nullopt;
+}
+
+bool can_have(const std::vector<std::string>& arguments, Division division) {
+    const std::optional<Division> possible = possible_division(arguments);
+    return possible == division || (possible == Division::direct &&
+                                    (division == Division::bounces || division == Division::undivided));
 }
 
 std::size_t FarmPlan::first_task(std::size_t job) const {

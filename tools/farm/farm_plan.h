@@ -26,14 +26,20 @@ namespace haarfield {
 /// How a job is divided.
 enum class Division {
     samples,   ///< A field, by its samples.
-    shading,   ///< A bake, by its points.
+    shading,   ///< A bake without bounces, by its points.
     strips,    ///< A reference, by its two sets of lights and strips of rows.
     frames,    ///< A relight, by its frames.
+    direct,    ///< The direct light of a bake with bounces, by its points.
+    bounces,   ///< All else of that bake: one task.
     undivided  ///< One task does all.
 };
 
-/// How a command line can be divided; none if plans do not have its command.
+/// How a command line can be divided; none if plans do not have its command. One whose direct light can be
+/// divided is a job of that and one of bounces; or it is undivided.
 std::optional<Division> possible_division(const std::vector<std::string>& arguments);
+
+/// Whether a command line can have a job so divided.
+bool can_have(const std::vector<std::string>& arguments, Division division);
 
 /// That a plan can have: `status` looks at each within some microseconds, and keeps some 100 bytes of it.
 inline constexpr std::size_t most_plan_tasks = 1000000;
@@ -49,7 +55,8 @@ struct PlanJob {
     Division division = Division::undivided;
     std::vector<PlanInput> inputs;
     std::size_t instance = 0;  ///< Of `samples`: one of the scene's, of whose shape the field is.
-    std::size_t parts = 1;     ///< 1 if undivided; of strips an even number.
+    std::size_t direct = 0;    ///< Of `bounces`: the number of the job before it that has the direct light.
+    std::size_t parts = 1;     ///< 1 if undivided and of bounces; of strips an even number.
     double part_seconds = 0;   ///< Estimated for one part, on the threads of a task. [s]
 
     const std::string& command() const { return arguments.front(); }  ///< `precompute`, `bake` ...
@@ -70,7 +77,7 @@ struct FarmPlan {
     std::vector<PlanJob> jobs;
     /// The first task of each stage, and their number: a stage wants what the one before has made, and makes
     /// it itself where it is missing. Tasks are numbered job by job, part by part.
-    std::array<std::size_t, 3> stages{};
+    std::array<std::size_t, 4> stages{};
 
     std::size_t task_count() const { return stages.back(); }
     PlanTask task(std::size_t number) const;

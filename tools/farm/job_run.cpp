@@ -134,17 +134,13 @@ Result<Done> add_field(const FieldJob& field, std::span<const SampleRun> known, 
 
 constexpr const char* in_library = "the library has the field";
 
-/// The runs of samples that parts have; none if one of them says that the library has the field.
-Result<std::vector<SampleRun>> sample_runs(const FieldJob& field,
-                                           const std::vector<std::vector<Section>>& parts) {
-    std::vector<SampleRun> runs;
-    for (const std::vector<Section>& part : parts) {
-        if (section_named(part, in_library)) continue;
-        Result<SampleRun> run = sections_samples(part, field.keys);
-        if (!run) return run.error();
-        runs.push_back(*std::move(run));
-    }
-    return runs;
+/// Appends a part's run of samples; those that say that the library has the field have none.
+Result<Done> add_run(const FieldJob& field, const std::vector<Section>& part, std::vector<SampleRun>& runs) {
+    if (section_named(part, in_library)) return Done{};
+    Result<SampleRun> run = sections_samples(part, field.keys);
+    if (!run) return run.error();
+    runs.push_back(*std::move(run));
+    return Done{};
 }
 
 Result<std::vector<Section>> done_samples(const FarmPlan& plan, const PlanTask& task,
@@ -156,29 +152,39 @@ Result<std::vector<Section>> done_samples(const FarmPlan& plan, const PlanTask& 
         return std::vector<Section>{{in_library, {}}};
     const SceneEntity& entity = field->entity();
     const std::uint64_t count = sample_count(entity.mesh, field->settings);
-    const Result<SampleRun> run =
+    Result<SampleRun> run =
         field_samples(entity.name, entity.mesh, *entity.occlusion, field->settings,
                       count * task.part / job.parts, count * (task.part + 1) / job.parts, context.progress);
     if (!run) return run.error();
     std::vector<Section> made = sample_sections(*run, field->keys);
     // Whoever makes the last part puts them together, so that what comes next finds the field.
-    std::vector<std::vector<Section>> parts;
+    const std::size_t first = plan.first_task(task.job);
+    std::error_code none;
+    for (std::size_t part = 0; part < job.parts; ++part)
+        if (part != task.part && !std::filesystem::exists(task_file(folder, first + part, "part"), none))
+            return made;
+    std::vector<SampleRun> runs;
     for (std::size_t part = 0; part < job.parts; ++part) {
         if (part == task.part) {
-            parts.push_back(made);
+            runs.push_back(*std::move(run));
             continue;
         }
-        const std::size_t number = plan.first_task(task.job) + part;
-        std::error_code none;
-        if (!std::filesystem::exists(task_file(folder, number, "part"), none)) return made;
-        Result<TaskPart> other = read_part(folder, plan, number);
-        if (!other) return made;
-        parts.push_back(std::move(other->sections));
+        // What is wrong is told when all is joined.
+        const Result<TaskPart> other = read_part(folder, plan, first + part);
+        if (!other || !add_run(*field, other->sections, runs)) return made;
     }
-    const Result<std::vector<SampleRun>> runs = sample_runs(*field, parts);
-    if (!runs) return made;  // what is wrong is told when all is joined
-    if (Result<Done> added = add_field(*field, *runs, context.progress); !added) return added.error();
+    if (Result<Done> added = add_field(*field, runs, context.progress); !added) return added.error();
     return made;
+}
+
+/// The parts of a job; nothing of those that are not there, or not good.
+std::vector<std::vector<Section>> good_parts(const FarmPlan& plan, std::size_t job,
+                                             const std::filesystem::path& folder) {
+    std::vector<std::vector<Section>> parts(plan.jobs[job].parts);
+    for (std::size_t part = 0; part < parts.size(); ++part)
+        if (Result<TaskPart> read = read_part(folder, plan, plan.first_task(job) + part))
+            parts[part] = std::move(read->sections);
+    return parts;
 }
 
 }  // namespace
@@ -217,6 +223,11 @@ Result<std::vector<Section>> done_task(const FarmPlan& plan, const PlanTask& tas
     TaskShare share;
     share.part = task.part;
     share.parts = job.parts;
+    if (job.division == Division::bounces) {
+        share.joins = true;
+        share.joined = good_parts(plan, job.direct, folder);
+        share.parts = share.joined.size();
+    }
     // Nothing of a task that is killed stays among the results.
     const ScratchFolder scratch(folder);
     const std::filesystem::path output = scratch.path() / "results";
@@ -224,33 +235,48 @@ Result<std::vector<Section>> done_task(const FarmPlan& plan, const PlanTask& tas
     TaskShare* const divided = job.division == Division::undivided ? nullptr : &share;
     if (Result<Done> done = run_job(with_output(job.arguments, output.string()), divided, context); !done)
         return done.error();
-    if (job.division == Division::shading || job.division == Division::strips) return std::move(share.made);
+    if (job.division == Division::shading || job.division == Division::direct ||
+        job.division == Division::strips)
+        return std::move(share.made);
     return file_sections(output);
 }
 
-Result<Done> join_job(const FarmPlan& plan, std::size_t number, std::vector<std::vector<Section>> parts,
+Result<Done> join_job(const FarmPlan& plan, std::size_t number, const std::filesystem::path& folder,
                       CommandContext& context) {
     const PlanJob& job = plan.jobs[number];
+    if (job.division == Division::direct) return Done{};  // the job of its bounces has all
+    const auto part_of = [&](std::size_t part) {
+        return read_part(folder, plan, plan.first_task(number) + part);
+    };
     if (job.division == Division::samples) {
         const Result<FieldJob> field = opened_field_job(job, context.progress);
         if (!field) return field.error();
-        const Result<std::vector<SampleRun>> runs = sample_runs(*field, parts);
-        if (!runs) return runs.error();
-        return add_field(*field, *runs, context.progress);
+        // Whoever made the last part has put it there.
+        if (has_library_field(field->library, field->keys, field->unsealed)) return Done{};
+        std::vector<SampleRun> runs;
+        for (std::size_t part = 0; part < job.parts; ++part) {
+            const Result<TaskPart> read = part_of(part);
+            if (!read) return read.error();
+            if (Result<Done> added = add_run(*field, read->sections, runs); !added) return added;
+        }
+        return add_field(*field, runs, context.progress);
     }
+    const bool is_done = job.division == Division::undivided || job.division == Division::bounces,
+               has_files = is_done || job.division == Division::frames;
+    const Result<JobOptions> options = job_options(job.arguments);
+    if (!options) return options.error();
     TaskShare share;
     share.parts = job.parts;
     share.joins = true;
-    if (job.division == Division::frames || job.division == Division::undivided) {
-        const Result<JobOptions> options = job_options(job.arguments);
-        if (!options) return options.error();
-        for (const std::vector<Section>& part : parts)
-            if (Result<Done> written = write_file_sections(part, options->output); !written) return written;
-        if (job.division == Division::undivided) return Done{};
-    } else {
-        share.joined = std::move(parts);
+    for (std::size_t part = 0; part < job.parts; ++part) {
+        Result<TaskPart> read = part_of(part);
+        if (!read) return read.error();
+        if (!has_files)
+            share.joined.push_back(std::move(read->sections));
+        else if (Result<Done> written = write_file_sections(read->sections, options->output); !written)
+            return written;
     }
-    return run_job(job.arguments, &share, context);
+    return is_done ? Done{} : run_job(job.arguments, &share, context);
 }
 
 }  // namespace haarfield

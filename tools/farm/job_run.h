@@ -33,6 +33,8 @@ Result<Done> enter_plan(const FarmPlan& plan);
 
 /// The result of a task.
 ///
+/// What a task wants of others and is not there yet, or not good, it makes itself.
+///
 /// folder  the plan's.
 /// errors  those of the command.
 Result<std::vector<Section>> done_task(const FarmPlan& plan, const PlanTask& task,
@@ -40,9 +42,9 @@ Result<std::vector<Section>> done_task(const FarmPlan& plan, const PlanTask& tas
 
 /// Puts together what the parts of a job have.
 ///
-/// parts   by their numbers; all of them are good.
-/// errors  those of the command.
-Result<Done> join_job(const FarmPlan& plan, std::size_t job, std::vector<std::vector<Section>> parts,
+/// folder  the plan's.
+/// errors  those of the command; a part that is not good.
+Result<Done> join_job(const FarmPlan& plan, std::size_t job, const std::filesystem::path& folder,
                       CommandContext& context);
 
 }  // namespace haarfield

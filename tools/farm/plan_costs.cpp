@@ -10,9 +10,10 @@ namespace haarfield {
 namespace {
 
 // Of one core of an AMD EPYC (Zen 4), rounded. [s]
-constexpr double a_sample = 40e-6, a_vertex = 40e-6, a_vertex_by_fields = 12e-6, a_dense_vertex = 2e-3,
-                 a_fitted_vertex = 150e-6, a_transfer_vertex = 15e-6, a_frame_vertex = 0.2e-6,
-                 a_frame_pixel = 0.3e-6, a_light_of_a_pixel = 0.15e-6, a_mesh_byte = 50e-9, at_least = 0.3;
+constexpr double a_sample = 40e-6, a_vertex = 40e-6, a_vertex_by_fields = 12e-6, a_bounced_vertex = 20e-6,
+                 a_dense_vertex = 2e-3, a_fitted_vertex = 150e-6, a_transfer_vertex = 15e-6,
+                 a_frame_vertex = 0.2e-6, a_frame_pixel = 0.3e-6, a_light_of_a_pixel = 0.15e-6,
+                 a_mesh_byte = 50e-9, at_least = 0.3;
 
 /// Vertices of an entity's fine mesh; those of a large file are more than are asked for.
 double vertices_of(const Entity& entity) {
@@ -61,6 +62,18 @@ bool has_option(const std::vector<std::string>& arguments, std::string_view name
     });
 }
 
+bool has_value(const std::vector<std::string>& arguments, std::string_view name, std::string_view value) {
+    const std::string whole = std::string(name) + "=" + std::string(value);
+    for (std::size_t i = 0; i < arguments.size(); ++i)
+        if (arguments[i] == whole || (i > 0 && arguments[i - 1] == name && arguments[i] == value))
+            return true;
+    return false;
+}
+
+JobCost bounces_cost(const Scene& scene) {
+    return {setup_of(scene), a_bounced_vertex * all_vertices(scene)};
+}
+
 JobCost field_cost(const Scene& scene, std::size_t instance) {
     const Entity& entity = scene.entities[scene.instances[instance].entity];
     Scene alone;
@@ -75,19 +88,10 @@ JobCost command_cost(const Scene& scene, const std::vector<std::string>& argumen
     const double vertices = all_vertices(scene),
                  pixels = double(scene.camera.width) * double(scene.camera.height);
     if (command == "bake") {
-        const auto has_value = [&](std::string_view name, std::string_view value) {
-            return std::ranges::any_of(arguments,
-                                       [&](const std::string& argument) {
-                                           return argument == std::string(name) + "=" + std::string(value);
-                                       }) ||
-                   std::ranges::adjacent_find(arguments, [&](const std::string& a, const std::string& b) {
-                       return a == name && b == value;
-                   }) != arguments.end();
-        };
-        const double each = has_value("--evaluator", "dense")    ? a_dense_vertex
-                            : has_value("--colours", "fitted")   ? a_fitted_vertex
-                            : has_value("--occlusion", "fields") ? a_vertex_by_fields
-                                                                 : a_vertex;
+        const double each = has_value(arguments, "--evaluator", "dense")    ? a_dense_vertex
+                            : has_value(arguments, "--colours", "fitted")   ? a_fitted_vertex
+                            : has_value(arguments, "--occlusion", "fields") ? a_vertex_by_fields
+                                                                            : a_vertex;
         const double refined = option_number(arguments, "--vertex-budget", 60000);
         if (has_option(arguments, "--refine")) return {setup_of(scene), 3 * a_vertex * refined};
         return {setup_of(scene), each * vertices * (has_option(arguments, "--pass") ? 3 : 1)};

@@ -17,6 +17,12 @@ JobCost field_cost(const Scene& scene, std::size_t instance);
 /// Of a command with these arguments.
 JobCost command_cost(const Scene& scene, const std::vector<std::string>& arguments);
 
+/// Of what bounces in a bake, where its direct light is there.
+JobCost bounces_cost(const Scene& scene);
+
+/// Whether an option is there with this value.
+bool has_value(const std::vector<std::string>& arguments, std::string_view name, std::string_view value);
+
 /// The number after an option's name; `otherwise` if it is not there.
 double option_number(const std::vector<std::string>& arguments, std::string_view name, double otherwise);
 

@@ -97,7 +97,13 @@ PointSharing point_sharing(TaskShare& share) {
             const auto [begin, end] = other.range(loop.points);
             if (begin == end) continue;
             std::vector<Rgb> radiance(end - begin);
-            if (!take_values<Rgb>(share.joined[part], name, radiance)) return wrong_part(part, name);
+            if (share.joined[part].empty()) {
+                Result<std::vector<Rgb>> shaded = loop.shaded(begin, end);
+                if (!shaded) return shaded.error();
+                radiance = *std::move(shaded);
+            } else if (!take_values<Rgb>(share.joined[part], name, radiance)) {
+                return wrong_part(part, name);
+            }
             loop.take(begin, radiance);
         }
         return Done{};

@@ -16,7 +16,7 @@ struct TaskShare {
     std::size_t part = 0, parts = 1;
     bool joins = false;                        ///< All parts are there; else this one is to be made.
     std::vector<Section> made;                 ///< By this task.
-    std::vector<std::vector<Section>> joined;  ///< By part.
+    std::vector<std::vector<Section>> joined;  ///< By part; points of one without sections are shaded anew.
 
     /// This part's of so many items: from the first up to, but not at, the second.
     std::pair<std::size_t, std::size_t> range(std::size_t items) const {
