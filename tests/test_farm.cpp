@@ -291,6 +291,26 @@ TEST_F(FarmTest, GnuParallelRunsAPlanWithTwoJobs) {
     EXPECT_EQ(std::system(command.c_str()), 0) << "once more: " << text_of(folder / "log");
 }
 
+TEST_F(FarmTest, WhatEveryTaskDoesIsEstimatedToBeATenthOfItAtMost) {
+    write_scene("large", 3000000);
+    // Estimated, of the bake: its parts, and what all of them take. [s]
+    const auto bake = [&](const std::string& plan, const Words& division) {
+        Words words{"plan", "large.toml", "-o", plan, "--bake-options", "--bounces 0"};
+        words.insert(words.end(), division.begin(), division.end());
+        expect_done(words);
+        const auto json = nlohmann::json::parse(text_of(folder / (plan + "/plan.json")), nullptr, false);
+        const auto& job = json.at("jobs").back();
+        const double parts = job.at("parts");
+        return std::pair(parts, parts * job.at("part_seconds").get<double>());
+    };
+    const auto [one, whole] = bake("whole", {"--tasks", "1"});
+    const auto [many, sum] = bake("short", {"--task-seconds", "1"});
+    EXPECT_EQ(one, 1);
+    EXPECT_GT(many, 1);
+    EXPECT_LE(sum, 1.1 * whole);
+    EXPECT_GT(bake("asked", {"--tasks", "100"}).second, 2 * whole);
+}
+
 TEST_F(FarmTest, TenThousandInstancesArePlannedAndSimulated) {
     write_scene();
     std::string scene = text_of(folder / "room.toml");

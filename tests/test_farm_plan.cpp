@@ -107,6 +107,37 @@ TEST(FarmPlan, WithoutAKeyOrCutShortIsRefused) {
     }
 }
 
+TEST(FarmStatus, WhatIsNotDoneTakesWhatItsKindTookAndNodesShareIt) {
+    const FarmPlan plan = example_plan();
+    std::vector<TaskStatus> states(plan.task_count());
+    const auto finish = [&](std::size_t task, double seconds, double cpu_seconds) {
+        states[task].state = TaskState::done;
+        states[task].cost.seconds = seconds;
+        states[task].cost.cpu_seconds = cpu_seconds;
+    };
+    finish(0, 5, 4);    // samples: twice the estimate of 2.5 s
+    finish(13, 10, 2);  // frames: four times
+    std::vector<double> seconds = task_seconds(plan, states);
+    EXPECT_EQ(seconds[1], 5);
+    EXPECT_EQ(seconds[3], 2.5);
+    EXPECT_EQ(seconds[12], 10);
+    EXPECT_EQ(task_seconds(plan, states, TaskTime::processor)[1], 4);
+    EXPECT_EQ(task_seconds(plan, states, TaskTime::processor)[12], 2);
+
+    // By stage 7, 10 and 1 tasks, of which none waits for less than the longest.
+    seconds.assign(plan.task_count(), 2);
+    const std::vector<bool> all(plan.task_count(), true);
+    EXPECT_EQ(simulated_seconds(plan, seconds, all, 1, 0), 36);
+    EXPECT_EQ(simulated_seconds(plan, seconds, all, 2, 0), 2 * (4 + 5 + 1));
+    EXPECT_EQ(simulated_seconds(plan, seconds, all, 100, 0), 6);
+    EXPECT_EQ(simulated_seconds(plan, seconds, all, 100, 1), 9);
+    seconds[16] = 20;  // begins when a node is free
+    EXPECT_EQ(simulated_seconds(plan, seconds, all, 3, 0), 2 * 3 + (2 * 3 + 20) + 2);
+    std::vector<bool> left(plan.task_count(), false);
+    left[17] = true;
+    EXPECT_EQ(simulated_seconds(plan, seconds, left, 3, 0), 2);
+}
+
 // Sealed, but by another program: it tells less, and is no other task's.
 TEST(FarmPlan, HeadsOfResultsOfAnotherKindAreNoReasonToStop) {
     const TestFolder folder;

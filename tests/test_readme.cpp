@@ -151,6 +151,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--relative-error", {"reference"}},
         {"--listen", {"view"}},
         {"--task", {"work"}},
+        {"--tasks", {"plan"}},
         {"--instructions", {"plan"}},
         {"--povray-patience", {"bake", "reference"}},
         {"--pruning-error", {"relight"}}};

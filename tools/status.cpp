@@ -15,7 +15,7 @@ struct StatusOptions {
     bool json = false;
     std::vector<std::size_t> nodes;
     double overhead = 1;
-    bool from_start = false;
+    bool from_start = false, processor_time = false;
 };
 
 std::string time_text(double seconds) {
@@ -28,7 +28,8 @@ Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
     const Result<FarmPlan> plan = read_plan(options.plan);
     if (!plan) return plan.error();
     const std::vector<TaskStatus> states = task_states(options.plan, *plan);
-    const std::vector<double> seconds = task_seconds(*plan, states);
+    const std::vector<double> seconds =
+        task_seconds(*plan, states, options.processor_time ? TaskTime::processor : TaskTime::clock);
     const auto count = [&](TaskState state) { return std::ranges::count(states, state, &TaskStatus::state); };
     std::vector<bool> left;
     double left_seconds = 0, cpu_seconds = 0;
@@ -98,6 +99,8 @@ Command status_command(CLI::App& program) {
         ->capture_default_str()
         ->type_name("S");
     app->add_flag("--from-start", options->from_start, "Simulate all tasks, also those that are done");
+    app->add_flag("--processor-time", options->processor_time,
+                  "Take the processor's time for that of the clock, as on nodes that do nothing else");
     app->footer(
         "Times of tasks that are not done are estimates, corrected by those that are.\n"
         "Example:\n  haarfield status out/plan --nodes 10,100,1000");

@@ -49,7 +49,10 @@ std::vector<TaskStatus> task_states(const std::filesystem::path& folder, const F
     return states;
 }
 
-std::vector<double> task_seconds(const FarmPlan& plan, const std::vector<TaskStatus>& states) {
+std::vector<double> task_seconds(const FarmPlan& plan, const std::vector<TaskStatus>& states, TaskTime time) {
+    const auto took = [&](const TaskStatus& status) {
+        return time == TaskTime::clock ? status.cost.seconds : status.cost.cpu_seconds / plan.threads;
+    };
     constexpr std::size_t kinds = static_cast<std::size_t>(Division::undivided) + 1;
     std::array<double, kinds> estimated{}, taken{};
     std::vector<double> seconds;
@@ -60,14 +63,14 @@ std::vector<double> task_seconds(const FarmPlan& plan, const std::vector<TaskSta
             seconds.push_back(plan.jobs[j].part_seconds);
             if (status.state != TaskState::done) continue;
             estimated[kind] += seconds.back();
-            taken[kind] += status.cost.seconds;
+            taken[kind] += took(status);
         }
     std::size_t task = 0;
     for (const PlanJob& job : plan.jobs)
         for (std::size_t part = 0; part < job.parts; ++part, ++task) {
             const auto kind = static_cast<std::size_t>(job.division);
             if (states[task].state == TaskState::done)
-                seconds[task] = states[task].cost.seconds;
+                seconds[task] = took(states[task]);
             else if (estimated[kind] > 0)
                 seconds[task] *= taken[kind] / estimated[kind];
         }

@@ -20,9 +20,14 @@ struct TaskStatus {
 /// minute, is running; by this machine's clock.
 std::vector<TaskStatus> task_states(const std::filesystem::path& folder, const FarmPlan& plan);
 
+/// Which time a task took: that of the clock; or the processor's, shared by the plan's threads, as if its
+/// node had done nothing else.
+enum class TaskTime { clock, processor };
+
 /// Seconds of each task: what those took that are done; of others what was estimated, times how far off
 /// estimates of their kind of job were. [s]
-std::vector<double> task_seconds(const FarmPlan& plan, const std::vector<TaskStatus>& states);
+std::vector<double> task_seconds(const FarmPlan& plan, const std::vector<TaskStatus>& states,
+                                 TaskTime time = TaskTime::clock);
 
 /// When all would be done that is not: tasks of a stage are started in their order, each as soon as a node
 /// is free and the stage before is done. A node does one task at a time; each costs `overhead` more for the

@@ -13,7 +13,7 @@ namespace {
 constexpr double a_sample = 40e-6, a_vertex = 40e-6, a_vertex_by_fields = 12e-6, a_bounced_vertex = 20e-6,
                  a_dense_vertex = 2e-3, a_fitted_vertex = 150e-6, a_transfer_vertex = 15e-6,
                  a_frame_vertex = 0.2e-6, a_frame_pixel = 0.3e-6, a_light_of_a_pixel = 0.15e-6,
-                 a_mesh_byte = 50e-9, at_least = 0.3;
+                 a_mesh_byte = 50e-9, a_prepared_vertex = 4e-6, a_read_sample = 3e-6, at_least = 0.3;
 
 /// Vertices of an entity's fine mesh; those of a large file are more than are asked for.
 double vertices_of(const Entity& entity) {
@@ -23,22 +23,41 @@ double vertices_of(const Entity& entity) {
     return std::max(double(entity.fine_vertices), unknown ? 0.0 : double(bytes) / bytes_a_vertex);
 }
 
+/// Those of which there are instances.
+std::set<std::size_t> entities_of(const Scene& scene) {
+    std::set<std::size_t> entities;
+    for (const Instance& instance : scene.instances) entities.insert(instance.entity);
+    return entities;
+}
+
 double all_vertices(const Scene& scene) {
     double sum = 0;
     for (const Instance& instance : scene.instances) sum += vertices_of(scene.entities[instance.entity]);
     return sum;
 }
 
-/// Reading and preparing meshes, and what else comes before the work.
-double setup_of(const Scene& scene) {
-    std::set<std::size_t> entities;
-    for (const Instance& instance : scene.instances) entities.insert(instance.entity);
-    double setup = at_least;
-    for (const std::size_t entity : entities) {
+/// Samples of an entity's field.
+double samples_of(const Entity& entity) {
+    return vertices_of(entity) + entity.planar_samples + entity.spherical_samples;
+}
+
+/// Reading meshes, and what else any command does first.
+double reading_of(const Scene& scene) {
+    double reading = at_least;
+    for (const std::size_t entity : entities_of(scene)) {
         std::error_code unknown;
         const auto bytes = std::filesystem::file_size(scene.entities[entity].mesh, unknown);
-        if (!unknown) setup += a_mesh_byte * double(bytes);
+        if (!unknown) reading += a_mesh_byte * double(bytes);
     }
+    return reading;
+}
+
+/// What comes before a vertex is shaded: reading and preparing meshes and their fields.
+double setup_of(const Scene& scene) {
+    double setup = reading_of(scene);
+    for (const std::size_t entity : entities_of(scene))
+        setup += a_prepared_vertex * vertices_of(scene.entities[entity]) +
+                 a_read_sample * samples_of(scene.entities[entity]);
     return setup;
 }
 
@@ -79,8 +98,7 @@ JobCost field_cost(const Scene& scene, std::size_t instance) {
     Scene alone;
     alone.entities = {entity};
     alone.instances = {{"", 0, {}}};
-    return {setup_of(alone),
-            a_sample * (vertices_of(entity) + entity.planar_samples + entity.spherical_samples)};
+    return {reading_of(alone) + a_prepared_vertex * vertices_of(entity), a_sample * samples_of(entity)};
 }
 
 JobCost command_cost(const Scene& scene, const std::vector<std::string>& arguments) {
@@ -97,7 +115,7 @@ JobCost command_cost(const Scene& scene, const std::vector<std::string>& argumen
         return {setup_of(scene), each * vertices * (has_option(arguments, "--pass") ? 3 : 1)};
     }
     if (command == "reference")
-        return {setup_of(scene),
+        return {reading_of(scene),
                 a_light_of_a_pixel * pixels * std::max(64.0, option_number(arguments, "--lights", 1024))};
     if (command == "relight") {
         const double frames =
