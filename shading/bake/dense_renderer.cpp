@@ -107,14 +107,18 @@ Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const Rende
     const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
     SceneRadiance radiance;
     const auto shade = [&](const VertexMask* wanted) {
-        return visit_vertices(
-            scene, order_spans,
-            [&, wanted]() -> VertexVisitor {
-                return [&, wanted, shader = std::make_shared<DenseShader>(*dense)](std::size_t instance,
-                                                                                   std::uint32_t vertex) {
-                    if (!is_wanted(wanted, instance, {&vertex, 1})) return;
-                    radiance[instance][vertex] = shader->radiance(
-                        instance, surface_point(scene.entities[scene.instances[instance].entity], vertex));
+        return visit_wanted_runs(
+            scene, order_spans, wanted,
+            [&, wanted]() -> VertexRunVisitor {
+                return [&, wanted, shader = std::make_shared<DenseShader>(*dense)](
+                           std::size_t instance, std::span<const std::uint32_t> vertices) {
+                    const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
+                    for (const std::uint32_t vertex : vertices) {
+                        if (progress.stop.stop_requested()) return;
+                        if (!wanted || (*wanted)[instance][vertex] != 0)
+                            radiance[instance][vertex] =
+                                shader->radiance(instance, surface_point(entity, vertex));
+                    }
                 };
             },
             "shading", progress);

@@ -120,13 +120,12 @@ Result<Done> shade_vertices(const PointShading& shading, SceneRadiance& radiance
         if (diffuse) diffuse->resize(radiance.size());
         for (std::size_t i = 0; diffuse && i < radiance.size(); ++i)
             (*diffuse)[i].resize(radiance[i].size(), Rgb(0.0f));
-        return visit_vertex_runs(
-            scene, orders,
-            [&, wanted]() -> VertexRunVisitor {
-                return [&, wanted, shader = std::make_shared<PointShader>(shading, diffuse != nullptr)](
+        return visit_wanted_runs(
+            scene, orders, wanted,
+            [&]() -> VertexRunVisitor {
+                return [&, shader = std::make_shared<PointShader>(shading, diffuse != nullptr)](
                            std::size_t instance, std::span<const std::uint32_t> vertices) {
                     // Runs are shaded as wholes, so that it does not matter who shades them.
-                    if (!is_wanted(wanted, instance, vertices)) return;
                     for (const std::uint32_t vertex : vertices) {
                         if (progress.stop.stop_requested()) return;
                         shader->add(instance, vertex);

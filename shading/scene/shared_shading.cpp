@@ -125,11 +125,30 @@ Result<Done> share_vertices(const ShadedScene& scene, std::span<const std::span<
          }});
 }
 
-bool is_wanted(const VertexMask* wanted, std::size_t instance, std::span<const std::uint32_t> vertices) {
-    if (!wanted) return true;
-    const std::vector<std::uint8_t>& mask = (*wanted)[instance];
-    return !mask.empty() &&
-           std::ranges::any_of(vertices, [&mask](std::uint32_t vertex) { return mask[vertex] != 0; });
+Result<Done> visit_wanted_runs(const ShadedScene& scene,
+                               std::span<const std::span<const std::uint32_t>> orders,
+                               const VertexMask* wanted,
+                               const std::function<VertexRunVisitor()>& make_visitor, std::string_view stage,
+                               const Progress& progress) {
+    if (!wanted) return visit_vertex_runs(scene, orders, make_visitor, stage, progress);
+    ShadedScene some{scene.entities, {}, {}, scene.eye};
+    std::vector<std::size_t> numbers;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        if ((*wanted)[i].empty()) continue;
+        some.instances.push_back(scene.instances[i]);
+        numbers.push_back(i);
+    }
+    return visit_vertex_runs(
+        some, orders,
+        [&]() -> VertexRunVisitor {
+            return [&, visit = make_visitor()](std::size_t instance,
+                                               std::span<const std::uint32_t> vertices) {
+                const std::vector<std::uint8_t>& mask = (*wanted)[numbers[instance]];
+                if (std::ranges::any_of(vertices, [&](std::uint32_t vertex) { return mask[vertex] != 0; }))
+                    visit(numbers[instance], vertices);
+            };
+        },
+        stage, progress);
 }
 
 }  // namespace haarfield

@@ -57,7 +57,13 @@ Result<Done> share_vertices(const ShadedScene& scene, std::span<const std::span<
                             SceneRadiance& radiance,
                             const std::function<Result<Done>(const VertexMask* wanted)>& shade);
 
-/// Whether a mask wants any of these vertices of an instance; a null pointer wants all.
-bool is_wanted(const VertexMask* wanted, std::size_t instance, std::span<const std::uint32_t> vertices);
+/// visit_vertex_runs, of the runs of which a mask wants any vertex; of all, if it is null.
+///
+/// cost  that of instances of which something is wanted.
+Result<Done> visit_wanted_runs(const ShadedScene& scene,
+                               std::span<const std::span<const std::uint32_t>> orders,
+                               const VertexMask* wanted,
+                               const std::function<VertexRunVisitor()>& make_visitor, std::string_view stage,
+                               const Progress& progress);
 
 }  // namespace haarfield
