@@ -62,14 +62,15 @@ print(f"at {numpy.round(place, 2)} {100 * visibility.mean():.1f} % of the cubema
 
 figure = pyplot.figure(figsize=(12, 9), layout="constrained")
 axes = figure.subplots(2, 2)
-axes[0, 0].set_facecolor("0.85")
+for unfolded in axes[0]:
+    unfolded.set_facecolor("0.85")
+    unfolded.set(xticks=[], yticks=[])
 axes[0, 0].imshow(cross(visibility), cmap="gray", vmin=0, vmax=1)
 axes[0, 0].set_title(f"visibility one step from the {field.entity}")
-axes[0, 0].set(xticks=[], yticks=[])
 levels = numpy.array([squares(face, field.face_size) for face in tree.faces])
-axes[0, 1].imshow(cross(levels), cmap="viridis")
+shown = axes[0, 1].imshow(cross(levels), cmap="viridis")
 axes[0, 1].set_title("levels of its quadtrees")
-axes[0, 1].axis("off")
+figure.colorbar(shown, ax=axes[0, 1], ticks=range(int(levels.max()) + 1))
 
 positions, handles = field.planar["positions"], field.planar["handles"]
 step = max(1, len(handles) // 2000)
