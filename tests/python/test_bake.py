@@ -5,7 +5,7 @@ import subprocess
 
 import numpy
 import pytest
-from conftest import PROGRAM, description
+from conftest import PROGRAM, box_arrays, description
 
 import haarfield
 
@@ -43,6 +43,47 @@ def test_bits_are_those_of_the_command_line(chair_file, tmp_path):
     files = bake.write_povray(tmp_path / "module")
     for file in [tmp_path / "module/small_chair.ply", files["scene"], *files["includes"]]:
         assert file.read_bytes() == (tmp_path / "command" / file.name).read_bytes(), file.name
+
+
+def test_original_vertices_are_those_of_the_command_line(chair_file, tmp_path):
+    options = ["--no-render", "--quiet", "--pass", "occlusion", "--original-vertices"]
+    subprocess.run([PROGRAM, "bake", chair_file, "-o", tmp_path, *options], check=True)
+    scene = haarfield.open(chair_file)
+    bake = scene.bake(passes=["occlusion"], original_vertices=True)
+    written = read_ply(tmp_path / "small_chair.ply")
+    assert bake.vertices == len(written)
+    for number in range(len(bake)):
+        mesh, of_file = bake[number], written[written["instance"] == number]
+        assert numpy.array_equal(mesh.original_vertices, of_file["original_vertex"])
+        for channel, name in enumerate(("radiance_r", "radiance_g", "radiance_b")):
+            assert numpy.array_equal(mesh.radiance[:, channel], of_file[name])
+        assert numpy.array_equal(mesh.passes["occlusion"], of_file["occlusion"])
+    bake.write_ply(tmp_path / "module.ply")
+    assert (tmp_path / "module.ply").read_bytes() == (tmp_path / "small_chair.ply").read_bytes()
+    files = bake.write_povray(tmp_path / "module")
+    for file in [files["scene"], *files["includes"]]:
+        assert file.read_bytes() == (tmp_path / file.name).read_bytes(), file.name
+    # The chair's file has its own number of vertices, whatever the scene's fine_vertices.
+    with open(haarfield.open(chair_file).description["entities"]["chair"]["mesh"]) as file:
+        assert len(bake["chair"]) == sum(line.startswith("v ") for line in file)
+    again = scene.bake()
+    assert len(again["chair"]) >= 1500
+
+
+def test_original_vertices_of_arrays_are_the_arrays_in_their_order():
+    changed = description()
+    positions, triangles = box_arrays()
+    lonely = numpy.vstack([positions, [(9, 9, 9)]])
+    changed["entities"]["box"]["mesh"] = haarfield.Mesh(lonely, triangles)
+    with pytest.warns(haarfield.Warning, match="2 of the files' 22 vertices have no light, and radiance 0"):
+        bake = haarfield.scene(changed).bake(original_vertices=True)
+    mesh = bake["left"]
+    assert numpy.array_equal(mesh.original_vertices, range(9)) and len(bake["floor"]) == 4
+    assert numpy.allclose(mesh.positions, lonely, atol=0.002)  # it is laid on the floor
+    assert numpy.array_equal(mesh.triangles, triangles)
+    assert (mesh.radiance[:8] > 0).all() and (mesh.radiance[8] == 0).all()
+    with pytest.raises(ValueError, match="wanted None with original_vertices"):
+        haarfield.scene(changed).bake(refine=0.1, original_vertices=True)
 
 
 def test_fields_in_a_folder_are_the_command_lines(chair_file, tmp_path):

@@ -2,6 +2,7 @@
 
 #include "bridge/glb_file.h"
 #include "bridge/mesh_file.h"
+#include "bridge/original_vertices.h"
 #include "bridge/povray_process.h"
 #include "bridge/preview.h"
 #include "bridge/scene_bake.h"
@@ -26,7 +27,13 @@ namespace {
 struct Bake {
     std::shared_ptr<const PreparedScene> prepared;
     BakedScene baked;
-    double seconds = 0;  ///< Of shading.
+    std::optional<OriginalBake> original;  ///< If it was asked for.
+    double seconds = 0;                    ///< Of shading.
+
+    /// As files of meshes have them; POV-Ray is shown those of `baked`.
+    std::span<const BakedInstance> instances() const {
+        return original ? original->instances : baked.instances;
+    }
 };
 
 /// One of a bake's instances.
@@ -34,7 +41,7 @@ struct BakedMesh {
     std::shared_ptr<const Bake> bake;
     std::size_t number;
 
-    const BakedInstance& instance() const { return bake->baked.instances[number]; }
+    const BakedInstance& instance() const { return bake->instances()[number]; }
     const Mesh& mesh() const { return *instance().mesh; }
 
     template <class Element>
@@ -48,15 +55,18 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refin
                            const std::vector<std::string>& passes, const std::string& evaluator,
                            const std::string& occlusion, float occlusion_error, float reach, int depth,
                            float tolerance, int light_coefficients, std::optional<int> bounces,
-                           const py::object& progress) {
+                           bool original_vertices, const py::object& progress) {
     const BakeOptions options{evaluator, refine, vertex_budget, colours, passes};
     if (refine && !(*refine >= 1e-4f && *refine <= 1))
         throw py::value_error(fmt::format("refine is {}; wanted [0.0001, 1], or None", *refine));
     if (vertex_budget && !(*vertex_budget >= 1 && *vertex_budget <= 50'000'000))
         throw py::value_error(fmt::format("vertex_budget is {}; wanted [1, 5e7], or None", *vertex_budget));
+    if (refine && original_vertices)
+        throw py::value_error(fmt::format("refine is {}; wanted None with original_vertices", *refine));
     value_of(check_bake(options));
     const auto made = std::make_shared<Bake>();
-    made->prepared = prepare(scene, progress);
+    made->prepared =
+        prepare(scene, progress, original_vertices ? BakedVertices::original : BakedVertices::fine);
     const PreparedScene& prepared = *made->prepared;
     const RenderSettings settings = render_settings(prepared, occlusion, occlusion_error, reach, depth,
                                                     tolerance, light_coefficients, bounces);
@@ -69,24 +79,32 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refin
         made->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         return baked;
     });
+    if (original_vertices) {
+        made->original = original_bake(*prepared.entities, made->baked.instances);
+        if (made->original->unvalued > 0)
+            warn(
+                {fmt::format("{} of the files' {} vertices have no light, and radiance 0: no triangle with "
+                             "an area is at them",
+                             made->original->unvalued, made->original->vertices)});
+    }
     return made;
 }
 
 std::size_t vertices_of(const Bake& bake) {
     std::size_t vertices = 0;
-    for (const BakedInstance& instance : bake.baked.instances) vertices += instance.radiance.size();
+    for (const BakedInstance& instance : bake.instances()) vertices += instance.radiance.size();
     return vertices;
 }
 
 BakedMesh mesh_named(const std::shared_ptr<Bake>& bake, const std::string& name) {
-    const std::vector<BakedInstance>& instances = bake->baked.instances;
+    const std::span<const BakedInstance> instances = bake->instances();
     const auto found = std::ranges::find(instances, name, &BakedInstance::name);
     if (found == instances.end()) throw py::key_error("there is no instance \"" + name + "\"");
     return {bake, static_cast<std::size_t>(found - instances.begin())};
 }
 
 BakedMesh mesh_numbered(const std::shared_ptr<Bake>& bake, std::ptrdiff_t number) {
-    const auto count = static_cast<std::ptrdiff_t>(bake->baked.instances.size());
+    const auto count = static_cast<std::ptrdiff_t>(bake->instances().size());
     if (number < -count || number >= count)
         throw py::index_error(fmt::format("instance {} of {}", number, count));
     return {bake, static_cast<std::size_t>(number < 0 ? number + count : number)};
@@ -203,7 +221,14 @@ void add_baked_mesh(py::module_& module) {
     mesh.def_property_readonly(
         "triangles",
         [](const BakedMesh& self) { return self.view<std::array<std::uint32_t, 3>>(self.mesh().triangles); },
-        "(M, 3), counter-clockwise seen from outside.");
+        "(M, 3), counter-clockwise seen from outside; of original_vertices the file's faces, cut.");
+    mesh.def_property_readonly(
+        "original_vertices",
+        [](const BakedMesh& self) -> py::object {
+            if (self.mesh().original_vertices.empty()) return py::none();
+            return self.view<std::int32_t>(self.mesh().original_vertices);
+        },
+        "(N,), which of the vertices of its file each is, -1: none; None where that is not known.");
     mesh.def_property_readonly(
         "uvs",
         [](const BakedMesh& self) -> py::object {
@@ -269,8 +294,7 @@ returns  a dict: scene, includes, objects (what each include declares), images.)
         made.def(
             name,
             [write](const Bake& self, const std::filesystem::path& file) {
-                long_call<Done>(py::none(),
-                                [&](const Progress&) { return write(file, self.baked.instances); });
+                long_call<Done>(py::none(), [&](const Progress&) { return write(file, self.instances()); });
             },
             py::arg("path"), text);
     };
@@ -290,18 +314,22 @@ returns  a dict: scene, includes, objects (what each include declares), images.)
               py::arg("reach") = RenderSettings().reach, py::arg("depth") = full_depth,
               py::arg("tolerance") = RenderSettings().tolerance,
               py::arg("light_coefficients") = RenderSettings().light_coefficients,
-              py::arg("bounces") = py::none(), py::arg("progress") = py::none(),
+              py::arg("bounces") = py::none(), py::arg("original_vertices") = false,
+              py::arg("progress") = py::none(),
               R"(Shades every vertex, with the bits of `haarfield bake`, whose options have the same names.
 
-refine     split triangles where interpolated radiance is off by more than this; None: not.
-vertex_budget
-           at most so many vertices with refine; None: 60,000, or half as many again as the models have.
-colours    "sampled" at the vertices, or "fitted" to what lies between them.
-passes     any of "diffuse", "specular", "irradiance", "occlusion", "own-shadow", "indirect".
-evaluator  "tree", or "dense": plain sums, slow.
-occlusion  "auto", "fields" or "exact": how vertices see past other objects.
-bounces    how often light goes on from surface to surface; 0: direct light alone; None: as often as it matters.
-progress   called with (stage, done, total), some twenty times a second.)");
+refine             split triangles where interpolated radiance is off by more than this; None: not.
+vertex_budget      at most so many vertices with refine; None: 60,000, or half as many again as the models have.
+colours            "sampled" at the vertices, or "fitted" to what lies between them.
+passes             any of "diffuse", "specular", "irradiance", "occlusion", "own-shadow", "indirect".
+evaluator          "tree", or "dense": plain sums, slow.
+occlusion          "auto", "fields" or "exact": how vertices see past other objects.
+bounces            how often light goes on from surface to surface; 0: direct light alone; None: as often as it
+                   matters.
+original_vertices  bake the vertices of the models' files, or of the arrays in their place, and no others: all of
+                   them, in their order, whatever fine_vertices says. Not with refine. Where normals or materials
+                   part, a vertex has the mean. POV-Ray's pictures show the parts.
+progress           called with (stage, done, total), some twenty times a second.)");
     scene.def(
         "budget", &budget, py::arg("points") = 400, py::arg("occlusion") = "auto",
         py::arg("occlusion_error") = RenderSettings().occlusion_error,

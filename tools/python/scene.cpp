@@ -67,14 +67,15 @@ void PythonScene::set_options(const SceneEntityOptions& options) {
     const py::gil_scoped_release released;
     const std::lock_guard lock(mutex_);
     options_ = options;
-    entities_.reset();
-    prepared_.reset();
+    made_ = {};
 }
 
-Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(const Progress& progress) {
+Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(BakedVertices vertices,
+                                                                   const Progress& progress) {
     const Turn turn(mutex_, progress);
     if (!turn) return Error{"", interrupted};
-    if (prepared_) return prepared_;
+    auto& [shared_entities, shared] = made_[static_cast<std::size_t>(vertices)];
+    if (shared) return shared;
     const auto made = std::make_shared<PreparedScene>();
     made->scene = scene_;
     made->face_size = options_.face_size;
@@ -82,19 +83,21 @@ Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(const Progres
     if (!light) return light.error();
     made->light = std::move(*light);
     made->warnings = made->light.warnings;
-    if (!entities_) {
-        Result<SceneEntities> entities = prepare_scene_entities(scene_, options_, progress);
+    if (!shared_entities) {
+        SceneEntityOptions options = options_;
+        options.original_vertices = vertices == BakedVertices::original;
+        Result<SceneEntities> entities = prepare_scene_entities(scene_, options, progress);
         if (!entities) return entities.error();
         made->warnings.insert(made->warnings.end(), entities->warnings.begin(), entities->warnings.end());
-        entities_ = std::make_shared<const SceneEntities>(std::move(*entities));
+        shared_entities = std::make_shared<const SceneEntities>(std::move(*entities));
     }
-    made->entities = entities_;
-    made->scene.camera = scene_camera(scene_, *entities_);
+    made->entities = shared_entities;
+    made->scene.camera = scene_camera(scene_, *made->entities);
     made->scene.finds_camera = false;
-    for (std::string& trouble : camera_troubles(made->scene, *entities_))
+    for (std::string& trouble : camera_troubles(made->scene, *made->entities))
         made->warnings.push_back(std::move(trouble));
-    prepared_ = made;
-    return prepared_;
+    shared = made;
+    return shared;
 }
 
 std::shared_ptr<PythonScene> PythonScene::changed(const py::dict& changes) const {
@@ -113,13 +116,15 @@ std::shared_ptr<PythonScene> PythonScene::changed(const py::dict& changes) const
     const py::gil_scoped_release released;
     const std::lock_guard lock(mutex_);
     result->options_ = options_;
-    if (same("entities") && same("materials") && same("instances")) result->entities_ = entities_;
+    if (same("entities") && same("materials") && same("instances"))
+        for (std::size_t i = 0; i < made_.size(); ++i) result->made_[i].entities = made_[i].entities;
     return result;
 }
 
-std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::object& progress) {
+std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::object& progress,
+                                             BakedVertices vertices) {
     const auto prepared = long_call<std::shared_ptr<const PreparedScene>>(
-        progress, [&scene](const Progress& watched) { return scene.prepared(watched); });
+        progress, [&](const Progress& watched) { return scene.prepared(vertices, watched); });
     if (!prepared->is_told.exchange(true)) warn(prepared->warnings);
     return prepared;
 }

@@ -24,6 +24,9 @@ struct PreparedScene {
     mutable std::atomic<bool> is_told = false;  ///< Whether the warnings have been told.
 };
 
+/// Which vertices a scene is prepared with: those of its fine meshes, or SceneEntityOptions::original_vertices.
+enum class BakedVertices { fine, original };
+
 /// A scene, and what was made of it so far. Safe to use from several threads.
 class PythonScene {
 public:
@@ -37,24 +40,29 @@ public:
     void set_options(const SceneEntityOptions& options);
 
     /// Prepared, now if it has not been.
-    Result<std::shared_ptr<const PreparedScene>> prepared(const Progress& progress);
+    Result<std::shared_ptr<const PreparedScene>> prepared(BakedVertices vertices, const Progress& progress);
 
     /// Another one, with changes. It shares what was prepared if entities, materials and instances are the
     /// same.
     std::shared_ptr<PythonScene> changed(const py::dict& changes) const;
 
 private:
+    struct Made {
+        std::shared_ptr<const SceneEntities> entities;
+        std::shared_ptr<const PreparedScene> prepared;
+    };
+
     toml::table tables_;
     TablesOrigin origin_;
     Scene scene_;
     SceneEntityOptions options_;
     mutable std::timed_mutex mutex_;  ///< Of what follows, and of options_.
-    std::shared_ptr<const SceneEntities> entities_;
-    std::shared_ptr<const PreparedScene> prepared_;
+    std::array<Made, 2> made_;        ///< By BakedVertices.
 };
 
 /// Prepared, with warnings told and Ctrl-C heard.
-std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::object& progress);
+std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::object& progress,
+                                             BakedVertices vertices = BakedVertices::fine);
 
 /// Settings of shading in Python's words; raises ValueError for what is out of range.
 RenderSettings render_settings(const PreparedScene& scene, const std::string& occlusion,

@@ -64,6 +64,7 @@ class Scene:
         tolerance: float = 0.0,
         light_coefficients: int = 1000,
         bounces: int | None = None,
+        original_vertices: bool = False,
         progress: Progress | None = None,
     ) -> Bake: ...
     def budget(
@@ -126,6 +127,8 @@ class BakedMesh:
     def normals(self) -> Floats: ...
     @property
     def triangles(self) -> NDArray[numpy.uint32]: ...
+    @property
+    def original_vertices(self) -> NDArray[numpy.int32] | None: ...
     @property
     def uvs(self) -> Floats | None: ...
     @property
