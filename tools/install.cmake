@@ -32,4 +32,7 @@ install(FILES ${PROJECT_BINARY_DIR}/haarfieldConfig.cmake ${PROJECT_BINARY_DIR}/
 install(TARGETS haarfield haarfield-reader RUNTIME)
 install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/haarfield/scenes
     FILES_MATCHING PATTERN "*.toml" PATTERN "*.obj")
+if(TARGET haarfield_addon)
+    install(FILES ${HAARFIELD_ADDON} DESTINATION ${CMAKE_INSTALL_DATADIR}/haarfield)
+endif()
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -10,6 +10,11 @@ bl_info = {
     "category": "Render",
 }
 
+try:
+    import haarfield  # noqa: F401
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError("haarfield's Python module is not installed: cmake --install build/release") from error
+
 from . import operators, panel, settings
 
 MODULES = (settings, operators, panel)
