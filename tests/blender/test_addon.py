@@ -2,7 +2,9 @@
 
 import sys
 import tempfile
+import time
 import traceback
+import types
 from pathlib import Path
 
 import bpy
@@ -154,6 +156,121 @@ def test_cancelled_work_changes_nothing(folder):
     work.run()
     assert isinstance(work.error, operators.Cancelled)
     assert results.copies(context.scene) == {}
+
+
+class Window:
+    """A context with a window, of which operators use this much."""
+
+    def __init__(self, context):
+        self.context, self.window, self.workspace = context, "window", self
+        self.window_manager = self
+        self.timers, self.handlers, self.progress, self.text = [], [], [], None
+
+    def __getattr__(self, name):
+        return getattr(self.context, name)
+
+    def event_timer_add(self, seconds, window):
+        assert window == self.window and 0 < seconds < 1
+        self.timers.append(seconds)
+        return seconds
+
+    def event_timer_remove(self, timer):
+        self.timers.remove(timer)
+
+    def modal_handler_add(self, operator):
+        self.handlers.append(operator)
+
+    def progress_begin(self, least, most):
+        assert (least, most) == (0, 1000) and not self.progress
+        self.progress.append(0)
+
+    def progress_update(self, value):
+        self.progress.append(value)
+
+    def progress_end(self):
+        assert self.progress.pop() <= 1000
+        self.progress.clear()
+
+    def status_text_set(self, text):
+        self.text = text
+
+
+class Driven(operators.Baking):
+    """The operator, which Blender alone can make, without Blender."""
+
+    invoke, modal = operators.HAARFIELD_OT_bake.invoke, operators.HAARFIELD_OT_bake.modal
+    done, export = operators.HAARFIELD_OT_bake.done, False
+
+    def __init__(self):
+        self.told = []
+
+    def report(self, kinds, text):
+        self.told.append((*kinds, text))
+
+    def event(self, window, kind):
+        return self.modal(window, types.SimpleNamespace(type=kind))
+
+    def until_done(self, window):
+        """The last answer to the timer, and the texts that were shown before."""
+        texts = []
+        for _ in range(6000):
+            answer = self.event(window, "TIMER")
+            if answer != {"RUNNING_MODAL"}:
+                return answer, texts
+            texts.append(window.text)
+            time.sleep(0.02)
+        raise AssertionError("still running")
+
+
+def test_a_bake_in_a_window_shows_progress_and_lets_go(folder):
+    context = ten_objects.make()
+    small(context, folder)
+    window, operator = Window(context), Driven()
+    assert operator.invoke(window, None) == {"RUNNING_MODAL"}
+    assert window.handlers == [operator] and len(window.timers) == 1
+    assert operator.event(window, "MOUSEMOVE") == {"PASS_THROUGH"}
+    answer, texts = operator.until_done(window)
+    assert answer == {"FINISHED"}, operator.told
+    assert any("mesh of" in text or "field of" in text for text in texts) and texts[-1].endswith("ESC: cancel"), texts
+    assert window.timers == [] and window.progress == [] and window.text is None
+    assert len(results.copies(context.scene)) == 10
+    assert operator.told[-1][0] == "INFO" and "Baked" in operator.told[-1][1]
+    again = Driven()
+    assert again.invoke(window, None) == {"FINISHED"} and window.timers == []
+
+
+def shown_in(context):
+    return {object.name for object in context.scene.objects if not object.hide_render and not object.hide_get()}
+
+
+def test_esc_cancels_and_leaves_all_as_it_was(folder):
+    context = ten_objects.make()
+    settings = small(context, folder)
+    window, operator = Window(context), Driven()
+    before = shown_in(context)
+    assert operator.invoke(window, None) == {"RUNNING_MODAL"}
+    assert operator.event(window, "ESC") == {"RUNNING_MODAL"}
+    answer, _ = operator.until_done(window)
+    assert answer == {"CANCELLED"} and operator.told[-1] == ("WARNING", "Cancelled: nothing was changed")
+    assert window.timers == [] and window.progress == [] and window.text is None
+    assert results.copies(context.scene) == {} and shown_in(context) == before
+    assert context.scene.name not in operators.remembered
+
+    # After a bake, what it shows stays: also where the next one is refused.
+    bpy.ops.haarfield.bake()
+    baked, memory = shown_in(context), operators.remembered[context.scene.name]
+    settings.vertices = 300_000
+    operator = Driven()
+    assert operator.invoke(window, None) == {"RUNNING_MODAL"}
+    operator.event(window, "ESC")
+    assert operator.until_done(window)[0] == {"CANCELLED"}
+    assert shown_in(context) == baked and operators.remembered[context.scene.name] is memory
+    world, context.scene.world = context.scene.world, None
+    assert Driven().invoke(window, None) == {"CANCELLED"}
+    assert shown_in(context) == baked
+    context.scene.world = world
+    bpy.ops.haarfield.show(baked=False)
+    assert shown_in(context) == before
 
 
 def test_cycles_agrees(folder):

@@ -94,6 +94,7 @@ class Baking:
     def start(self, context):
         """Gathers the scene. Returns the work to be done, or None if all is as it was baked last."""
         scene = context.scene
+        self.was_shown = results.is_shown(scene)
         results.show(scene, context.view_layer, False)
         context.view_layer.update()
         self.gathered = gather(context)
@@ -109,6 +110,7 @@ class Baking:
         """Keeps and shows what the work made."""
         if isinstance(work.error, Cancelled):
             self.report({"WARNING"}, "Cancelled: nothing was changed")
+            results.show(context.scene, context.view_layer, self.was_shown)
             return False
         if work.error is not None:
             raise work.error
@@ -122,6 +124,15 @@ class Baking:
         what = "everything" if self.memory is None else ", ".join(sorted(self.changes))
         self.report({"INFO"}, f"Baked {bake.vertices} vertices in {bake.seconds:.2f} s; changed: {what}")
         return True
+
+    def guarded(self, context, act):
+        """Errors as Blender has them: a message, and nothing changed."""
+        try:
+            return act()
+        except (Refusal, haarfield.Error, OSError, ValueError) as error:
+            self.report({"ERROR"}, str(error))
+            results.show(context.scene, context.view_layer, self.was_shown)
+            return {"CANCELLED"}
 
 
 class HAARFIELD_OT_bake(Baking, bpy.types.Operator):
@@ -138,7 +149,7 @@ class HAARFIELD_OT_bake(Baking, bpy.types.Operator):
         return context.mode == "OBJECT"
 
     def execute(self, context):
-        return self.guarded(lambda: self.done(context, self.finished(self.start(context))))
+        return self.guarded(context, lambda: self.done(context, self.finished(self.start(context))))
 
     def invoke(self, context, event):
         def begin():
@@ -152,7 +163,7 @@ class HAARFIELD_OT_bake(Baking, bpy.types.Operator):
             manager.modal_handler_add(self)
             return {"RUNNING_MODAL"}
 
-        return self.guarded(begin)
+        return self.guarded(context, begin)
 
     def modal(self, context, event):
         if event.type == "ESC":
@@ -167,7 +178,7 @@ class HAARFIELD_OT_bake(Baking, bpy.types.Operator):
         manager.event_timer_remove(self.timer)
         manager.progress_end()
         context.workspace.status_text_set(None)
-        return self.guarded(lambda: self.done(context, self.work))
+        return self.guarded(context, lambda: self.done(context, self.work))
 
     @staticmethod
     def finished(work):
@@ -187,14 +198,6 @@ class HAARFIELD_OT_bake(Baking, bpy.types.Operator):
             files = remembered[context.scene.name].bake.write_povray(folder, name)
             self.report({"INFO"}, f"Wrote {files['scene']}")
         return {"FINISHED"}
-
-    def guarded(self, act):
-        """Errors as Blender has them: a message, and nothing changed."""
-        try:
-            return act()
-        except (Refusal, haarfield.Error, OSError, ValueError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
 
 
 class HAARFIELD_OT_show(bpy.types.Operator):
@@ -227,21 +230,19 @@ class HAARFIELD_OT_compare(Baking, bpy.types.Operator):
         return context.mode == "OBJECT"
 
     def execute(self, context):
-        try:
-            work = self.start(context)
-            if work is not None:
-                work.run()
-                self.take(context, work)
-            results.show(context.scene, context.view_layer, True)
-            memory = remembered[context.scene.name]
-            refine = context.scene.haarfield.refine or None
-            if refine is not None:
-                raise Refusal("Refined meshes are not compared; wanted Refine 0")
-            diffuse = memory.scene.bake(passes=["diffuse"], bounces=0)
-            rows = cycles_check.compared(context, diffuse, self.gathered)
-        except (Refusal, haarfield.Error, OSError, ValueError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        return self.guarded(context, lambda: self.compared(context))
+
+    def compared(self, context):
+        work = self.start(context)
+        if context.scene.haarfield.refine > 0:
+            raise Refusal("Refined meshes are not compared; wanted Refine 0")
+        if work is not None:
+            work.run()
+            self.take(context, work)
+        results.show(context.scene, context.view_layer, True)
+        memory = remembered[context.scene.name]
+        diffuse = memory.scene.bake(passes=["diffuse"], bounces=0)
+        rows = cycles_check.compared(context, diffuse, self.gathered)
         name = cycles_check.write_table(context.scene, rows, memory.bake.seconds)
         self.report({"INFO"}, f"Text '{name}' has the comparison")
         return {"FINISHED"}

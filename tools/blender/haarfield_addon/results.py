@@ -35,6 +35,10 @@ def copies(scene):
     }
 
 
+def is_shown(scene):
+    return any(not copy.hide_render for copy in copies(scene).values())
+
+
 def remove(copy):
     mesh = copy.data
     bpy.data.objects.remove(copy)
