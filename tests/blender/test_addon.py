@@ -273,6 +273,11 @@ def test_esc_cancels_and_leaves_all_as_it_was(folder):
     assert shown_in(context) == before
 
 
+def words(line):
+    """A line of a table: texts, and numbers where they are."""
+    return [float(word) if word.lstrip("+-").replace(".", "").isdigit() else word for word in line.split()]
+
+
 def test_cycles_agrees(folder):
     context = ten_objects.make()
     settings = small(context, folder)
@@ -282,11 +287,12 @@ def test_cycles_agrees(folder):
     print(text)
     checked = 0
     for line in text.splitlines():
-        # Heads have creases in which a few vertices of flat faces see nothing: there Cycles is right.
+        # Heads have creases, and pieces that cut each other, where light jumps at vertices.
         if not line.startswith(("Floor", "Box", "Ball", "Ring", "Cone")):
             continue
-        median, noise, bias = (float(word) for word in line.replace("%", "").split()[-3:])
-        assert median < 2 * noise + 1 and abs(bias) < 4, line
+        baked, sums, noise = (words(line)[-9:][3 * i : 3 * i + 3] for i in range(3))
+        assert baked[1] < 1.5 * noise[1] + 0.5 and abs(baked[2]) < 4, line
+        assert sums[1] < 1.2 * noise[1] + 0.3 and abs(sums[2]) < 1.5, line
         checked += 1
     assert checked == 8
 

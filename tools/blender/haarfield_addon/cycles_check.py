@@ -37,11 +37,12 @@ def colours_of(mesh):
     return values.reshape(-1, 4)[:, :3].copy()
 
 
-def compared(context, bake, gathered):
+def compared(context, bake, sums, gathered):
     """Bakes the copies twice with Cycles, with different seeds: their difference tells its noise.
 
-    bake     with the pass diffuse.
-    returns  for each instance a dict of name, vertices, haarfield and cycles (n, 3), noise (n, 3), seconds.
+    bake     with the pass diffuse; as it is, and
+    sums     by plain sums over exact visibility.
+    returns  for each instance a dict of name, haarfield, sums, cycles and noise (n, 3 each), seconds.
     """
     scene = context.scene
     copies = results.copies(scene)
@@ -100,6 +101,7 @@ def compared(context, bake, gathered):
             {
                 "name": gathered.names[name],
                 "haarfield": bake[name].passes["diffuse"],
+                "sums": sums[name].passes["diffuse"],
                 "cycles": (first + second) / 2,
                 "noise": (first - second) / 2,
                 "seconds": seconds,
@@ -109,17 +111,18 @@ def compared(context, bake, gathered):
 
 
 def figures_of(rows):
-    """Relative to the RMS of what Cycles has: RMSE, Cycles' own noise, bias; and the number of vertices."""
-    ours, theirs, noise = (numpy.concatenate([row[key] for row in rows]) for key in ("haarfield", "cycles", "noise"))
+    """Of haarfield, of sums and of Cycles' noise, in this order: RMSE, median and bias, relative to what Cycles has.
+
+    RMSE and median are relative to the RMS of all values.
+    """
+    theirs = numpy.concatenate([row["cycles"] for row in rows])
     size = numpy.sqrt((theirs**2).mean())
-    error = numpy.sqrt(((ours - theirs) ** 2).mean(axis=1))
-    return {
-        "vertices": len(ours),
-        "rmse": float(numpy.sqrt((error**2).mean()) / size),
-        "median": float(numpy.median(error) / size),
-        "noise": float(numpy.sqrt((noise**2).mean()) / size),
-        "bias": float(ours.mean() / theirs.mean() - 1),
-    }
+    figures = []
+    for kind in ("haarfield", "sums", "noise"):
+        difference = numpy.concatenate([row[kind] for row in rows]) - (0 if kind == "noise" else theirs)
+        error = numpy.sqrt((difference**2).mean(axis=1)) / size
+        figures += [numpy.sqrt((error**2).mean()), numpy.median(error), difference.mean() / theirs.mean()]
+    return figures
 
 
 def write_table(scene, rows, seconds):
@@ -127,16 +130,19 @@ def write_table(scene, rows, seconds):
     text = bpy.data.texts.get(TABLE) or bpy.data.texts.new(TABLE)
     text.clear()
     text.write(
-        "Direct diffuse light at the vertices, haarfield against Cycles: relative to the RMS of Cycles' values.\n"
+        "Direct diffuse light at the vertices against Cycles, in percent of the RMS of Cycles' values.\n"
+        "baked: as haarfield bakes.  sums: haarfield's plain sums over exact visibility.\n"
         "noise: what the mean of Cycles' two bakes errs itself, by half of their difference.\n\n"
     )
-    text.write(f"{'object':<32} {'vertices':>9} {'RMSE':>9} {'median':>9} {'noise':>9} {'bias':>9}\n")
+    text.write(f"{'':<24} {'':>9}{'baked':>24}{'sums':>24}{'noise':>24}\n")
+    text.write(f"{'object':<24} {'vertices':>9}" + 3 * f"{'RMSE':>10}{'median':>7}{'bias':>7}" + "\n")
     for name, part in [*((row["name"], [row]) for row in rows), ("all", rows)]:
-        figures = figures_of(part)
-        text.write(
-            f"{name[:32]:<32} {figures['vertices']:>9} {100 * figures['rmse']:>7.2f} % {100 * figures['median']:>7.2f} % "
-            f"{100 * figures['noise']:>7.2f} % {100 * figures['bias']:>+7.2f} %\n"
-        )
+        figures = [100 * figure for figure in figures_of(part)]
+        vertices = sum(len(row["cycles"]) for row in part)
+        text.write(f"{name[:24]:<24} {vertices:>9}")
+        for rmse, median, bias in zip(*[iter(figures)] * 3):
+            text.write(f"{rmse:>10.2f}{median:>7.2f}{bias:>+7.2f}")
+        text.write("\n")
     cycles = sum(rows[0]["seconds"])
     text.write(
         f"\nhaarfield, all light: {seconds:.2f} s.  Cycles, 2 x {scene.haarfield.cycles_samples} samples: {cycles:.2f} s.\n"

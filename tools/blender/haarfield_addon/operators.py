@@ -241,8 +241,10 @@ class HAARFIELD_OT_compare(Baking, bpy.types.Operator):
             self.take(context, work)
         results.show(context.scene, context.view_layer, True)
         memory = remembered[context.scene.name]
-        diffuse = memory.scene.bake(passes=["diffuse"], bounces=0)
-        rows = cycles_check.compared(context, diffuse, self.gathered)
+        diffuse, sums = (
+            memory.scene.bake(passes=["diffuse"], bounces=0, evaluator=evaluator) for evaluator in ("tree", "dense")
+        )
+        rows = cycles_check.compared(context, diffuse, sums, self.gathered)
         name = cycles_check.write_table(context.scene, rows, memory.bake.seconds)
         self.report({"INFO"}, f"Text '{name}' has the comparison")
         return {"FINISHED"}
