@@ -120,6 +120,29 @@ def test_instanced_collections_and_hidden_objects(folder):
     assert set(results.copies(context.scene)) == {"Floor", "Ball"}
 
 
+def test_texts_curves_and_metaballs_are_baked_once(folder):
+    context = ten_objects.make()
+    small(context, folder)
+    for object in list(context.scene.objects):
+        if object.name not in ("Floor", "Camera"):
+            bpy.data.objects.remove(object)
+    text = bpy.data.curves.new("letters", "FONT")
+    text.body, text.extrude = "h", 0.1
+    inside = bpy.data.collections.new("inside")
+    for collection, name in ((context.collection, "Letter"), (inside, "Letter inside")):
+        collection.objects.link(bpy.data.objects.new(name, text))
+    bpy.ops.curve.primitive_bezier_circle_add(location=(1, 1, 1))
+    context.object.data.bevel_depth = 0.1
+    bpy.ops.object.metaball_add(location=(-1, 1, 1))
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", inside
+    context.collection.objects.link(empty)
+    empty.location.x = 2
+    context.view_layer.update()
+    bpy.ops.haarfield.bake()
+    assert set(results.copies(context.scene)) == {"Floor", "Letter", "Empty.Letter inside", "BezierCircle", "Mball"}
+
+
 def test_what_can_not_be_baked_is_refused(folder):
     context = ten_objects.make()
     small(context, folder)

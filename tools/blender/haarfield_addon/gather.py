@@ -138,6 +138,8 @@ def wanted_instances(context, settings):
             continue
         if not instance.show_self:
             continue
+        if made.type == "MESH" and original.type != "MESH":
+            continue  # of a text, curve, surface or metaball, which comes itself, too
         if settings.objects == "SELECTED" and not (owner.select_get() or original.select_get()):
             continue
         name = f"{owner.name}.{original.name}" if instance.is_instance else original.name
