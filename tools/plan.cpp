@@ -234,11 +234,11 @@ Result<FarmPlan> made_plan(const PlanOptions& options, CommandContext& context) 
         }
     }
     // References want no fields: they begin at once.
-    const auto second =
-        std::ranges::stable_partition(jobs, [](const PlanJob& job) { return job.command() == "reference"; });
-    std::move(jobs.begin(), second.begin(), std::back_inserter(plan.jobs));
+    const auto second = std::stable_partition(
+        jobs.begin(), jobs.end(), [](const PlanJob& job) { return job.command() == "reference"; });
+    std::move(jobs.begin(), second, std::back_inserter(plan.jobs));
     plan.stages[1] = plan.first_task(plan.jobs.size());
-    std::move(second.begin(), second.end(), std::back_inserter(plan.jobs));
+    std::move(second, jobs.end(), std::back_inserter(plan.jobs));
     plan.stages[2] = plan.first_task(plan.jobs.size());
     // In the same order as the direct light that they follow.
     std::size_t direct = 0;
