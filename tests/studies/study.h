@@ -46,6 +46,12 @@ void study_view(const std::string& file, std::size_t vertices);
 /// environment  a lat-long image; empty: the scene's own light.
 void study_relight(const std::string& file, std::size_t vertices, const std::string& environment);
 
+/// Frames of a session on a scene file, driven by the standard input: each word there, light, eye or
+/// instance, is a gesture of so many frames more, and makes a line of the least time of one, the least time
+/// of all its threads [s], and a sum of the bits of the radiance after the last. tests/python/frame_times.py
+/// does the same in Python, in turn.
+void study_session(const std::string& file, std::size_t frames);
+
 /// Time of the shipped scene's frames under a new light from a new place, and of what is prepared for them;
 /// meshes as for study_occlusion.
 void study_frame(std::size_t vertices);

@@ -70,6 +70,13 @@ int main(int argc, char** argv) {
     relight->add_option("SCENE", scene, "A scene file with a chair")->required()->type_name("");
     relight->add_option("--environment", mesh_options.environment,
                         "A lat-long image; default: the scene's light");
+    CLI::App* const session = app.add_subcommand(
+        "session", "Least times of a session's frames, a gesture for each word of the input");
+    session->add_option("SCENE", scene, "A scene file")->required()->type_name("");
+    std::size_t frames = 10;
+    session->add_option("--frames", frames, "Of a gesture")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
     for (CLI::App* const plotted : {complexity, depth, meshes})
         plotted->add_option("-o,--output", file, "Draw it, too: an SVG file");
     CLI11_PARSE(app, argc, argv);
@@ -91,6 +98,8 @@ int main(int argc, char** argv) {
         study_view(scene, vertices_or(180000));
     else if (relight->parsed())
         study_relight(scene, vertices_or(180000), mesh_options.environment);
+    else if (session->parsed())
+        study_session(scene, frames);
     else if (frame->parsed())
         study_frame(vertices_or(180000));
     else if (crowd->parsed())

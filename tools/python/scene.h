@@ -24,7 +24,7 @@ struct PreparedScene {
     mutable std::atomic<bool> is_told = false;  ///< Whether the warnings have been told.
 };
 
-/// Which vertices a scene is prepared with: those of its fine meshes, or SceneEntityOptions::original_vertices.
+/// Which vertices a scene is prepared with: its fine meshes', or SceneEntityOptions::original_vertices.
 enum class BakedVertices { fine, original };
 
 /// A scene, and what was made of it so far. Safe to use from several threads.

@@ -1,0 +1,51 @@
+"""Frames from Python: what they cost beside those of C++, and that radiance is handed over without copies."""
+
+import gc
+
+import numpy
+import pytest
+from conftest import floor_arrays, sky_pixels
+from frame_times import GESTURES, least_times
+from test_session import resident_bytes
+
+import haarfield
+
+
+@pytest.mark.parametrize("gesture", GESTURES)
+def test_frames_cost_at_most_a_twentieth_more_than_in_cpp(chair_file, gesture):
+    """Least times and work, of as many rounds as a busy machine needs; each makes the same bits on both sides."""
+    is_enough = lambda cpp, python: (python <= 1.05 * cpp).all()
+    cpp, python = least_times(chair_file, gesture, rounds=100, frames=5, enough=is_enough)
+    assert is_enough(cpp, python), (cpp, python)
+
+
+def test_radiance_of_many_vertices_is_handed_over_without_a_copy(vertices=300_000):
+    floor = {"mesh": haarfield.Mesh(*floor_arrays()), "fine_vertices": vertices}
+    scene = haarfield.scene(
+        {"environment": {"image": sky_pixels()}, "entities": {"floor": floor}, "instances": [{"entity": "floor"}]}
+    )
+    session = scene.session(bounces=0, light_coefficients=50)
+    session.vary_light()
+    for step in range(1, 6):
+        session.turn_environment(9 * step, axis=(1, 0, 0))
+        session.frame()
+    (first,) = session.radiance
+    assert first.shape[0] >= vertices and first.shape[1] == 3 and first.dtype == numpy.float32
+    assert not first.flags.owndata and first.base is not None and first.flags.c_contiguous
+    place, before = first.__array_interface__["data"][0], first.copy()
+    gc.collect()
+    resident = resident_bytes()
+    kept = []
+    for step in range(6, 26):
+        session.turn_environment(9 * step, axis=(1, 0, 0))
+        session.frame()
+        kept += session.radiance
+    assert {array.__array_interface__["data"][0] for array in kept} == {place}
+    assert not numpy.array_equal(first, before)
+    grown = resident_bytes() - resident
+    print(f"20 arrays of {len(first)} vertices, {1e-6 * first.nbytes:.1f} MB each, in {1e-6 * grown:.1f} MB more")
+    assert grown < 5 * first.nbytes  # copies would take 20, and threads take some of their own
+
+
+if __name__ == "__main__":
+    test_radiance_of_many_vertices_is_handed_over_without_a_copy(1_000_000)
