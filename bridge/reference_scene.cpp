@@ -33,11 +33,14 @@ float diffuse_share(const Material& material) {
 ///
 /// POV-Ray can not multiply an image with a colour; but it has functions of an image's channels, colour maps
 /// that make them colours, and means of pigments: of the three channels', and of what the image lets through.
-std::string pigment_text(const Rgb& colour, const TextureFile* image) {
+///
+/// is_opaque  whether the image is to let nothing through, whatever its alpha.
+std::string pigment_text(const Rgb& colour, const TextureFile* image, bool is_opaque) {
     if (!image) return fmt::format("rgb {}", povray_vector(colour));
-    if (colour == Rgb(1.0f)) return image->pigment;
+    const bool has_alpha = !image->transmission.empty(), lets_through = has_alpha && !is_opaque;
+    if (colour == Rgb(1.0f) && lets_through == has_alpha) return image->pigment;
     std::string text = "average pigment_map {";
-    const int pigments = image->transmission.empty() ? 3 : 4;
+    const int pigments = lets_through ? 4 : 3;
     for (int c = 0; c < 3; ++c) {
         Rgb channel(0.0f);
         channel[c] = float(pigments) * colour[c];
@@ -50,6 +53,22 @@ std::string pigment_text(const Rgb& colour, const TextureFile* image) {
     return text + " }";
 }
 
+/// A POV-Ray texture, perhaps of layers.
+struct PovrayTexture {
+    std::string text;
+    std::string nothing_where;  ///< A pattern: 1 where there is nothing instead; or empty.
+};
+
+std::string declaration(const std::string& name, const PovrayTexture& texture) {
+    std::string text = fmt::format("#declare {} =\n  {}\n", name, texture.text);
+    if (!texture.nothing_where.empty())
+        text += fmt::format(
+            "#declare {0} = texture {{ {1} texture_map {{\n  [0 {0}]\n"
+            "  [1 pigment {{ rgbt 1 }} finish {{ ambient 0 emission 0 diffuse 0 }}] }} }}\n",
+            name, texture.nothing_where);
+    return text;
+}
+
 /// A surface as a POV-Ray texture.
 ///
 /// POV-Ray's highlight has the colour of the light, or of the pigment if it is metallic. To give it another,
@@ -57,9 +76,12 @@ std::string pigment_text(const Rgb& colour, const TextureFile* image) {
 /// layer is divided by the tint. A channel without highlight keeps 1e-4 of the strongest one, so that the
 /// division is defined.
 ///
+/// It would shine where an image lets all light through, too, as on glass: with alpha the surface is a
+/// mixture of an opaque one and of nothing.
+///
 /// colour  of the vertex.
 /// image   of the surface's texture; null if it has none.
-std::string texture_text(const Surface& surface, const Rgb& colour, const TextureFile* image) {
+PovrayTexture surface_texture(const Surface& surface, const Rgb& colour, const TextureFile* image) {
     const Material& material = surface.material;
     Rgb highlight = material.specular;
     if (image) {
@@ -96,9 +118,10 @@ std::string texture_text(const Surface& surface, const Rgb& colour, const Textur
             tint[c] = std::max(highlight[c] / strongest, dimmest_tint);
             pigment[c] /= tint[c];
         }
-    std::string text =
-        fmt::format("texture {{ pigment {{ {} }} finish {{ ambient 0 emission {} diffuse {}",
-                    pigment_text(pigment, image), glows ? "rgb " + povray_vector(emission) : "0", diffuse);
+    const bool is_mixed = image && !image->transmission.empty() && (phong > 0 || blinn > 0);
+    std::string text = fmt::format("texture {{ pigment {{ {} }} finish {{ ambient 0 emission {} diffuse {}",
+                                   pigment_text(pigment, image, is_mixed),
+                                   glows ? "rgb " + povray_vector(emission) : "0", diffuse);
     if (phong > 0) text += fmt::format(" phong {} phong_size {}", phong, material.shininess);
     if (blinn > 0) text += fmt::format(" specular {} roughness {}", blinn, material.roughness);
     if (metallic > 0) text += fmt::format(" metallic {}", metallic);
@@ -108,7 +131,7 @@ std::string texture_text(const Surface& surface, const Rgb& colour, const Textur
             "\n  texture {{ pigment {{ rgbf <{}, {}, {}, 1> }} finish {{ ambient 0 emission 0 diffuse 0 }} "
             "}}",
             tint.x, tint.y, tint.z);
-    return text;
+    return {text, is_mixed ? image->transmission : std::string()};
 }
 
 /// Whether POV-Ray can show a metallic material: its pigment gives both diffuse and highlights their colour.
@@ -185,8 +208,8 @@ public:
         const Mesh& mesh = *instance.mesh;
         std::map<std::pair<std::uint16_t, std::array<float, 3>>, std::size_t> known;
         for (std::uint16_t m = 0; m < instance.materials.size(); ++m) {
-            known.emplace(std::pair(m, std::array{1.0f, 1.0f, 1.0f}), texts.size());
-            texts.push_back(text_of(instance, m, Rgb(1.0f), files));
+            known.emplace(std::pair(m, std::array{1.0f, 1.0f, 1.0f}), textures.size());
+            textures.push_back(texture_of(instance, m, Rgb(1.0f), files));
         }
         of_vertex.assign(mesh.vertex_materials.begin(), mesh.vertex_materials.end());
         for (std::size_t v = 0; v < of_vertex.size(); ++v) {
@@ -194,8 +217,8 @@ public:
             if (!is_coloured(instance, m)) continue;
             const Rgb& colour = mesh.colours[v];
             const auto [entry, is_new] =
-                known.emplace(std::pair(m, std::array{colour.x, colour.y, colour.z}), texts.size());
-            if (is_new) texts.push_back(text_of(instance, m, colour, files));
+                known.emplace(std::pair(m, std::array{colour.x, colour.y, colour.z}), textures.size());
+            if (is_new) textures.push_back(texture_of(instance, m, colour, files));
             of_vertex[v] = entry->second;
         }
     }
@@ -204,16 +227,16 @@ public:
         return !instance.surfaces.empty() && instance.surfaces[material].coloured;
     }
 
-    std::vector<std::string> texts;
+    std::vector<PovrayTexture> textures;
     std::vector<std::size_t> of_vertex;
 
 private:
-    static std::string text_of(const ReferenceInstance& instance, std::uint16_t material, const Rgb& colour,
-                               const TextureFiles& files) {
+    static PovrayTexture texture_of(const ReferenceInstance& instance, std::uint16_t material,
+                                    const Rgb& colour, const TextureFiles& files) {
         Surface plain;
         plain.material = instance.materials[material];
         const Surface& surface = instance.surfaces.empty() ? plain : instance.surfaces[material];
-        return texture_text(surface, colour, surface.texture ? &files.at(surface.texture.get()) : nullptr);
+        return surface_texture(surface, colour, surface.texture ? &files.at(surface.texture.get()) : nullptr);
     }
 };
 
@@ -229,15 +252,15 @@ std::string mesh_text(const ReferenceInstance& instance, const std::string& obje
                    "#declare {2}_Version = version;\n#version 3.7;\n\n",
                    mesh.positions.size(), mesh.triangles.size(), object);
     const MeshTextures textures(instance, files);
-    for (std::size_t k = 0; k < textures.texts.size(); ++k)
-        fmt::format_to(out, "#declare {}_Material_{} =\n  {}\n", object, k, textures.texts[k]);
+    for (std::size_t k = 0; k < textures.textures.size(); ++k)
+        text += declaration(fmt::format("{}_Material_{}", object, k), textures.textures[k]);
     fmt::format_to(out, "#declare {} = mesh2 {{\n", object);
     append_povray_vectors(text, "vertex_vectors", mesh.positions, static_cast<float>(magnified));
     append_povray_vectors(text, "normal_vectors", mesh.normals);
     const bool has_images = has_textures(instance.surfaces);
     if (has_images) append_povray_uvs(text, mesh.uvs);
-    fmt::format_to(out, "texture_list {{ {}", textures.texts.size());
-    for (std::size_t k = 0; k < textures.texts.size(); ++k)
+    fmt::format_to(out, "texture_list {{ {}", textures.textures.size());
+    for (std::size_t k = 0; k < textures.textures.size(); ++k)
         fmt::format_to(out, ", texture {{ {}_Material_{} }}", object, k);
     fmt::format_to(out, " }}\nface_indices {{ {}", mesh.triangles.size());
     for (const auto& [a, b, c] : mesh.triangles) {  // the corners of a triangle agree in material

@@ -194,5 +194,44 @@ TEST_F(TexturedMesh, TheReferenceHasTheHolesOfItsImages) {
     }
 }
 
+/// Nor does a highlight shine where there is nothing, as it would on glass.
+TEST_F(TexturedMesh, TheReferenceHasNoHighlightsInHoles) {
+    Texture holed = random_texture(4, 4, true);
+    holed.texels[5][3] = 0;
+    Texture whole = holed;
+    whole.has_alpha = false;
+    for (auto& texel : whole.texels) texel[3] = 255;
+    Surface& surface = surfaces[0];
+    surface.material.shininess = 20;
+    surface.material.convention = LobeConvention::physical;
+    for (const Rgb& tint : {Rgb(1.0f), Rgb(0.9f, 0.5f, 0.25f)}) {
+        surface.material.diffuse = tint * 0.2f;
+        surface.material.specular = tint * 0.5f;
+        std::array<Image, 2> images;
+        for (std::size_t k = 0; k < 2; ++k) {
+            surface.texture = std::make_shared<const Texture>(k == 0 ? holed : whole);
+            const std::vector<Material> materials = materials_of(surfaces);
+            const ReferenceInstance instance{"square", &mesh, materials, {}, surfaces};
+            const Result<ReferenceFiles> files =
+                write_reference_scene(folder.path(), "reference", camera, {&instance, 1},
+                                      constant_environment(64, Rgb(1, 1, 1)), 400);
+            ASSERT_TRUE(files) << files.error().message();
+            images[k] = picture(files->scene);
+        }
+        double highlight = 0;
+        for (std::size_t i = 0; i < images[0].pixels.size(); ++i) {
+            const double opacity = image_channel(holed, point_at(i), 3);
+            ASSERT_NEAR(images[0].coverage[i], opacity, 5e-3) << i << ", " << tint.y;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const double expected = double(images[1].pixels[i][int(c)]) * opacity;
+                ASSERT_NEAR(images[0].pixels[i][int(c)], expected, 0.01 * expected + 2e-3)
+                    << i << ", " << tint.y;
+                highlight = std::max(highlight, expected);
+            }
+        }
+        EXPECT_GT(highlight, 0.3);  // far above the 0.2 of what is diffuse
+    }
+}
+
 }  // namespace
 }  // namespace haarfield
