@@ -86,8 +86,7 @@ private:
                 for (std::size_t next = 1; next < 3; ++next)
                     edges.push_back({triangle[k], triangle[(k + next) % 3]});
         std::ranges::sort(edges);
-        const auto same = std::ranges::unique(edges);
-        edges.erase(same.begin(), same.end());
+        edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
         end.assign(mesh.positions.size(), 0);
         for (const auto& [from, to] : edges) {
             ++end[from];
