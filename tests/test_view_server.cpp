@@ -264,8 +264,6 @@ TEST(ViewServer, SurvivesBytesThatAreNoRequests) {
 TEST(ViewServer, ListensOnAddressesOfThisMachineOnly) {
     EXPECT_FALSE(bool(ViewServer::listen("192.0.2.1", 0, "secret", {})));
     EXPECT_FALSE(bool(ViewServer::listen("nowhere", 0, "secret", {})));
-    EXPECT_EQ(random_token().size(), 32u);
-    EXPECT_NE(random_token(), random_token());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "tools/view/page_files.h"
 #include "tools/view/view_server.h"
 #include "tools/view/view_session.h"
+#include "tools/view/web_access.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

@@ -12,6 +12,7 @@ namespace haarfield {
 namespace {
 
 constexpr int protocol = 1;
+constexpr auto work_period = std::chrono::milliseconds(100);
 
 nlohmann::json camera_json(const Camera& camera) {
     return {{"position", json_of(camera.position)},
@@ -110,6 +111,42 @@ void ViewSession::tell_state() {
     has_stepped_ = false;
     told_undo_ = history_.can_undo();
     told_redo_ = history_.can_redo();
+}
+
+void ViewSession::show_colours(Exactness exactness) {
+    FrameHead head;
+    head.frame = ++frame_;
+    head.message = last_message_;
+    head.exactness = exactness;
+    head.milliseconds = std::chrono::duration<float, std::milli>(Clock::now() - message_time_).count();
+    last_frame_ = std::make_shared<const std::string>(frame_bytes(head, history_.now(), live_.colours()));
+    audience_.show_all(last_frame_);
+}
+
+void ViewSession::tell_work(const char* doing, std::string_view stage, double share) {
+    const bool is_end = *doing == 0;
+    {
+        const std::lock_guard lock(mutex_);
+        const auto now = Clock::now();
+        if (!is_end && now - told_work_ < work_period) return;
+        told_work_ = now;
+    }
+    audience_.tell_all(message_text({{"type", "work"},
+                                     {"doing", doing},
+                                     {"stage", stage},
+                                     {"share", share},
+                                     {"vector_bytes", is_end ? live_.transfer_bytes() : 0}}));
+}
+
+void ViewSession::tell_trouble(const Error& error) {
+    failed_light_ = history_.now().light_stamp;
+    audience_.tell_all(message_text({{"type", "error"}, {"message", error.message()}}));
+}
+
+void ViewSession::tell_rest() {
+    if (told_rest_ == std::pair(last_message_, frame_)) return;
+    told_rest_ = {last_message_, frame_};
+    audience_.tell_all(message_text({{"type", "rest"}, {"message", last_message_}, {"frame", frame_}}));
 }
 
 Result<Done> ViewSession::save(PageId page, const Save& save, const Message& message) {

@@ -1,5 +1,8 @@
 #include "tools/view/view_server.h"
 
+#include "tools/view/page_outbox.h"
+#include "tools/view/web_access.h"
+
 #include <fmt/format.h>
 
 // Asio's coroutines take it for granted.
@@ -18,12 +21,8 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 
-#include <nlohmann/json.hpp>
-
 #include <array>
-#include <deque>
 #include <map>
-#include <random>
 
 namespace haarfield {
 namespace {
@@ -39,54 +38,24 @@ using Response = http::response<http::string_body>;
 using Bytes = std::shared_ptr<const std::string>;
 
 constexpr auto patience = std::chrono::seconds(60);
-constexpr int most_unshown = 2;  ///< Frames that a page has been sent and has not shown.
 
 /// What a page's file may do: nothing but talk to where it comes from.
 constexpr const char* content_policy =
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; connect-src 'self' "
     "ws: wss:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
-bool is_same_token(std::string_view given, std::string_view token) {
-    // In a time that does not depend on where they differ.
-    unsigned difference = given.size() == token.size() ? 0 : 1;
-    for (std::size_t i = 0; i < token.size(); ++i)
-        difference |= static_cast<unsigned char>(token[i]) ^
-                      static_cast<unsigned char>(i < given.size() ? given[i] : '\0');
-    return difference == 0;
-}
-
-/// `%41` and the like; nothing if they are broken.
-std::optional<std::string> decoded(std::string_view text) {
-    std::string result;
-    const auto digit = [](char c) {
-        return c >= '0' && c <= '9'   ? c - '0'
-               : c >= 'a' && c <= 'f' ? c - 'a' + 10
-               : c >= 'A' && c <= 'F' ? c - 'A' + 10
-                                      : -1;
-    };
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        if (text[i] != '%') {
-            result += text[i];
-            continue;
-        }
-        if (i + 2 >= text.size() || digit(text[i + 1]) < 0 || digit(text[i + 2]) < 0) return std::nullopt;
-        result += static_cast<char>(16 * digit(text[i + 1]) + digit(text[i + 2]));
-        i += 2;
-    }
-    return result;
+std::string_view view_of(boost::beast::string_view text) {
+    return {text.data(), text.size()};
 }
 
 }  // namespace
 
-/// A page's connection: what waits to be sent to it. Of the server's thread.
+/// A page's connection. Of the server's thread.
 struct PageLine {
     std::uint64_t id;
     websocket::stream<beast::tcp_stream> socket;
     asio::steady_timer wake;  ///< Cancelled when there is something to send.
-    std::deque<std::string> texts{};
-    std::size_t text_bytes = 0;
-    Bytes frame{};
-    int unshown = 0;
+    PageOutbox outbox{};
     bool closed = false;
 
     void close() {
@@ -100,57 +69,30 @@ struct ViewServer::Inside {
     asio::io_context context{1};
     tcp::acceptor acceptor{context};
     asio::thread_pool slow{1};  ///< For answers that take long.
-    std::string token, host;
+    WebAccess access;
     WebLimits limits;
     WebSite site;
     std::map<std::uint64_t, std::shared_ptr<PageLine>> pages;
     std::uint64_t next_page = 1;
-    std::uint16_t port = 0;
-    bool is_loopback = true;
 
     asio::awaitable<void> accept_all();
     asio::awaitable<void> serve(tcp::socket socket);
     asio::awaitable<void> talk(beast::tcp_stream stream, Request request);
     asio::awaitable<void> send_all(std::shared_ptr<PageLine> page);
     asio::awaitable<WebAnswer> slowly(std::function<WebAnswer()> answer);
-    bool is_own_host(std::string_view host) const;
-    bool is_own_origin(std::string_view origin) const;
     std::optional<WebAnswer> refusal(const Request& request) const;
     asio::awaitable<WebAnswer> answer(const Request& request);
     void queue(PageLine& page, std::string text);
 };
 
-/// The names under which a browser may reach this server: those that can not be another's.
-bool ViewServer::Inside::is_own_host(std::string_view given) const {
-    const std::string end = fmt::format(":{}", port);
-    if (!given.ends_with(end)) return false;
-    given.remove_suffix(end.size());
-    return given == host ||
-           (is_loopback && (given == "localhost" || given == "127.0.0.1" || given == "[::1]"));
-}
-
-bool ViewServer::Inside::is_own_origin(std::string_view origin) const {
-    constexpr std::string_view scheme = "http://";
-    return origin.starts_with(scheme) && is_own_host(origin.substr(scheme.size()));
-}
-
-/// Why a request is refused, if it is: by host, origin or token.
+/// Why a request is refused, if it is.
 std::optional<WebAnswer> ViewServer::Inside::refusal(const Request& request) const {
-    const auto text = [](boost::beast::string_view view) {
-        return std::string_view(view.data(), view.size());
-    };
-    const auto refuse = [](unsigned status, const char* why) {
-        return WebAnswer{status, "text/plain", std::string(why) + "\n"};
-    };
-    if (!is_own_host(text(request[http::field::host]))) return refuse(403, "Not the name of this server.");
-    if (request.find(http::field::origin) != request.end() &&
-        !is_own_origin(text(request[http::field::origin])))
-        return refuse(403, "Not for pages of another origin.");
-    const std::string_view target = text(request.target());
-    if (target.size() < token.size() + 2 || target.front() != '/' ||
-        !is_same_token(target.substr(1, token.size()), token) || target[token.size() + 1] != '/')
-        return refuse(403, "The address lacks its token: take the one that haarfield view prints.");
-    return std::nullopt;
+    std::optional<std::string_view> origin;
+    if (request.find(http::field::origin) != request.end()) origin = view_of(request[http::field::origin]);
+    const std::optional<std::string> why =
+        haarfield::refusal(access, view_of(request[http::field::host]), origin, view_of(request.target()));
+    if (!why) return std::nullopt;
+    return WebAnswer{403, "text/plain", *why + "\n"};
 }
 
 asio::awaitable<WebAnswer> ViewServer::Inside::slowly(std::function<WebAnswer()> answer) {
@@ -168,9 +110,7 @@ asio::awaitable<WebAnswer> ViewServer::Inside::slowly(std::function<WebAnswer()>
 asio::awaitable<WebAnswer> ViewServer::Inside::answer(const Request& request) {
     const std::optional<WebAnswer> refused = refusal(request);
     if (refused) co_return *refused;
-    const std::string_view target(request.target().data(), request.target().size());
-    const std::string_view below = target.substr(token.size() + 2);
-    const std::optional<std::string> path = decoded(below.substr(0, below.find('?')));
+    const std::optional<std::string> path = asked_path(access, view_of(request.target()));
     if (!path) co_return WebAnswer{400, "text/plain", "The address is broken.\n"};
     if (request.method() == http::verb::get) {
         std::function<WebAnswer()> get = [&] { return site.get(*path); };
@@ -273,8 +213,8 @@ asio::awaitable<void> ViewServer::Inside::serve(tcp::socket socket) {
 
 asio::awaitable<void> ViewServer::Inside::talk(beast::tcp_stream stream, Request request) {
     stream.expires_never();
-    const std::string_view target(request.target().data(), request.target().size());
-    if (target.substr(token.size() + 2) != "session" || pages.size() >= limits.pages) co_return;
+    if (below_token(access, view_of(request.target())) != "session" || pages.size() >= limits.pages)
+        co_return;
     auto page = std::make_shared<PageLine>(
         PageLine{next_page++, websocket::stream<beast::tcp_stream>(std::move(stream)),
                  asio::steady_timer(context, asio::steady_timer::time_point::max())});
@@ -304,33 +244,23 @@ asio::awaitable<void> ViewServer::Inside::talk(beast::tcp_stream stream, Request
 }
 
 void ViewServer::Inside::queue(PageLine& page, std::string text) {
-    page.text_bytes += text.size();
-    page.texts.push_back(std::move(text));
-    if (page.text_bytes > limits.waiting_bytes) return page.close();
+    page.outbox.add_text(std::move(text));
+    if (page.outbox.text_bytes() > limits.waiting_bytes) return page.close();
     page.wake.cancel();
 }
 
 asio::awaitable<void> ViewServer::Inside::send_all(std::shared_ptr<PageLine> page) {
     Failure failure;
     while (!page->closed) {
-        if (!page->texts.empty()) {
-            const std::string text = std::move(page->texts.front());
-            page->texts.pop_front();
-            page->text_bytes -= text.size();
-            page->socket.text(true);
-            co_await page->socket.async_write(asio::buffer(text),
-                                              asio::redirect_error(asio::use_awaitable, failure));
-        } else if (page->frame && page->unshown < most_unshown) {
-            const Bytes frame = std::exchange(page->frame, nullptr);
-            ++page->unshown;
-            page->socket.binary(true);
-            co_await page->socket.async_write(asio::buffer(*frame),
-                                              asio::redirect_error(asio::use_awaitable, failure));
-        } else {
+        const std::optional<PageOutbox::Parcel> next = page->outbox.take();
+        if (!next) {
             page->wake.expires_at(asio::steady_timer::time_point::max());
             co_await page->wake.async_wait(asio::redirect_error(asio::use_awaitable, failure));
             continue;
         }
+        page->socket.binary(next->is_frame);
+        co_await page->socket.async_write(asio::buffer(*next->bytes),
+                                          asio::redirect_error(asio::use_awaitable, failure));
         if (failure) co_return page->close();
     }
 }
@@ -351,16 +281,17 @@ Result<std::unique_ptr<ViewServer>> ViewServer::listen(const std::string& addres
     if (!failure) acceptor.bind(endpoint, failure);
     if (!failure) acceptor.listen(asio::socket_base::max_listen_connections, failure);
     if (failure) return Error{fmt::format("{}:{}", address, port), failure.message()};
-    inside->port = acceptor.local_endpoint().port();
-    inside->is_loopback = ip.is_loopback();
-    inside->host = ip.is_v6() ? "[" + ip.to_string() + "]" : ip.to_string();
-    inside->token = std::move(token);
+    inside->access = {.token = std::move(token),
+                      .host = ip.is_v6() ? "[" + ip.to_string() + "]" : ip.to_string(),
+                      .port = acceptor.local_endpoint().port(),
+                      .is_loopback = ip.is_loopback()};
     inside->limits = limits;
     return std::unique_ptr<ViewServer>(new ViewServer(std::move(inside)));
 }
 
 std::string ViewServer::url() const {
-    return fmt::format("http://{}:{}/{}/", inside_->host, inside_->port, inside_->token);
+    const WebAccess& access = inside_->access;
+    return fmt::format("http://{}:{}/{}/", access.host, access.port, access.token);
 }
 
 void ViewServer::run(WebSite site, const std::stop_token& stop) {
@@ -390,7 +321,7 @@ void ViewServer::show(std::uint64_t page, Bytes frame) {
     asio::post(inside_->context, [this, page, frame = std::move(frame)]() mutable {
         const auto known = inside_->pages.find(page);
         if (known == inside_->pages.end()) return;
-        known->second->frame = std::move(frame);
+        known->second->outbox.set_frame(std::move(frame));
         known->second->wake.cancel();
     });
 }
@@ -398,7 +329,7 @@ void ViewServer::show(std::uint64_t page, Bytes frame) {
 void ViewServer::show_all(Bytes frame) {
     asio::post(inside_->context, [this, frame = std::move(frame)] {
         for (const auto& [id, page] : inside_->pages) {
-            page->frame = frame;
+            page->outbox.set_frame(frame);
             page->wake.cancel();
         }
     });
@@ -408,16 +339,9 @@ void ViewServer::shown(std::uint64_t page) {
     asio::post(inside_->context, [this, page] {
         const auto known = inside_->pages.find(page);
         if (known == inside_->pages.end()) return;
-        known->second->unshown = std::max(0, known->second->unshown - 1);
+        known->second->outbox.shown();
         known->second->wake.cancel();
     });
-}
-
-std::string random_token() {
-    std::random_device random;  // the system's
-    std::string token;
-    for (int i = 0; i < 4; ++i) token += fmt::format("{:08x}", random());
-    return token;
 }
 
 }  // namespace haarfield

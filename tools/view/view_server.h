@@ -67,7 +67,4 @@ private:
     std::unique_ptr<Inside> inside_;
 };
 
-/// 128 random bits, as a word for addresses.
-std::string random_token();
-
 }  // namespace haarfield

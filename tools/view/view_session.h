@@ -6,6 +6,7 @@
 #include "tools/view/messages.h"
 #include "tools/view/scene_assets.h"
 #include "tools/view/scene_file.h"
+#include "tools/view/view_job.h"
 #include "tools/view/view_tasks.h"
 
 #include <atomic>
@@ -74,21 +75,6 @@ private:
         Clock::time_point time;
     };
 
-    /// What a job is for: messages that are not for the same end it.
-    struct Job {
-        enum class For {
-            nothing,
-            frame,     ///< By vectors that are there, or by another exposure.
-            vectors,   ///< And a frame.
-            shade,     ///< In full, past other objects by their fields.
-            recommit,  ///< Exactly, where that is as quick: nothing has moved.
-            commit,    ///< Exactly, at rest.
-            likely,    ///< Vectors for what may come.
-        };
-        For what = For::nothing;
-        Variation variation;
-    };
-
     void run(const std::stop_token& stop);
     void post(Arrival arrival);
     void take_arrivals(std::deque<Arrival> arrivals);
@@ -104,10 +90,10 @@ private:
     void make_picture();
     void steer(PageId page);
 
-    Job next_job() const;
-    bool ends(const Arrival& arrival, const Job& job) const;
+    ViewJob next_job() const;
+    bool ends(const Arrival& arrival, const ViewJob& job) const;
     void take_highlights();
-    Result<Done> work(const Job& job, const Progress& progress);
+    Result<Done> work(const ViewJob& job, const Progress& progress);
     void show_colours(Exactness exactness);
     bool is_shown() const;
     bool same_eye(const Design& a, const Design& b) const;
@@ -150,7 +136,7 @@ private:
     mutable std::mutex mutex_;
     std::condition_variable_any woken_;
     std::deque<Arrival> arrivals_;
-    Job job_;                    ///< That is running,
+    ViewJob job_;                ///< That is running,
     std::stop_source stop_job_;  ///< and how to end it.
     Clock::time_point told_work_;
     Vec3f last_eye_;  ///< Of those that arrived.

@@ -1,0 +1,175 @@
+// What a session makes of that which arrives: changes of its design, and answers.
+
+#include "tools/view/view_session.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace haarfield {
+
+void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
+    for (const Arrival& arrival : arrivals) {
+        switch (arrival.what) {
+            case Arrival::What::message: take_message(arrival); break;
+            case Arrival::What::joined:
+                pages_.push_back(arrival.page);
+                tell_scene(arrival.page);
+                if (last_frame_) audience_.show(arrival.page, last_frame_);
+                told_rest_ = {};
+                if (pages_.size() > 1) break;
+                last_message_ = 0;  // it counts anew
+                history_.end_gesture();
+                break;
+            case Arrival::What::left: {
+                const bool steered = !pages_.empty() && pages_.front() == arrival.page;
+                std::erase(pages_, arrival.page);
+                if (steered && !pages_.empty()) steer(PageId(pages_.front()));
+                break;
+            }
+            case Arrival::What::lights:
+                for (const PageId page : pages_) {
+                    nlohmann::json message = state(true);
+                    audience_.tell(page, message_text(message));
+                }
+                break;
+            case Arrival::What::task: audience_.tell_all(arrival.text); break;
+        }
+    }
+    if (failed_light_ != history_.now().light_stamp)
+        if (const Result<Done> taken = live_.take_light(history_.now()); !taken) tell_trouble(taken.error());
+    tell_state();
+}
+
+void ViewSession::take_message(const Arrival& arrival) {
+    const Message& message = *arrival.message;
+    Result<Done> done = Done{};
+    const bool is_open = std::holds_alternative<Steer>(message.content);
+    if (!is_open && (pages_.empty() || pages_.front() != arrival.page)) {
+        done = Error{"", "another page steers; wanted `steer` first"};
+    } else {
+        done = take_content(arrival.page, message);
+    }
+    if (!done) {
+        audience_.tell(arrival.page, message_text({{"type", "error"},
+                                                   {"about", message.type},
+                                                   {"number", message.number},
+                                                   {"message", done.error().message()}}));
+        return;
+    }
+    if (is_open) return;
+    last_input_ = arrival.time;
+    message_time_ = arrival.time;
+    last_message_ = message.number;
+}
+
+Result<Done> ViewSession::make_edit(const Edit& edit, const Message& message, const Variation& hand) {
+    if (Result<Done> done = history_.make(edit, message.gesture); !done) return done;
+    hand_ = hand;
+    if (hand.of != Variation::Of::nothing) likely_ = hand;
+    return Done{};
+}
+
+Result<Done> ViewSession::take_content(PageId page, const Message& message) {
+    using Of = Variation::Of;
+    return std::visit(
+        [&](const auto& content) -> Result<Done> {
+            using Type = std::decay_t<decltype(content)>;
+            if constexpr (std::is_same_v<Type, TurnLight> || std::is_same_v<Type, MixLights>) {
+                return make_edit(content, message, {Of::light, 0});
+            } else if constexpr (std::is_same_v<Type, SetExposure>) {
+                return make_edit(content, message, hand_);
+            } else if constexpr (std::is_same_v<Type, SetMaterial> || std::is_same_v<Type, CloneObject> ||
+                                 std::is_same_v<Type, DeleteObject>) {
+                return make_edit(content, message, {});
+            } else if constexpr (std::is_same_v<Type, NamedLights>) {
+                return take_lights(content, message);
+            } else if constexpr (std::is_same_v<Type, PartialPlace>) {
+                return take_place(content, message);
+            } else if constexpr (std::is_same_v<Type, Look>) {
+                return take_look(content, message);
+            } else if constexpr (std::is_same_v<Type, Select>) {
+                if (content.object && !place_of(history_.now(), *content.object))
+                    return Error{"", fmt::format("there is no object {}", *content.object)};
+                if (content.object) likely_ = {Of::object, *content.object};
+            } else if constexpr (std::is_same_v<Type, StepBack> || std::is_same_v<Type, StepOn>) {
+                const bool done = std::is_same_v<Type, StepBack> ? history_.undo() : history_.redo();
+                if (!done) return Error{"", "there is nothing more to take back or to do again"};
+                hand_ = {};
+                look_as_designed();
+            } else if constexpr (std::is_same_v<Type, Save>) {
+                return save(page, content, message);
+            } else if constexpr (std::is_same_v<Type, StartTask>) {
+                return start_task(page, content, message);
+            } else if constexpr (std::is_same_v<Type, CancelTask>) {
+                tasks_.cancel();
+            } else if constexpr (std::is_same_v<Type, Steer>) {
+                steer(page);
+            }
+            return Done{};
+        },
+        message.content);
+}
+
+Result<Done> ViewSession::take_lights(const NamedLights& lights, const Message& message) {
+    const std::optional<ShelfLight> first = shelf_.find(lights.first);
+    if (!first) return Error{"", fmt::format("there is no light \"{}\"", lights.first)};
+    ChooseLight edit;
+    edit.light.image = first->image;
+    edit.light.sky = first->sky;
+    if (lights.second) {
+        const std::optional<ShelfLight> second = shelf_.find(*lights.second);
+        if (!second) return Error{"", fmt::format("there is no light \"{}\"", *lights.second)};
+        edit.light.blend = BlendedLight{second->image, second->sky, lights.share};
+    }
+    if (Result<Done> known = live_.lights().know(edit.light); !known) return known;
+    return make_edit(edit, message, {Variation::Of::light, 0});
+}
+
+Result<Done> ViewSession::take_place(const PartialPlace& place, const Message& message) {
+    const std::optional<std::size_t> at = place_of(history_.now(), place.object);
+    if (!at) return Error{"", fmt::format("there is no object {}", place.object)};
+    Placement placement = history_.now().scene.instances[*at].placement;
+    if (place.translate) placement.translate = *place.translate;
+    if (place.scale) placement.scale = *place.scale;
+    if (place.rotate) placement.rotate = *place.rotate;
+    return make_edit(PlaceObject{place.object, placement}, message,
+                     place.rotate ? Variation{} : Variation{Variation::Of::object, place.object});
+}
+
+Result<Done> ViewSession::take_look(const Look& look, const Message& message) {
+    window_ = look.camera;
+    has_stepped_ = false;
+    const Camera& now = history_.now().scene.camera;
+    const bool has_moved = !is_same_place(look.camera.position, now.position, look.camera);
+    const bool has_turned = !is_same_place(look.camera.target, now.target, look.camera);
+    if (!has_moved && !has_turned) return Done{};
+    const MoveEye edit{has_moved ? look.camera.position : now.position,
+                       has_turned ? look.camera.target : now.target};
+    if (Result<Done> done = history_.make(edit, message.gesture); !done) return done;
+    if (has_moved && has_highlights_) likely_ = hand_ = {Variation::Of::eye, 0};
+    return Done{};
+}
+
+/// The page is to look from where a step has led.
+void ViewSession::look_as_designed() {
+    const Camera& camera = history_.now().scene.camera;
+    if (window_.position == camera.position && window_.target == camera.target) return;
+    window_.position = camera.position;
+    window_.target = camera.target;
+    has_stepped_ = true;
+    const std::lock_guard lock(mutex_);
+    last_eye_ = camera.position;
+}
+
+void ViewSession::steer(PageId page) {
+    const auto known = std::ranges::find(pages_, page);
+    if (known == pages_.end()) return;
+    history_.end_gesture();
+    std::rotate(pages_.begin(), known, known + 1);
+    for (const PageId each : pages_)
+        audience_.tell(each, message_text({{"type", "steering"}, {"steers", each == page}}));
+}
+
+}  // namespace haarfield
