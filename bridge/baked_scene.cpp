@@ -68,8 +68,9 @@ Result<std::uint64_t> write_include(const BakedInstance& instance, const std::st
                                     const std::filesystem::path& file, const TextureFiles& textures) {
     const std::string name = file.filename().string();
     if (has_textures(instance.surfaces)) {
-        const ColouredMesh textured = textured_mesh(*instance.mesh, instance.surfaces, instance.radiance,
-                                                    instance.over, textures, object + "_Finish");
+        const ColouredMesh textured =
+            textured_mesh(*instance.mesh, instance.surfaces, instance.radiance, instance.over, textures,
+                          object + "_Finish", instance.placement.scale);
         const std::string text = include_text(instance, textured, object, name, textures);
         if (Result<Done> written = write_file(file, text); !written) return written.error();
         return textured.clamped_vertices;

@@ -31,26 +31,11 @@ float diffuse_share(const Material& material) {
 
 /// A pigment of one colour, or of an image times it.
 ///
-/// POV-Ray can not multiply an image with a colour; but it has functions of an image's channels, colour maps
-/// that make them colours, and means of pigments: of the three channels', and of what the image lets through.
-///
 /// is_opaque  whether the image is to let nothing through, whatever its alpha.
 std::string pigment_text(const Rgb& colour, const TextureFile* image, bool is_opaque) {
     if (!image) return fmt::format("rgb {}", povray_vector(colour));
-    const bool has_alpha = !image->transmission.empty(), lets_through = has_alpha && !is_opaque;
-    if (colour == Rgb(1.0f) && lets_through == has_alpha) return image->pigment;
-    std::string text = "average pigment_map {";
-    const int pigments = lets_through ? 4 : 3;
-    for (int c = 0; c < 3; ++c) {
-        Rgb channel(0.0f);
-        channel[c] = float(pigments) * colour[c];
-        text += fmt::format(
-            " [1 function {{ {}_Function(x, y, z).{} }} color_map {{ [0 rgb 0] [1 rgb {}] }}]",
-            image->pigment, std::array{"red", "green", "blue"}[std::size_t(c)], povray_vector(channel));
-    }
-    if (pigments == 4)
-        text += fmt::format(" [1 {} color_map {{ [0 rgb 0] [1 rgbt <0, 0, 0, 4>] }}]", image->transmission);
-    return text + " }";
+    if (colour == Rgb(1.0f)) return is_opaque ? image->opaque : image->pigment;
+    return multiplied_pigment(image->pigment, colour, is_opaque ? std::string() : image->transmission);
 }
 
 /// A POV-Ray texture, perhaps of layers.
@@ -440,10 +425,12 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         scene_name, camera.width, camera.height, files.world_scale, *camera_text, *background_text,
         background_alone, by_radiosity, bounces_text(bounces));
     std::vector<std::string> declarations;
-    for (const auto& [texture, file] : *textures)
-        declarations.push_back(
-            file.text +
-            fmt::format("#declare {0}_Function = function {{ pigment {{ {0} }} }}\n", file.pigment));
+    for (const auto& [texture, file] : *textures) {
+        declarations.push_back(file.text);
+        if (!texture->has_alpha)
+            declarations.back() +=
+                fmt::format("#declare {0}_Function = function {{ pigment {{ {0} }} }}\n", file.pigment);
+    }
     std::ranges::sort(declarations);
     for (const std::string& declaration : declarations) text += declaration;
 

@@ -10,6 +10,23 @@
 #include "scenes/image.h"
 
 namespace haarfield {
+
+std::string multiplied_pigment(const std::string& pigment, const Rgb& colour,
+                               const std::string& transmission) {
+    std::string text = "average pigment_map {";
+    const int pigments = transmission.empty() ? 3 : 4;
+    for (int c = 0; c < 3; ++c) {
+        Rgb channel(0.0f);
+        channel[c] = float(pigments) * colour[c];
+        text +=
+            fmt::format(" [1 function {{ {}_Function(x, y, z).{} }} color_map {{ [0 rgb 0] [1 rgb {}] }}]",
+                        pigment, std::array{"red", "green", "blue"}[std::size_t(c)], povray_vector(channel));
+    }
+    if (pigments == 4)
+        text += fmt::format(" [1 {} color_map {{ [0 rgb 0] [1 rgbt <0, 0, 0, 4>] }}]", transmission);
+    return text + " }";
+}
+
 std::vector<std::filesystem::path> files_of(const TextureFiles& textures) {
     std::vector<std::filesystem::path> files;
     for (const auto& [texture, file] : textures) files.push_back(file.file);
@@ -40,19 +57,21 @@ Result<TextureFiles> write_textures(const std::filesystem::path& folder, const s
             if (const Result<Done> written = write_file(made.file, *bytes); !written) return written.error();
         }
         made.pigment = fmt::format("{}_Image_{}", povray_identifier(stem), povray_identifier(name));
-        made.over = made.pigment + "_Over";
         const std::string image =
             fmt::format("{} \"{}\"", is_jpeg ? "jpeg" : "png", made.file.filename().string());
-        if (texture->has_alpha)
+        made.opaque = made.pigment;
+        made.text =
+            fmt::format("#ifndef ({0})\n#declare {0} = pigment {{ image_map {{ {1} interpolate 2 }} }}\n",
+                        made.pigment, image);
+        if (texture->has_alpha) {
             made.transmission = fmt::format("image_pattern {{ {} interpolate 2 use_alpha }}", image);
-        made.text = fmt::format(
-            "#ifndef ({0})\n"
-            "#declare {0} = pigment {{ image_map {{ {1} interpolate 2 }} }}\n"
-            "#declare {2} = pigment {{ {3} }}\n"
-            "#end\n",
-            made.pigment, image, made.over,
-            texture->has_alpha ? made.transmission + " color_map { [0 rgb 1] [1 rgbt 1] }"
-                               : std::string("rgb 1"));
+            made.opaque += "_Opaque";
+            made.text += fmt::format(
+                "#declare {0}_Function = function {{ pigment {{ {0} }} }}\n"
+                "#declare {1} = pigment {{ {2} }}\n",
+                made.pigment, made.opaque, multiplied_pigment(made.pigment, Rgb(1.0f)));
+        }
+        made.text += "#end\n";
         files.emplace(texture, std::move(made));
     }
     return files;

@@ -12,11 +12,22 @@ namespace haarfield {
 struct TextureFile {
     std::filesystem::path file;
     std::string pigment;  ///< What the declared pigment is called: the image,
-    std::string over;     ///< and white as far as the image is opaque.
+    std::string opaque;   ///< and its colours without its alpha; the same if there is none.
     /// A pattern: 0 where the image is opaque, 1 where nothing is there; empty if it is opaque everywhere.
     std::string transmission;
-    std::string text;  ///< Declares both, once, however often it stands in a scene.
+    /// Declares both, once, however often it stands in a scene; if there is alpha, PIGMENT_Function, too.
+    std::string text;
 };
+
+/// The colours of a declared pigment times one, by the declared function of it; opaque but for what a pattern
+/// lets through.
+///
+/// POV-Ray can not multiply an image with a colour; but it has functions of an image's channels, colour maps
+/// that make them colours, and means of pigments: of the three channels' and of what is let through.
+///
+/// transmission  that pattern, or empty.
+std::string multiplied_pigment(const std::string& pigment, const Rgb& colour,
+                               const std::string& transmission = {});
 
 /// By texture.
 using TextureFiles = std::map<const Texture*, TextureFile>;

@@ -12,6 +12,10 @@
 namespace haarfield {
 namespace {
 
+/// How far either side of a sheet that may be looked through stands off: more than POV-Ray's tolerance, 1e-4
+/// units, from one to the other. [m]
+constexpr float povray_parting = 1.5e-4f;
+
 /// What a corner of a triangle shows.
 struct CornerLook {
     const TextureFile* image;  ///< Null: none.
@@ -41,9 +45,24 @@ std::string texture_text(const CornerLook& look, const std::string& finish) {
         return fmt::format("pigment{{{}}}finish{{{} emission{}}}", pigment, finish, rgb_text(light, times));
     };
     if (!look.shines()) return fmt::format("texture{{{}}}", layer(look.image->pigment, look.under, 1));
-    // The mean of the two, of which each is twice as bright.
-    return fmt::format("texture{{average texture_map{{[1 {}][1 {}]}}}}",
-                       layer(look.image->pigment, look.under, 2), layer(look.image->over, look.over, 2));
+    // The mean of the two, of which each is twice as bright; both opaque, as each would send on a ray.
+    const std::string mean =
+        fmt::format("average texture_map{{[1 {}][1 {}]}}", layer(look.image->opaque, look.under, 2),
+                    layer("rgb 1", look.over, 2));
+    if (look.image->transmission.empty()) return fmt::format("texture{{{}}}", mean);
+    return fmt::format("texture{{{} texture_map{{[0 {}][1 {}]}}}}", look.image->transmission, mean,
+                       layer("rgbt 1", {0, 0, 0}, 1));
+}
+
+/// Moves what may be looked through outwards: POV-Ray misses all of a mesh behind a hit that is nearer to the
+/// last one than its tolerance, as that on the back of a sheet would be.
+void part_cut_outs(Mesh& mesh, const std::vector<bool>& is_cut_out, float distance) {
+    std::vector<bool> moves(mesh.positions.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (is_cut_out[t])
+            for (const std::uint32_t corner : mesh.triangles[t]) moves[corner] = true;
+    for (std::size_t v = 0; v < moves.size(); ++v)
+        if (moves[v]) mesh.positions[v] += mesh.normals[v] * distance;
 }
 
 /// The looks that occur, numbered in their order.
@@ -63,9 +82,18 @@ private:
 
 }  // namespace
 
-ColouredMesh textured_mesh(const Mesh& mesh, std::span<const Surface> surfaces, std::span<const Rgb> under,
-                           std::span<const Rgb> over, const TextureFiles& files, const std::string& finish) {
-    assert(mesh.uvs.size() == mesh.positions.size());
+ColouredMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces, std::span<const Rgb> under,
+                           std::span<const Rgb> over, const TextureFiles& files, const std::string& finish,
+                           float scale) {
+    assert(baked.uvs.size() == baked.positions.size());
+    Mesh mesh = baked;
+    std::vector<bool> is_cut_out;
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const Surface& surface = surfaces[mesh.vertex_materials[a]];
+        is_cut_out.push_back(surface.texture &&
+                             surface.texture->is_cut_out({mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]}));
+    }
+    part_cut_outs(mesh, is_cut_out, povray_parting / scale);
     ColouredMesh result;
     const std::vector<Colour> under_light = clamped_colours(under, result.clamped_vertices);
     std::uint64_t clamped_over = 0;
@@ -94,14 +122,12 @@ ColouredMesh textured_mesh(const Mesh& mesh, std::span<const Surface> surfaces, 
     auto out = std::back_inserter(faces);
     fmt::format_to(out, "face_indices {{ {}", mesh.triangles.size());
     Looks looks;
-    for (const auto& triangle : mesh.triangles) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto& triangle = mesh.triangles[t];
         const auto& [a, b, c] = triangle;
-        const Surface& surface = surfaces[mesh.vertex_materials[a]];
-        const bool is_cut_out =
-            surface.texture && surface.texture->is_cut_out({mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]});
         fmt::format_to(out, ",\n<{},{},{}>,", a, b, c);
         // Three textures a face, or one: with two, POV-Ray 3.7 crashes.
-        if (is_cut_out || is_sliver(mesh, triangle, frame.magnified))
+        if (is_cut_out[t] || is_sliver(mesh, triangle, frame.magnified))
             fmt::format_to(out, "{}", looks.number_of(mean_look(triangle)));
         else
             fmt::format_to(out, "{},{},{}", looks.number_of(look_of(a)), looks.number_of(look_of(b)),

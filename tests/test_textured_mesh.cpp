@@ -132,6 +132,41 @@ TEST_F(TexturedMesh, WhereTheImageIsNotOpaqueThereIsNoSurface) {
     }
 }
 
+/// Also behind a sheet whose two sides are nearer to each other than POV-Ray can tell.
+TEST_F(TexturedMesh, WhatIsBehindTheHolesOfASheetIsSeen) {
+    Texture holed = random_texture(4, 4, true);
+    for (std::size_t i = 0; i < holed.texels.size(); ++i) holed.texels[i][3] = i % 4 < 2 ? 255 : 0;
+    surfaces[0].texture = std::make_shared<const Texture>(holed);
+    Mesh back = mesh, scene = mesh, wall = upright_square_mesh(1.5f);
+    for (auto& [a, b, c] : back.triangles) std::swap(b, c);
+    for (Vec3f& normal : back.normals) normal = -normal;
+    wall.uvs.assign(wall.positions.size(), Vec2f(0.25f, 0.5f));  // opaque
+    for (Vec3f& p : wall.positions) p.z = -0.3f;
+    for (Vec3f& p : scene.positions) p.z = 1e-5f;
+    append_mesh(scene, back);
+    append_mesh(scene, wall);
+    std::vector<Rgb> under(scene.positions.size(), Rgb(0.25f)), over(under.size(), Rgb(0.0625f));
+    for (std::size_t v = under.size() - wall.positions.size(); v < under.size(); ++v) over[v] = Rgb(0.5f);
+    const BakedInstance instance{"sheet", &scene, {}, under, over, surfaces};
+    const Result<BakedFiles> files = write_baked_scene(folder.path(), "baked", camera, {&instance, 1}, {});
+    ASSERT_TRUE(files) << files.error().message();
+    const Image image = picture(files->scene);
+    const double wall_colour = 0.25 * bilinear_channel(holed, 0.25, 0.5, 0) + 0.5;
+    std::size_t in_holes = 0, on_sheet = 0;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const double opacity = image_channel(holed, point_at(i), 3);
+        if (opacity == 0) {
+            ASSERT_NEAR(image.pixels[i].x, wall_colour, 5e-3) << i;
+            ++in_holes;
+        } else if (opacity == 1) {
+            ASSERT_NEAR(image.pixels[i].x, 0.25 * image_channel(holed, point_at(i), 0) + 0.0625, 5e-3) << i;
+            ++on_sheet;
+        }
+    }
+    EXPECT_GT(in_holes, 10u);
+    EXPECT_GT(on_sheet, 10u);
+}
+
 /// Under light from everywhere a matte square has the radiance of its albedo.
 TEST_F(TexturedMesh, TheReferenceShowsImageColoursAndEmission) {
     Mesh coloured = mesh;
