@@ -63,7 +63,8 @@ int main(int argc, char** argv) {
     CLI::App* const occlusion =
         app.add_subcommand("occlusion", "Time and error of bake's --occlusion, against the dense oracle");
     occlusion->add_option("SCENE", scene, "A scene file with a sky")->required()->type_name("");
-    CLI::App* const view = app.add_subcommand("view", "Time from gesture to frame in sessions of view");
+    CLI::App* const view = app.add_subcommand(
+        "view", "Time from gesture to frame, and to the end of a job, in sessions of view");
     view->add_option("SCENE", scene, "A scene file with a chair")->required()->type_name("");
     CLI::App* const relight =
         app.add_subcommand("relight", "Time of a session's frames, and their error against commits");

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <condition_variable>
 #include <cstring>
+#include <functional>
 #include <mutex>
+#include <thread>
 
 #include "scenes/scene_reader.h"
 #include "tests/baselines/scene_integrals.h"
@@ -52,6 +54,18 @@ public:
         changed_.wait(lock, [&] { return doing_.empty(); });
     }
 
+    /// Until pages are told that a message has been taken: by then the job before has given up its work.
+    void wait_taken(std::uint32_t message) {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return taken_ >= message; });
+    }
+
+    /// Whether a frame shows a message, at least as exactly.
+    bool has_shown(std::uint32_t message, std::uint32_t exactness) {
+        const std::lock_guard lock(mutex_);
+        return has_frame_ && shown_ >= message && exactness_ >= exactness;
+    }
+
 private:
     void note(const SharedBytes& frame) {
         const std::lock_guard lock(mutex_);
@@ -62,16 +76,16 @@ private:
     }
     void note(const std::string& text) {
         const nlohmann::json message = nlohmann::json::parse(text);
-        if (message["type"] != "work") return;
         const std::lock_guard lock(mutex_);
-        doing_ = message["doing"];
+        if (message["type"] == "work") doing_ = message["doing"];
+        if (message["type"] == "state") taken_ = message["message"];
         changed_.notify_all();
     }
 
     std::mutex mutex_;
     std::condition_variable changed_;
     bool has_frame_ = false;
-    std::uint32_t number_ = 0, shown_ = 0, exactness_ = 0;
+    std::uint32_t number_ = 0, shown_ = 0, exactness_ = 0, taken_ = 0;
     std::string doing_;
     ViewSession session_;
 };
@@ -106,9 +120,62 @@ void print_gestures(Watched& watched, const char* what, const MessageOf& message
     watched.wait_idle();
 }
 
+/// What a hand does, the i-th time.
+using Gesture = std::function<nlohmann::json(int i)>;
+
+/// A job that a gesture starts, and the gesture that makes it useless.
+struct CancelledJob {
+    const char* what;
+    Gesture start, end;
+    std::uint32_t exactness;  ///< Of the frame with which the job is done.
+    bool waits_for_rest;      ///< The gesture itself is followed at once: the job comes after it.
+};
+
+/// Hands rest after so long a pause, and a little.
+constexpr auto rest = std::chrono::milliseconds(155);
+
+/// How long a job takes that is left alone, and how long one goes on that is of no use any more: at moments
+/// all through it.
+void print_cancelled(Watched& watched, const CancelledJob& job) {
+    constexpr int moments = 16;
+    static int i = 0;  // no gesture is one that was made before
+    const auto start = [&] {
+        const std::uint32_t number = watched.send(job.start(++i));
+        if (job.waits_for_rest) {
+            watched.wait(number);
+            std::this_thread::sleep_for(rest);
+        } else {
+            watched.wait_taken(number);
+        }
+        return number;
+    };
+    watched.wait_taken(watched.send(job.end(++i)));
+    const std::uint32_t alone = start();
+    Clock::time_point here = Clock::now();
+    watched.wait(alone, job.exactness);
+    const double whole = milliseconds_since(here);
+    std::vector<double> taken;
+    for (int moment = 0; moment < moments; ++moment) {
+        watched.wait_taken(watched.send(job.end(++i)));
+        const std::uint32_t number = start();
+        std::this_thread::sleep_for(
+            std::chrono::duration<double, std::milli>(whole * (moment + 0.5) / moments));
+        if (watched.has_shown(number, job.exactness)) continue;
+        here = Clock::now();
+        watched.wait_taken(watched.send(job.end(++i)));
+        taken.push_back(milliseconds_since(here));
+    }
+    std::ranges::sort(taken);
+    if (taken.empty()) taken = {0};
+    fmt::print("{:<30} {:>8.0f} {:>8} {:>8.1f} {:>8.1f}\n", job.what, whole, taken.size(),
+               taken[taken.size() / 2], taken.back());
+    std::fflush(stdout);
+}
+
 void print_session(const Scene& scene, int bounces) {
     SceneEntityOptions options;
     options.fields_folder = study_fields_folder();
+    const Clock::time_point start = Clock::now();
     SceneEntities entities = value_or_exit(prepare_scene_entities(scene, options));
     LightShelf shelf(scene.environment, "", study_fields_folder());
     ViewSettings settings;
@@ -118,33 +185,50 @@ void print_session(const Scene& scene, int bounces) {
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
         if (scene.entities[scene.instances[i].entity].name == "chair") chair = i;
     const Vec3f place = scene.instances[chair].placement.translate;
-    const Clock::time_point start = Clock::now();
     Watched watched(scene, std::move(entities), settings, shelf);
     watched.wait(0);
     std::fflush(stdout);
-    fmt::print("\n--bounces {}: a shaded picture after {:.2f} s, exact after ", bounces == 0 ? "0" : "auto",
-               1e-3 * milliseconds_since(start));
+    fmt::print("\n--bounces {}: fields read and a shaded picture after {:.2f} s, exact after ",
+               bounces == 0 ? "0" : "auto", 1e-3 * milliseconds_since(start));
     watched.wait(0, 2);
     fmt::print("{:.2f} s\n\n{:<22} {:>8} {:>8} {:>8} {:>8} {:>8}\n", 1e-3 * milliseconds_since(start),
                "gesture to frame [ms]", "first", "least", "median", "most", "exact");
     watched.wait_idle();
-    print_gestures(watched, "light turns", [](int i) {
+    const Gesture turn_light = [](int i) {
         return nlohmann::json{{"type", "turn_light"},
                               {"gesture", 1},
                               {"rotation", {0, std::sin(0.01 * i), 0, std::cos(0.01 * i)}}};
-    });
-    print_gestures(watched, "eye moves", [](int i) {
+    };
+    const Gesture move_eye = [](int i) {
         return nlohmann::json{
             {"type", "look"},        {"position", {2.5 * std::cos(0.02 * i), 1.5, 2.5 * std::sin(0.02 * i)}},
             {"target", {0, 0.4, 0}}, {"vertical_fov", 40},
             {"width", 640},          {"height", 480}};
-    });
-    print_gestures(watched, "chair is moved", [&](int i) {
+    };
+    const Gesture move_chair = [&](int i) {
         return nlohmann::json{{"type", "place"},
                               {"object", chair + 1},
                               {"gesture", 2},
-                              {"translate", {double(place.x) + 0.004 * i, double(place.y), double(place.z)}}};
-    });
+                              {"translate", {double(place.x) + 0.001 * i, double(place.y), double(place.z)}}};
+    };
+    const Gesture turn_chair = [&](int i) {
+        return nlohmann::json{{"type", "place"},
+                              {"object", chair + 1},
+                              {"gesture", 3},
+                              {"rotation", {0, std::sin(0.01 * i), 0, std::cos(0.01 * i)}}};
+    };
+    print_gestures(watched, "light turns", turn_light);
+    print_gestures(watched, "eye moves", move_eye);
+    print_gestures(watched, "chair is moved", move_chair);
+
+    fmt::print("\n{:<30} {:>8} {:>8} {:>8} {:>8}\n", "gesture to end of a job [ms]", "whole job", "gestures",
+               "median", "most");
+    for (const CancelledJob& job : {CancelledJob{"vectors for the light", turn_light, move_chair, 0, false},
+                                    {"vectors for the eye", move_eye, move_chair, 0, false},
+                                    {"vectors for a chair", move_chair, turn_light, 0, false},
+                                    {"exact at rest", move_chair, move_chair, 2, true},
+                                    {"a turned chair", turn_chair, turn_light, 1, false}})
+        print_cancelled(watched, job);
 }
 
 }  // namespace
@@ -152,6 +236,9 @@ void print_session(const Scene& scene, int bounces) {
 void study_view(const std::string& file, std::size_t vertices) {
     const Scene scene = with_vertices(value_or_exit(read_scene(file)), vertices);
     fmt::print("{}: sessions without a page, all threads\n", scene.name);
+    SceneEntityOptions options;
+    options.fields_folder = study_fields_folder();
+    value_or_exit(prepare_scene_entities(scene, options));  // makes the fields
     print_session(scene, 0);
     print_session(scene, 1000);
 }
