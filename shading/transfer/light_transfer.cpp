@@ -187,7 +187,9 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
         progress);
     if (!made) return made.error();
     result.spectrum = transfer_spectrum(result, settings.face_size);
-    result.sources = SourceRows(scene, geometry);
+    Result<SourceRows> sources = SourceRows::make(scene, geometry, progress);
+    if (!sources) return sources.error();
+    result.sources = std::move(*sources);
     return result;
 }
 

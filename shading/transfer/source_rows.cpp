@@ -59,40 +59,50 @@ struct AskedLater {
             if (!left_out[v]) round[v] = 0;
         for (std::uint8_t r = 1; r + 1 < rounds; ++r)
             for (std::uint32_t v = 0; v < round.size(); ++v)
-                if (round[v] >= r && !buried[v] && earlier(v, r).size() >= enough) round[v] = r;
+                if (round[v] >= r && !buried[v] && has_enough(v, r)) round[v] = r;
         for (std::uint32_t v = 0; v < round.size(); ++v)  // what is buried tells nothing
             if (buried[v]) round[v] = rounds;
     }
 
-    /// Neighbours that are asked before a vertex; none if these are not enough.
-    std::vector<std::uint32_t> earlier(std::uint32_t vertex) const {
-        std::vector<std::uint32_t> found = earlier(vertex, round[vertex]);
-        if (found.size() < enough) found.clear();
-        return found;
+    /// Calls `act` with the neighbours that are asked before a vertex; with none if these are not enough.
+    template <class Act>
+    void for_each_earlier(std::uint32_t vertex, const Act& act) const {
+        if (!has_enough(vertex, round[vertex])) return;
+        for (const std::uint32_t v : beside(vertex))
+            if (round[v] < round[vertex]) act(v);
     }
 
 private:
-    std::vector<std::uint32_t> earlier(std::uint32_t vertex, std::uint8_t than) const {
-        std::vector<std::uint32_t> found;
-        for (std::size_t i = vertex > 0 ? end[vertex - 1] : 0; i < end[vertex]; ++i)
-            if (round[neighbours[i]] < than) found.push_back(neighbours[i]);
-        return found;
+    std::span<const std::uint32_t> beside(std::uint32_t vertex) const {
+        const std::size_t first = vertex > 0 ? end[vertex - 1] : 0;
+        return std::span(neighbours).subspan(first, end[vertex] - first);
+    }
+
+    /// Whether enough neighbours are asked in rounds before one.
+    bool has_enough(std::uint32_t vertex, std::uint8_t than) const {
+        return std::size_t(std::ranges::count_if(beside(vertex),
+                                                 [&](std::uint32_t v) { return round[v] < than; })) >= enough;
     }
 
     void list_neighbours(const Mesh& mesh) {
-        std::vector<std::array<std::uint32_t, 2>> edges;
+        // Of each vertex with every one more than once: two a triangle.
+        std::vector<std::uint32_t> first(mesh.positions.size() + 1, 0);
+        for (const auto& triangle : mesh.triangles)
+            for (const std::uint32_t v : triangle) first[v + 1] += 2;
+        std::partial_sum(first.begin(), first.end(), first.begin());
+        std::vector<std::uint32_t> all(first.back()), filled(first.begin(), first.end() - 1);
         for (const auto& triangle : mesh.triangles)
             for (std::size_t k = 0; k < 3; ++k)
                 for (std::size_t next = 1; next < 3; ++next)
-                    edges.push_back({triangle[k], triangle[(k + next) % 3]});
-        std::ranges::sort(edges);
-        edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-        end.assign(mesh.positions.size(), 0);
-        for (const auto& [from, to] : edges) {
-            ++end[from];
-            neighbours.push_back(to);
+                    all[filled[triangle[k]]++] = triangle[(k + next) % 3];
+        neighbours.reserve(all.size() / 2);
+        for (std::size_t v = 0; v + 1 < first.size(); ++v) {
+            const auto of_vertex = std::span(all).subspan(first[v], first[v + 1] - first[v]);
+            std::ranges::sort(of_vertex);
+            neighbours.insert(neighbours.end(), of_vertex.begin(),
+                              std::unique(of_vertex.begin(), of_vertex.end()));
+            end.push_back(static_cast<std::uint32_t>(neighbours.size()));
         }
-        std::partial_sum(end.begin(), end.end(), end.begin());
     }
 };
 
@@ -128,30 +138,44 @@ Sphere bounding_sphere(const ShadedScene& scene, const ShadedInstance& instance)
 
 }  // namespace
 
-SourceRows::SourceRows(const ShadedScene& scene, const ShadingGeometry& geometry) {
-    std::vector<AskedLater> asked;  // by entity
-    for (const ShadedEntity& entity : scene.entities)
-        asked.emplace_back(*entity.mesh, entity.occlusion->samples().buried);
-    rounds_.resize(AskedLater::rounds);
+Result<SourceRows> SourceRows::make(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                    const Progress& progress) {
+    std::vector<std::optional<AskedLater>> asked(scene.entities.size());
+    tbb::parallel_for(std::size_t(0), asked.size(), [&](std::size_t e) {
+        if (progress.stop.stop_requested()) return;
+        const ShadedEntity& entity = scene.entities[e];
+        asked[e].emplace(*entity.mesh, entity.occlusion->samples().buried);
+    });
     const VertexRows rows(scene, geometry);
-    const RowRun all(scene, rows, 0, rows.count());
+    std::vector<std::optional<RowRun>> runs((rows.count() + run - 1) / run);
+    const Result<Done> found =
+        for_each_run(0, rows.count(), progress, [&](std::size_t block, std::size_t first, std::size_t end) {
+            runs[block].emplace(scene, rows, first, end);
+        });
+    if (!found) return found.error();
+    SourceRows result;
+    result.rounds_.resize(AskedLater::rounds);
     std::vector<std::vector<std::uint32_t>> place(scene.instances.size());  // by instance and vertex
     for (std::size_t i = 0; i < place.size(); ++i) place[i].resize(rows.vertices(i).size());
-    for (std::size_t r = 0; r < rounds_.size(); ++r) {
-        Round& round = rounds_[r];
-        if (r > 0) round.first = rounds_[r - 1].first + rounds_[r - 1].rows.size();
-        for (std::size_t k = 0; k < all.rows.size(); ++k) {
-            const auto [instance, vertex] = rows[all.rows[k]];
-            const AskedLater& of_entity = asked[scene.instances[instance].entity];
-            if (of_entity.round[vertex] != r) continue;
-            place[instance][vertex] = static_cast<std::uint32_t>(round.first + round.rows.size());
-            for (const std::uint32_t v : of_entity.earlier(vertex))
-                round.neighbours.push_back(place[instance][v]);
-            round.end.push_back(static_cast<std::uint32_t>(round.neighbours.size()));
-            round.rows.push_back(all.rows[k]);
-            round.receivers.push_back(all.receivers[k]);
-        }
+    for (std::size_t r = 0; r < result.rounds_.size(); ++r) {
+        if (progress.stop.stop_requested()) return Error{"", interrupted};
+        Round& round = result.rounds_[r];
+        if (r > 0) round.first = result.rounds_[r - 1].first + result.rounds_[r - 1].rows.size();
+        for (const std::optional<RowRun>& of : runs)
+            for (std::size_t k = 0; k < of->rows.size(); ++k) {
+                const auto [instance, vertex] = rows[of->rows[k]];
+                const AskedLater& order = *asked[scene.instances[instance].entity];
+                if (order.round[vertex] != r) continue;
+                std::vector<std::uint32_t>& places = place[instance];
+                places[vertex] = static_cast<std::uint32_t>(round.first + round.rows.size());
+                order.for_each_earlier(vertex,
+                                       [&](std::uint32_t v) { round.neighbours.push_back(places[v]); });
+                round.end.push_back(static_cast<std::uint32_t>(round.neighbours.size()));
+                round.rows.push_back(of->rows[k]);
+                round.receivers.push_back(of->receivers[k]);
+            }
     }
+    return result;
 }
 
 Result<Done> SourceRows::add(const ShadowRays& rays, std::span<const DirectionalLight> lights,

@@ -12,8 +12,10 @@ public:
     SourceRows() = default;
     /// Those of a scene that are not buried, for its eye.
     ///
-    /// cost  some 200 ns a row.
-    SourceRows(const ShadedScene& scene, const ShadingGeometry& geometry);
+    /// errors  interrupted.
+    /// cost    some 200 ns a row.
+    static Result<SourceRows> make(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                   const Progress& progress = {});
 
     /// Adds to each row's radiance what the lights shed on its vertex.
     ///
