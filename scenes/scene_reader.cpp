@@ -363,8 +363,6 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
     TomlFile file{origin.where, std::nullopt, &given_names};
     TomlTable root(tables, "", file);
     for (const char* key : {"entities", "instances"}) root.require(key);
-    // Without it there is no light from afar.
-    if (!root.has("lights")) root.require("environment");
 
     scene.finds_camera = true;
     if (const toml::table* camera = root.take_table("camera"))
@@ -374,6 +372,10 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
     if (const toml::table* materials = root.take_table("materials"))
         for (const auto& [name, material] : parts_in_order(*materials, "materials", file))
             scene.materials[name] = taken_material(TomlTable(*material, "materials." + name, file), folder);
+    // Something must shed light.
+    const bool has_glow = std::ranges::any_of(
+        scene.materials, [](const auto& named) { return named.second.emission != Rgb(0.0f); });
+    if (!root.has("lights") && !has_glow) root.require("environment");
     if (const toml::table* entities = root.take_table("entities"))
         for (const auto& [name, entity] : parts_in_order(*entities, "entities", file)) {
             if (!is_file_name(name))

@@ -246,6 +246,19 @@ TEST_F(SceneReader, ReadsKeyframesAndRefusesWhatCanNotBe) {
               "room.toml:1:14: keyframes[0] is not a table; wanted [[keyframes]]");
 }
 
+TEST_F(SceneReader, NeedsSomethingThatShedsLight) {
+    std::string text = valid_scene;
+    const std::size_t begin = text.find("[environment]"), end = text.find("[materials.lacquer]");
+    text.erase(begin, end - begin);
+    EXPECT_EQ(message(text), "room.toml:1:1: environment is missing");
+    EXPECT_TRUE(read(text + "[[lights]]\nposition = [0, 2, 0]\n"));
+    std::string glowing = text;
+    glowing.replace(glowing.find("[materials.cloth]"), 17, "[materials.cloth]\nemission = [0, 2, 0]");
+    EXPECT_TRUE(read(glowing));
+    glowing.replace(glowing.find("[0, 2, 0]"), 9, "[0, 0, 0]");
+    EXPECT_EQ(message(glowing), "room.toml:1:1: environment is missing");
+}
+
 TEST_F(SceneReader, TakesAnExposureOrLeavesItToBeFound) {
     std::string text = valid_scene;
     text.replace(text.find("exposure = -1.5"), 15, "exposure = \"auto\"");

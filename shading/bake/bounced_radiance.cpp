@@ -20,11 +20,20 @@ Rgb outgoing(const PointShading& shading, std::size_t instance, const SurfacePoi
            shading.indirect->highlights(shading.scene, placed.placement.point_to_world(point.sample), brdf);
 }
 
+std::shared_ptr<const FineSurface> placed_surface(const ShadedScene& scene, const BounceRays* before) {
+    if (!before) return std::make_shared<const FineSurface>(scene);
+    const auto surface = std::make_shared<FineSurface>(*before->surface);
+    surface->place(scene);
+    return surface;
+}
+
 }  // namespace
 
 Result<BounceRays> bounce_rays(const ShadedScene& scene, const ShadingGeometry& geometry,
-                               const RenderSettings& settings, const Progress& progress) {
-    const auto surface = std::make_shared<const FineSurface>(scene);
+                               const RenderSettings& settings, const Progress& progress,
+                               const BounceRays* before) {
+    const std::shared_ptr<const FineSurface> surface = placed_surface(scene, before);
+    if (progress.stop.stop_requested()) return Error{"", interrupted};
     Result<LightTransport> transport =
         LightTransport::make(scene, geometry, *surface, settings.bounces.directions, progress);
     if (!transport) return transport.error();

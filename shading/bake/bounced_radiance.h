@@ -11,10 +11,13 @@ struct BounceRays {
     LightTransport transport;  ///< Not refined.
 };
 
+/// before  null, or rays of the same entities, wherever their instances stood: what depends on entities
+///         alone is shared.
 /// cost    settings.bounces.directions rays a vertex, of some 0.2 us.
 /// errors  interrupted.
 Result<BounceRays> bounce_rays(const ShadedScene& scene, const ShadingGeometry& geometry,
-                               const RenderSettings& settings, const Progress& progress = {});
+                               const RenderSettings& settings, const Progress& progress = {},
+                               const BounceRays* before = nullptr);
 
 /// Diffuse radiance by row as surfaces send it: with their tints.
 std::vector<Rgb> tinted_rows(const ShadedScene& scene, const VertexRows& rows, std::vector<Rgb> diffuse);

@@ -192,7 +192,7 @@ void RelightSession::light_changes() {
 }
 
 void RelightSession::instances_change() {
-    rays_.reset();
+    are_rays_current_ = false;
     is_placed_ = false;
     transfer_ = {};
     kept_.reset();
@@ -239,7 +239,7 @@ void RelightSession::place(std::size_t instance, const Placement& placement) {
     const auto* motion = std::get_if<MotionTransfer>(&transfer_);
     if (!motion || motion->instance != instance || placed.placement.rotate != placement.rotate)
         transfer_ = {};
-    rays_.reset();
+    are_rays_current_ = false;
     is_placed_ = false;
     kept_.reset();
     lamp_frames_.forget();
@@ -391,10 +391,12 @@ void RelightSession::keep(SceneRadiance radiance) {
 }
 
 Result<const BounceRays*> RelightSession::current_rays(const Progress& progress) {
-    if (!rays_) {
-        Result<BounceRays> made = bounce_rays(scene_, *geometry_, settings_, progress);
+    if (!are_rays_current_) {
+        Result<BounceRays> made =
+            bounce_rays(scene_, *geometry_, settings_, progress, rays_ ? &*rays_ : nullptr);
         if (!made) return made.error();
         rays_ = std::move(*made);
+        are_rays_current_ = true;
     }
     return &*rays_;
 }
@@ -431,7 +433,7 @@ Result<Done> RelightSession::update_lamps(const Progress& progress) {
     if (!bounces) return Done{};
     is_lamps_bounced_current_ = is_lamps_bounced_current_ && !*differ;
     // While an instance moves, what bounced before stays until there are rays for where it stands.
-    const bool moves = std::holds_alternative<MotionTransfer>(transfer_) && !rays_;
+    const bool moves = std::holds_alternative<MotionTransfer>(transfer_) && !are_rays_current_;
     if (is_lamps_bounced_current_ || moves) return Done{};
     lamps_bounced_.clear();
     if (!lamp_frames_.is_dark()) {

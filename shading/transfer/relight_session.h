@@ -175,7 +175,8 @@ private:
     std::optional<std::vector<DirectionalLight>>
         shown_lights_;  ///< with its sources; none: the environment's.
 
-    std::optional<BounceRays> rays_;         ///< Of the instances as they stand, once needed.
+    std::optional<BounceRays> rays_;         ///< Of scene_'s entities, once needed;
+    bool are_rays_current_ = false;          ///< of its instances as they stand.
     std::optional<LightTransport> refined_;  ///< Of them, for the light that the vectors were made under.
     SceneRadiance bounced_;        ///< What frames add: diffuse radiance by indirect light; or none.
     SceneRadiance lamps_bounced_;  ///< The same by what lamps and emitters shed,

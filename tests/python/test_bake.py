@@ -197,6 +197,19 @@ def test_pictures_and_figures(scene, bake, tmp_path):
     ] > 30
 
 
+def test_references_have_bounces_if_asked(scene, tmp_path):
+    def written(**options):
+        made = scene.reference(tmp_path, lights=16, render=False, **options)
+        assert "image" not in made
+        return made["scene"].read_text()
+
+    assert "recursion_limit 2" in written(bounces=2)
+    assert "Without_Bounces" in written(bounces=2)
+    assert "Without_Bounces" not in written()
+    with pytest.raises(ValueError, match="bounces is 21; wanted 0 to 20"):
+        written(bounces=21)
+
+
 def test_compare_refuses_what_is_no_picture():
     picture = numpy.zeros((4, 4, 3))
     with pytest.raises(haarfield.Error):

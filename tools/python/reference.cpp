@@ -22,7 +22,7 @@ struct Reference {
 
 Result<Reference> made_reference(const PreparedScene& prepared, const std::filesystem::path& folder,
                                  int lights, const std::optional<double>& relative_error, int antialiasing,
-                                 bool render, const Progress& progress) {
+                                 bool render, int bounces, const Progress& progress) {
     const Result<SceneEntities> originals = original_entities(prepared.scene, progress);
     if (!originals) return originals.error();
     const std::vector<ReferenceInstance> instances = reference_instances(prepared.scene, *originals);
@@ -42,7 +42,7 @@ Result<Reference> made_reference(const PreparedScene& prepared, const std::files
                 fmt::format("a relative error of {} needs more than {} lights", *relative_error, lights));
     }
     Result<ReferenceFiles> files =
-        write_reference_scene(folder, stem, camera, instances, environment, lights, {}, lamps);
+        write_reference_scene(folder, stem, camera, instances, environment, lights, {bounces}, lamps);
     if (!files) return files.error();
     files->warnings.insert(files->warnings.begin(), warnings.begin(), warnings.end());
     Reference reference{nullptr, std::move(*files)};
@@ -57,7 +57,7 @@ Result<Reference> made_reference(const PreparedScene& prepared, const std::files
 }
 
 py::dict reference(PythonScene& scene, const std::filesystem::path& folder, int lights,
-                   const std::optional<double>& relative_error, int antialiasing, bool render,
+                   const std::optional<double>& relative_error, int antialiasing, bool render, int bounces,
                    const py::object& progress) {
     if (!(lights >= 16 && lights <= 100'000))
         throw py::value_error(fmt::format("lights is {}; wanted [16, 100000]", lights));
@@ -66,9 +66,12 @@ py::dict reference(PythonScene& scene, const std::filesystem::path& folder, int 
             fmt::format("relative_error is {}; wanted [0.0001, 1], or None", *relative_error));
     if (!(antialiasing >= 0 && antialiasing <= 9))
         throw py::value_error(fmt::format("antialiasing is {}; wanted 0 to 9", antialiasing));
+    if (!(bounces >= 0 && bounces <= 20))
+        throw py::value_error(fmt::format("bounces is {}; wanted 0 to 20", bounces));
     const auto prepared = prepare(scene, progress);
     const auto made = long_call<Reference>(progress, [&](const Progress& watched) {
-        return made_reference(*prepared, folder, lights, relative_error, antialiasing, render, watched);
+        return made_reference(*prepared, folder, lights, relative_error, antialiasing, render, bounces,
+                              watched);
     });
     warn(made.files.warnings);
     py::dict result;
@@ -88,13 +91,15 @@ void add_reference(py::module_&, py::class_<PythonScene, std::shared_ptr<PythonS
     scene.def(
         "reference", &reference, py::arg("folder"), py::arg("lights") = 1024,
         py::arg("relative_error") = py::none(), py::arg("antialiasing") = 3, py::arg("render") = true,
-        py::arg("progress") = py::none(),
+        py::arg("bounces") = 0, py::arg("progress") = py::none(),
         R"(The same scene by POV-Ray's own ray tracer, as `haarfield reference` makes it: the original meshes under a dome
 of distant lights. Writes NAME_reference.pov, reference.exr and reference.png.
 
 lights          at most so many lights stand for the environment.
 relative_error  or as many as bring the reference's own relative error down to this.
 render          False: only the scene is written.
+bounces         how often light goes on from one diffuse surface to another, by POV-Ray's radiosity: minutes, and some
+                noise of its own that relative_error does not count; 0: direct light alone, as of bake(bounces=0).
 
 returns         a dict: image (height, width, 3), coverage (height, width), relative_error of the reference itself,
                 lights, and the files: scene, includes.)");

@@ -86,6 +86,7 @@ class Scene:
         relative_error: float | None = None,
         antialiasing: int = 3,
         render: bool = True,
+        bounces: int = 0,
         progress: Progress | None = None,
     ) -> dict[str, Any]: ...
     def session(
