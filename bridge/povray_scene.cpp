@@ -2,6 +2,7 @@
 
 #include "fields/base/names.h"
 #include "fields/base/range.h"
+#include "fields/base/spiral.h"
 #include "scenes/camera_frame.h"
 #include "scenes/image.h"
 
@@ -161,13 +162,11 @@ Rotation interpolation_rotation(const Mesh& mesh) {
     };
     if (std::none_of(normals.begin(), normals.end(), harm)) return {};
     // Candidates for the new z axis, spread evenly over half of the sphere.
-    constexpr int candidates = 97;
-    const double golden_angle = pi * (3 - std::sqrt(5.0));
+    constexpr std::size_t candidates = 97;
     Vec3d best(0, 0, 1);
     double best_least = -1;
-    for (int k = 0; k < candidates; ++k) {
-        const double z = (k + 0.5) / candidates, across = std::sqrt(1 - z * z), angle = k * golden_angle;
-        const Vec3d axis(across * std::cos(angle), across * std::sin(angle), z);
+    for (std::size_t k = 0; k < candidates; ++k) {
+        const Vec3d axis = spiral_direction(k, (double(k) + 0.5) / candidates);
         double least = 1;
         for (const Vec3d& normal : normals) {
             least = std::min(least, std::abs(normal.dot(axis)));

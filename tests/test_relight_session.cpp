@@ -279,6 +279,34 @@ TEST(RelightSession, WhileMovingTheInstanceItselfMayBeCoarser) {
     EXPECT_LT(relative_rmse({session.radiance()[1]}, {still[1]}), 0.1);
 }
 
+TEST(RelightSession, WhileLightMovesLaterBouncesAreAFrameBehind) {
+    RenderSettings settings = opened().settings();
+    settings.bounces.most = any_bounces;
+    RelightSession dragged(opened().scene(), settings, {0.003f}), set(opened().scene(), settings, {0.003f});
+    ASSERT_TRUE(dragged.vary_light());
+    ASSERT_TRUE(set.vary_light());
+    const auto turn = [](RelightSession& session, double angle) {
+        session.turn_environment(rotation_about({0, 1, 0}, angle));
+        ASSERT_TRUE(session.frame(FrameQuality::moving));
+    };
+    for (int i = 1; i <= 10; ++i) turn(dragged, 0.05 * i);
+    // Another environment has all of its bounces at once.
+    set.set_environment(sky(0.4));
+    turn(set, 0.5);
+    const SceneRadiance lagging = dragged.radiance();
+    for (int i = 0; i < 10; ++i) turn(dragged, 0.5);
+    EXPECT_NE(lagging, dragged.radiance());
+    EXPECT_LT(relative_rmse(lagging, dragged.radiance()), 0.001);
+    // A hundredth of a bounce's light may be left out of frames, and added as it is estimated.
+    EXPECT_LT(relative_rmse(dragged.radiance(), set.radiance()), 0.004);
+    // All else is the same: direct light alone would err by far more.
+    settings.bounces.most = 0;
+    RelightSession direct(opened().scene(), settings, {0.003f});
+    ASSERT_TRUE(direct.vary_light());
+    turn(direct, 0.5);
+    EXPECT_GT(relative_rmse(direct.radiance(), set.radiance()), 0.02);
+}
+
 TEST(RelightSession, BeforeItMovesNothingOfTheInstanceIsLeftOut) {
     RelightSession session = opened().session();
     ASSERT_TRUE(session.vary_instance(1));

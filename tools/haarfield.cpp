@@ -6,6 +6,7 @@
 #include "tools/surroundings.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <array>
 #include <cstdio>

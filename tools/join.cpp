@@ -1,6 +1,7 @@
 #include "tools/farm/job_run.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 namespace haarfield {
 

@@ -1,6 +1,8 @@
 #include "tools/command.h"
 #include "tools/scene_options.h"
 
+#include <CLI/CLI.hpp>
+
 namespace haarfield {
 
 namespace {

@@ -12,6 +12,10 @@
 #include <span>
 #include <vector>
 
+namespace CLI {
+class Option;
+}
+
 namespace haarfield {
 
 struct SceneOptions {

@@ -3,6 +3,7 @@
 #include "tools/scene_options.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 namespace haarfield {
 

@@ -1,5 +1,6 @@
 #include "fields/mesh/sheet_backs.h"
 
+#include "fields/base/spiral.h"
 #include "fields/mesh/local_samples.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/surface_rays.h"
@@ -14,13 +15,9 @@ namespace {
 
 /// Spread evenly over the upper hemisphere about z.
 std::array<Vec3f, 16> hemisphere_directions() {
-    constexpr double golden_angle = 2.399963229728653;
     std::array<Vec3f, 16> directions;
-    for (std::size_t i = 0; i < directions.size(); ++i) {
-        const double z = (double(i) + 0.5) / double(directions.size()), radius = std::sqrt(1 - z * z);
-        directions[i] = Vec3f(float(radius * std::cos(golden_angle * double(i))),
-                              float(radius * std::sin(golden_angle * double(i))), float(z));
-    }
+    for (std::size_t i = 0; i < directions.size(); ++i)
+        directions[i] = Vec3f(spiral_direction(i, (double(i) + 0.5) / double(directions.size())));
     return directions;
 }
 

@@ -1,5 +1,6 @@
 #include "shading/scene/exposure.h"
 
+#include "fields/base/spiral.h"
 #include "shading/scene/light_sources.h"
 
 #include <algorithm>
@@ -10,7 +11,8 @@ namespace haarfield {
 namespace {
 
 constexpr double white = 0.8;  // albedo
-constexpr int columns = 64, rows = 32, normals = 1024;
+constexpr int columns = 64, rows = 32;
+constexpr std::size_t normals = 1024;
 
 /// Light from a direction, in luminance.
 struct Ray {
@@ -46,11 +48,9 @@ std::vector<Ray> gathered_light(const Environment& environment) {
 float automatic_exposure(const Environment& environment) {
     const std::vector<Ray> light = gathered_light(environment);
     double brightest = 0;  // irradiance
-    for (int i = 0; i < normals; ++i) {
-        // Spread evenly over the sphere, in a spiral from pole to pole.
-        const double y = 1 - (2 * i + 1.0) / normals, around = std::sqrt(1 - y * y),
-                     turn = pi * (3 - std::sqrt(5.0)) * i;
-        const Vec3d normal(around * std::cos(turn), y, around * std::sin(turn));
+    for (std::size_t i = 0; i < normals; ++i) {
+        const Vec3d upright = spiral_direction(i, 1 - (2 * double(i) + 1) / normals),
+                    normal(upright.x, upright.z, upright.y);
         double irradiance = 0;
         for (const Ray& ray : light) irradiance += ray.irradiance * std::max(0.0, normal.dot(ray.direction));
         brightest = std::max(brightest, irradiance);

@@ -1,5 +1,8 @@
 #include "shading/transfer/relight_session.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cassert>
 
@@ -12,6 +15,12 @@ namespace {
 constexpr int lights_while_moving = 4;    ///< A source.
 constexpr float frame_tolerance = 0.01f;  ///< Of bounces.
 constexpr int frame_smoothing = 4;        ///< Steps.
+
+bool has_emitters(const ShadedScene& scene) {
+    return std::ranges::any_of(scene.instances, [&](const ShadedInstance& instance) {
+        return !scene.entities[instance.entity].emitters.empty();
+    });
+}
 
 }  // namespace
 
@@ -120,12 +129,13 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
         diffuse = tinted_rows(scene_, VertexRows(scene_, **geometry), std::move(diffuse));
         const std::vector<Rgb> reflectances = row_reflectances(scene_, **geometry);
         refined = (*rays)->transport;
-        const Result<BouncedLight> bounced =
+        Result<BouncedLight> bounced =
             bounced_light(*refined, reflectances, diffuse, settings_.bounces, progress);
         if (!bounced) return bounced.error();
         const Result<Done> done =
             refined->refine(scene_, **geometry, *(*rays)->surface, bounced->radiance, reflectances, progress);
         if (!done) return done;
+        arriving_ = std::move(bounced->irradiance);
     }
     refined_ = std::move(refined);
     transfer_ = std::move(*made);
@@ -163,12 +173,16 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
                                                   source_lights(FrameQuality::still), instance, progress);
     if (!made) return made.error();
     if (settings_.bounces.most > 0) {
-        const SceneLight now = scene_light(shown_environment(progress.stop), settings_, progress.stop);
-        const Result<RadianceParts> parts = radiance_parts({scene_, **geometry, now, settings_}, progress);
-        if (!parts) return parts.error();
-        const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, now, progress);
-        if (!indirect) return indirect.error();
-        bounced_ = radiance_by(row_values(VertexRows(scene_, **geometry), indirect->irradiance));
+        if (!resting_) {
+            const SceneLight now = scene_light(shown_environment(progress.stop), settings_, progress.stop);
+            const Result<RadianceParts> parts =
+                radiance_parts({scene_, **geometry, now, settings_}, progress);
+            if (!parts) return parts.error();
+            const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, now, progress);
+            if (!indirect) return indirect.error();
+            resting_ = radiance_by(row_values(VertexRows(scene_, **geometry), indirect->irradiance));
+        }
+        bounced_ = *resting_;
         if (const Result<Done> lamps = update_lamps(progress); !lamps) return lamps;
     }
     transfer_ = std::move(*made);
@@ -188,6 +202,7 @@ void RelightSession::light_changes() {
     shown_lights_.reset();
     light_tree_.reset();
     light_.reset();
+    resting_.reset();
     if (!std::holds_alternative<LightTransfer>(transfer_)) transfer_ = {};
 }
 
@@ -195,6 +210,7 @@ void RelightSession::instances_change() {
     are_rays_current_ = false;
     is_placed_ = false;
     transfer_ = {};
+    resting_.reset();
     kept_.reset();
     lamp_frames_.forget();
 }
@@ -207,6 +223,7 @@ void RelightSession::set_environment(Environment environment) {
     if (settings_.occlusion == Occlusion::automatic) kept_.reset();
     turnable_.reset();
     rotation_ = {};
+    arriving_.clear();
     light_changes();
 }
 
@@ -241,6 +258,7 @@ void RelightSession::place(std::size_t instance, const Placement& placement) {
         transfer_ = {};
     are_rays_current_ = false;
     is_placed_ = false;
+    resting_.reset();
     kept_.reset();
     lamp_frames_.forget();
     placed.placement = placement;
@@ -250,6 +268,7 @@ void RelightSession::set_materials(std::size_t entity, std::vector<Material> mat
     assert(materials.size() == scene_.entities[entity].materials.size());
     scene_.entities[entity].materials = std::move(materials);
     transfer_ = {};
+    resting_.reset();
     lamp_frames_.forget();
 }
 
@@ -326,10 +345,10 @@ Result<Done> RelightSession::shaded_without_lamps(FrameQuality quality, const Ve
         Result<Done> shaded = shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality),
                                           quality, direct, progress, &diffuse);
         if (!shaded) return shaded;
-        Result<SceneRadiance> bounced =
-            bounced_radiance(*refined_, std::move(diffuse), frame_bounces(), progress, frame_smoothing);
-        if (!bounced) return bounced.error();
-        bounced_ = std::move(*bounced);
+        const Result<std::vector<Rgb>> irradiance = frame_irradiance(
+            tinted_rows(scene_, VertexRows(scene_, *geometry_), std::move(diffuse)), quality, progress);
+        if (!irradiance) return irradiance.error();
+        bounced_ = radiance_by(*irradiance);
         keep(std::move(direct));
         add_to_radiance(bounced_, nullptr);
         return Done{};
@@ -365,6 +384,8 @@ Result<SceneRadiance> RelightSession::full_radiance(const SceneLight& light, con
     if (!parts) return parts.error();
     const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, light, progress);
     if (!indirect) return indirect.error();
+    if (shading.scene.lamps.empty() && !has_emitters(scene_))
+        resting_ = radiance_by(row_values(VertexRows(scene_, **geometry), indirect->irradiance));
     shading.indirect = &*indirect;
     if (const Result<Done> added = add_indirect_radiance(shading, parts->full, progress); !added)
         return added.error();
@@ -417,13 +438,34 @@ BounceSettings RelightSession::frame_bounces() const {
 Result<SceneRadiance> RelightSession::bounced_radiance(const LightTransport& transport,
                                                        std::vector<Rgb> diffuse,
                                                        const BounceSettings& bounces,
-                                                       const Progress& progress, int smoothing_steps) const {
+                                                       const Progress& progress) const {
     const std::vector<Rgb> direct = tinted_rows(scene_, VertexRows(scene_, *geometry_), std::move(diffuse));
     Result<BouncedLight> bounced =
         bounced_light(transport, row_reflectances(scene_, *geometry_), direct, bounces, progress);
     if (!bounced) return bounced.error();
-    transport.smooth(bounced->irradiance, smoothing_steps);
+    transport.smooth(bounced->irradiance);
     return radiance_by(bounced->irradiance);
+}
+
+Result<std::vector<Rgb>> RelightSession::frame_irradiance(std::span<const Rgb> direct, FrameQuality quality,
+                                                          const Progress& progress) {
+    const std::vector<Rgb> reflectances = row_reflectances(scene_, *geometry_);
+    if (quality == FrameQuality::moving && !arriving_.empty()) {
+        std::vector<Rgb> sent(direct.begin(), direct.end());
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sent.size(), 4096), [&](const auto& range) {
+            for (std::size_t row = range.begin(); row != range.end(); ++row)
+                sent[row] += reflectances[row] * arriving_[row];
+        });
+        arriving_ = refined_->irradiance(sent);
+    } else {
+        Result<BouncedLight> bounced =
+            bounced_light(*refined_, reflectances, direct, frame_bounces(), progress);
+        if (!bounced) return bounced.error();
+        arriving_ = std::move(bounced->irradiance);
+    }
+    std::vector<Rgb> smoothed = arriving_;
+    refined_->smooth(smoothed, frame_smoothing);
+    return smoothed;
 }
 
 Result<Done> RelightSession::update_lamps(const Progress& progress) {
@@ -455,10 +497,12 @@ SceneRadiance RelightSession::radiance_by(std::span<const Rgb> irradiance) const
     for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
         const ShadedEntity& entity = scene_.entities[scene_.instances[i].entity];
         const std::span<const std::uint32_t> vertices = rows.vertices(i);
-        for (std::size_t k = 0; k < vertices.size(); ++k)
-            outgoing[rows.first(i) + k] *=
-                entity.materials[entity.mesh->vertex_materials[vertices[k]]].diffuse *
-                static_cast<float>(1 / pi);
+        const std::span<Rgb> values = std::span(outgoing).subspan(rows.first(i), vertices.size());
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, values.size(), 4096), [&](const auto& range) {
+            for (std::size_t k = range.begin(); k != range.end(); ++k)
+                values[k] *= entity.materials[entity.mesh->vertex_materials[vertices[k]]].diffuse *
+                             static_cast<float>(1 / pi);
+        });
     }
     SceneRadiance radiance;
     store_radiance(scene_, *geometry_, outgoing, radiance);
@@ -467,8 +511,10 @@ SceneRadiance RelightSession::radiance_by(std::span<const Rgb> irradiance) const
 
 void RelightSession::add_to_radiance(const SceneRadiance& part, const VertexMask* vertices) {
     for (std::size_t i = 0; i < part.size(); ++i)
-        for (std::size_t v = 0; v < part[i].size(); ++v)
-            if (!vertices || (*vertices)[i][v]) radiance_[i][v] += part[i][v];
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, part[i].size(), 4096), [&](const auto& range) {
+            for (std::size_t v = range.begin(); v != range.end(); ++v)
+                if (!vertices || (*vertices)[i][v]) radiance_[i][v] += part[i][v];
+        });
 }
 
 std::size_t RelightSession::transfer_bytes() const {

@@ -141,12 +141,16 @@ private:
     Result<const BounceRays*> current_rays(const Progress& progress);
     /// Diffuse radiance by the bounces of what shines on rows, as materials will reflect it.
     Result<SceneRadiance> bounced_radiance(const LightTransport& transport, std::vector<Rgb> diffuse,
-                                           const BounceSettings& bounces, const Progress& progress,
-                                           int smoothing_steps = LightTransport::most_smoothing_steps) const;
+                                           const BounceSettings& bounces, const Progress& progress) const;
     Result<IndirectLight> indirect_at_rest(const SceneRadiance& diffuse, const SceneLight& light,
                                            const Progress& progress);
     Result<Done> update_lamps(const Progress& progress);
     BounceSettings frame_bounces() const;
+    /// Irradiance by row of all bounces, as frames by light have it; in arriving_, too.
+    ///
+    /// moving  one bounce more than the last frame had, of the light that is now: later ones lag behind.
+    Result<std::vector<Rgb>> frame_irradiance(std::span<const Rgb> direct, FrameQuality quality,
+                                              const Progress& progress);
     /// What the diffuse terms make of an irradiance by row.
     SceneRadiance radiance_by(std::span<const Rgb> irradiance) const;
     void add_to_radiance(const SceneRadiance& part, const VertexMask* vertices);
@@ -178,6 +182,9 @@ private:
     std::optional<BounceRays> rays_;         ///< Of scene_'s entities, once needed;
     bool are_rays_current_ = false;          ///< of its instances as they stand.
     std::optional<LightTransport> refined_;  ///< Of them, for the light that the vectors were made under.
+    std::vector<Rgb> arriving_;  ///< Irradiance by row of all bounces, of the last frame by light; or none.
+    std::optional<SceneRadiance>
+        resting_;  ///< Diffuse radiance by indirect light, but that of lamps and emitters, as all is now.
     SceneRadiance bounced_;        ///< What frames add: diffuse radiance by indirect light; or none.
     SceneRadiance lamps_bounced_;  ///< The same by what lamps and emitters shed,
     bool is_lamps_bounced_current_ = false;  ///< as they are now.

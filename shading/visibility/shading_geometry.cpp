@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "fields/base/spiral.h"
 #include "shading/scene/light_sources.h"
 
 namespace haarfield {
@@ -75,8 +76,7 @@ bool needs_impostors(const ShadedScene& scene, const ShadingGeometry& geometry, 
 /// few vertices. 1 if there are none.
 double mean_openness(const ShadedScene& scene, const ShadowRays& rays) {
     constexpr std::size_t wanted = 256;
-    constexpr int directions = 64;
-    const double golden = 0.6180339887498949;
+    constexpr std::size_t directions = 64;
     std::size_t vertices = 0, asked = 0, open = 0;
     for (const ShadedInstance& instance : scene.instances)
         vertices += scene.entities[instance.entity].mesh->positions.size();
@@ -92,12 +92,10 @@ double mean_openness(const ShadedScene& scene, const ShadowRays& rays) {
             const Vec3f from = instance.placement.point_to_world(samples.points[vertex]);
             const Vec3d normal(instance.placement.direction_to_world(entity.mesh->normals[vertex]));
             const auto [across, up] = axes_across(normal);
-            for (int k = 0; k < directions; ++k) {
-                const double azimuth = 2 * pi * golden * k, height = (k + 0.5) / directions,
-                             sine = std::sqrt(1 - height);
-                const Vec3d direction =
-                    normal * std::sqrt(height) + (across * std::cos(azimuth) + up * std::sin(azimuth)) * sine;
-                open += !rays.is_blocked(from, Vec3f(direction));
+            for (std::size_t k = 0; k < directions; ++k) {
+                const Vec3d upright = spiral_direction(k, std::sqrt((double(k) + 0.5) / directions));
+                open +=
+                    !rays.is_blocked(from, Vec3f(across * upright.x + up * upright.y + normal * upright.z));
                 ++asked;
             }
         }

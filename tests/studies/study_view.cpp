@@ -90,10 +90,16 @@ private:
     ViewSession session_;
 };
 
+/// How often things are done.
+struct Repeats {
+    int gestures, moments;
+};
+constexpr Repeats measured{60, 16}, tried{3, 2};
+constexpr std::size_t least_measured = 1000;  // vertices: with fewer it is only seen to work
+
 /// Gestures of one kind, each as soon as the one before is seen.
 template <class MessageOf>
-void print_gestures(Watched& watched, const char* what, const MessageOf& message_of) {
-    constexpr int gestures = 60;
+void print_gestures(Watched& watched, const char* what, const MessageOf& message_of, int gestures) {
     Clock::time_point start = Clock::now();
     watched.wait(watched.send(message_of(1)));
     const double first = milliseconds_since(start);
@@ -136,8 +142,7 @@ constexpr auto rest = std::chrono::milliseconds(155);
 
 /// How long a job takes that is left alone, and how long one goes on that is of no use any more: at moments
 /// all through it.
-void print_cancelled(Watched& watched, const CancelledJob& job) {
-    constexpr int moments = 16;
+void print_cancelled(Watched& watched, const CancelledJob& job, int moments) {
     static int i = 0;  // no gesture is one that was made before
     const auto start = [&] {
         const std::uint32_t number = watched.send(job.start(++i));
@@ -172,7 +177,7 @@ void print_cancelled(Watched& watched, const CancelledJob& job) {
     std::fflush(stdout);
 }
 
-void print_session(const Scene& scene, int bounces) {
+void print_session(const Scene& scene, int bounces, const Repeats& repeats) {
     SceneEntityOptions options;
     options.fields_folder = study_fields_folder();
     const Clock::time_point start = Clock::now();
@@ -217,9 +222,9 @@ void print_session(const Scene& scene, int bounces) {
                               {"gesture", 3},
                               {"rotation", {0, std::sin(0.01 * i), 0, std::cos(0.01 * i)}}};
     };
-    print_gestures(watched, "light turns", turn_light);
-    print_gestures(watched, "eye moves", move_eye);
-    print_gestures(watched, "chair is moved", move_chair);
+    print_gestures(watched, "light turns", turn_light, repeats.gestures);
+    print_gestures(watched, "eye moves", move_eye, repeats.gestures);
+    print_gestures(watched, "chair is moved", move_chair, repeats.gestures);
 
     fmt::print("\n{:<30} {:>8} {:>8} {:>8} {:>8}\n", "gesture to end of a job [ms]", "whole job", "gestures",
                "median", "most");
@@ -228,7 +233,7 @@ void print_session(const Scene& scene, int bounces) {
                                     {"vectors for a chair", move_chair, turn_light, 0, false},
                                     {"exact at rest", move_chair, move_chair, 2, true},
                                     {"a turned chair", turn_chair, turn_light, 1, false}})
-        print_cancelled(watched, job);
+        print_cancelled(watched, job, repeats.moments);
 }
 
 }  // namespace
@@ -239,8 +244,9 @@ void study_view(const std::string& file, std::size_t vertices) {
     SceneEntityOptions options;
     options.fields_folder = study_fields_folder();
     value_or_exit(prepare_scene_entities(scene, options));  // makes the fields
-    print_session(scene, 0);
-    print_session(scene, 1000);
+    const Repeats repeats = vertices < least_measured ? tried : measured;
+    print_session(scene, 0, repeats);
+    print_session(scene, 1000, repeats);
 }
 
 }  // namespace haarfield::baseline

@@ -14,6 +14,7 @@
 #include "tools/farm/task_share.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 namespace haarfield {
 namespace {

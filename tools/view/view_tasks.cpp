@@ -4,6 +4,7 @@
 #include "tools/command.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 namespace haarfield {
