@@ -247,6 +247,11 @@ std::string lamp_text(const Scene& scene, const SceneLamp& lamp) {
     return text + "\n";
 }
 
+bool has_glow(const Scene& scene) {
+    return std::ranges::any_of(scene.materials,
+                               [](const auto& named) { return named.second.emission != Rgb(0.0f); });
+}
+
 }  // namespace
 
 std::string scene_text(const Scene& scene, const std::filesystem::path& folder, std::string_view comments) {
@@ -257,6 +262,8 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder, 
         comments.remove_prefix(std::min(end + 1, comments.size()));
     }
     if (!text.empty()) text += "\n";
+    // What sheds no light at all must say so.
+    if (scene.environment.is_black() && scene.lamps.empty() && !has_glow(scene)) text += "lights = []\n\n";
     text += camera_text(scene);
     text += environment_text(scene.environment, folder);
     for (const auto& [name, material] : scene.materials) text += material_text(name, material, folder);

@@ -80,6 +80,16 @@ protected:
     const TestFolder folder;
 };
 
+TEST_F(LampReader, WhatShedsNoLightIsWrittenSoThatItCanBeRead) {
+    Result<Scene> scene = read(std::string(things) + lamp_tables);
+    ASSERT_TRUE(scene) << scene.error().message();
+    scene->lamps.clear();
+    scene->lamp_keyframes.clear();
+    const Result<Scene> again = read(scene_text(*scene, folder.path(), ""));
+    ASSERT_TRUE(again) << again.error().message();
+    EXPECT_TRUE(again->lamps.empty() && again->environment.is_black());
+}
+
 TEST_F(LampReader, ReadsEveryKeyInItsUnitAndTheWriterWritesIt) {
     const Result<Scene> first = read(std::string(things) + lamp_tables);
     ASSERT_TRUE(first) << first.error().message();

@@ -299,12 +299,50 @@ TEST(RelightSession, WhileLightMovesLaterBouncesAreAFrameBehind) {
     EXPECT_LT(relative_rmse(lagging, dragged.radiance()), 0.001);
     // A hundredth of a bounce's light may be left out of frames, and added as it is estimated.
     EXPECT_LT(relative_rmse(dragged.radiance(), set.radiance()), 0.004);
+    // Light that leaps has all of its bounces at once.
+    const DenseCoefficients one =
+        dense_coefficients(lighting_tree(sky(0.4), ExampleScene::size, {RenderSettings().light_coefficients}),
+                           ExampleScene::size);
+    const DenseCoefficients* const lights[] = {&one};
+    const float weights[] = {0.1f};
+    dragged.show_light(weighted_sum(lights, weights));
+    ASSERT_TRUE(dragged.frame(FrameQuality::moving));
+    const SceneRadiance leapt = dragged.radiance();
+    ASSERT_TRUE(dragged.frame(FrameQuality::still));
+    EXPECT_LT(relative_rmse(leapt, dragged.radiance()), 1e-5);
     // All else is the same: direct light alone would err by far more.
     settings.bounces.most = 0;
     RelightSession direct(opened().scene(), settings, {0.003f});
     ASSERT_TRUE(direct.vary_light());
     turn(direct, 0.5);
     EXPECT_GT(relative_rmse(direct.radiance(), set.radiance()), 0.02);
+}
+
+TEST(RelightSession, WhileLightMovesThereAreNoMoreBouncesThanWanted) {
+    RenderSettings settings = opened().settings();
+    settings.bounces.most = 1;
+    RelightSession session(opened().scene(), settings, {0.003f});
+    ASSERT_TRUE(session.vary_light());
+    for (int i = 1; i <= 4; ++i) {
+        session.turn_environment(rotation_about({0, 1, 0}, 0.02 * i));
+        ASSERT_TRUE(session.frame(FrameQuality::moving));
+    }
+    const SceneRadiance moving = session.radiance();
+    ASSERT_TRUE(session.frame(FrameQuality::still));
+    EXPECT_EQ(moving, session.radiance());
+}
+
+TEST(RelightSession, VectorsThatWereMadeInTheDarkShowOtherLight) {
+    ShadedScene scene = opened().scene();
+    const Environment bright = scene.environment;
+    scene.environment = LatLongImage{4, 2, std::vector<Rgb>(8, Rgb(0.0f))};
+    RelightSession session(scene, opened().settings(), {0.003f});
+    ASSERT_TRUE(session.vary_light());
+    session.set_environment(bright);
+    ASSERT_TRUE(session.frame());
+    const SceneRadiance frame = session.radiance();
+    ASSERT_TRUE(session.commit());
+    EXPECT_LT(relative_rmse(frame, session.radiance()), 0.02);
 }
 
 TEST(RelightSession, BeforeItMovesNothingOfTheInstanceIsLeftOut) {

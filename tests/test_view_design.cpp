@@ -84,6 +84,20 @@ TEST(ViewDesign, WhatIsDeletedTakesItsKeyframesAlong) {
     EXPECT_EQ(scene.instances[scene.keyframes[0].instance].name, "chair_2");
 }
 
+TEST(ViewDesign, LampsLookLikeWhatIsLeft) {
+    Design design = room();
+    design.scene.lamps.resize(2);
+    design.scene.lamps[0].looks_like = 1;
+    design.scene.lamps[1].looks_like = 2;
+    History history(design);
+    ASSERT_TRUE(bool(history.make(DeleteObject{2}, 0)));
+    const std::vector<SceneLamp>& lamps = history.now().scene.lamps;
+    EXPECT_EQ(lamps[0].looks_like, std::nullopt);
+    EXPECT_EQ(lamps[1].looks_like, 1u);
+    EXPECT_TRUE(history.undo());
+    EXPECT_EQ(history.now().scene.lamps[0].looks_like, 1u);
+}
+
 TEST(ViewDesign, EditsThatFailChangeNothing) {
     History history(room());
     for (const Edit& edit : {Edit(PlaceObject{9, {}}), Edit(CloneObject{0}), Edit(DeleteObject{9}),

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "scenes/scene_environment.h"
 #include "scenes/scene_reader.h"
 #include "shading/bake/renderer.h"
 #include "tests/fixtures/test_folder.h"
@@ -19,7 +20,8 @@ constexpr auto patience = std::chrono::seconds(60);
 /// A chair on a floor under a sky, and pages that write down what they are told.
 class OpenedSession {
 public:
-    OpenedSession() {
+    /// more  tables that the scene has besides.
+    explicit OpenedSession(const std::string& more = "") {
         write_text(folder_ / "room.toml",
                    "[camera]\nposition = [1.3, 1.2, 1.9]\ntarget = [0, 0.4, 0]\n"
                    "[environment]\nsky = { turbidity = 3, sun_elevation = 40 }\n"
@@ -29,7 +31,8 @@ public:
                    "[entities.chair]\nmesh = \"" HAARFIELD_SOURCE_DIR
                    "/scenes/meshes/chair.obj\"\nmaterial = \"lacquer\"\nfine_vertices = 500\n"
                    "coarse_triangles = 300\nplanar_samples = 60\nspherical_samples = 60\n"
-                   "[[instances]]\nentity = \"floor\"\n[[instances]]\nentity = \"chair\"\n");
+                   "[[instances]]\nentity = \"floor\"\n[[instances]]\nentity = \"chair\"\n" +
+                       more);
         scene_ = *read_scene(folder_ / "room.toml");
         SceneEntityOptions options;
         options.fields_folder = folder_ / "fields";
@@ -256,6 +259,70 @@ TEST(ViewSession, ExposureScalesTheColours) {
         std::memcpy(&two, after->data() + at, 2);
         ASSERT_FLOAT_EQ(2 * imath_half_to_float(one), imath_half_to_float(two));
     }
+}
+
+/// Colours of the first object at rest, by the session and by the renderer.
+///
+/// glow  of all of its surfaces.
+double largest_difference_to_bake(OpenedSession& opened, const SharedBytes& frame, const Scene& scene,
+                                  const Rgb& glow = Rgb(0.0f)) {
+    SceneEntityOptions options;
+    options.fields_folder = opened.folder() / "fields";
+    options.face_size = opened.render().face_size;
+    const Result<SceneEntities> entities = prepare_scene_entities(scene, options);
+    const Result<SceneEnvironment> light = scene_environment(scene);
+    if (!entities || !light) return INFINITY;
+    const Result<SceneRadiance> radiance =
+        scene_radiance(shaded_scene(scene, *entities, light->environment), opened.render());
+    if (!radiance) return INFINITY;
+    double largest = 0;
+    std::size_t at = 36;
+    for (const Rgb& reflected : radiance->front()) {
+        const Rgb wanted = reflected + glow;
+        for (int c = 0; c < 3; ++c, at += 2) {
+            std::uint16_t half = 0;
+            std::memcpy(&half, frame->data() + at, 2);
+            largest = std::max(largest, double(std::abs(imath_half_to_float(half) - wanted[c])) /
+                                            (double(wanted[c]) + 0.01));
+        }
+    }
+    return largest;
+}
+
+TEST(ViewSession, ExposureDoesNotChangeLamps) {
+    OpenedSession opened(
+        "[[lights]]\nposition = [0.5, 1.5, 0.5]\ncolour = [3, 2, 1]\nlooks_like = \"chair\"\n");
+    opened.session().join(1);
+    SharedBytes frame = opened.exact();
+    ASSERT_TRUE(frame);
+    Scene scene = opened.scene();
+    EXPECT_LT(largest_difference_to_bake(opened, frame, scene), 2e-3);
+    frame = opened.exact(opened.send(1, {{"type", "exposure"}, {"stops", -2}}));
+    ASSERT_TRUE(frame);
+    scene.environment.exposure = -2.0f;
+    EXPECT_LT(largest_difference_to_bake(opened, frame, scene), 2e-3);
+    // What the lamp looks like comes back, and casts no shadow of it, as before.
+    ASSERT_TRUE(opened.exact(opened.send(1, {{"type", "delete"}, {"object", 2}})));
+    frame = opened.exact(opened.send(1, {{"type", "undo"}}));
+    ASSERT_TRUE(frame);
+    EXPECT_LT(largest_difference_to_bake(opened, frame, scene), 2e-3);
+}
+
+TEST(ViewSession, WhatGlowsLightsOthersAsItGlowsNow) {
+    OpenedSession opened;
+    opened.session().join(1);
+    ASSERT_TRUE(opened.exact());
+    const SharedBytes frame = opened.exact(opened.send(1, {{"type", "material"},
+                                                           {"name", "lacquer"},
+                                                           {"diffuse", {0.3, 0.12, 0.05}},
+                                                           {"specular", {0, 0, 0}},
+                                                           {"shininess", 60},
+                                                           {"emission", {0.5, 1, 2}}}));
+    ASSERT_TRUE(frame);
+    Scene scene = opened.scene();
+    scene.materials["lacquer"].specular = Rgb(0.0f);
+    scene.materials["lacquer"].emission = Rgb(0.5f, 1, 2);
+    EXPECT_LT(largest_difference_to_bake(opened, frame, scene, Rgb(0.5f, 1, 2)), 2e-3);
 }
 
 TEST(ViewSession, SavesInsideItsFolderOnly) {

@@ -56,7 +56,8 @@ SharedShading::SharedShading(PointSharing sharing, bool has_all) {
 
 void end_sharing() {
     assert(!has_share_alone());
-    process_sharing() = {};
+    // Whoever shades beside others may end it, too: but not write where they read.
+    if (process_sharing()) process_sharing() = {};
 }
 
 bool has_share_alone() {

@@ -179,8 +179,10 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
     result.blocks.resize((rows.count() + result.block_rows() - 1) / result.block_rows());
     result.pruning_error = transfer.pruning_error;
     result.directions = direction_coefficients(settings.face_size);
-    const LightContext context{
-        scene, geometry, settings, result, rms_spectrum(typical), double(transfer.pruning_error)};
+    CoefficientSpectrum spectrum = rms_spectrum(typical);
+    // Darkness is typical of no light that may come after it.
+    if (std::ranges::all_of(spectrum, [](float amplitude) { return amplitude == 0; })) spectrum.fill(1);
+    const LightContext context{scene, geometry, settings, result, spectrum, double(transfer.pruning_error)};
     const Result<Done> made = make_rows(
         rows, result.block_rows(),
         [&] { return result.terms == 3 ? block_maker<3>(context, result) : block_maker<2>(context, result); },

@@ -16,6 +16,28 @@ constexpr int lights_while_moving = 4;    ///< A source.
 constexpr float frame_tolerance = 0.01f;  ///< Of bounces.
 constexpr int frame_smoothing = 4;        ///< Steps.
 
+/// Whether radiance by row is another's but for a tenth.
+bool is_much_like(std::span<const Rgb> radiance, std::span<const Rgb> other) {
+    if (radiance.size() != other.size()) return false;
+    constexpr std::size_t run = 4096;  // rows that are summed up together, whatever the threads
+    struct Sums {
+        double difference = 0, whole = 0;
+    };
+    std::vector<Sums> sums((radiance.size() + run - 1) / run);
+    tbb::parallel_for(std::size_t(0), sums.size(), [&](std::size_t r) {
+        for (std::size_t row = r * run, end = std::min(radiance.size(), row + run); row < end; ++row) {
+            sums[r].difference += double(std::abs(luminance(radiance[row]) - luminance(other[row])));
+            sums[r].whole += double(luminance(other[row]));
+        }
+    });
+    Sums all;
+    for (const Sums& part : sums) {
+        all.difference += part.difference;
+        all.whole += part.whole;
+    }
+    return all.difference <= 0.1 * all.whole;
+}
+
 bool has_emitters(const ShadedScene& scene) {
     return std::ranges::any_of(scene.instances, [&](const ShadedInstance& instance) {
         return !scene.entities[instance.entity].emitters.empty();
@@ -135,7 +157,7 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
         const Result<Done> done =
             refined->refine(scene_, **geometry, *(*rays)->surface, bounced->radiance, reflectances, progress);
         if (!done) return done;
-        arriving_ = std::move(bounced->irradiance);
+        last_ = {std::move(diffuse), std::move(bounced->irradiance)};
     }
     refined_ = std::move(refined);
     transfer_ = std::move(*made);
@@ -170,7 +192,7 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
     const Result<const RgbCubemapTree*> light = light_tree(progress);
     if (!light) return light.error();
     Result<MotionTransfer> made = motion_transfer(scene_, **geometry, settings_, transfer_settings_, **light,
-                                                  source_lights(FrameQuality::still), instance, progress);
+                                                  all_lights(turned_sources()), instance, progress);
     if (!made) return made.error();
     if (settings_.bounces.most > 0) {
         if (!resting_) {
@@ -182,8 +204,8 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
             if (!indirect) return indirect.error();
             resting_ = radiance_by(row_values(VertexRows(scene_, **geometry), indirect->irradiance));
         }
-        bounced_ = *resting_;
         if (const Result<Done> lamps = update_lamps(progress); !lamps) return lamps;
+        bounced_ = *resting_;
     }
     transfer_ = std::move(*made);
     return Done{};
@@ -223,7 +245,6 @@ void RelightSession::set_environment(Environment environment) {
     if (settings_.occlusion == Occlusion::automatic) kept_.reset();
     turnable_.reset();
     rotation_ = {};
-    arriving_.clear();
     light_changes();
 }
 
@@ -447,23 +468,25 @@ Result<SceneRadiance> RelightSession::bounced_radiance(const LightTransport& tra
     return radiance_by(bounced->irradiance);
 }
 
-Result<std::vector<Rgb>> RelightSession::frame_irradiance(std::span<const Rgb> direct, FrameQuality quality,
+Result<std::vector<Rgb>> RelightSession::frame_irradiance(std::vector<Rgb> direct, FrameQuality quality,
                                                           const Progress& progress) {
     const std::vector<Rgb> reflectances = row_reflectances(scene_, *geometry_);
-    if (quality == FrameQuality::moving && !arriving_.empty()) {
+    if (quality == FrameQuality::moving && settings_.bounces.most == any_bounces &&
+        is_much_like(direct, last_.direct)) {
         std::vector<Rgb> sent(direct.begin(), direct.end());
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sent.size(), 4096), [&](const auto& range) {
             for (std::size_t row = range.begin(); row != range.end(); ++row)
-                sent[row] += reflectances[row] * arriving_[row];
+                sent[row] += reflectances[row] * last_.arriving[row];
         });
-        arriving_ = refined_->irradiance(sent);
+        last_.arriving = refined_->irradiance(sent);
     } else {
         Result<BouncedLight> bounced =
             bounced_light(*refined_, reflectances, direct, frame_bounces(), progress);
         if (!bounced) return bounced.error();
-        arriving_ = std::move(bounced->irradiance);
+        last_.arriving = std::move(bounced->irradiance);
     }
-    std::vector<Rgb> smoothed = arriving_;
+    std::vector<Rgb> smoothed = last_.arriving;
+    last_.direct = std::move(direct);
     refined_->smooth(smoothed, frame_smoothing);
     return smoothed;
 }
@@ -477,7 +500,7 @@ Result<Done> RelightSession::update_lamps(const Progress& progress) {
     // While an instance moves, what bounced before stays until there are rays for where it stands.
     const bool moves = std::holds_alternative<MotionTransfer>(transfer_) && !are_rays_current_;
     if (is_lamps_bounced_current_ || moves) return Done{};
-    lamps_bounced_.clear();
+    SceneRadiance by_lamps;
     if (!lamp_frames_.is_dark()) {
         const Result<const BounceRays*> rays = current_rays(progress);
         if (!rays) return rays.error();
@@ -485,8 +508,9 @@ Result<Done> RelightSession::update_lamps(const Progress& progress) {
         Result<SceneRadiance> bounced = bounced_radiance(
             (*rays)->transport, row_values(rows, lamp_frames_.diffuse(scene_)), frame_bounces(), progress);
         if (!bounced) return bounced.error();
-        lamps_bounced_ = std::move(*bounced);
+        by_lamps = std::move(*bounced);
     }
+    lamps_bounced_ = std::move(by_lamps);
     is_lamps_bounced_current_ = true;
     return Done{};
 }

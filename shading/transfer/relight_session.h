@@ -146,10 +146,11 @@ private:
                                            const Progress& progress);
     Result<Done> update_lamps(const Progress& progress);
     BounceSettings frame_bounces() const;
-    /// Irradiance by row of all bounces, as frames by light have it; in arriving_, too.
+    /// Irradiance by row of all bounces, as frames by light have it; in last_, too.
     ///
-    /// moving  one bounce more than the last frame had, of the light that is now: later ones lag behind.
-    Result<std::vector<Rgb>> frame_irradiance(std::span<const Rgb> direct, FrameQuality quality,
+    /// moving  one bounce more than the last frame had, of the light that is now: later ones lag behind. All
+    ///         of them where the light has leapt.
+    Result<std::vector<Rgb>> frame_irradiance(std::vector<Rgb> direct, FrameQuality quality,
                                               const Progress& progress);
     /// What the diffuse terms make of an irradiance by row.
     SceneRadiance radiance_by(std::span<const Rgb> irradiance) const;
@@ -182,7 +183,10 @@ private:
     std::optional<BounceRays> rays_;         ///< Of scene_'s entities, once needed;
     bool are_rays_current_ = false;          ///< of its instances as they stand.
     std::optional<LightTransport> refined_;  ///< Of them, for the light that the vectors were made under.
-    std::vector<Rgb> arriving_;  ///< Irradiance by row of all bounces, of the last frame by light; or none.
+    struct LitRows {
+        std::vector<Rgb> direct;    ///< Diffuse radiance by direct light. [W/(m^2 sr)]
+        std::vector<Rgb> arriving;  ///< Irradiance by all bounces. [W/m^2]
+    } last_;                        ///< Of the last frame by light, by row; or none.
     std::optional<SceneRadiance>
         resting_;  ///< Diffuse radiance by indirect light, but that of lamps and emitters, as all is now.
     SceneRadiance bounced_;        ///< What frames add: diffuse radiance by indirect light; or none.

@@ -92,6 +92,10 @@ struct EditMaker {
         std::erase_if(scene.keyframes, [&](const Keyframe& keyframe) { return keyframe.instance == *place; });
         for (Keyframe& keyframe : scene.keyframes)
             if (keyframe.instance > *place) --keyframe.instance;
+        for (SceneLamp& lamp : scene.lamps) {
+            if (lamp.looks_like == *place) lamp.looks_like.reset();
+            if (lamp.looks_like && *lamp.looks_like > *place) --*lamp.looks_like;
+        }
         return Done{};
     }
 

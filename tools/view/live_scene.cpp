@@ -98,6 +98,7 @@ void LiveScene::take_materials(const Design& design) {
             const SceneMaterial& material = design.scene.materials.at(name);
             Surface& surface = entity.surfaces[m];
             surface.material = material;
+            if (surface.emission != material.emission) emission_stamp_ = design.material_stamp;
             surface.emission = material.emission;
             surface.tinted_highlights =
                 surface.texture && material.convention == LobeConvention::povray ? material.metallic : 0;
@@ -107,20 +108,37 @@ void LiveScene::take_materials(const Design& design) {
     material_stamp_ = design.material_stamp;
 }
 
+bool LiveScene::has_emitters() const {
+    return std::ranges::any_of(entities_->entities, [](const auto& entity) {
+        return std::ranges::any_of(entity->surfaces,
+                                   [](const Surface& surface) { return surface.emission != Rgb(0.0f); });
+    });
+}
+
+bool LiveScene::has_own_light(const Design& design) const {
+    return !design.scene.lamps.empty() || has_emitters();
+}
+
 void LiveScene::open(Stage& stage, const Design& design) {
     entities_->entity_of_instance = design.entities;
-    stage.session.emplace(shaded_scene(design.scene, *entities_, lights_.mixed(design)), *entities_,
-                          stage.settings, transfer_settings_);
+    ShadedScene scene = shaded_scene(design.scene, *entities_, lights_.mixed(design));
     stage.ids = design.ids;
+    stage.gain = std::exp2(exposure(design));
+    scene.lamps = lamps_for(stage, design);
+    for (ShadedEntity& entity : scene.entities)
+        for (Emitter& emitter : entity.emitters) emitter.radiance *= 1 / stage.gain;
+    stage.session.emplace(std::move(scene), *entities_, stage.settings, transfer_settings_);
     stage.light_stamp = design.light_stamp;
     stage.share = share_of(design);
     stage.turn = {};
     stage.has_mixture = false;
     stage.material_stamp = design.material_stamp;
+    stage.emission_stamp = emission_stamp_;
 }
 
 void LiveScene::bring_objects(Stage& stage, const Design& design) {
     SeenSession& session = *stage.session;
+    bool has_more = false;
     for (std::size_t i = stage.ids.size(); i-- > 0;)
         if (!place_of(design, stage.ids[i])) {
             session.remove(i);
@@ -132,21 +150,44 @@ void LiveScene::bring_objects(Stage& stage, const Design& design) {
         if (known == stage.ids.end()) {
             session.add({design.entities[i], placement});
             stage.ids.push_back(design.ids[i]);
+            has_more = true;
         } else if (const auto at = static_cast<std::size_t>(known - stage.ids.begin());
                    session.instances()[at].placement != placement) {
             session.place(at, placement);
         }
     }
+    // What lamps look like may have come back.
+    if (has_more) session.set_lamps(lamps_for(stage, design));
+}
+
+std::vector<Lamp> LiveScene::lamps_for(const Stage& stage, const Design& design) const {
+    std::vector<Lamp> lamps = lamps_of(design.scene.lamps);
+    for (Lamp& lamp : lamps) {
+        lamp.colour *= 1 / stage.gain;
+        if (lamp.looks_like)
+            lamp.looks_like = static_cast<std::size_t>(
+                std::ranges::find(stage.ids, design.ids[*lamp.looks_like]) - stage.ids.begin());
+    }
+    return lamps;
 }
 
 void LiveScene::bring(Stage& stage, const Design& design, bool with_light) {
+    stage.is_touched = true;
     take_materials(design);
     if (stage.session && stage.material_stamp != design.material_stamp) {
         if (!stage.session->set_materials(*entities_)) stage.session.reset();
         stage.material_stamp = design.material_stamp;
     }
+    // What glows is found as a scene is opened.
+    const float gain = std::exp2(exposure(design));
+    if (stage.emission_stamp != emission_stamp_ || (has_emitters() && stage.gain != gain))
+        stage.session.reset();
     if (!stage.session) open(stage, design);
     bring_objects(stage, design);
+    if (stage.gain != gain) {
+        stage.gain = gain;
+        stage.session->set_lamps(lamps_for(stage, design));
+    }
     SeenSession& session = *stage.session;
     if (session.eye() != design.scene.camera.position) session.set_eye(design.scene.camera.position);
     if (!with_light) return;
@@ -176,8 +217,10 @@ bool LiveScene::follows(const Design& design, const Variation& variation) const 
     const Design& of = *varied_of_;
     const bool by_light = variation.of == Variation::Of::light, by_eye = variation.of == Variation::Of::eye,
                by_object = variation.of == Variation::Of::object;
-    return of.material_stamp == design.material_stamp && (by_light || same_light(of, design)) &&
-           (by_eye || same_eye(of, design)) && same_objects(of, design, by_object ? variation.object : 0);
+    const bool same_emitters = !has_emitters() || exposure(of) == exposure(design);
+    return of.material_stamp == design.material_stamp && same_emitters &&
+           (by_light || same_light(of, design)) && (by_eye || same_eye(of, design)) &&
+           same_objects(of, design, by_object ? variation.object : 0);
 }
 
 Result<Done> LiveScene::vary(const Design& design, const Variation& variation, const Progress& progress) {
@@ -250,6 +293,7 @@ void LiveScene::expose(const Design& design) {
 
 void LiveScene::take_colours(Stage& stage, const Design& design, const VertexMask* chosen) {
     last_ = &stage;
+    stage.is_touched = false;
     const float gain = std::exp2(exposure(design));
     const SceneRadiance& radiance = stage.session->radiance();
     std::erase_if(colours_, [&](const auto& known) {

@@ -74,6 +74,14 @@ public:
     /// Whether a commit need not look from the vertices again: no object has moved since the last.
     bool commits_fast(const Design& design) const;
 
+    /// Whether lamps or surfaces shed light of their own, which no exposure changes.
+    bool has_own_light(const Design& design) const;
+
+    /// Whether expose() is enough: the colours' session is as it was, and the design has no light of its own.
+    bool can_expose(const Design& design) const {
+        return last_ != nullptr && !last_->is_touched && !has_own_light(design);
+    }
+
     /// The colours of before under another exposure.
     void expose(const Design& design);
 
@@ -97,16 +105,20 @@ private:
         std::optional<SeenSession> session;
         RenderSettings settings;
         std::vector<std::uint32_t> ids;  ///< By its instances.
-        std::uint64_t light_stamp = 0, material_stamp = 0;
+        std::uint64_t light_stamp = 0, material_stamp = 0, emission_stamp = 0;
         float share = 0;
+        float gain = 1;  ///< By which colours will be multiplied: its lamps and emitters are divided by it.
         Rotation turn;
         bool has_mixture = false;  ///< SeenSession::show_light came last.
+        bool is_touched = false;   ///< Its session has changed since colours were taken of it.
     };
 
     void take_materials(const Design& design);
     void bring(Stage& stage, const Design& design, bool with_light);
     void bring_objects(Stage& stage, const Design& design);
     void open(Stage& stage, const Design& design);
+    bool has_emitters() const;
+    std::vector<Lamp> lamps_for(const Stage& stage, const Design& design) const;
     void show_light(const Design& design, FrameQuality quality);
     void take_colours(Stage& stage, const Design& design, const VertexMask* chosen = nullptr);
 
@@ -116,7 +128,7 @@ private:
     Stage quick_, exact_;
     Stage* last_ = nullptr;  ///< Where the colours are from.
     LightTable lights_;
-    std::uint64_t material_stamp_ = 0;
+    std::uint64_t material_stamp_ = 0, emission_stamp_ = 0;
 
     Variation varied_;                 ///< What there are vectors for,
     std::optional<Design> varied_of_;  ///< and of what.

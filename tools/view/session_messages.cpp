@@ -37,6 +37,10 @@ void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
             case Arrival::What::task: audience_.tell_all(arrival.text); break;
         }
     }
+    {
+        const std::lock_guard lock(mutex_);
+        steering_ = pages_.empty() ? 0 : pages_.front();
+    }
     if (failed_light_ != history_.now().light_stamp)
         if (const Result<Done> taken = live_.take_light(history_.now()); !taken) tell_trouble(taken.error());
     tell_state();

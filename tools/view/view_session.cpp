@@ -12,6 +12,7 @@ namespace {
 constexpr auto rest = std::chrono::milliseconds(150);
 /// What is likely to come is prepared after so long.
 constexpr auto idle = std::chrono::milliseconds(400);
+constexpr std::size_t most_arrivals = 4096;  // that wait
 
 bool same_scene(const Design& a, const Design& b) {
     if (a.ids != b.ids || a.light_stamp != b.light_stamp || a.material_stamp != b.material_stamp)
@@ -47,13 +48,13 @@ ViewSession::ViewSession(const Scene& scene, SceneEntities entities, ViewSetting
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 ViewSession::~ViewSession() {
-    tasks_.cancel();
     thread_.request_stop();
     {
         const std::lock_guard lock(mutex_);
         stop_job_.request_stop();
     }
     thread_.join();
+    tasks_.cancel();
 }
 
 void ViewSession::join(PageId page) {
@@ -75,6 +76,15 @@ void ViewSession::receive(PageId page, std::string_view text) {
         return;
     }
     if (std::holds_alternative<Shown>(message->content)) return audience_.shown(page);
+    bool is_flooded = false;
+    {
+        const std::lock_guard lock(mutex_);
+        is_flooded = arrivals_.size() >= most_arrivals;
+    }
+    if (is_flooded) {
+        audience_.tell(page, message_text({{"type", "error"}, {"message", "too many messages wait"}}));
+        return;
+    }
     post({.page = page,
           .what = Arrival::What::message,
           .message = std::move(*message),
@@ -85,7 +95,7 @@ void ViewSession::receive(PageId page, std::string_view text) {
 void ViewSession::post(Arrival arrival) {
     const std::lock_guard lock(mutex_);
     if (ends(arrival, job_)) stop_job_.request_stop();
-    if (arrival.message)
+    if (arrival.message && arrival.page == steering_)
         if (const auto* look = std::get_if<Look>(&arrival.message->content))
             last_eye_ = look->camera.position;
     arrivals_.push_back(std::move(arrival));
@@ -93,7 +103,7 @@ void ViewSession::post(Arrival arrival) {
 }
 
 bool ViewSession::ends(const Arrival& arrival, const ViewJob& job) const {
-    if (!arrival.message) return false;
+    if (!arrival.message || arrival.page != steering_) return false;
     return job_ends_for(job, arrival.message->content,
                         has_highlights_ ? std::optional(last_eye_) : std::nullopt);
 }
@@ -166,7 +176,8 @@ ViewJob ViewSession::next_job() const {
     const auto pause = Clock::now() - last_input_;
     if (failed_light_ == now.light_stamp) return {};
     if (!is_shown()) {
-        if (shown_ && same_scene(*shown_, now) && same_eye(*shown_, now)) return {What::frame, {}};
+        if (shown_ && same_scene(*shown_, now) && same_eye(*shown_, now) && live_.can_expose(now))
+            return {What::frame, {}};
         if (live_.follows(now, live_.varied())) return {What::frame, live_.varied()};
         const bool is_gone = hand_.of == Variation::Of::object && !place_of(now, hand_.object);
         if (shown_ && hand_.of != Variation::Of::nothing && !is_gone) return {What::vectors, hand_};

@@ -139,7 +139,8 @@ private:
     ViewJob job_;                ///< That is running,
     std::stop_source stop_job_;  ///< and how to end it.
     Clock::time_point told_work_;
-    Vec3f last_eye_;  ///< Of those that arrived.
+    Vec3f last_eye_;       ///< Of those that arrived.
+    PageId steering_ = 0;  ///< Whose messages end jobs: the first of pages_.
 
     std::jthread thread_;  ///< The last: it uses all of the above.
 };
