@@ -181,7 +181,7 @@ ReaderLimits reader_limits(std::uint64_t file_bytes, double memory_per_byte) {
             least_seconds + bytes / bytes_per_second};
 }
 
-Result<Done> fork_reader_process(std::span<const ReaderTask> tasks) {
+Result<Done> fork_reader_process([[maybe_unused]] std::span<const ReaderTask> tasks) {
     Connection& made = connection();
     const std::lock_guard lock(made.looking);
     if (made.socket >= 0 || std::getenv(variable)) return Done{};
