@@ -332,6 +332,27 @@ TEST(RelightSession, WhileLightMovesThereAreNoMoreBouncesThanWanted) {
     EXPECT_EQ(moving, session.radiance());
 }
 
+TEST(RelightSession, RestsAsAnotherThatHasCommittedTheSame) {
+    RenderSettings settings = opened().settings();
+    settings.bounces.most = any_bounces;
+    const auto moved = [&](const RelightSession* rests_as) {
+        RelightSession session(opened().scene(), settings, {0.003f});
+        if (rests_as) session.rest_as(*rests_as);
+        EXPECT_TRUE(session.vary_instance(1));
+        session.place(1, {{-0.5f, 0.1f, 0}, 1});
+        EXPECT_TRUE(session.frame());
+        return session.take_radiance();
+    };
+    RelightSession other(opened().scene(), settings, {0.003f});
+    const SceneRadiance alone = moved(nullptr);
+    EXPECT_EQ(moved(&other), alone);  // it has not committed
+    ASSERT_TRUE(other.commit());
+    EXPECT_EQ(moved(&other), alone);
+    other.set_environment(sky(2));
+    ASSERT_TRUE(other.commit());
+    EXPECT_NE(moved(&other), alone);
+}
+
 TEST(RelightSession, VectorsThatWereMadeInTheDarkShowOtherLight) {
     ShadedScene scene = opened().scene();
     const Environment bright = scene.environment;

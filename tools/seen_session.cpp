@@ -1,5 +1,7 @@
 #include "tools/seen_session.h"
 
+#include <cassert>
+
 namespace haarfield {
 namespace {
 
@@ -62,6 +64,12 @@ Result<Done> SeenSession::vary_lamps(const Progress& progress) {
 
 Result<Done> SeenSession::vary_instance(std::size_t instance, const Progress& progress) {
     return both([&](RelightSession& session) { return session.vary_instance(instance, progress); });
+}
+
+void SeenSession::rest_as(const SeenSession& other) {
+    assert(matte_.has_value() == other.matte_.has_value());
+    all_.rest_as(other.all_);
+    if (matte_) matte_->rest_as(*other.matte_);
 }
 
 void SeenSession::show_light(const DenseCoefficients& light, const std::vector<DirectionalLight>& lights) {

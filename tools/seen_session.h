@@ -40,6 +40,9 @@ public:
     /// highlights now, or do no longer.
     bool set_materials(const SceneEntities& entities);
 
+    /// See RelightSession. Of a session that parts highlights as this one does.
+    void rest_as(const SeenSession& other);
+
     /// What of an instance's radiance is highlights over textures; empty if there are no such surfaces.
     std::vector<Rgb> highlights(std::size_t instance) const;
 

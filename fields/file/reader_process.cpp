@@ -37,6 +37,12 @@ extern char** environ;
 namespace haarfield {
 namespace {
 
+#ifdef HAARFIELD_THREAD_SANITIZER
+constexpr bool is_thread_sanitized = true;
+#else
+constexpr bool is_thread_sanitized = false;
+#endif
+
 /// A descriptor, closed at the end of its scope.
 struct Descriptor {
     int number = -1;
@@ -181,13 +187,11 @@ ReaderLimits reader_limits(std::uint64_t file_bytes, double memory_per_byte) {
             least_seconds + bytes / bytes_per_second};
 }
 
-Result<Done> fork_reader_process([[maybe_unused]] std::span<const ReaderTask> tasks) {
+Result<Done> fork_reader_process(std::span<const ReaderTask> tasks) {
     Connection& made = connection();
     const std::lock_guard lock(made.looking);
     if (made.socket >= 0 || std::getenv(variable)) return Done{};
-#ifdef HAARFIELD_THREAD_SANITIZER
-    return Error{"", "ThreadSanitizer wants no process without its threads"};
-#else
+    if (is_thread_sanitized) return Error{"", "ThreadSanitizer wants no process without its threads"};
     // Libraries have threads from their loading on, which soon wait for work.
     for (int tries = 0; !others_sleep(); ++tries) {
         constexpr int most_tries = 50;
@@ -212,14 +216,12 @@ Result<Done> fork_reader_process([[maybe_unused]] std::span<const ReaderTask> ta
     made.socket = ends[0];
     made.looked_for = true;
     return Done{};
-#endif
 }
 
 Result<bool> reads_apart() {
     Connection& made = connection();
     const std::lock_guard lock(made.looking);
-#ifndef HAARFIELD_THREAD_SANITIZER
-    if (!made.looked_for) {
+    if (!made.looked_for && !is_thread_sanitized) {
         made.looked_for = true;
         bool is_named = false;
         const std::filesystem::path program = found_program(is_named);
@@ -229,7 +231,6 @@ Result<bool> reads_apart() {
                                        std::strerror(errno));
         if (!made.failure.empty()) made.failure = program.string() + ": " + made.failure;
     }
-#endif
     if (!made.failure.empty()) return Error{"", made.failure};
     return made.socket >= 0;
 }

@@ -119,6 +119,13 @@ public:
     /// errors  interrupted.
     Result<Done> commit(const Progress& progress = {});
 
+    /// Takes over what bounces from another session, that has committed the same scene, light and instances
+    /// in the same order, but for where the one stood that vary_instance is called for next: that need not
+    /// find it then. The other may see more exactly.
+    void rest_as(const RelightSession& other) {
+        if (other.resting_) resting_ = other.resting_;
+    }
+
     /// Of the last frame or commit. An instance's values stay in one place in memory until instances are
     /// cloned or removed, or the radiance is taken.
     const SceneRadiance& radiance() const { return radiance_; }

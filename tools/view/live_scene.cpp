@@ -238,6 +238,11 @@ Result<Done> LiveScene::vary(const Design& design, const Variation& variation, c
     } else {
         const auto known = std::ranges::find(quick_.ids, variation.object);
         assert(known != quick_.ids.end());
+        // While it moves, what bounces stays as it was at rest.
+        if (committed_ && committed_->material_stamp == design.material_stamp &&
+            same_light(*committed_, design) && same_objects(*committed_, design, variation.object) &&
+            quick_.ids == exact_.ids)
+            session.rest_as(*exact_.session);
         done = session.vary_instance(static_cast<std::size_t>(known - quick_.ids.begin()), progress);
     }
     if (!done) return done;
