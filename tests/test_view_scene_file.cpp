@@ -1,5 +1,6 @@
 #include "tools/view/scene_file.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "scenes/scene_reader.h"
@@ -47,7 +48,7 @@ TEST(ViewSceneFile, KeepsItsNameAndTheCommentsOnTop) {
 }
 
 TEST(ViewSceneFile, ThatHasCommentsFurtherDownStaysAsItIs) {
-    const std::string text = std::string(plain_scene) + "# Stands free.\n";
+    const std::string text = fmt::format("{}# Stands free.\n", plain_scene);
     const Opened opened(text);
     write_text(opened.folder / "room.view.toml", "another's");
     SceneFile file(opened.folder / "room.toml");
