@@ -24,9 +24,11 @@ std::string image_declarations(const BakedInstance& instance, const TextureFiles
 }
 
 /// The include file of one object. The usage comment stands first: it is the manual.
-std::string include_text(const BakedInstance& instance, const ColouredMesh& coloured,
-                         const std::string& object, const std::string& file_name,
-                         const TextureFiles& textures) {
+///
+/// declarations  what stands before the mesh.
+std::string include_text(const BakedInstance& instance, const std::string& declarations,
+                         const std::string& mesh, std::size_t textures, const std::string& object,
+                         const std::string& file_name) {
     std::string text = fmt::format(
         "// {0}: {1}, baked to vertex colours by haarfield.\n"
         "// {2} vertices, {3} triangles, {4} textures; linear radiance, right-handed, +y up, metres.\n"
@@ -49,9 +51,9 @@ std::string include_text(const BakedInstance& instance, const ColouredMesh& colo
         "#declare {1}_Finish = finish {{ emission 1 ambient 0 diffuse 0 }}\n"
         "{5}"
         "#ifndef ({1}_In_Place) #declare {1} = #end\n",
-        file_name, object, instance.mesh->positions.size(), instance.mesh->triangles.size(),
-        coloured.textures, image_declarations(instance, textures));
-    text += coloured.text;
+        file_name, object, instance.mesh->positions.size(), instance.mesh->triangles.size(), textures,
+        declarations);
+    text += mesh;
     if (!is_identity(instance.placement.rotate)) text += povray_rotation(instance.placement.rotate) + "\n";
     fmt::format_to(std::back_inserter(text),
                    "scale {:.9g}\n"
@@ -68,10 +70,16 @@ Result<std::uint64_t> write_include(const BakedInstance& instance, const std::st
                                     const std::filesystem::path& file, const TextureFiles& textures) {
     const std::string name = file.filename().string();
     if (has_textures(instance.surfaces)) {
-        const ColouredMesh textured =
+        const TexturedMesh textured =
             textured_mesh(*instance.mesh, instance.surfaces, instance.radiance, instance.over, textures,
-                          object + "_Finish", instance.placement.scale);
-        const std::string text = include_text(instance, textured, object, name, textures);
+                          maps_light(instance.radiance, instance.over), object, file.stem().string(),
+                          instance.placement.scale);
+        if (textured.mapped)
+            if (Result<Done> written = textured.mapped->write(file.parent_path()); !written)
+                return written.error();
+        const std::string declarations = image_declarations(instance, textures) + textured.declarations,
+                          text = include_text(instance, declarations, textured.text, textured.textures,
+                                              object, name);
         if (Result<Done> written = write_file(file, text); !written) return written.error();
         return textured.clamped_vertices;
     }
@@ -81,7 +89,7 @@ Result<std::uint64_t> write_include(const BakedInstance& instance, const std::st
                       object + "_Finish", atlas.filename().string());
     if (!coloured.atlas.pixels.empty())
         if (Result<Done> written = write_image(coloured.atlas, atlas); !written) return written.error();
-    const std::string text = include_text(instance, coloured, object, name, textures);
+    const std::string text = include_text(instance, "", coloured.text, coloured.textures, object, name);
     if (Result<Done> written = write_file(file, text); !written) return written.error();
     return coloured.clamped_vertices;
 }

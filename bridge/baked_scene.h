@@ -51,10 +51,9 @@ Result<Done> check_baked_instances(std::span<const BakedInstance> instances);
 /// An include declares one object, in world coordinates, that a POV-Ray user can place in a scene of
 /// their own: it is guarded, keeps their `#version`, prefixes its names, has no camera, light or global
 /// settings, and says at its top how to use it. Colours are stored as suits their number, see
-/// colour_storage; an atlas lies beside the include, as `NAME_<instance>.exr`, and so do the images of
-/// textures. The scene file sets what an
-/// include can not: assumed_gamma 1, and adc_bailout 0, without which POV-Ray drops the dim corners of a
-/// triangle.
+/// colour_storage and MappedLight; atlases lie beside the include, as `NAME_<instance>.exr`, `.over.exr` and
+/// `.places.png`, and so do the images of textures. The scene file sets what an include can not:
+/// assumed_gamma 1, and adc_bailout 0, without which POV-Ray drops the dim corners of a triangle.
 ///
 /// scene_name  the stem of the files: letters, digits, `_`, `-`, `.`.
 /// errors      non-finite radiance, passes or positions (with instance and vertex); radiance, passes and mesh

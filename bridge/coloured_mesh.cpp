@@ -1,12 +1,12 @@
 #include "bridge/coloured_mesh.h"
 
 #include "bridge/povray_frame.h"
+#include "bridge/triangle_atlas.h"
 
 #include <Imath/half.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <unordered_map>
 
 namespace haarfield {
@@ -57,49 +57,10 @@ void append_textured_faces(std::string& text, const Mesh& mesh, const Palette& c
     text += " }\n";
 }
 
-/// Squares of 2 x 2 texels, one a triangle, row by row.
-struct AtlasLayout {
-    std::size_t columns, rows;  // of squares
-
-    explicit AtlasLayout(std::size_t triangles)
-        : columns(static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(triangles))))),
-          rows((triangles + columns - 1) / columns) {}
-
-    std::size_t x(std::size_t triangle) const { return 2 * (triangle % columns); }
-    std::size_t y(std::size_t triangle) const { return 2 * (triangle / columns); }
-};
-
-Image atlas_image(const Mesh& mesh, const std::vector<Colour>& colours) {
-    const AtlasLayout layout(mesh.triangles.size());
-    Image image;
-    image.width = static_cast<int>(2 * layout.columns);
-    image.height = static_cast<int>(2 * layout.rows);
-    const std::size_t width = 2 * layout.columns;
-    image.pixels.assign(width * 2 * layout.rows, Rgb(0.0f));
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        std::array<Rgb, 3> corner;
-        for (std::size_t k = 0; k < 3; ++k) {
-            const Colour& colour = colours[mesh.triangles[t][k]];
-            corner[k] = Rgb(colour[0], colour[1], colour[2]);
-        }
-        Rgb* const square = &image.pixels[layout.y(t) * width + layout.x(t)];
-        square[0] = corner[0];
-        square[1] = corner[1];
-        square[width] = corner[2];
-        square[width + 1] = corner[1] + corner[2] - corner[0];
-    }
-    return image;
-}
-
-void append_mapped_faces(std::string& text, const Mesh& mesh) {
-    const AtlasLayout layout(mesh.triangles.size());
+void append_mapped_faces(std::string& text, const Mesh& mesh, const TriangleAtlas& atlas) {
     auto out = std::back_inserter(text);
-    // In texels, from the top left: the middles of three texels of the square.
     fmt::format_to(out, "uv_vectors {{ {}", 3 * mesh.triangles.size());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const std::size_t x = layout.x(t), y = layout.y(t);
-        fmt::format_to(out, ",\n<{0}.5,{1}.5>,<{2}.5,{1}.5>,<{0}.5,{3}.5>", x, y, x + 1, y + 1);
-    }
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) atlas.append_uvs(text, t);
     fmt::format_to(out, " }}\nface_indices {{ {}", mesh.triangles.size());
     for (const auto& [a, b, c] : mesh.triangles) fmt::format_to(out, ",\n<{},{},{}>", a, b, c);
     fmt::format_to(out, " }}\nuv_indices {{ {}", mesh.triangles.size());
@@ -111,11 +72,11 @@ void append_mapped_faces(std::string& text, const Mesh& mesh) {
 }  // namespace
 
 ColourStorage colour_storage(std::span<const Rgb> colours) {
-    constexpr std::size_t most_textures = 200000, most_vertices = 1000000;
+    constexpr std::size_t most_textures = 200000;
     if (colours.size() <= most_textures) return ColourStorage::textures;
     const auto has_hue = [](const Rgb& c) { return c.x != c.y || c.y != c.z; };
     if (std::none_of(colours.begin(), colours.end(), has_hue)) return ColourStorage::grey_textures;
-    return colours.size() <= most_vertices ? ColourStorage::textures : ColourStorage::atlas;
+    return colours.size() <= most_textured_vertices ? ColourStorage::textures : ColourStorage::atlas;
 }
 
 ColouredMesh coloured_mesh(const Mesh& mesh, std::span<const Rgb> colours, ColourStorage storage,
@@ -128,19 +89,16 @@ ColouredMesh coloured_mesh(const Mesh& mesh, std::span<const Rgb> colours, Colou
     text = "mesh2 {\n";
     frame.append_vertices(text, mesh);
     if (storage == ColourStorage::atlas) {
-        append_mapped_faces(text, mesh);
+        const TriangleAtlas atlas(mesh.triangles.size());
+        append_mapped_faces(text, mesh, atlas);
         frame.append_inverse(text);
-        result.atlas = atlas_image(mesh, of_vertices);
+        result.atlas = atlas.image([&](std::size_t triangle, std::size_t k) {
+            const Colour& colour = of_vertices[mesh.triangles[triangle][k]];
+            return Rgb(colour[0], colour[1], colour[2]);
+        });
         result.textures = 1;
-        fmt::format_to(std::back_inserter(text),
-                       "texture {{\n"
-                       "  uv_mapping pigment {{\n"
-                       "    image_map {{ exr \"{}\" interpolate 2 }}\n"
-                       "    scale <{}, {}, 1> scale <1, -1, 1>\n"
-                       "  }}\n"
-                       "  finish {{ {} }}\n"
-                       "}}\n",
-                       atlas_file, result.atlas.width, result.atlas.height, finish);
+        text += fmt::format("texture {{\n  uv_mapping {}\n  finish {{ {} }}\n}}\n",
+                            atlas.pigment(fmt::format("exr \"{}\"", atlas_file)), finish);
         return result;
     }
     if (storage == ColourStorage::grey_textures)

@@ -14,11 +14,13 @@ namespace haarfield {
 enum class ColourStorage {
     textures,       ///< A texture for each colour that occurs: the fastest to read, 860 bytes each.
     grey_textures,  ///< The same for colours without hue, rounded to half floats: a few thousand textures.
-    atlas,  ///< 2 x 2 texels of an image for each triangle: a third of the memory, half again the time.
+    atlas,          ///< TriangleAtlas: a third of the memory, half again the time.
 };
 
+inline constexpr std::size_t most_textured_vertices = 1000000;  ///< Of which each may have a texture.
+
 /// The one that suits a mesh of these colours: textures up to 200,000 vertices; above that grey ones if
-/// no colour has a hue, and the atlas above a million.
+/// no colour has a hue, and the atlas above most_textured_vertices.
 ColourStorage colour_storage(std::span<const Rgb> colours);
 
 /// A coloured mesh in POV-Ray's words.
@@ -36,8 +38,6 @@ struct ColouredMesh {
 /// atlas_file  where POV-Ray will find the atlas, if there is one.
 /// colours     one per vertex, finite. [W/(m^2 sr)]
 /// cost        0.5 s and some 160 bytes of text per 100,000 vertices; twice that for the atlas.
-/// source      the corner texels of an atlas triangle lie at three corners of its square; the fourth is the
-///             sum of the two beside it minus the one across, so that bilinear interpolation is linear.
 ColouredMesh coloured_mesh(const Mesh& mesh, std::span<const Rgb> colours, ColourStorage storage,
                            const std::string& finish, const std::string& atlas_file);
 

@@ -425,12 +425,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         scene_name, camera.width, camera.height, files.world_scale, *camera_text, *background_text,
         background_alone, by_radiosity, bounces_text(bounces));
     std::vector<std::string> declarations;
-    for (const auto& [texture, file] : *textures) {
-        declarations.push_back(file.text);
-        if (!texture->has_alpha)
-            declarations.back() +=
-                fmt::format("#declare {0}_Function = function {{ pigment {{ {0} }} }}\n", file.pigment);
-    }
+    for (const auto& [texture, file] : *textures) declarations.push_back(file.text);
     std::ranges::sort(declarations);
     for (const std::string& declaration : declarations) text += declaration;
 

@@ -60,16 +60,15 @@ Result<TextureFiles> write_textures(const std::filesystem::path& folder, const s
         const std::string image =
             fmt::format("{} \"{}\"", is_jpeg ? "jpeg" : "png", made.file.filename().string());
         made.opaque = made.pigment;
-        made.text =
-            fmt::format("#ifndef ({0})\n#declare {0} = pigment {{ image_map {{ {1} interpolate 2 }} }}\n",
-                        made.pigment, image);
+        made.text = fmt::format(
+            "#ifndef ({0})\n#declare {0} = pigment {{ image_map {{ {1} interpolate 2 }} }}\n"
+            "#declare {0}_Function = function {{ pigment {{ {0} }} }}\n",
+            made.pigment, image);
         if (texture->has_alpha) {
             made.transmission = fmt::format("image_pattern {{ {} interpolate 2 use_alpha }}", image);
             made.opaque += "_Opaque";
-            made.text += fmt::format(
-                "#declare {0}_Function = function {{ pigment {{ {0} }} }}\n"
-                "#declare {1} = pigment {{ {2} }}\n",
-                made.pigment, made.opaque, multiplied_pigment(made.pigment, Rgb(1.0f)));
+            made.text += fmt::format("#declare {} = pigment {{ {} }}\n", made.opaque,
+                                     multiplied_pigment(made.pigment, Rgb(1.0f)));
         }
         made.text += "#end\n";
         files.emplace(texture, std::move(made));

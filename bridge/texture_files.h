@@ -15,12 +15,12 @@ struct TextureFile {
     std::string opaque;   ///< and its colours without its alpha; the same if there is none.
     /// A pattern: 0 where the image is opaque, 1 where nothing is there; empty if it is opaque everywhere.
     std::string transmission;
-    /// Declares both, once, however often it stands in a scene; if there is alpha, PIGMENT_Function, too.
+    /// Declares both and PIGMENT_Function, once, however often it stands in a scene.
     std::string text;
 };
 
-/// The colours of a declared pigment times one, by the declared function of it; opaque but for what a pattern
-/// lets through.
+/// The colours of a declared pigment times one, by PIGMENT_Function, its declared function; opaque but for
+/// what a pattern lets through.
 ///
 /// POV-Ray can not multiply an image with a colour; but it has functions of an image's channels, colour maps
 /// that make them colours, and means of pigments: of the three channels' and of what is let through.

@@ -45,13 +45,9 @@ std::string texture_text(const CornerLook& look, const std::string& finish) {
         return fmt::format("pigment{{{}}}finish{{{} emission{}}}", pigment, finish, rgb_text(light, times));
     };
     if (!look.shines()) return fmt::format("texture{{{}}}", layer(look.image->pigment, look.under, 1));
-    // The mean of the two, of which each is twice as bright; both opaque, as each would send on a ray.
-    const std::string mean =
-        fmt::format("average texture_map{{[1 {}][1 {}]}}", layer(look.image->opaque, look.under, 2),
-                    layer("rgb 1", look.over, 2));
-    if (look.image->transmission.empty()) return fmt::format("texture{{{}}}", mean);
-    return fmt::format("texture{{{} texture_map{{[0 {}][1 {}]}}}}", look.image->transmission, mean,
-                       layer("rgbt 1", {0, 0, 0}, 1));
+    // The mean of the two, of which each is twice as bright.
+    return fmt::format("texture{{average texture_map{{[1 {}][1 {}]}}}}",
+                       layer(look.image->pigment, look.under, 2), layer("rgb 1", look.over, 2));
 }
 
 /// Moves what may be looked through outwards: POV-Ray misses all of a mesh behind a hit that is nearer to the
@@ -80,27 +76,77 @@ private:
     std::vector<CornerLook> looks_;
 };
 
+/// uv_vectors of vertices, unless all triangles are mapped, and three of each mapped one; uv_indices.
+struct UvLists {
+    std::string vectors, indices;
+};
+
+UvLists uv_lists(const Mesh& mesh, std::span<const std::uint32_t> mapped, const MappedLight& light) {
+    const bool maps_all = mapped.size() == mesh.triangles.size();
+    const std::size_t of_vertices = maps_all ? 0 : mesh.uvs.size();
+    UvLists lists;
+    lists.vectors = fmt::format("uv_vectors {{ {}", of_vertices + 3 * mapped.size());
+    for (const Vec2f& uv : std::span(mesh.uvs).first(of_vertices))
+        fmt::format_to(std::back_inserter(lists.vectors), ",\n<{},{}>", uv.x, uv.y);
+    for (std::size_t k = 0; k < mapped.size(); ++k) light.append_uvs(lists.vectors, k);
+    lists.vectors += " }\n";
+
+    auto out = std::back_inserter(lists.indices);
+    fmt::format_to(out, "uv_indices {{ {}", mesh.triangles.size());
+    std::size_t next = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (next < mapped.size() && mapped[next] == t) {
+            const std::size_t first = of_vertices + 3 * next++;
+            fmt::format_to(out, ",\n<{},{},{}>", first, first + 1, first + 2);
+        } else {
+            const auto& [a, b, c] = mesh.triangles[t];
+            fmt::format_to(out, ",\n<{},{},{}>", a, b, c);
+        }
+    lists.indices += " }\n";
+    return lists;
+}
+
 }  // namespace
 
-ColouredMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces, std::span<const Rgb> under,
-                           std::span<const Rgb> over, const TextureFiles& files, const std::string& finish,
-                           float scale) {
+bool maps_light(std::span<const Rgb> under, std::span<const Rgb> over) {
+    constexpr std::size_t most_shining_vertices = 100000;
+    return under.size() > most_textured_vertices || over.size() > most_shining_vertices;
+}
+
+TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces, std::span<const Rgb> under,
+                           std::span<const Rgb> over, const TextureFiles& files, bool maps_all,
+                           const std::string& object, const std::string& stem, float scale) {
     assert(baked.uvs.size() == baked.positions.size());
     Mesh mesh = baked;
+    const auto image_of = [&](std::uint32_t vertex) -> const TextureFile* {
+        const Surface& surface = surfaces[mesh.vertex_materials[vertex]];
+        return surface.texture ? &files.at(surface.texture.get()) : nullptr;
+    };
     std::vector<bool> is_cut_out;
-    for (const auto& [a, b, c] : mesh.triangles) {
+    std::vector<std::uint32_t> mapped;
+    std::vector<const TextureFile*> mapped_images;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto& [a, b, c] = mesh.triangles[t];
         const Surface& surface = surfaces[mesh.vertex_materials[a]];
         is_cut_out.push_back(surface.texture &&
                              surface.texture->is_cut_out({mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]}));
+        if (!maps_all && !is_cut_out.back()) continue;
+        mapped.push_back(t);
+        if (std::ranges::find(mapped_images, image_of(a)) == mapped_images.end())
+            mapped_images.push_back(image_of(a));
     }
     part_cut_outs(mesh, is_cut_out, povray_parting / scale);
-    ColouredMesh result;
+
+    TexturedMesh result;
     const std::vector<Colour> under_light = clamped_colours(under, result.clamped_vertices);
     std::uint64_t clamped_over = 0;
     const std::vector<Colour> over_light = clamped_colours(over, clamped_over);
+    if (!mapped.empty()) {
+        result.mapped.emplace(mesh, mapped, under_light, over_light, object, stem);
+        result.declarations = result.mapped->declarations();
+    }
     const auto look_of = [&](std::uint32_t vertex) {
-        const Surface& surface = surfaces[mesh.vertex_materials[vertex]];
-        return CornerLook{surface.texture ? &files.at(surface.texture.get()) : nullptr, under_light[vertex],
+        return CornerLook{image_of(vertex), under_light[vertex],
                           over_light.empty() ? Colour{0, 0, 0} : over_light[vertex]};
     };
     const auto mean_look = [&](const std::array<std::uint32_t, 3>& corners) {
@@ -121,32 +167,47 @@ ColouredMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     std::string faces;
     auto out = std::back_inserter(faces);
     fmt::format_to(out, "face_indices {{ {}", mesh.triangles.size());
+    // Mapped textures stand first, one an image.
     Looks looks;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto number_of = [&](const CornerLook& look) {
+        return mapped_images.size() + looks.number_of(look);
+    };
+    for (std::size_t t = 0, next = 0; t < mesh.triangles.size(); ++t) {
         const auto& triangle = mesh.triangles[t];
         const auto& [a, b, c] = triangle;
         fmt::format_to(out, ",\n<{},{},{}>,", a, b, c);
         // Three textures a face, or one: with two, POV-Ray 3.7 crashes.
-        if (is_cut_out[t] || is_sliver(mesh, triangle, frame.magnified))
-            fmt::format_to(out, "{}", looks.number_of(mean_look(triangle)));
-        else
-            fmt::format_to(out, "{},{},{}", looks.number_of(look_of(a)), looks.number_of(look_of(b)),
-                           looks.number_of(look_of(c)));
+        if (next < mapped.size() && mapped[next] == t) {
+            fmt::format_to(out, "{}", std::ranges::find(mapped_images, image_of(a)) - mapped_images.begin());
+            ++next;
+        } else if (is_sliver(mesh, triangle, frame.magnified)) {
+            fmt::format_to(out, "{}", number_of(mean_look(triangle)));
+        } else {
+            fmt::format_to(out, "{},{},{}", number_of(look_of(a)), number_of(look_of(b)),
+                           number_of(look_of(c)));
+        }
     }
     faces += " }\n";
 
     std::string& text = result.text;
+    result.textures = mapped_images.size() + looks.all().size();
     text.reserve(faces.size() + 200 * mesh.positions.size());
     text = "mesh2 {\n";
     frame.append_vertices(text, mesh);
-    append_povray_uvs(text, mesh.uvs);
-    text += fmt::format("texture_list {{ {}", looks.all().size());
-    for (const CornerLook& look : looks.all()) text += ",\n" + texture_text(look, finish);
+    UvLists uvs;
+    if (result.mapped)
+        uvs = uv_lists(mesh, mapped, *result.mapped);
+    else
+        append_povray_uvs(uvs.vectors, mesh.uvs);
+    text += uvs.vectors;
+    text += fmt::format("texture_list {{ {}", result.textures);
+    for (const TextureFile* image : mapped_images) text += ",\n" + result.mapped->texture(image);
+    for (const CornerLook& look : looks.all()) text += ",\n" + texture_text(look, object + "_Finish");
     text += " }\n";
     text += faces;
+    text += uvs.indices;
     text += "uv_mapping\n";
     frame.append_inverse(text);
-    result.textures = looks.all().size();
     return result;
 }
 

@@ -278,6 +278,13 @@ Result<std::string> png_bytes(std::span<const std::array<std::uint8_t, 4>> texel
     return png_file_bytes(values, width, height, with_alpha ? 4 : 3, "PNG");
 }
 
+Result<std::string> png_bytes(std::span<const std::array<std::uint16_t, 3>> texels, int width, int height) {
+    assert(texels.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT16);
+    spec.attribute("oiio:ColorSpace", "linear");
+    return encoded_file("png", spec, OIIO::TypeDesc::UINT16, texels.data(), "PNG");
+}
+
 double clipped_share(const Image& image) {
     std::size_t counted = 0, clipped = 0;
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {

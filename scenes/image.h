@@ -62,6 +62,11 @@ Result<std::string> png_bytes(const Image& image);
 Result<std::string> png_bytes(std::span<const std::array<std::uint8_t, 4>> texels, int width, int height,
                               bool with_alpha);
 
+/// The bytes of a PNG of numbers, three a texel, as they are: 16 bit, linear.
+///
+/// texels  as above.
+Result<std::string> png_bytes(std::span<const std::array<std::uint16_t, 3>> texels, int width, int height);
+
 /// The image in front of a background of the same size (asserted); without coverage, the image itself.
 Image over(const Image& image, const Image& background);
 

@@ -1,0 +1,63 @@
+#pragma once
+/// An image with values for each of many triangles, linear over each.
+
+#include "scenes/image.h"
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace haarfield {
+
+/// A square of 2 x 2 texels for each triangle, row by row. Three of them are the triangle's corners; the
+/// fourth is the sum of the two beside it minus the one across, so that bilinear interpolation is linear.
+class TriangleAtlas {
+public:
+    explicit TriangleAtlas(std::size_t triangles);  ///< How many, at least one (asserted).
+
+    int width() const { return static_cast<int>(2 * columns_); }  ///< [texels]
+    int height() const { return static_cast<int>(2 * rows_); }    ///< [texels]
+
+    /// The texels of values at triangles' corners.
+    ///
+    /// corner  of a triangle, by its number, and 0, 1 or 2.
+    template <class Value, class Corner>
+    std::vector<Value> texels(const Corner& corner) const {
+        const std::size_t across = 2 * columns_;
+        std::vector<Value> result(across * 2 * rows_, Value(0.0f));
+        for (std::size_t t = 0; t < triangles_; ++t) {
+            Value* const square = &result[y(t) * across + x(t)];
+            square[0] = corner(t, 0);
+            square[1] = corner(t, 1);
+            square[across] = corner(t, 2);
+            square[across + 1] = square[1] + square[across] - square[0];
+        }
+        return result;
+    }
+
+    /// The same as an image; texels may be negative.
+    template <class Corner>
+    Image image(const Corner& corner) const {
+        Image image;
+        image.width = width();
+        image.height = height();
+        image.pixels = texels<Rgb>(corner);
+        return image;
+    }
+
+    /// `,\n<u, v>` of a triangle's three corners: in texels, from the top left, as pigment() wants it.
+    void append_uvs(std::string& text, std::size_t triangle) const;
+
+    /// A pigment of an image of these texels, for such uvs.
+    ///
+    /// image  `exr "name"`, and what else POV-Ray is to know of it.
+    std::string pigment(const std::string& image) const;
+
+private:
+    std::size_t x(std::size_t triangle) const { return 2 * (triangle % columns_); }
+    std::size_t y(std::size_t triangle) const { return 2 * (triangle / columns_); }
+
+    std::size_t triangles_, columns_, rows_;  ///< Of squares.
+};
+
+}  // namespace haarfield
