@@ -143,6 +143,20 @@ TEST(Bounces, BacksAndOtherObjectsInTheWayAreDark) {
     for (const Rgb& arriving : scene.transport().irradiance(direct)) EXPECT_EQ(arriving, Rgb(0.0f));
 }
 
+TEST(Bounces, EveryOtherRowIsUpdated) {
+    Bouncing bowl(bowl_mesh(16), matte(0.5f));
+    const std::size_t rows = bowl.geometry().entities[0].order.size();
+    std::vector<Rgb> radiance(rows);
+    for (std::size_t row = 0; row < rows; ++row) radiance[row] = Rgb(float(row % 7), 1.0f, float(row % 3));
+    const std::vector<Rgb> all = bowl.transport().irradiance(radiance);
+    for (const std::size_t first : {0, 1}) {
+        std::vector<Rgb> updated(rows, Rgb(-1.0f));
+        bowl.transport().update_irradiance(radiance, first, updated);
+        for (std::size_t row = 0; row < rows; ++row)
+            EXPECT_EQ(updated[row], row % 2 == first ? all[row] : Rgb(-1.0f)) << row;
+    }
+}
+
 TEST(Bounces, PointsHaveWhatTheirTrianglesCornersHave) {
     Bouncing bowl(bowl_mesh(16), matte(0.5f));
     BouncedLight bounced;

@@ -101,6 +101,15 @@ double relative_rmse(const SceneRadiance& found, const SceneRadiance& wanted) {
     return std::sqrt(error / norm);
 }
 
+/// The light of sky(0.4), as it is shown, but only a share of it.
+DenseCoefficients dimmed_sky(float share) {
+    const Truncation truncation{RenderSettings().light_coefficients};
+    const DenseCoefficients whole =
+        dense_coefficients(lighting_tree(sky(0.4), ExampleScene::size, truncation), ExampleScene::size);
+    const DenseCoefficients* const lights[] = {&whole};
+    return weighted_sum(lights, std::span(&share, 1));
+}
+
 /// How vertices see past other instances.
 class RelightSessionBy : public testing::TestWithParam<Occlusion> {};
 INSTANTIATE_TEST_SUITE_P(Occlusion, RelightSessionBy,
@@ -223,12 +232,7 @@ TEST(RelightSession, ShowsLightsThatAreEncodedAlready) {
     ASSERT_TRUE(session.vary_light());
     ASSERT_TRUE(session.frame());
     const SceneRadiance bright = session.radiance();
-    const DenseCoefficients one =
-        dense_coefficients(lighting_tree(sky(0.4), ExampleScene::size, {RenderSettings().light_coefficients}),
-                           ExampleScene::size);
-    const DenseCoefficients* const lights[] = {&one};
-    const float weights[] = {0.25f};
-    session.show_light(weighted_sum(lights, weights));
+    session.show_light(dimmed_sky(0.25f));
     ASSERT_TRUE(session.frame());
     for (std::size_t i = 0; i < bright.size(); ++i)
         for (std::size_t v = 0; v < bright[i].size(); ++v)
@@ -300,12 +304,7 @@ TEST(RelightSession, WhileLightMovesLaterBouncesAreAFrameBehind) {
     // A hundredth of a bounce's light may be left out of frames, and added as it is estimated.
     EXPECT_LT(relative_rmse(dragged.radiance(), set.radiance()), 0.004);
     // Light that leaps has all of its bounces at once.
-    const DenseCoefficients one =
-        dense_coefficients(lighting_tree(sky(0.4), ExampleScene::size, {RenderSettings().light_coefficients}),
-                           ExampleScene::size);
-    const DenseCoefficients* const lights[] = {&one};
-    const float weights[] = {0.1f};
-    dragged.show_light(weighted_sum(lights, weights));
+    dragged.show_light(dimmed_sky(0.1f));
     ASSERT_TRUE(dragged.frame(FrameQuality::moving));
     const SceneRadiance leapt = dragged.radiance();
     ASSERT_TRUE(dragged.frame(FrameQuality::still));

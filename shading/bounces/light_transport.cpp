@@ -196,18 +196,24 @@ Result<LightTransport> LightTransport::make(const ShadedScene& scene, const Shad
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
         made.runs_.push_back({numbers.first(i), scene.instances[i].entity,
                               scene.instances[i].placement.scale * scene.instances[i].placement.scale});
+    made.find_steps();
     return made;
 }
 
-/// How often the row is mixed with its neighbours: a step spreads what is there by half of their distance,
-/// squares of which add up.
-int LightTransport::smoothing_steps(const Run& run, std::size_t place) const {
-    const float nearness = nearness_[run.first + place],
-                square =
-                    neighbours_[run.entity].square_distance[place] * run.square_scale * nearness * nearness;
-    if (!(square > 0)) return 0;
-    return static_cast<int>(
-        std::min(float(most_smoothing_steps), 2 * smoothed_share * smoothed_share / square));
+void LightTransport::find_steps() {
+    steps_.resize(nearness_.size());
+    for (const Run& run : runs_) {
+        const std::vector<float>& squares = neighbours_[run.entity].square_distance;
+        for (std::size_t place = 0; place < squares.size(); ++place) {
+            // A step spreads what is there by half of the neighbours' distance, squares of which add up.
+            const float nearness = nearness_[run.first + place],
+                        square = squares[place] * run.square_scale * nearness * nearness;
+            steps_[run.first + place] =
+                static_cast<std::uint8_t>(square > 0 ? std::min(float(most_smoothing_steps),
+                                                                2 * smoothed_share * smoothed_share / square)
+                                                     : 0);
+        }
+    }
 }
 
 std::vector<std::uint16_t> LightTransport::wanted_directions(std::span<const Rgb> radiance,
@@ -230,7 +236,7 @@ std::vector<std::uint16_t> LightTransport::wanted_directions(std::span<const Rgb
                          whole = double(luminance(radiance[row]));
             // What is averaged over a disc grows with its area, and a step with the mean square of the
             // distance.
-            const double averaged = 1 + 2.0 * smoothing_steps(run, k);
+            const double averaged = 1 + 2.0 * steps_[row];
             if (whole > 0)
                 lacking[row] =
                     static_cast<float>(variance * share * share /
@@ -258,36 +264,49 @@ std::vector<std::uint16_t> LightTransport::wanted_directions(std::span<const Rgb
 Result<Done> LightTransport::refine(const ShadedScene& scene, const ShadingGeometry& geometry,
                                     const FineSurface& surface, std::span<const Rgb> radiance,
                                     std::span<const Rgb> reflectance, const Progress& progress) {
-    return shoot(scene, geometry, surface, wanted_directions(radiance, reflectance), progress);
+    const Result<Done> shot =
+        shoot(scene, geometry, surface, wanted_directions(radiance, reflectance), progress);
+    if (shot) find_steps();
+    return shot;
+}
+
+void LightTransport::gather(std::span<const Rgb> radiance, std::size_t first, std::size_t stride,
+                            std::span<Rgb> irradiance) const {
+    assert(radiance.size() == nearness_.size() && irradiance.size() == radiance.size());
+    tbb::parallel_for(std::size_t(0), blocks_.size(), [&](std::size_t b) {
+        const Block& block = blocks_[b];
+        const std::size_t begin = b * block_rows, end = std::min(radiance.size(), begin + block_rows);
+        for (std::size_t row = begin + first; row < end; row += stride) {
+            Rgb sum(0.0f);
+            for (std::uint32_t n = row == begin ? 0 : block.end[row - begin - 1]; n < block.end[row - begin];
+                 ++n)
+                sum += radiance[block.sources[n]];
+            irradiance[row] = sum * static_cast<float>(pi / directions_[row]);
+        }
+    });
 }
 
 std::vector<Rgb> LightTransport::irradiance(std::span<const Rgb> radiance) const {
-    assert(radiance.size() == nearness_.size());
-    std::vector<Rgb> result(radiance.size(), Rgb(0.0f));
-    tbb::parallel_for(std::size_t(0), blocks_.size(), [&](std::size_t b) {
-        const Block& block = blocks_[b];
-        const std::size_t first = b * block_rows, end = std::min(radiance.size(), first + block_rows);
-        std::size_t next = 0;
-        for (std::size_t row = first; row < end; ++row) {
-            Rgb sum(0.0f);
-            for (; next < block.end[row - first]; ++next) sum += radiance[block.sources[next]];
-            result[row] = sum * static_cast<float>(pi / directions_[row]);
-        }
-    });
+    std::vector<Rgb> result(radiance.size());
+    gather(radiance, 0, 1, result);
     return result;
 }
 
+void LightTransport::update_irradiance(std::span<const Rgb> radiance, std::size_t first,
+                                       std::span<Rgb> irradiance) const {
+    assert(first < 2);
+    gather(radiance, first, 2, irradiance);
+}
+
 void LightTransport::smooth(std::vector<Rgb>& irradiance, int most_steps) const {
-    std::vector<Rgb> mixed;
-    for (const Run& run : runs_) {
+    tbb::parallel_for(std::size_t(0), runs_.size(), [&](std::size_t r) {
+        const Run& run = runs_[r];
         const Neighbours& near = neighbours_[run.entity];
         const std::span<Rgb> values = std::span(irradiance).subspan(run.first, near.end.size());
-        std::vector<std::uint8_t> steps(values.size());
-        for (std::size_t k = 0; k < steps.size(); ++k)
-            steps[k] = static_cast<std::uint8_t>(std::min(most_steps, smoothing_steps(run, k)));
-        const int most = steps.empty() ? 0 : *std::ranges::max_element(steps);
+        const auto steps = std::span(steps_).subspan(run.first, values.size());
+        const int most = steps.empty() ? 0 : std::min<int>(most_steps, *std::ranges::max_element(steps));
+        std::vector<Rgb> mixed(values.begin(), values.end());
         for (int step = 0; step < most; ++step) {
-            mixed.assign(values.begin(), values.end());
             tbb::parallel_for(tbb::blocked_range<std::size_t>(0, steps.size(), 1024), [&](const auto& range) {
                 for (std::size_t k = range.begin(); k != range.end(); ++k) {
                     if (steps[k] <= step) continue;
@@ -297,13 +316,17 @@ void LightTransport::smooth(std::vector<Rgb>& irradiance, int most_steps) const 
                     values[k] = (mixed[k] + sum / static_cast<float>(end - first)) * 0.5f;
                 }
             });
+            // Who was not mixed is the same already.
+            tbb::parallel_for(tbb::blocked_range<std::size_t>(0, steps.size(), 4096), [&](const auto& range) {
+                for (std::size_t k = range.begin(); k != range.end(); ++k) mixed[k] = values[k];
+            });
         }
-    }
+    });
 }
 
 std::size_t LightTransport::bytes() const {
-    std::size_t sum =
-        nearness_.size() * (sizeof nearness_[0] + sizeof directions_[0]) + blocks_.size() * sizeof blocks_[0];
+    std::size_t sum = nearness_.size() * (sizeof nearness_[0] + sizeof directions_[0] + sizeof steps_[0]) +
+                      blocks_.size() * sizeof blocks_[0];
     for (const Block& block : blocks_) sum += block.sources.capacity() * sizeof block.sources[0];
     for (const Neighbours& near : neighbours_)
         sum += near.end.size() * (sizeof near.end[0] + sizeof near.square_distance[0]) +

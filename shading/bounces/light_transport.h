@@ -47,6 +47,12 @@ public:
     /// cost      some nanosecond a hit, on all of oneTBB's threads.
     std::vector<Rgb> irradiance(std::span<const Rgb> radiance) const;
 
+    /// The same of every other row, in half of the time; the others stay as they are.
+    ///
+    /// first       0 or 1: of which rows.
+    /// irradiance  by row.
+    void update_irradiance(std::span<const Rgb> radiance, std::size_t first, std::span<Rgb> irradiance) const;
+
     /// Takes the mean with neighbours on the same surface, as far as a fifteenth of the distance from which
     /// the light comes (the harmonic mean over the directions): light that comes from afar changes slowly.
     ///
@@ -79,7 +85,10 @@ private:
     static Neighbours neighbours(const ShadedEntity& entity, std::span<const std::uint32_t> order);
     Result<Done> shoot(const ShadedScene& scene, const ShadingGeometry& geometry, const FineSurface& surface,
                        std::span<const std::uint16_t> directions, const Progress& progress);
-    int smoothing_steps(const Run& run, std::size_t place) const;
+    void find_steps();
+    /// Of rows  first, first + stride, first + 2 stride  and so on.
+    void gather(std::span<const Rgb> radiance, std::size_t first, std::size_t stride,
+                std::span<Rgb> irradiance) const;
     std::vector<std::uint16_t> wanted_directions(std::span<const Rgb> radiance,
                                                  std::span<const Rgb> reflectance) const;
 
@@ -87,6 +96,7 @@ private:
     std::vector<std::uint16_t> directions_;  ///< By row.
     std::vector<float>
         nearness_;  ///< By row: mean over the directions of 1 / distance; 0: nothing is met. [1/m]
+    std::vector<std::uint8_t> steps_;     ///< By row: how often it is mixed with its neighbours.
     std::vector<Neighbours> neighbours_;  ///< By entity.
     std::vector<Run> runs_;               ///< By instance.
 };

@@ -195,15 +195,14 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
     return result;
 }
 
-Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
-                         const ShadingGeometry& geometry, const DenseCoefficients& light,
-                         std::span<const DirectionalLight> lights, FrameQuality quality,
-                         SceneRadiance& radiance, const Progress& progress, std::vector<Rgb>* diffuse) {
+Result<Done> shade_rows(const LightTransfer& transfer, const ShadowRays& rays, const DenseCoefficients& light,
+                        std::span<const DirectionalLight> lights, FrameQuality quality,
+                        std::vector<Rgb>& radiance, std::vector<Rgb>* diffuse, const Progress& progress) {
     const float error = transfer.pruning_error / 8;
     const FewCoefficients few = largest_coefficients(light, transfer.spectrum, error);
     const std::vector<ConcentratedLight> sources = concentrated_light(light, transfer.directions, error);
-    std::vector<Rgb> by_row(transfer.colour_of_row.size());
-    if (diffuse) diffuse->resize(by_row.size());
+    radiance.resize(transfer.colour_of_row.size());
+    if (diffuse) diffuse->resize(radiance.size());
     tbb::parallel_for(std::size_t(0), transfer.blocks.size(), [&](std::size_t b) {
         if (progress.stop.stop_requested()) return;
         const GroupedColumns& block = transfer.blocks[b];
@@ -212,7 +211,7 @@ Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene
                         moments = std::span(all_moments).first(block.scale.size());
         set_inner_products(block, few, sums);
         const std::size_t first = b * transfer.block_rows(),
-                          end = std::min(by_row.size(), first + transfer.block_rows());
+                          end = std::min(radiance.size(), first + transfer.block_rows());
         for (const ConcentratedLight& source : sources) {
             set_inner_products(block, source.moments, moments);
             for (std::size_t group = 0; group < sums.size(); group += transfer.terms)
@@ -229,15 +228,22 @@ Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene
                 sum += colours[t] * Rgb(red[k], green[k], blue[k]) * block.scale[group + t];
                 if (t == 0 && diffuse) (*diffuse)[row] = without_negative(sum);
             }
-            by_row[row] = sum;
+            radiance[row] = sum;
         }
     });
     if (progress.stop.stop_requested()) return Error{"", interrupted};
-    if (const Result<Done> lit =
-            transfer.sources.add(geometry.rays, lights, quality, by_row,
-                                 diffuse ? std::span(*diffuse) : std::span<Rgb>(), progress);
-        !lit)
-        return lit;
+    return transfer.sources.add(rays, lights, quality, radiance,
+                                diffuse ? std::span(*diffuse) : std::span<Rgb>(), progress);
+}
+
+Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
+                         const ShadingGeometry& geometry, const DenseCoefficients& light,
+                         std::span<const DirectionalLight> lights, FrameQuality quality,
+                         SceneRadiance& radiance, const Progress& progress) {
+    std::vector<Rgb> by_row;
+    const Result<Done> shaded =
+        shade_rows(transfer, geometry.rays, light, lights, quality, by_row, nullptr, progress);
+    if (!shaded) return shaded;
     store_radiance(scene, geometry, by_row, radiance);
     return Done{};
 }

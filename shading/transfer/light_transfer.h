@@ -40,24 +40,34 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
                                      const RenderSettings& settings, const TransferSettings& transfer,
                                      const DenseCoefficients& typical, const Progress& progress = {});
 
-/// Radiance under a light (lighting.h: with the solid angle) towards the eye that the vectors were made for.
+/// Radiance of each row under a light (lighting.h: with the solid angle) towards the eye that the vectors
+/// were made for.
 ///
 /// Those of the light's coefficients that matter least are left out, to an eighth of the error of pruning.
 ///
 /// The vectors hold the cosine constant over cells; what that costs where light is concentrated is made good:
 /// concentrated_light.h.
 ///
-/// scene, geometry  those that the vectors were made for.
+/// rays             of the scene as it was when the vectors were made.
 /// lights, quality  of what is concentrated and not in `light`: see SourceRows.
+/// radiance         becomes known, for store_radiance.
+/// diffuse          null: not wanted; else the diffuse part becomes known. >= 0
 /// accuracy         besides pruning, rounding to bytes: 0.2 %.
-/// diffuse          null: not wanted; else the diffuse part becomes known, by row.
-/// errors           interrupted; then `radiance` is as it was.
+/// errors           interrupted; then the rows are of no use.
 /// cost             a multiplication and an addition for each coefficient that a vertex and the light have in
 ///                  common, and for some twenty more a concentrated source.
+Result<Done> shade_rows(const LightTransfer& transfer, const ShadowRays& rays, const DenseCoefficients& light,
+                        std::span<const DirectionalLight> lights, FrameQuality quality,
+                        std::vector<Rgb>& radiance, std::vector<Rgb>* diffuse = nullptr,
+                        const Progress& progress = {});
+
+/// The same, vertex by vertex.
+///
+/// scene, geometry  those that the vectors were made for.
+/// errors           interrupted; then `radiance` is as it was.
 Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const DenseCoefficients& light,
                          std::span<const DirectionalLight> lights, FrameQuality quality,
-                         SceneRadiance& radiance, const Progress& progress = {},
-                         std::vector<Rgb>* diffuse = nullptr);
+                         SceneRadiance& radiance, const Progress& progress = {});
 
 }  // namespace haarfield

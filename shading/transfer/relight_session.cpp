@@ -12,35 +12,29 @@
 namespace haarfield {
 namespace {
 
-constexpr int lights_while_moving = 4;    ///< A source.
-constexpr float frame_tolerance = 0.01f;  ///< Of bounces.
-constexpr int frame_smoothing = 4;        ///< Steps.
+constexpr int lights_while_moving = 4;     ///< A source.
+constexpr float frame_tolerance = 0.01f;   ///< Of bounces.
+constexpr int frame_smoothing = 4;         ///< Steps.
+constexpr double step = 0.03, leap = 0.1;  ///< Changes of direct light from one frame to the next.
 
-/// Whether radiance by row is another's but for a tenth.
-bool is_much_like(std::span<const Rgb> radiance, std::span<const Rgb> other) {
-    if (radiance.size() != other.size()) return false;
-    constexpr std::size_t run = 4096;  // rows that are summed up together, whatever the threads
-    struct Sums {
-        double difference = 0, whole = 0;
-    };
-    std::vector<Sums> sums((radiance.size() + run - 1) / run);
-    tbb::parallel_for(std::size_t(0), sums.size(), [&](std::size_t r) {
-        for (std::size_t row = r * run, end = std::min(radiance.size(), row + run); row < end; ++row) {
-            sums[r].difference += double(std::abs(luminance(radiance[row]) - luminance(other[row])));
-            sums[r].whole += double(luminance(other[row]));
-        }
-    });
-    Sums all;
-    for (const Sums& part : sums) {
-        all.difference += part.difference;
-        all.whole += part.whole;
+/// How much of its whole radiance by row differs from another's: of some rows, of which neighbours are much
+/// alike. Infinite if there is none.
+double relative_change(std::span<const Rgb> radiance, std::span<const Rgb> other) {
+    if (radiance.size() != other.size()) return INFINITY;
+    constexpr std::size_t stride = 8;
+    double difference = 0, whole = 0;
+    for (std::size_t row = 0; row < radiance.size(); row += stride) {
+        difference += double(std::abs(luminance(radiance[row]) - luminance(other[row])));
+        whole += double(luminance(other[row]));
     }
-    return all.difference <= 0.1 * all.whole;
+    return whole > 0 ? difference / whole : INFINITY;
 }
 
-bool has_emitters(const ShadedScene& scene) {
-    return std::ranges::any_of(scene.instances, [&](const ShadedInstance& instance) {
-        return !scene.entities[instance.entity].emitters.empty();
+/// Acts on all numbers below a count, in parallel.
+template <class Act>
+void for_rows(std::size_t count, const Act& act) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4096), [&](const auto& range) {
+        for (std::size_t row = range.begin(); row != range.end(); ++row) act(row);
     });
 }
 
@@ -142,14 +136,13 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
     if (settings_.bounces.most > 0) {
         const Result<const BounceRays*> rays = current_rays(progress);
         if (!rays) return rays.error();
-        SceneRadiance radiance;
-        std::vector<Rgb> diffuse;
+        std::vector<Rgb> radiance, diffuse;
         const Result<Done> shaded =
-            shade_frame(*made, scene_, **geometry, **typical, source_lights(FrameQuality::still),
-                        FrameQuality::still, radiance, progress, &diffuse);
+            shade_rows(*made, (*geometry)->rays, **typical, source_lights(FrameQuality::still),
+                       FrameQuality::still, radiance, &diffuse, progress);
         if (!shaded) return shaded;
         diffuse = tinted_rows(scene_, VertexRows(scene_, **geometry), std::move(diffuse));
-        const std::vector<Rgb> reflectances = row_reflectances(scene_, **geometry);
+        std::vector<Rgb> reflectances = row_reflectances(scene_, **geometry);
         refined = (*rays)->transport;
         Result<BouncedLight> bounced =
             bounced_light(*refined, reflectances, diffuse, settings_.bounces, progress);
@@ -157,7 +150,8 @@ Result<Done> RelightSession::vary_light(const Progress& progress) {
         const Result<Done> done =
             refined->refine(scene_, **geometry, *(*rays)->surface, bounced->radiance, reflectances, progress);
         if (!done) return done;
-        last_ = {std::move(diffuse), std::move(bounced->irradiance)};
+        reflectances_ = std::move(reflectances);
+        last_ = {std::move(diffuse), std::move(bounced->irradiance), 0};
     }
     refined_ = std::move(refined);
     transfer_ = std::move(*made);
@@ -361,17 +355,17 @@ Result<Done> RelightSession::shaded_without_lamps(FrameQuality quality, const Ve
         if (settings_.bounces.most == 0)
             return shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality), quality,
                                radiance_, progress);
-        std::vector<Rgb> diffuse;
-        SceneRadiance direct;
-        Result<Done> shaded = shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality),
-                                          quality, direct, progress, &diffuse);
+        auto& [radiance, direct, sent, irradiance] = scratch_;
+        const Result<Done> shaded = shade_rows(*by_light, geometry_->rays, **now, source_lights(quality),
+                                               quality, radiance, &direct, progress);
         if (!shaded) return shaded;
-        const Result<std::vector<Rgb>> irradiance = frame_irradiance(
-            tinted_rows(scene_, VertexRows(scene_, *geometry_), std::move(diffuse)), quality, progress);
-        if (!irradiance) return irradiance.error();
-        bounced_ = radiance_by(*irradiance);
-        keep(std::move(direct));
-        add_to_radiance(bounced_, nullptr);
+        direct = tinted_rows(scene_, VertexRows(scene_, *geometry_), std::move(direct));
+        if (const Result<Done> found = find_irradiance(quality, progress); !found) return found;
+        for_rows(radiance.size(), [&](std::size_t row) {
+            const Rgb reflected = by_light->colours[by_light->colour_of_row[row]][0] * irradiance[row];
+            radiance[row] = without_negative(radiance[row]) + reflected;
+        });
+        store_radiance(scene_, *geometry_, radiance, radiance_);
         return Done{};
     }
     if (const auto* by_eye = std::get_if<ViewTransfer>(&transfer_)) {
@@ -405,7 +399,7 @@ Result<SceneRadiance> RelightSession::full_radiance(const SceneLight& light, con
     if (!parts) return parts.error();
     const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, light, progress);
     if (!indirect) return indirect.error();
-    if (shading.scene.lamps.empty() && !has_emitters(scene_))
+    if (light.lamps.empty() && light.emitters.empty())
         resting_ = radiance_by(row_values(VertexRows(scene_, **geometry), indirect->irradiance));
     shading.indirect = &*indirect;
     if (const Result<Done> added = add_indirect_radiance(shading, parts->full, progress); !added)
@@ -468,27 +462,29 @@ Result<SceneRadiance> RelightSession::bounced_radiance(const LightTransport& tra
     return radiance_by(bounced->irradiance);
 }
 
-Result<std::vector<Rgb>> RelightSession::frame_irradiance(std::vector<Rgb> direct, FrameQuality quality,
-                                                          const Progress& progress) {
-    const std::vector<Rgb> reflectances = row_reflectances(scene_, *geometry_);
-    if (quality == FrameQuality::moving && settings_.bounces.most == any_bounces &&
-        is_much_like(direct, last_.direct)) {
-        std::vector<Rgb> sent(direct.begin(), direct.end());
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sent.size(), 4096), [&](const auto& range) {
-            for (std::size_t row = range.begin(); row != range.end(); ++row)
-                sent[row] += reflectances[row] * last_.arriving[row];
+Result<Done> RelightSession::find_irradiance(FrameQuality quality, const Progress& progress) {
+    auto& [radiance, direct, sent, irradiance] = scratch_;
+    const bool may_lag = quality == FrameQuality::moving && settings_.bounces.most == any_bounces;
+    if (const double change = relative_change(direct, last_.direct); may_lag && change < leap) {
+        sent.resize(direct.size());
+        for_rows(sent.size(), [&](std::size_t row) {
+            sent[row] = direct[row] + reflectances_[row] * last_.arriving[row];
         });
-        last_.arriving = refined_->irradiance(sent);
+        if (change < step)
+            refined_->update_irradiance(sent, last_.frames % 2, last_.arriving);
+        else
+            last_.arriving = refined_->irradiance(sent);
     } else {
         Result<BouncedLight> bounced =
-            bounced_light(*refined_, reflectances, direct, frame_bounces(), progress);
+            bounced_light(*refined_, reflectances_, direct, frame_bounces(), progress);
         if (!bounced) return bounced.error();
         last_.arriving = std::move(bounced->irradiance);
     }
-    std::vector<Rgb> smoothed = last_.arriving;
-    last_.direct = std::move(direct);
-    refined_->smooth(smoothed, frame_smoothing);
-    return smoothed;
+    ++last_.frames;
+    irradiance = last_.arriving;
+    std::swap(last_.direct, direct);
+    refined_->smooth(irradiance, frame_smoothing);
+    return Done{};
 }
 
 Result<Done> RelightSession::update_lamps(const Progress& progress) {
@@ -522,10 +518,9 @@ SceneRadiance RelightSession::radiance_by(std::span<const Rgb> irradiance) const
         const ShadedEntity& entity = scene_.entities[scene_.instances[i].entity];
         const std::span<const std::uint32_t> vertices = rows.vertices(i);
         const std::span<Rgb> values = std::span(outgoing).subspan(rows.first(i), vertices.size());
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, values.size(), 4096), [&](const auto& range) {
-            for (std::size_t k = range.begin(); k != range.end(); ++k)
-                values[k] *= entity.materials[entity.mesh->vertex_materials[vertices[k]]].diffuse *
-                             static_cast<float>(1 / pi);
+        for_rows(values.size(), [&](std::size_t k) {
+            values[k] *= entity.materials[entity.mesh->vertex_materials[vertices[k]]].diffuse *
+                         static_cast<float>(1 / pi);
         });
     }
     SceneRadiance radiance;
@@ -535,9 +530,8 @@ SceneRadiance RelightSession::radiance_by(std::span<const Rgb> irradiance) const
 
 void RelightSession::add_to_radiance(const SceneRadiance& part, const VertexMask* vertices) {
     for (std::size_t i = 0; i < part.size(); ++i)
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, part[i].size(), 4096), [&](const auto& range) {
-            for (std::size_t v = range.begin(); v != range.end(); ++v)
-                if (!vertices || (*vertices)[i][v]) radiance_[i][v] += part[i][v];
+        for_rows(part[i].size(), [&](std::size_t v) {
+            if (!vertices || (*vertices)[i][v]) radiance_[i][v] += part[i][v];
         });
 }
 

@@ -153,12 +153,11 @@ private:
                                            const Progress& progress);
     Result<Done> update_lamps(const Progress& progress);
     BounceSettings frame_bounces() const;
-    /// Irradiance by row of all bounces, as frames by light have it; in last_, too.
+    /// Irradiance by row of all bounces of the scratch's direct light, as frames by light have it.
     ///
-    /// moving  one bounce more than the last frame had, of the light that is now: later ones lag behind. All
-    ///         of them where the light has leapt.
-    Result<std::vector<Rgb>> frame_irradiance(std::vector<Rgb> direct, FrameQuality quality,
-                                              const Progress& progress);
+    /// moving  one bounce more than the last frame had, of the light that is now: later ones lag behind. On
+    ///         every other row, in turn, where the light changes little; all of them where it has leapt.
+    Result<Done> find_irradiance(FrameQuality quality, const Progress& progress);
     /// What the diffuse terms make of an irradiance by row.
     SceneRadiance radiance_by(std::span<const Rgb> irradiance) const;
     void add_to_radiance(const SceneRadiance& part, const VertexMask* vertices);
@@ -190,10 +189,15 @@ private:
     std::optional<BounceRays> rays_;         ///< Of scene_'s entities, once needed;
     bool are_rays_current_ = false;          ///< of its instances as they stand.
     std::optional<LightTransport> refined_;  ///< Of them, for the light that the vectors were made under.
+    std::vector<Rgb> reflectances_;          ///< Of that scene: row_reflectances.
     struct LitRows {
         std::vector<Rgb> direct;    ///< Diffuse radiance by direct light. [W/(m^2 sr)]
         std::vector<Rgb> arriving;  ///< Irradiance by all bounces. [W/m^2]
+        std::size_t frames = 0;     ///< How many there were.
     } last_;                        ///< Of the last frame by light, by row; or none.
+    struct FrameRows {
+        std::vector<Rgb> radiance, direct, sent, irradiance;
+    } scratch_;  ///< Of a frame by light: memory that is at hand costs nothing.
     std::optional<SceneRadiance>
         resting_;  ///< Diffuse radiance by indirect light, but that of lamps and emitters, as all is now.
     SceneRadiance bounced_;        ///< What frames add: diffuse radiance by indirect light; or none.
