@@ -7,6 +7,7 @@
 #include "shading/scene/material.h"
 #include "shading/scene/sky.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -48,6 +49,8 @@ struct EnvironmentDescription {
 struct SceneMaterial : Material {
     std::filesystem::path image;  ///< Multiplies what is diffuse, and the emission; empty: none.
     Rgb emission{0, 0, 0};        ///< Radiance of its own; it lights others. [W/(m^2 sr)]
+
+    bool glows() const { return emission != Rgb(0.0f); }
 };
 
 /// One kind of object, and how it is prepared.
@@ -112,6 +115,11 @@ struct Scene {
     std::vector<LampKeyframe> lamp_keyframes;  ///< The same of lamps.
     /// What a program gives in place of files that the scene names; null: nothing. See given_files.h.
     std::shared_ptr<const GivenFiles> given;
+
+    /// Whether a material does.
+    bool glows() const {
+        return std::ranges::any_of(materials, [](const auto& named) { return named.second.glows(); });
+    }
 };
 
 }  // namespace haarfield

@@ -373,9 +373,7 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
         for (const auto& [name, material] : parts_in_order(*materials, "materials", file))
             scene.materials[name] = taken_material(TomlTable(*material, "materials." + name, file), folder);
     // Something must shed light.
-    const bool has_glow = std::ranges::any_of(
-        scene.materials, [](const auto& named) { return named.second.emission != Rgb(0.0f); });
-    if (!root.has("lights") && !has_glow) root.require("environment");
+    if (!root.has("lights") && !scene.glows()) root.require("environment");
     if (const toml::table* entities = root.take_table("entities"))
         for (const auto& [name, entity] : parts_in_order(*entities, "entities", file)) {
             if (!is_file_name(name))

@@ -134,7 +134,7 @@ std::string material_text(const std::string& name, const SceneMaterial& material
         if (material.blinn > 0)
             finish += fmt::format(", specular = {}, roughness = {}", material.blinn, material.roughness);
         if (material.metallic > 0) finish += fmt::format(", metallic = {}", material.metallic);
-        if (material.emission != Rgb(0.0f))
+        if (material.glows())
             finish += fmt::format(", emission = {}", share_of(material.emission, material.pigment));
         return text + fmt::format("finish = {{ {} }}\n\n", finish);
     }
@@ -144,7 +144,7 @@ std::string material_text(const std::string& name, const SceneMaterial& material
             fmt::format("specular = {}\nshininess = {}\n", list_of(material.specular), material.shininess);
     if (material.convention == LobeConvention::povray) text += "convention = \"povray\"\n";
     if (!material.image.empty()) text += fmt::format("image = {}\n", path_text(material.image, folder));
-    if (material.emission != Rgb(0.0f)) text += fmt::format("emission = {}\n", list_of(material.emission));
+    if (material.glows()) text += fmt::format("emission = {}\n", list_of(material.emission));
     return text + "\n";
 }
 
@@ -247,11 +247,6 @@ std::string lamp_text(const Scene& scene, const SceneLamp& lamp) {
     return text + "\n";
 }
 
-bool has_glow(const Scene& scene) {
-    return std::ranges::any_of(scene.materials,
-                               [](const auto& named) { return named.second.emission != Rgb(0.0f); });
-}
-
 }  // namespace
 
 std::string scene_text(const Scene& scene, const std::filesystem::path& folder, std::string_view comments) {
@@ -263,7 +258,7 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder, 
     }
     if (!text.empty()) text += "\n";
     // What sheds no light at all must say so.
-    if (scene.environment.is_black() && scene.lamps.empty() && !has_glow(scene)) text += "lights = []\n\n";
+    if (scene.environment.is_black() && scene.lamps.empty() && !scene.glows()) text += "lights = []\n\n";
     text += camera_text(scene);
     text += environment_text(scene.environment, folder);
     for (const auto& [name, material] : scene.materials) text += material_text(name, material, folder);

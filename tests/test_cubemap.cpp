@@ -1,5 +1,7 @@
 #include "fields/wavelets/cubemap.h"
 
+#include "fields/base/spiral.h"
+
 #include <OpenEXR/ImfEnvmap.h>
 #include <gtest/gtest.h>
 
@@ -11,11 +13,8 @@ namespace {
 const std::vector<Vec3d>& some_directions() {
     static const std::vector<Vec3d> directions = [] {
         std::vector<Vec3d> result;
-        for (int i = 0; i < 2000; ++i) {  // a spiral over the sphere
-            const double y = 1 - 2 * (i + 0.5) / 2000, angle = 2.399963 * i;
-            result.push_back(
-                {std::sqrt(1 - y * y) * std::sin(angle), y, std::sqrt(1 - y * y) * std::cos(angle)});
-        }
+        for (std::size_t i = 0; i < 2000; ++i)
+            result.push_back(spiral_direction(i, 1 - 2 * (double(i) + 0.5) / 2000));
         return result;
     }();
     return directions;

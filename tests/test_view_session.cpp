@@ -124,20 +124,25 @@ std::string colours_of(const std::string& frame) {
     return frame.substr(24);
 }
 
+/// What `bake` makes of a scene, with the session's fields and settings.
+Result<SceneRadiance> baked(OpenedSession& opened, const Scene& scene) {
+    SceneEntityOptions options;
+    options.fields_folder = opened.folder() / "fields";
+    options.face_size = opened.render().face_size;
+    const Result<SceneEntities> entities = prepare_scene_entities(scene, options);
+    if (!entities) return entities.error();
+    const Result<SceneEnvironment> light = scene_environment(scene);
+    if (!light) return light.error();
+    return scene_radiance(shaded_scene(scene, *entities, light->environment), opened.render());
+}
+
 TEST(ViewSession, RestsAtWhatTheRendererMakes) {
     OpenedSession opened;
     opened.session().join(1);
     const SharedBytes frame = opened.exact();
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->substr(0, 4), "HFF1");
-    SceneEntityOptions options;
-    options.fields_folder = opened.folder() / "fields";
-    options.face_size = opened.render().face_size;
-    const Result<SceneEntities> entities = prepare_scene_entities(opened.scene(), options);
-    ASSERT_TRUE(bool(entities));
-    const ShadedScene shaded =
-        shaded_scene(opened.scene(), *entities, sky_environment(*opened.scene().environment.sky, 1024));
-    const Result<SceneRadiance> radiance = scene_radiance(shaded, opened.render());
+    const Result<SceneRadiance> radiance = baked(opened, opened.scene());
     ASSERT_TRUE(bool(radiance));
     std::size_t at = 24;
     for (std::size_t i = 0; i < radiance->size(); ++i) {
@@ -266,14 +271,7 @@ TEST(ViewSession, ExposureScalesTheColours) {
 /// glow  of all of its surfaces.
 double largest_difference_to_bake(OpenedSession& opened, const SharedBytes& frame, const Scene& scene,
                                   const Rgb& glow = Rgb(0.0f)) {
-    SceneEntityOptions options;
-    options.fields_folder = opened.folder() / "fields";
-    options.face_size = opened.render().face_size;
-    const Result<SceneEntities> entities = prepare_scene_entities(scene, options);
-    const Result<SceneEnvironment> light = scene_environment(scene);
-    if (!entities || !light) return INFINITY;
-    const Result<SceneRadiance> radiance =
-        scene_radiance(shaded_scene(scene, *entities, light->environment), opened.render());
+    const Result<SceneRadiance> radiance = baked(opened, scene);
     if (!radiance) return INFINITY;
     double largest = 0;
     std::size_t at = 36;

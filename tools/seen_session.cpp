@@ -13,6 +13,15 @@ ShadedScene without_parted_highlights(ShadedScene scene, const SceneEntities& en
     return scene;
 }
 
+std::vector<std::vector<Rgb>> emissions_of(const SceneEntities& entities) {
+    std::vector<std::vector<Rgb>> emissions;
+    for (const auto& entity : entities.entities) {
+        std::vector<Rgb>& of = emissions.emplace_back();
+        for (const Surface& surface : entity->surfaces) of.push_back(surface.emission);
+    }
+    return emissions;
+}
+
 ShadedScene with_materials(ShadedScene scene, const SceneEntities& entities) {
     for (std::size_t e = 0; e < scene.entities.size(); ++e)
         scene.entities[e].materials = entities.entities[e]->materials;
@@ -23,13 +32,14 @@ ShadedScene with_materials(ShadedScene scene, const SceneEntities& entities) {
 
 SeenSession::SeenSession(ShadedScene scene, const SceneEntities& entities, const RenderSettings& settings,
                          const TransferSettings& transfer)
-    : all_(scene, settings, transfer) {
+    : emissions_(emissions_of(entities)), all_(scene, settings, transfer) {
     if (parts_highlights(entities))
         matte_.emplace(without_parted_highlights(std::move(scene), entities), settings, transfer);
 }
 
 bool SeenSession::set_materials(const SceneEntities& entities) {
-    if (parts_highlights(entities) != matte_.has_value()) return false;
+    if (parts_highlights(entities) != matte_.has_value() || emissions_of(entities) != emissions_)
+        return false;
     const ShadedScene shown = with_materials(all_.scene(), entities);
     for (std::size_t e = 0; e < shown.entities.size(); ++e)
         all_.set_materials(e, shown.entities[e].materials);

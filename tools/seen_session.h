@@ -37,7 +37,7 @@ public:
     /// @}
 
     /// Takes over the entities' materials. False if the session is of no use any more: surfaces part their
-    /// highlights now, or do no longer.
+    /// highlights now, or do no longer, or glow differently.
     bool set_materials(const SceneEntities& entities);
 
     /// See RelightSession. Of a session that parts highlights as this one does.
@@ -51,6 +51,7 @@ private:
     template <class Act>
     Result<Done> both(const Act& act);
 
+    std::vector<std::vector<Rgb>> emissions_;  ///< Of each entity's surfaces, when the scene was made.
     RelightSession all_;
     std::optional<RelightSession> matte_;
 };

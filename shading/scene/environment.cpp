@@ -1,5 +1,7 @@
 #include "shading/scene/environment.h"
 
+#include "fields/base/spiral.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -86,7 +88,6 @@ std::vector<Vec3f> disc_directions(const SunDisc& disc, int count, double turn) 
     assert(count >= 1 && disc.angular_radius > 0 && disc.angular_radius <= 0.1f);
     const Vec3d middle = Vec3d(disc.direction).normalized();
     const auto [right, up] = axes_across(middle);
-    const double golden_angle = pi * (3 - std::sqrt(5.0));
     std::vector<Vec3f> directions;
     for (int i = 0; i < count; ++i) {
         // Rings of equal solid angle: 1 - cosine grows evenly. In half angles, because it is small.

@@ -1,7 +1,3 @@
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cmath>
-
 #include "tests/fixtures/test_folder.h"
 #include "tests/fuzz/json_changes.h"
 #include "tests/fuzz/json_subjects.h"
@@ -10,6 +6,10 @@
 #include "tools/farm/job_run.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cmath>
 
 namespace haarfield {
 namespace {

@@ -98,7 +98,6 @@ void LiveScene::take_materials(const Design& design) {
             const SceneMaterial& material = design.scene.materials.at(name);
             Surface& surface = entity.surfaces[m];
             surface.material = material;
-            if (surface.emission != material.emission) emission_stamp_ = design.material_stamp;
             surface.emission = material.emission;
             surface.tinted_highlights =
                 surface.texture && material.convention == LobeConvention::povray ? material.metallic : 0;
@@ -110,8 +109,7 @@ void LiveScene::take_materials(const Design& design) {
 
 bool LiveScene::has_emitters() const {
     return std::ranges::any_of(entities_->entities, [](const auto& entity) {
-        return std::ranges::any_of(entity->surfaces,
-                                   [](const Surface& surface) { return surface.emission != Rgb(0.0f); });
+        return std::ranges::any_of(entity->surfaces, &Surface::glows);
     });
 }
 
@@ -123,7 +121,6 @@ void LiveScene::open(Stage& stage, const Design& design) {
     entities_->entity_of_instance = design.entities;
     ShadedScene scene = shaded_scene(design.scene, *entities_, lights_.mixed(design));
     stage.ids = design.ids;
-    stage.gain = std::exp2(exposure(design));
     scene.lamps = lamps_for(stage, design);
     for (ShadedEntity& entity : scene.entities)
         for (Emitter& emitter : entity.emitters) emitter.radiance *= 1 / stage.gain;
@@ -133,12 +130,10 @@ void LiveScene::open(Stage& stage, const Design& design) {
     stage.turn = {};
     stage.has_mixture = false;
     stage.material_stamp = design.material_stamp;
-    stage.emission_stamp = emission_stamp_;
 }
 
 void LiveScene::bring_objects(Stage& stage, const Design& design) {
     SeenSession& session = *stage.session;
-    bool has_more = false;
     for (std::size_t i = stage.ids.size(); i-- > 0;)
         if (!place_of(design, stage.ids[i])) {
             session.remove(i);
@@ -150,14 +145,13 @@ void LiveScene::bring_objects(Stage& stage, const Design& design) {
         if (known == stage.ids.end()) {
             session.add({design.entities[i], placement});
             stage.ids.push_back(design.ids[i]);
-            has_more = true;
         } else if (const auto at = static_cast<std::size_t>(known - stage.ids.begin());
                    session.instances()[at].placement != placement) {
             session.place(at, placement);
         }
     }
-    // What lamps look like may have come back.
-    if (has_more) session.set_lamps(lamps_for(stage, design));
+    // What they look like may have come back, and the exposure may have changed.
+    session.set_lamps(lamps_for(stage, design));
 }
 
 std::vector<Lamp> LiveScene::lamps_for(const Stage& stage, const Design& design) const {
@@ -178,16 +172,12 @@ void LiveScene::bring(Stage& stage, const Design& design, bool with_light) {
         if (!stage.session->set_materials(*entities_)) stage.session.reset();
         stage.material_stamp = design.material_stamp;
     }
-    // What glows is found as a scene is opened.
     const float gain = std::exp2(exposure(design));
-    if (stage.emission_stamp != emission_stamp_ || (has_emitters() && stage.gain != gain))
-        stage.session.reset();
+    // What glows is divided by the gain as a scene is opened.
+    if (has_emitters() && stage.gain != gain) stage.session.reset();
+    stage.gain = gain;
     if (!stage.session) open(stage, design);
     bring_objects(stage, design);
-    if (stage.gain != gain) {
-        stage.gain = gain;
-        stage.session->set_lamps(lamps_for(stage, design));
-    }
     SeenSession& session = *stage.session;
     if (session.eye() != design.scene.camera.position) session.set_eye(design.scene.camera.position);
     if (!with_light) return;

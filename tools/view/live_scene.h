@@ -105,7 +105,7 @@ private:
         std::optional<SeenSession> session;
         RenderSettings settings;
         std::vector<std::uint32_t> ids;  ///< By its instances.
-        std::uint64_t light_stamp = 0, material_stamp = 0, emission_stamp = 0;
+        std::uint64_t light_stamp = 0, material_stamp = 0;
         float share = 0;
         float gain = 1;  ///< By which colours will be multiplied: its lamps and emitters are divided by it.
         Rotation turn;
@@ -128,7 +128,7 @@ private:
     Stage quick_, exact_;
     Stage* last_ = nullptr;  ///< Where the colours are from.
     LightTable lights_;
-    std::uint64_t material_stamp_ = 0, emission_stamp_ = 0;
+    std::uint64_t material_stamp_ = 0;
 
     Variation varied_;                 ///< What there are vectors for,
     std::optional<Design> varied_of_;  ///< and of what.
