@@ -74,12 +74,14 @@ Result<std::uint64_t> write_include(const BakedInstance& instance, const std::st
             textured_mesh(*instance.mesh, instance.surfaces, instance.radiance, instance.over, textures,
                           maps_light(instance.radiance, instance.over), object, file.stem().string(),
                           instance.placement.scale);
-        if (textured.mapped)
+        std::string declarations = image_declarations(instance, textures);
+        if (textured.mapped) {
+            declarations += textured.mapped->declarations();
             if (Result<Done> written = textured.mapped->write(file.parent_path()); !written)
                 return written.error();
-        const std::string declarations = image_declarations(instance, textures) + textured.declarations,
-                          text = include_text(instance, declarations, textured.text, textured.textures,
-                                              object, name);
+        }
+        const std::string text =
+            include_text(instance, declarations, textured.text, textured.textures, object, name);
         if (Result<Done> written = write_file(file, text); !written) return written.error();
         return textured.clamped_vertices;
     }

@@ -58,15 +58,15 @@ void append_textured_faces(std::string& text, const Mesh& mesh, const Palette& c
 }
 
 void append_mapped_faces(std::string& text, const Mesh& mesh, const TriangleAtlas& atlas) {
-    auto out = std::back_inserter(text);
-    fmt::format_to(out, "uv_vectors {{ {}", 3 * mesh.triangles.size());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) atlas.append_uvs(text, t);
-    fmt::format_to(out, " }}\nface_indices {{ {}", mesh.triangles.size());
-    for (const auto& [a, b, c] : mesh.triangles) fmt::format_to(out, ",\n<{},{},{}>", a, b, c);
-    fmt::format_to(out, " }}\nuv_indices {{ {}", mesh.triangles.size());
+    std::vector<Vec2f> uvs;
+    std::vector<std::array<std::uint32_t, 3>> uv_indices;
+    uvs.reserve(3 * mesh.triangles.size());
+    uv_indices.reserve(mesh.triangles.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-        fmt::format_to(out, ",\n<{},{},{}>", 3 * t, 3 * t + 1, 3 * t + 2);
-    text += " }\n";
+        uv_indices.push_back(append_corner_uvs(uvs, atlas.uvs(t)));
+    append_povray_uvs(text, uvs);
+    append_povray_indices(text, "face_indices", mesh.triangles);
+    append_povray_indices(text, "uv_indices", uv_indices);
 }
 
 }  // namespace
@@ -92,9 +92,9 @@ ColouredMesh coloured_mesh(const Mesh& mesh, std::span<const Rgb> colours, Colou
         const TriangleAtlas atlas(mesh.triangles.size());
         append_mapped_faces(text, mesh, atlas);
         frame.append_inverse(text);
-        result.atlas = atlas.image([&](std::size_t triangle, std::size_t k) {
-            const Colour& colour = of_vertices[mesh.triangles[triangle][k]];
-            return Rgb(colour[0], colour[1], colour[2]);
+        result.atlas = atlas.image([&](std::size_t t) {
+            const auto& [a, b, c] = mesh.triangles[t];
+            return std::array{rgb(of_vertices[a]), rgb(of_vertices[b]), rgb(of_vertices[c])};
         });
         result.textures = 1;
         text += fmt::format("texture {{\n  uv_mapping {}\n  finish {{ {} }}\n}}\n",

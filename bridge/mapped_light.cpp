@@ -38,9 +38,9 @@ MappedLight::MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triang
     : atlas_(triangles.size()), object_(object), stem_(stem) {
     assert(mesh.uvs.size() == mesh.positions.size());
     const auto light = [&](std::span<const Colour> of) {
-        return atlas_.image([&](std::size_t t, std::size_t k) {
-            const Colour& colour = of[mesh.triangles[triangles[t]][k]];
-            return Rgb(colour[0], colour[1], colour[2]);
+        return atlas_.image([&](std::size_t t) {
+            const auto& [a, b, c] = mesh.triangles[triangles[t]];
+            return std::array{rgb(of[a]), rgb(of[b]), rgb(of[c])};
         });
     };
     light_ = light(under);
@@ -52,7 +52,7 @@ MappedLight::MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triang
     most_ = most_ > 0 ? 1.001f * most_ : 1;  // halves are rounded
 
     const std::vector<Vec2f> places =
-        atlas_.texels<Vec2f>([&](std::size_t t, std::size_t k) { return places_of(mesh, triangles[t])[k]; });
+        atlas_.texels([&](std::size_t t) { return places_of(mesh, triangles[t]); });
     Vec2f low(0.0f), high(0.0f);
     for (const Vec2f& place : places)
         for (int axis = 0; axis < 2; ++axis) {

@@ -31,8 +31,8 @@ public:
     /// The texture of triangles with an image; null: without one.
     std::string texture(const TextureFile* image) const;
 
-    /// `,\n<u, v>` of the corners of the k-th triangle.
-    void append_uvs(std::string& text, std::size_t k) const { atlas_.append_uvs(text, k); }
+    /// Of the corners of the k-th triangle.
+    std::array<Vec2f, 3> uvs(std::size_t k) const { return atlas_.uvs(k); }
 
     /// Writes the atlases: `STEM.exr`, light; `STEM.over.exr`, what is added, if anything is;
     /// `STEM.places.png`, places in images.

@@ -12,7 +12,7 @@ std::vector<Colour> clamped_colours(std::span<const Rgb> colours, std::uint64_t&
     for (const Rgb& value : colours) {
         Colour colour;
         for (int c = 0; c < 3; ++c) colour[c] = std::clamp(value[c], 0.0f, largest_radiance) + 0.0f;
-        if (Rgb(colour[0], colour[1], colour[2]) != value) ++count;
+        if (rgb(colour) != value) ++count;
         result.push_back(colour);
     }
     return result;

@@ -66,6 +66,14 @@ void append_povray_uvs(std::string& text, std::span<const Vec2f> uvs) {
     text += " }\n";
 }
 
+void append_povray_indices(std::string& text, std::string_view keyword,
+                           std::span<const std::array<std::uint32_t, 3>> triangles) {
+    auto out = std::back_inserter(text);
+    fmt::format_to(out, "{} {{ {}", keyword, triangles.size());
+    for (const auto& [a, b, c] : triangles) fmt::format_to(out, ",\n<{},{},{}>", a, b, c);
+    text += " }\n";
+}
+
 std::vector<std::string> povray_object_names(std::string_view scene_name,
                                              std::span<const std::string> names) {
     std::set<std::string> taken;

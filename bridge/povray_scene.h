@@ -17,6 +17,8 @@
 #include "scenes/scene.h"
 #include "shading/scene/environment.h"
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -56,6 +58,10 @@ void append_povray_vectors(std::string& text, std::string_view keyword, std::spa
 
 /// Appends `uv_vectors { n, <u, v>, ... }`, exact.
 void append_povray_uvs(std::string& text, std::span<const Vec2f> uvs);
+
+/// Appends `KEYWORD { n, <a, b, c>, ... }`.
+void append_povray_indices(std::string& text, std::string_view keyword,
+                           std::span<const std::array<std::uint32_t, 3>> triangles);
 
 /// The names of a scene's objects, each given once, in the order of `names`: the scene's identifier, `_`,
 /// and the instance's, numbered where two would be equal.

@@ -76,33 +76,18 @@ private:
     std::vector<CornerLook> looks_;
 };
 
-/// uv_vectors of vertices, unless all triangles are mapped, and three of each mapped one; uv_indices.
+/// Of vertices, unless all triangles are mapped, and three of each mapped one.
 struct UvLists {
-    std::string vectors, indices;
+    std::vector<Vec2f> uvs;
+    std::vector<std::array<std::uint32_t, 3>> indices;
 };
 
 UvLists uv_lists(const Mesh& mesh, std::span<const std::uint32_t> mapped, const MappedLight& light) {
-    const bool maps_all = mapped.size() == mesh.triangles.size();
-    const std::size_t of_vertices = maps_all ? 0 : mesh.uvs.size();
-    UvLists lists;
-    lists.vectors = fmt::format("uv_vectors {{ {}", of_vertices + 3 * mapped.size());
-    for (const Vec2f& uv : std::span(mesh.uvs).first(of_vertices))
-        fmt::format_to(std::back_inserter(lists.vectors), ",\n<{},{}>", uv.x, uv.y);
-    for (std::size_t k = 0; k < mapped.size(); ++k) light.append_uvs(lists.vectors, k);
-    lists.vectors += " }\n";
-
-    auto out = std::back_inserter(lists.indices);
-    fmt::format_to(out, "uv_indices {{ {}", mesh.triangles.size());
-    std::size_t next = 0;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-        if (next < mapped.size() && mapped[next] == t) {
-            const std::size_t first = of_vertices + 3 * next++;
-            fmt::format_to(out, ",\n<{},{},{}>", first, first + 1, first + 2);
-        } else {
-            const auto& [a, b, c] = mesh.triangles[t];
-            fmt::format_to(out, ",\n<{},{},{}>", a, b, c);
-        }
-    lists.indices += " }\n";
+    UvLists lists{{}, mesh.triangles};
+    if (mapped.size() < mesh.triangles.size()) lists.uvs = mesh.uvs;
+    lists.uvs.reserve(lists.uvs.size() + 3 * mapped.size());
+    for (std::size_t k = 0; k < mapped.size(); ++k)
+        lists.indices[mapped[k]] = append_corner_uvs(lists.uvs, light.uvs(k));
     return lists;
 }
 
@@ -141,10 +126,7 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     const std::vector<Colour> under_light = clamped_colours(under, result.clamped_vertices);
     std::uint64_t clamped_over = 0;
     const std::vector<Colour> over_light = clamped_colours(over, clamped_over);
-    if (!mapped.empty()) {
-        result.mapped.emplace(mesh, mapped, under_light, over_light, object, stem);
-        result.declarations = result.mapped->declarations();
-    }
+    if (!mapped.empty()) result.mapped.emplace(mesh, mapped, under_light, over_light, object, stem);
     const auto look_of = [&](std::uint32_t vertex) {
         return CornerLook{image_of(vertex), under_light[vertex],
                           over_light.empty() ? Colour{0, 0, 0} : over_light[vertex]};
@@ -194,18 +176,14 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     text.reserve(faces.size() + 200 * mesh.positions.size());
     text = "mesh2 {\n";
     frame.append_vertices(text, mesh);
-    UvLists uvs;
-    if (result.mapped)
-        uvs = uv_lists(mesh, mapped, *result.mapped);
-    else
-        append_povray_uvs(uvs.vectors, mesh.uvs);
-    text += uvs.vectors;
+    const UvLists own = result.mapped ? uv_lists(mesh, mapped, *result.mapped) : UvLists();
+    append_povray_uvs(text, result.mapped ? own.uvs : mesh.uvs);
     text += fmt::format("texture_list {{ {}", result.textures);
     for (const TextureFile* image : mapped_images) text += ",\n" + result.mapped->texture(image);
     for (const CornerLook& look : looks.all()) text += ",\n" + texture_text(look, object + "_Finish");
     text += " }\n";
     text += faces;
-    text += uvs.indices;
+    if (result.mapped) append_povray_indices(text, "uv_indices", own.indices);
     text += "uv_mapping\n";
     frame.append_inverse(text);
     return result;

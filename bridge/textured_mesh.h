@@ -10,10 +10,9 @@ namespace haarfield {
 
 /// A textured mesh in POV-Ray's words.
 struct TexturedMesh {
-    std::string declarations;           ///< What has to stand before it.
-    std::string text;                   ///< As of ColouredMesh.
-    std::optional<MappedLight> mapped;  ///< Of triangles whose light lies in images; to be written beside it.
-    std::size_t textures = 0;           ///< How many there are.
+    std::string text;                    ///< As of ColouredMesh.
+    std::optional<MappedLight> mapped;   ///< Declared before the text, written beside it.
+    std::size_t textures = 0;            ///< How many there are.
     std::uint64_t clamped_vertices = 0;  ///< As of ColouredMesh.
 };
 

@@ -14,11 +14,10 @@ TriangleAtlas::TriangleAtlas(std::size_t triangles)
     assert(triangles > 0);
 }
 
-void TriangleAtlas::append_uvs(std::string& text, std::size_t triangle) const {
-    const std::size_t left = x(triangle), top = y(triangle);
+std::array<Vec2f, 3> TriangleAtlas::uvs(std::size_t triangle) const {
     // The middles of three texels of the square.
-    fmt::format_to(std::back_inserter(text), ",\n<{0}.5,{1}.5>,<{2}.5,{1}.5>,<{0}.5,{3}.5>", left, top,
-                   left + 1, top + 1);
+    const Vec2f first(static_cast<float>(x(triangle)) + 0.5f, static_cast<float>(y(triangle)) + 0.5f);
+    return {first, first + Vec2f(1, 0), first + Vec2f(0, 1)};
 }
 
 std::string TriangleAtlas::pigment(const std::string& image) const {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace haarfield {
@@ -20,33 +21,35 @@ public:
 
     /// The texels of values at triangles' corners.
     ///
-    /// corner  of a triangle, by its number, and 0, 1 or 2.
-    template <class Value, class Corner>
-    std::vector<Value> texels(const Corner& corner) const {
+    /// corners  the three of a triangle, by its number.
+    template <class Corners>
+    auto texels(const Corners& corners) const {
+        using Value = typename std::invoke_result_t<Corners, std::size_t>::value_type;
         const std::size_t across = 2 * columns_;
         std::vector<Value> result(across * 2 * rows_, Value(0.0f));
         for (std::size_t t = 0; t < triangles_; ++t) {
+            const auto [a, b, c] = corners(t);
             Value* const square = &result[y(t) * across + x(t)];
-            square[0] = corner(t, 0);
-            square[1] = corner(t, 1);
-            square[across] = corner(t, 2);
-            square[across + 1] = square[1] + square[across] - square[0];
+            square[0] = a;
+            square[1] = b;
+            square[across] = c;
+            square[across + 1] = b + c - a;
         }
         return result;
     }
 
     /// The same as an image; texels may be negative.
-    template <class Corner>
-    Image image(const Corner& corner) const {
+    template <class Corners>
+    Image image(const Corners& corners) const {
         Image image;
         image.width = width();
         image.height = height();
-        image.pixels = texels<Rgb>(corner);
+        image.pixels = texels(corners);
         return image;
     }
 
-    /// `,\n<u, v>` of a triangle's three corners: in texels, from the top left, as pigment() wants it.
-    void append_uvs(std::string& text, std::size_t triangle) const;
+    /// Where a triangle's corners are: in texels, from the top left, as pigment() wants it.
+    std::array<Vec2f, 3> uvs(std::size_t triangle) const;
 
     /// A pigment of an image of these texels, for such uvs.
     ///

@@ -105,8 +105,8 @@ TEST_F(TexturedMesh, PovrayMultipliesTheImageWithLightThatLiesInOne) {
                                    "#version 3.7;\nglobal_settings { assumed_gamma 1 adc_bailout 0 }\n" +
                                        *povray_camera(camera) +
                                        "#declare Large_Finish = finish { emission 1 ambient 0 diffuse 0 }\n" +
-                                       (has_image ? files->begin()->second.text : "") + large.declarations +
-                                       large.text + "}\n"));
+                                       (has_image ? files->begin()->second.text : "") +
+                                       large.mapped->declarations() + large.text + "}\n"));
             const Image image = picture(folder / "large.pov");
             ASSERT_EQ(image.pixels.size(), std::size_t(size * size));
             for (std::size_t i = 0; i < image.pixels.size(); ++i) {

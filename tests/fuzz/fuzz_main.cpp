@@ -1,11 +1,12 @@
 // haarfield_fuzz: feeds damaged and crafted files to the readers of fields, meshes, scenes, plans and
 // messages.
 //
-// Each file must be read or refused within 5 s of the processor and 1 GiB, without a crash; a field that was
-// changed must be refused, and one whose forged checksums hold must be safe to use; a mesh of any numbers
-// must bake, with radiance that is finite. Files are read in a child process, so that a crash is counted, its
-// file kept, and the next one read. With --apart, files of formats that libraries read are read by a reader
-// process, as the program does it: what takes that down is counted, and is no failure.
+// Each file must be read or refused within 5 s of the processor (a whole model 30 s) and 1 GiB, without a
+// crash; a field that was changed must be refused, and one whose forged checksums hold must be safe to use; a
+// mesh of any numbers must bake, with radiance that is finite, and so must whole models, or be refused. Files
+// are read in a child process, so that a crash is counted, its file kept, and the next one read. With
+// --apart, files of formats that libraries read are read by a reader process, as the program does it: what
+// takes that down is counted, and is no failure.
 
 #include <signal.h>
 #include <sys/mman.h>
@@ -35,6 +36,7 @@
 #include "tests/fixtures/test_folder.h"
 #include "tests/fuzz/fuzz_inputs.h"
 #include "tests/fuzz/image_seeds.h"
+#include "tests/fuzz/import_subject.h"
 #include "tests/fuzz/json_subjects.h"
 #include "tests/fuzz/odd_mesh.h"
 #include "tests/fuzz/structured_changes.h"
@@ -61,7 +63,6 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr unsigned seconds_per_file = 5;          // of the processor: other work must not make files slow
 constexpr unsigned clock_seconds_per_file = 120;  // where it waits for good
 constexpr std::size_t files_per_process = 1000;   // so that leaks of libraries do not add up
 
@@ -312,8 +313,8 @@ public:
     }
 };
 
-/// What is read in turn: shapes take a second each; pictures are left to a reader process, as OpenImageIO has
-/// room for what damaged ones say they are.
+/// What is read in turn: shapes and whole models take a second each; pictures are left to a reader process,
+/// as OpenImageIO has room for what damaged ones say they are.
 constexpr std::array<std::string_view, 16> here_names{"field", "forged", "obj",   "ply",    "stl", "off",
                                                       "gltf",  "glb",    "scene", "forged", "obj", "scene",
                                                       "ply",   "inc",    "plan",  "message"};
@@ -332,6 +333,7 @@ std::unique_ptr<Subject> subject(std::string_view name) {
     if (name == "shape") return std::make_unique<OddShapes>();
     if (name == "plan") return damaged_plans();
     if (name == "message") return damaged_messages();
+    if (name == "import") return damaged_models();
     if (name == "png" || !example_image_files(name).empty())
         return std::make_unique<DamagedImages>(std::string(name));
     return std::make_unique<DamagedMeshes>(std::string(name));
@@ -402,7 +404,7 @@ void limit_time(unsigned processor, unsigned clock) {
         std::filesystem::remove(file);  // overwriting waits for the disk on some systems
         write_text(file, current.input(random));
         Outcome outcome;
-        limit_time(seconds_per_file, clock_seconds_per_file);
+        limit_time(current.seconds(), clock_seconds_per_file);
         const std::string objection = current.objection(file, outcome);
         limit_time(0, 0);
         if (outcome.accepted) board.accepted = board.accepted + 1;
@@ -442,7 +444,7 @@ int run(const Options& options) {
         const std::string_view name = subject_name(board.next, options.only, options.apart);
         const std::string what = board.objected ? "objection"
                                  : WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF
-                                     ? fmt::format("longer than {} s", seconds_per_file)
+                                     ? "longer than its seconds"
                                  : WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM
                                      ? fmt::format("waits for {} s", clock_seconds_per_file)
                                  : WIFSIGNALED(status) ? fmt::format("signal {}", WTERMSIG(status))
@@ -497,8 +499,8 @@ int main(int argument_count, char** arguments) {
     program.add_option("--seed", options.seed, "Other files")->capture_default_str();
     program.add_option("--only", options.only,
                        "One kind: field, forged, scene, obj, ply, stl, off, gltf, glb, inc, shape, plan, "
-                       "message, png, jpeg, "
-                       "tiff, exr, hdr, webp, bmp, targa");
+                       "message, import, "
+                       "png, jpeg, tiff, exr, hdr, webp, bmp, targa");
     program.add_flag("--apart", options.apart, "Formats of libraries are read by a reader process");
     program.add_flag("--each", options.each, "So many of each kind, with a row of a table for each");
     program.add_option("--keep", options.keep, "Folder for the files that failed")

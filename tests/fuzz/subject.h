@@ -28,6 +28,7 @@ public:
     virtual ~Subject() = default;
     virtual std::string file_name() const = 0;
     virtual std::string input(FuzzRandom& random) = 0;
+    virtual unsigned seconds() const { return 5; }  ///< Of the processor, for one file.
 
     /// Reads the file; sets the outcome. Returns what is wrong with that; nothing if all is well.
     virtual std::string objection(const std::filesystem::path& file, Outcome& outcome) = 0;
