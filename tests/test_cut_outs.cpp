@@ -302,5 +302,18 @@ TEST(CutOuts, CastTheShadowsOfWhatTheyLeave) {
     EXPECT_GT(above, 100u);
 }
 
+TEST(CutOuts, OfWhichNothingIsLeftAreLitAndBlockNoLight) {
+    Texture clear = chequers(4, 4);
+    for (auto& texel : clear.texels) texel[3] = 0;
+    const PreparedMesh sheet = prepared(sheet_of_squares(true), {0, 0, {opacity_map(clear)}});
+    ASSERT_TRUE(sheet.opaque);
+    EXPECT_TRUE(sheet.opaque->triangles.empty());
+    const ExampleScene scene = over_floor(sheet);
+    ExampleScene floor = scene;
+    floor.scene.instances.pop_back();
+    EXPECT_EQ(scene.radiance()[0], floor.radiance()[0]);
+    for (const Rgb& value : scene.radiance()[1]) EXPECT_TRUE(is_finite(value));
+}
+
 }  // namespace
 }  // namespace haarfield

@@ -52,6 +52,7 @@ std::shared_ptr<RTCGeometryTy> EmbreeDevice::triangles(
     std::shared_ptr<RTCGeometryTy> made(
         allocated<RTCGeometryTy>(rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_TRIANGLE)),
         &rtcReleaseGeometry);
+    if (triangles.empty()) return made;  // a buffer of nothing is null, too
     auto* coordinates = allocated<float>(rtcSetNewGeometryBuffer(
         made.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), positions.size()));
     for (const Vec3f& p : positions)

@@ -451,11 +451,12 @@ int run(const Options& options) {
                                                        : fmt::format("exit code {}", WEXITSTATUS(status));
         fmt::print("file {} ({}): {}\n", std::uint64_t(board.next), name, what);
         if (!options.keep.empty())
-            for (const std::string& file : folder.files())
-                if (file != "box.obj" && file != "light.exr")
+            for (const auto& file : std::filesystem::directory_iterator(folder.path()))
+                if (const std::string own = file.path().filename();
+                    file.is_regular_file() && own != "box.obj" && own != "light.exr")
                     std::filesystem::copy_file(
-                        folder / file,
-                        path(options.keep) / fmt::format("{}-{}", std::uint64_t(board.next), file),
+                        file.path(),
+                        path(options.keep) / fmt::format("{}-{}", std::uint64_t(board.next), own),
                         std::filesystem::copy_options::overwrite_existing);
         board.objected = false;
         board.next = board.next + 1;
