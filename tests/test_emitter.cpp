@@ -152,6 +152,30 @@ struct GlowingSquare : ExampleScene {
     }
 };
 
+TEST(Emitter, ANeedleShedsWhatItsPiecesDoByLambertsFormula) {
+    constexpr int pieces = 500;
+    constexpr float length = 2, width = 5e-6f;
+    std::vector<Emitter> needle;
+    for (int i = 0; i < pieces; ++i) {
+        const float x = length * float(i) / pieces, next = length * float(i + 1) / pieces;
+        needle.push_back({{Vec3f(x, 0, 0), Vec3f(next, 0, 0), Vec3f(x, 0, width)}, glow});
+    }
+    const EmitterTree tree = emitter_tree(needle);
+    for (const float distance : {1e-4f, 1e-2f, 1.0f})
+        for (const float x : {0.0f, 0.7f}) {
+            const Vec3f point(x, -distance, 0.3f * distance), normal(0, 1, 0);
+            double exact = 0;
+            for (const Emitter& piece : needle) {
+                const auto& [a, b, c] = piece.corners;
+                exact += triangle_irradiance({Vec3d(a), Vec3d(b), Vec3d(c)}, Vec3d(point), Vec3d(normal));
+            }
+            ASSERT_GT(exact, 0);
+            const Vec3d found = irradiance_of(tree, point, normal);
+            for (int c = 0; c < 3; ++c)
+                EXPECT_NEAR(found[c] / (double(glow[c]) * exact), 1, 0.003) << distance << " from " << x;
+        }
+}
+
 TEST(Emitter, LightsOthersInTheBakeAsPovraysLampsDo) {
     const GlowingSquare example;
     const SceneRadiance tree = example.radiance(), dense = example.dense();

@@ -115,25 +115,29 @@ public:
           normal_(normal),
           size_(cut.size),
           most_(cut.most),
+          most_splits_(4 * cut.most),
           most_power_(luminance(tree.nodes[0].power) * cut.share),
           patches_(patches) {}
 
-    /// False if there were too many of them.
+    /// False if there were too many of them, or too many triangles to split, as of a needle close by.
     bool find(float size) {
         size_ = size;
+        splits_ = 0;
         patches_.clear();
         descend(0);
-        return patches_.size() <= most_;
+        return !is_too_much();
     }
 
     /// However many there are; large triangles are cut only a little.
     void find_all(float size) {
-        most_ = std::numeric_limits<std::size_t>::max();
+        most_ = most_splits_ = std::numeric_limits<std::size_t>::max();
         cuts_ = 2;
         find(size);
     }
 
 private:
+    bool is_too_much() const { return patches_.size() > most_ || splits_ > most_splits_; }
+
     /// Whether all of a ball lies below the horizon.
     bool is_below(const Vec3f& centre, float radius) const {
         return (centre - point_).dot(normal_) <= -radius;
@@ -145,7 +149,7 @@ private:
     }
 
     void descend(std::size_t index) {
-        if (patches_.size() > most_) return;
+        if (is_too_much()) return;
         const EmitterTree::Node& node = tree_.nodes[index];
         if (is_below(node.centre, node.radius)) return;
         if (node.count == 1) {
@@ -182,12 +186,13 @@ private:
     static float squared_over_four(float angle) { return angle * angle / 4; }
 
     void cut(const Corners& corners, const Rgb& radiance, int cuts) {
-        if (patches_.size() > most_) return;
+        if (is_too_much()) return;
         const Vec3f middle = middle_of(corners), to = middle - point_, area = area_vector(corners);
         const float radius = radius_of(corners), distance = to.length();
         // Behind its plane there is no light from it, and in it there is next to none.
         if (!(-area.dot(to) > 1e-6f * area.length() * radius) || is_below(middle, radius)) return;
         if (cuts > 0 && !is_small(radius, distance, luminance(radiance) * area.length(), size_)) {
+            ++splits_;
             const Corners half{(corners[1] + corners[2]) / 2.0f, (corners[2] + corners[0]) / 2.0f,
                                (corners[0] + corners[1]) / 2.0f};
             cut({corners[0], half[2], half[1]}, radiance, cuts - 1);
@@ -212,7 +217,7 @@ private:
     const EmitterTree& tree_;
     const Vec3f point_, normal_;
     float size_;
-    std::size_t most_;
+    std::size_t most_, most_splits_, splits_ = 0;
     int cuts_ = 12;  ///< Of a triangle in four, one within the other.
     const float most_power_;
     std::vector<EmitterPatch>& patches_;

@@ -47,7 +47,8 @@ EmitterTree emitter_tree(std::vector<Emitter> emitters);
 struct EmitterCut {
     float size = 0.05f;       ///< Radius of a patch over its distance, at most.
     float share = 1.0f / 64;  ///< Of all power that a patch may have, unless it looks like a point.
-    std::size_t most = 256;   ///< Patches; where that is too few, `size` grows, up to 0.5.
+    std::size_t most = 256;   ///< Patches; where that is too few, or needs more than four times as many
+                              ///< triangles split, `size` grows, up to 0.5.
 };
 
 /// A patch as a point sees it.

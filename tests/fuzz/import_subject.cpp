@@ -131,7 +131,7 @@ void damage_model(Model& model, FuzzRandom& random) {
             change_structure(file.bytes, random,
                              kind == FileKind::text && !is_text ? FileKind::binary : kind);
         else
-            damage(file.bytes, random, model.front().bytes, mesh_words());
+            damage(file.bytes, random, std::string(model.front().bytes), mesh_words());
     } while (random_index(random, 3) == 0);
 }
 
