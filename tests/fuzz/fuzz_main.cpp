@@ -54,7 +54,8 @@
 #ifdef HAARFIELD_ASAN
 extern "C" const char* __asan_default_options();
 extern "C" const char* __asan_default_options() {
-    return "max_allocation_size_mb=1024:hard_rss_limit_mb=1536:quarantine_size_mb=64:detect_leaks=0";
+    return "max_allocation_size_mb=1024:hard_rss_limit_mb=1536:quarantine_size_mb=64:detect_leaks=0:"
+           "allocator_may_return_null=1";
 }
 #endif
 
