@@ -309,7 +309,7 @@ TEST(CutOuts, OfWhichNothingIsLeftAreLitAndBlockNoLight) {
     ASSERT_TRUE(sheet.opaque);
     EXPECT_TRUE(sheet.opaque->triangles.empty());
     const ExampleScene scene = over_floor(sheet);
-    ExampleScene floor = scene;
+    ExampleScene floor = over_floor(sheet);
     floor.scene.instances.pop_back();
     EXPECT_EQ(scene.radiance()[0], floor.radiance()[0]);
     for (const Rgb& value : scene.radiance()[1]) EXPECT_TRUE(is_finite(value));
