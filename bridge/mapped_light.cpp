@@ -71,31 +71,33 @@ MappedLight::MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triang
         places_.push_back(code);
     }
 
-    const auto declare = [&](const char* name, const std::string& image) {
-        declarations_ +=
-            fmt::format("#declare {}_{} = function {{ {} }}\n", object_, name, atlas_.pigment(image));
+    // A pigment of its own, which all that names it share.
+    declarations_ = fmt::format("#declare {}_Mapped_Pigment = {}\n", object_,
+                                atlas_.pigment(fmt::format("exr \"{}.exr\"", stem_)));
+    const auto declare = [&](const char* name, const std::string& pigment) {
+        declarations_ += fmt::format("#declare {}_Mapped_{} = function {{ {} }}\n", object_, name, pigment);
     };
-    declare("Light", fmt::format("exr \"{}.exr\"", stem_));
-    if (!over_.pixels.empty()) declare("Over", fmt::format("exr \"{}.over.exr\"", stem_));
-    declare("Places", fmt::format("png \"{}.places.png\" gamma 1.0", stem_));
+    declare("Light", fmt::format("pigment {{ {}_Mapped_Pigment }}", object_));
+    if (!over_.pixels.empty()) declare("Over", atlas_.pigment(fmt::format("exr \"{}.over.exr\"", stem_)));
+    declare("Places", atlas_.pigment(fmt::format("png \"{}.places.png\" gamma 1.0", stem_)));
     for (const int axis : {0, 1})
         declarations_ += fmt::format(
-            "#declare {0}_{1} = function(x, y) {{ {0}_Places(x, y, 0).{2} * {3:.9g} + {4:.9g} }}\n", object_,
-            "UV"[axis], axis == 0 ? "red" : "green", extent[axis], low[axis]);
+            "#declare {0}_Mapped_{1} = function(x, y) {{ {0}_Mapped_Places(x, y, 0).{2} * {3:.9g} + {4:.9g} "
+            "}}\n",
+            object_, "UV"[axis], axis == 0 ? "red" : "green", extent[axis], low[axis]);
 }
 
 std::string MappedLight::texture(const TextureFile* image) const {
     const std::string finish = fmt::format("finish {{ {}_Finish }}", object_);
-    if (!image)
-        return fmt::format("texture {{ {} {} }}", atlas_.pigment(fmt::format("exr \"{}.exr\"", stem_)),
-                           finish);
+    if (!image) return fmt::format("texture {{ pigment {{ {}_Mapped_Pigment }} {} }}", object_, finish);
     const std::string at_place =
-        fmt::format("{0}_Function({1}_U(x, y), {1}_V(x, y), 0)", image->pigment, object_);
+        fmt::format("{0}_Function({1}_Mapped_U(x, y), {1}_Mapped_V(x, y), 0)", image->pigment, object_);
     std::string channels;
     for (std::size_t c = 0; c < 3; ++c) {
         const char* const name = std::array{"red", "green", "blue"}[c];
-        std::string product = fmt::format("{}_Light(x, y, 0).{} * {}.{}", object_, name, at_place, name);
-        if (!over_.pixels.empty()) product += fmt::format(" + {}_Over(x, y, 0).{}", object_, name);
+        std::string product =
+            fmt::format("{}_Mapped_Light(x, y, 0).{} * {}.{}", object_, name, at_place, name);
+        if (!over_.pixels.empty()) product += fmt::format(" + {}_Mapped_Over(x, y, 0).{}", object_, name);
         Rgb channel(0.0f);
         channel[int(c)] = 3 * most_;  // it is averaged with two others
         // Where a pattern is 1 it begins anew.
@@ -119,8 +121,9 @@ Result<Done> MappedLight::write(const std::filesystem::path& folder) const {
         if (Result<Done> written = write_image(over_, folder / (stem_ + ".over.exr")); !written)
             return written;
     const Result<std::string> bytes = png_bytes(places_, atlas_.width(), atlas_.height());
-    if (!bytes) return bytes.error();
-    return write_file(folder / (stem_ + ".places.png"), *bytes);
+    const std::filesystem::path places = folder / (stem_ + ".places.png");
+    if (!bytes) return Error{places.string(), bytes.error().what};
+    return write_file(places, *bytes);
 }
 
 }  // namespace haarfield

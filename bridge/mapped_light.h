@@ -20,8 +20,8 @@ public:
     /// over        by vertex: what is added; or none.
     /// object      what names begin with; OBJECT_Finish is declared.
     /// stem        of the atlases' files.
-    /// accuracy    places in an image are exact to a 2^17th of what of it the largest triangle spans; light
-    ///             is half floats.
+    /// accuracy    places in an image are exact to a 2^17th of one tile plus twice what the largest triangle
+    ///             spans; light is half floats, up to 32,500 (of more, too little between the corners).
     MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Colour> under,
                 std::span<const Colour> over, const std::string& object, const std::string& stem);
 

@@ -82,12 +82,28 @@ struct UvLists {
     std::vector<std::array<std::uint32_t, 3>> indices;
 };
 
-UvLists uv_lists(const Mesh& mesh, std::span<const std::uint32_t> mapped, const MappedLight& light) {
+/// Whether 16 bits tell where a triangle is in its image: to a quarter of a texel, of the finest image.
+bool is_mappable(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, int finest) {
+    constexpr float most_texels = 8192;
+    const Vec2f &a = mesh.uvs[triangle[0]], &b = mesh.uvs[triangle[1]], &c = mesh.uvs[triangle[2]];
+    float span = 0;
+    for (int axis = 0; axis < 2; ++axis)
+        span = std::max(span, std::max({a[axis], b[axis], c[axis]}) - std::min({a[axis], b[axis], c[axis]}));
+    return span * static_cast<float>(finest) <= most_texels;
+}
+
+/// magnified  as of is_sliver: slivers have the light and the place of their middle.
+UvLists uv_lists(const Mesh& mesh, std::span<const std::uint32_t> mapped, const MappedLight& light,
+                 double magnified) {
     UvLists lists{{}, mesh.triangles};
     if (mapped.size() < mesh.triangles.size()) lists.uvs = mesh.uvs;
     lists.uvs.reserve(lists.uvs.size() + 3 * mapped.size());
-    for (std::size_t k = 0; k < mapped.size(); ++k)
-        lists.indices[mapped[k]] = append_corner_uvs(lists.uvs, light.uvs(k));
+    for (std::size_t k = 0; k < mapped.size(); ++k) {
+        std::array<Vec2f, 3> uvs = light.uvs(k);
+        if (is_sliver(mesh, mesh.triangles[mapped[k]], magnified))
+            uvs.fill((uvs[0] + uvs[1] + uvs[2]) / 3.0f);
+        lists.indices[mapped[k]] = append_corner_uvs(lists.uvs, uvs);
+    }
     return lists;
 }
 
@@ -107,6 +123,9 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
         const Surface& surface = surfaces[mesh.vertex_materials[vertex]];
         return surface.texture ? &files.at(surface.texture.get()) : nullptr;
     };
+    int finest = 0;  // [texels]
+    for (const Surface& surface : surfaces)
+        if (surface.texture) finest = std::max({finest, surface.texture->width, surface.texture->height});
     std::vector<bool> is_cut_out;
     std::vector<std::uint32_t> mapped;
     std::vector<const TextureFile*> mapped_images;
@@ -115,7 +134,7 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
         const Surface& surface = surfaces[mesh.vertex_materials[a]];
         is_cut_out.push_back(surface.texture &&
                              surface.texture->is_cut_out({mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]}));
-        if (!maps_all && !is_cut_out.back()) continue;
+        if ((!maps_all && !is_cut_out.back()) || !is_mappable(mesh, mesh.triangles[t], finest)) continue;
         mapped.push_back(t);
         if (std::ranges::find(mapped_images, image_of(a)) == mapped_images.end())
             mapped_images.push_back(image_of(a));
@@ -162,7 +181,7 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
         if (next < mapped.size() && mapped[next] == t) {
             fmt::format_to(out, "{}", std::ranges::find(mapped_images, image_of(a)) - mapped_images.begin());
             ++next;
-        } else if (is_sliver(mesh, triangle, frame.magnified)) {
+        } else if (is_cut_out[t] || is_sliver(mesh, triangle, frame.magnified)) {
             fmt::format_to(out, "{}", number_of(mean_look(triangle)));
         } else {
             fmt::format_to(out, "{},{},{}", number_of(look_of(a)), number_of(look_of(b)),
@@ -176,7 +195,7 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     text.reserve(faces.size() + 200 * mesh.positions.size());
     text = "mesh2 {\n";
     frame.append_vertices(text, mesh);
-    const UvLists own = result.mapped ? uv_lists(mesh, mapped, *result.mapped) : UvLists();
+    const UvLists own = result.mapped ? uv_lists(mesh, mapped, *result.mapped, frame.magnified) : UvLists();
     append_povray_uvs(text, result.mapped ? own.uvs : mesh.uvs);
     text += fmt::format("texture_list {{ {}", result.textures);
     for (const TextureFile* image : mapped_images) text += ",\n" + result.mapped->texture(image);

@@ -27,7 +27,8 @@ bool maps_light(std::span<const Rgb> under, std::span<const Rgb> over);
 /// Where an image is not opaque there is no surface. A triangle that touches such texels has its light in an
 /// image, too (MappedLight): POV-Ray traces a ray through each of the textures of a triangle, three through
 /// three, and their number grows threefold with every layer. It also stands off by 0.15 mm, as POV-Ray loses
-/// all of a mesh behind two hits that are nearer to each other than 1e-4 units.
+/// all of a mesh behind two hits that are nearer to each other than 1e-4 units. A triangle over more texels
+/// than its place can be told by (8,192) has one light for all of it there, as slivers have anywhere.
 ///
 /// surfaces  by the mesh's materials; where there is a texture the mesh has uvs (asserted).
 /// under     one per vertex, finite: what images multiply; where there is no image, all of the light.

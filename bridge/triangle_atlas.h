@@ -38,7 +38,8 @@ public:
         return result;
     }
 
-    /// The same as an image; texels may be negative.
+    /// The same as an image; texels may be negative. Light above 32,500 is not linear once that is written:
+    /// the fourth texel may be clipped.
     template <class Corners>
     Image image(const Corners& corners) const {
         Image image;

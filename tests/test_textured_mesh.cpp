@@ -124,6 +124,43 @@ TEST_F(TexturedMesh, PovrayMultipliesTheImageWithLightThatLiesInOne) {
         }
 }
 
+TEST_F(TexturedMesh, LightLiesInImagesWhereSixteenBitsTellThePlaceInTheImage) {
+    Mesh wide = mesh;
+    for (Vec2f& uv : wide.uvs) uv *= 2000;
+    const std::vector<Rgb> under = light.of(mesh, 1);
+    const Texture* const order[] = {texture.get()};
+    const Result<TextureFiles> files = write_textures(folder.path(), "wide", order);
+    ASSERT_TRUE(files) << files.error().message();
+    const auto made = [&](const Mesh& of) {
+        return textured_mesh(of, surfaces, under, {}, *files, /*maps_all=*/true, "Wide", "wide");
+    };
+    EXPECT_TRUE(made(mesh).mapped);
+    EXPECT_FALSE(made(wide).mapped);
+    wide.uvs = mesh.uvs;
+    const std::uint32_t far = wide.triangles[0][1];
+    wide.uvs[far] *= 2000;
+    const haarfield::TexturedMesh mixed = made(wide);
+    ASSERT_TRUE(mixed.mapped) << "but not of the triangles at one vertex";
+    EXPECT_GT(mixed.textures, 1u);
+}
+
+TEST_F(TexturedMesh, MappedSliversHaveTheLightOfTheirMiddle) {
+    Mesh sliver = upright_square_mesh(1, 1);
+    sliver.triangles.resize(1);
+    const auto& [a, b, c] = sliver.triangles[0];
+    sliver.positions[c] = sliver.positions[a] + (sliver.positions[b] - sliver.positions[a]) * 0.5f;
+    sliver.positions[c].y += 1e-9f;
+    for (const Vec3f& p : sliver.positions) sliver.uvs.emplace_back(p.x, p.y);
+    const Texture* const order[] = {texture.get()};
+    const Result<TextureFiles> files = write_textures(folder.path(), "thin", order);
+    ASSERT_TRUE(files) << files.error().message();
+    const haarfield::TexturedMesh thin =
+        textured_mesh(sliver, surfaces, light.of(sliver, 1), {}, *files, /*maps_all=*/true, "Thin", "thin");
+    ASSERT_TRUE(thin.mapped);
+    const std::string middle = fmt::format(",\n<{0},{0}>", (0.5f + 1.5f + 0.5f) / 3);
+    EXPECT_NE(thin.text.find("uv_vectors { 3" + middle + middle + middle), std::string::npos) << thin.text;
+}
+
 TEST_F(TexturedMesh, ThePreviewShowsTheSame) {
     const std::vector<Rgb> under = light.of(mesh, 1), over = light.of(mesh, 0.2f);
     const PreviewInstance instance{&mesh, {}, under, over, surfaces};

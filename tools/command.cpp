@@ -41,6 +41,18 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
         ->type_name("FILE.json");
 }
 
+std::vector<Command> all_commands(CLI::App& program, CommonOptions& options) {
+    std::vector<Command> commands;
+    for (const auto make :
+         {import_command, precompute_command, bake_command, reference_command, compare_command,
+          budget_command, residual_command, relight_command, info_command, verify_command, library_command,
+          plan_command, work_command, join_command, status_command, view_command}) {
+        commands.push_back(make(program));
+        add_common_options(*commands.back().app, options);
+    }
+    return commands;
+}
+
 ExitCode run_command(const Command& command, const CommonOptions& options, const std::string& command_line) {
     const std::string name = "haarfield " + command.app->get_name();
     std::stop_source stop;

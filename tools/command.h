@@ -81,6 +81,9 @@ struct CommonOptions {
 };
 void add_common_options(CLI::App& command, CommonOptions& options);
 
+/// Adds all subcommands, with the options that each of them has.
+std::vector<Command> all_commands(CLI::App& program, CommonOptions& options);
+
 /// Runs a command whose options have been parsed: threads, progress, Ctrl-C, messages, report, exit code.
 ExitCode run_command(const Command& command, const CommonOptions& options, const std::string& command_line);
 

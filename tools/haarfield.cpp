@@ -24,15 +24,8 @@ ExitCode run_program(int argument_count, const char* const* arguments) {
         "Example:\n  haarfield bake scenes/single_chair.toml -o out/chair\n"
         "`haarfield COMMAND --help` tells more. Exit code: 0 done, 1 bad input or failed work,\n"
         "2 bad usage, 3 images differ more than asked, 130 interrupted.");
-    std::vector<Command> commands;
     CommonOptions options;
-    for (const auto make :
-         {import_command, precompute_command, bake_command, reference_command, compare_command,
-          budget_command, residual_command, relight_command, info_command, verify_command, library_command,
-          plan_command, work_command, join_command, status_command, view_command}) {
-        commands.push_back(make(program));
-        add_common_options(*commands.back().app, options);
-    }
+    const std::vector<Command> commands = all_commands(program, options);
     try {
         program.parse(argument_count, arguments);
     } catch (const CLI::Success& help_or_version) {

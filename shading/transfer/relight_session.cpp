@@ -17,11 +17,12 @@ constexpr float frame_tolerance = 0.01f;   ///< Of bounces.
 constexpr int frame_smoothing = 4;         ///< Steps.
 constexpr double step = 0.03, leap = 0.1;  ///< Changes of direct light from one frame to the next.
 
-/// How much of its whole radiance by row differs from another's: of some rows, of which neighbours are much
-/// alike. Infinite if there is none.
+/// How much of its whole radiance by row differs from another's: of some rows where there are many, of which
+/// neighbours are much alike. Infinite if there is none.
 double relative_change(std::span<const Rgb> radiance, std::span<const Rgb> other) {
     if (radiance.size() != other.size()) return INFINITY;
-    constexpr std::size_t stride = 8;
+    constexpr std::size_t many = 1 << 16;
+    const std::size_t stride = radiance.size() < many ? 1 : 8;
     double difference = 0, whole = 0;
     for (std::size_t row = 0; row < radiance.size(); row += stride) {
         difference += double(std::abs(luminance(radiance[row]) - luminance(other[row])));
@@ -470,7 +471,8 @@ Result<Done> RelightSession::find_irradiance(FrameQuality quality, const Progres
         for_rows(sent.size(), [&](std::size_t row) {
             sent[row] = direct[row] + reflectances_[row] * last_.arriving[row];
         });
-        if (change < step)
+        if (change < step &&
+            last_.frames > 0)  // before, all was gathered by rays that have been refined since
             refined_->update_irradiance(sent, last_.frames % 2, last_.arriving);
         else
             last_.arriving = refined_->irradiance(sent);

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 #include <array>
-#include <span>
+#include <set>
 #include <sstream>
 
 #include "tests/fixtures/example_textures.h"
@@ -166,6 +166,13 @@ Result<ExitCode> run(Command (*make)(CLI::App&), std::vector<std::string> argume
     return command.run(context);
 }
 
+std::set<std::string> names_in(const path& folder) {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        names.insert(entry.path().filename().string());
+    return names;
+}
+
 /// What is wrong with a refusal; empty if nothing.
 std::string wrong_refusal(const Error& error) {
     if (error.what.empty() || error.where.empty()) return "refused without a reason or a place";
@@ -180,8 +187,8 @@ std::string wrong_table(const path& file) {
     std::string line;
     if (!std::getline(table, line)) return "nothing was baked";
     while (std::getline(table, line))
-        if (line.find("nan") != std::string::npos || line.find("inf") != std::string::npos)
-            return "a vertex that is not finite: " + line;
+        for (const char* odd : {",nan", ",-nan", ",inf", ",-inf"})
+            if (line.find(odd) != std::string::npos) return "a vertex that is not finite: " + line;
     return "";
 }
 
@@ -216,12 +223,14 @@ public:
             write_text(models / name, bytes);
             write_text(outside / name, bytes);
         }
+        const std::set<std::string> given = names_in(models);
         const Watch watch(outside);
         std::string wrong = imported_and_baked(models / first, output, outcome);
         if (watch.has_seen_any()) wrong += "a file outside of the model's folder was opened";
         for (const auto& entry : std::filesystem::directory_iterator(folder))
             if (entry.path() != models && entry.path() != outside && entry.path() != output)
                 wrong += "a file outside of the output was written";
+        if (names_in(models) != given) wrong += "a file was written beside the model";
         if (wrong.empty()) std::filesystem::remove_all(folder);
         return wrong;
     }
