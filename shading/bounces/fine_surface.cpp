@@ -1,24 +1,12 @@
 #include "shading/bounces/fine_surface.h"
 
-#include <embree3/rtcore.h>
+#include "fields/base/embree_rays.h"
 
 namespace haarfield {
 namespace {
 
 std::optional<RTCRayHit> traced(RTCScene scene, const Vec3f& from, const Vec3f& direction) {
-    RTCRayHit ray{};
-    ray.ray.org_x = from.x;
-    ray.ray.org_y = from.y;
-    ray.ray.org_z = from.z;
-    ray.ray.dir_x = direction.x;
-    ray.ray.dir_y = direction.y;
-    ray.ray.dir_z = direction.z;
-    ray.ray.tfar = far_away;
-    ray.ray.mask = ~0u;
-    ray.hit.geomID = ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(scene, &context, &ray);
+    const RTCRayHit ray = nearest_hit(scene, embree_ray(from, direction, far_away));
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return ray;
 }

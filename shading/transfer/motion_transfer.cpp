@@ -31,35 +31,28 @@ public:
     explicit MotionBlockMaker(const MotionContext& context)
         : context_(context),
           vertex_(context.scene, context.geometry, context.settings, context.transfer.instance),
-          pruning_(context.settings.face_size, context.spectrum, context.error),
-          rows_(context.settings.face_size, 3) {}
+          rows_(context.settings.face_size, context.spectrum, context.error) {}
 
     void add_row(const InstanceVertex& vertex, Rgb& open) {
         if (vertex.instance == context_.transfer.instance || !vertex_.look_from(vertex))
             return rows_.append_empty();
-        pruning_.take(
+        rows_.take(
             vertex_,
             [&](const DetailWeights* detail) { return vertex_.product(context_.transfer.light, detail); },
             [](const ProductPruning& product) {
                 const Rgb whole = product.integral();
                 return double(whole.dot(whole));
             });
-        open = pruning_.integral();
-        pruning_.append(rows_);
+        open = rows_.integral();
+        rows_.append();
     }
     void add_buried() { rows_.append_empty(); }
-    SparseVectors complete() {
-        SparseVectors block(rows_);
-        rows_.clear();
-        pruning_.forget();
-        return block;
-    }
+    SparseVectors complete() { return rows_.complete(); }
 
 private:
     const MotionContext& context_;
     VertexTransfer vertex_;
-    TransferPruning pruning_;
-    SparseVectors rows_;
+    PrunedRows rows_;
 };
 
 /// The radiance of the moving instance's own vertices that are not left out, by vertex.

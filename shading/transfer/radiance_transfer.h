@@ -91,18 +91,15 @@ private:
     double blurred_energy_ = 0;
 };
 
-/// One thread's way from vertices to pruned RGB vectors.
+/// One thread's way from vertices to blocks of pruned RGB vectors.
 ///
 /// Details that are certain to be pruned are not even computed: a quarter of the error is theirs, and what it
 /// is is known, nearly, from the vertex before. Where that was too much the product is made once more.
-class TransferPruning {
+class PrunedRows {
 public:
     /// error  of pruning, relative to a vertex's energy.
-    TransferPruning(int face_size, const CoefficientSpectrum& spectrum, double error)
-        : spectrum_(spectrum), error_(error), pruning_(face_size, spectrum) {}
-
-    /// Forgets the vertex before, so that the next one does not depend on it.
-    void forget() { allowed_ = 0; }
+    PrunedRows(int face_size, const CoefficientSpectrum& spectrum, double error)
+        : spectrum_(spectrum), error_(error), pruning_(face_size, spectrum), rows_(face_size, 3) {}
 
     /// Takes up a product of a vertex.
     ///
@@ -120,8 +117,16 @@ public:
 
     /// Of the product at hand.
     Rgb integral() const { return pruning_.integral(); }
-    /// Appends what is left of the function.
-    void append(SparseVectors& to) { pruning_.append((1 - blurred_share) * allowed_, to); }
+    /// A row of what is left of it.
+    void append() { pruning_.append((1 - blurred_share) * allowed_, rows_); }
+    void append_empty() { rows_.append_empty(); }
+    /// The rows so far. The next block begins without them, and depends on none of their vertices.
+    SparseVectors complete() {
+        SparseVectors block(rows_);
+        rows_.clear();
+        allowed_ = 0;
+        return block;
+    }
 
 private:
     static constexpr double blurred_share = 0.25;
@@ -131,6 +136,7 @@ private:
     double error_;
     ProductPruning pruning_;
     double allowed_ = 0;  ///< Energy, of the vertex at hand.
+    SparseVectors rows_;
 };
 
 /// One thread's way to the transfer vectors: makes one block of rows after another.

@@ -30,8 +30,7 @@ public:
     explicit ViewBlockMaker(const ViewContext& context)
         : context_(context),
           vertex_(context.scene, context.geometry, context.settings),
-          pruning_(context.settings.face_size, context.spectrum, context.error),
-          rows_(context.settings.face_size, 3) {}
+          rows_(context.settings.face_size, context.spectrum, context.error) {}
 
     void add_row(const InstanceVertex& vertex, Rgb& diffuse) {
         if (!vertex_.look_from(vertex)) return rows_.append_empty();
@@ -45,25 +44,19 @@ public:
         brdf.shininess = 0;
         brdf.blinn = 0;
         brdf.mirror = brdf.normal;
-        pruning_.take(
+        rows_.take(
             vertex_,
             [&](const DetailWeights* detail) { return vertex_.highlights(context_.light, diffuse, detail); },
             [&](const ProductPruning& product) { return product.energy() + double(diffuse.dot(diffuse)); });
-        pruning_.append(rows_);
+        rows_.append();
     }
     void add_buried() { rows_.append_empty(); }
-    SparseVectors complete() {
-        SparseVectors block(rows_);
-        rows_.clear();
-        pruning_.forget();
-        return block;
-    }
+    SparseVectors complete() { return rows_.complete(); }
 
 private:
     const ViewContext& context_;
     VertexTransfer vertex_;
-    TransferPruning pruning_;
-    SparseVectors rows_;
+    PrunedRows rows_;
 };
 
 /// The lobe about the half vector as one about the mirror direction: as wide in the plane of incidence, where

@@ -1,8 +1,8 @@
 #include "shading/visibility/shadow_rays.h"
 
-#include <embree3/rtcore.h>
-
 #include <cassert>
+
+#include "fields/base/embree_rays.h"
 
 namespace haarfield {
 namespace {
@@ -82,19 +82,7 @@ bool ShadowRays::is_blocked_from(const Vec3f& point, const Vec3f& end, std::size
 }
 
 bool ShadowRays::is_blocked(const Vec3f& point, const Vec3f& direction) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRay ray{};
-    ray.org_x = point.x;
-    ray.org_y = point.y;
-    ray.org_z = point.z;
-    ray.dir_x = direction.x;
-    ray.dir_y = direction.y;
-    ray.dir_z = direction.z;
-    ray.tfar = far_away;
-    ray.mask = everything;
-    rtcOccluded1(triangles_.scene(), &context, &ray);
-    return ray.tfar < 0;  // Embree's mark of a hit
+    return meets_any(triangles_.scene(), embree_ray(point, direction, far_away));
 }
 
 }  // namespace haarfield
