@@ -11,11 +11,9 @@ std::optional<RTCRayHit> traced(RTCScene scene, const Vec3f& from, const Vec3f& 
     return ray;
 }
 
-/// direction  in the entity's frame.
-SurfaceHit surface_hit(const RTCRayHit& ray, const Mesh& mesh, const Vec3f& direction) {
-    const auto& [a, b, c] = mesh.triangles[ray.hit.primID];
-    const Vec3f& corner = mesh.positions[a];
-    const Vec3f outwards = (mesh.positions[b] - corner).cross(mesh.positions[c] - corner);
+/// direction  in the entity's frame, as Embree has the triangle's normal: outwards, of any length.
+SurfaceHit surface_hit(const RTCRayHit& ray, const Vec3f& direction) {
+    const Vec3f outwards(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
     return {0, ray.hit.primID, ray.hit.u, ray.hit.v, ray.ray.tfar, outwards.dot(direction) > 0};
 }
 
@@ -32,18 +30,17 @@ std::optional<SurfaceHit> FineSurface::first_hit(const ShadedScene& scene, const
     const std::optional<RTCRayHit> ray = traced(triangles_.scene(), from, direction);
     if (!ray) return std::nullopt;
     const ShadedInstance& instance = scene.instances[ray->hit.instID[0]];
-    SurfaceHit hit = surface_hit(*ray, *scene.entities[instance.entity].mesh,
-                                 instance.placement.direction_to_object(direction));
+    SurfaceHit hit = surface_hit(*ray, instance.placement.direction_to_object(direction));
     hit.instance = ray->hit.instID[0];
     return hit;
 }
 
-std::optional<SurfaceHit> FineSurface::below(const ShadedScene& scene, std::size_t entity, const Vec3f& from,
+std::optional<SurfaceHit> FineSurface::below(std::size_t entity, const Vec3f& from,
                                              const Vec3f& normal) const {
     const Vec3f down = -normal;
     const std::optional<RTCRayHit> ray = traced(triangles_.entity(entity), from, down);
     if (!ray) return std::nullopt;
-    return surface_hit(*ray, *scene.entities[entity].mesh, down);
+    return surface_hit(*ray, down);
 }
 
 }  // namespace haarfield

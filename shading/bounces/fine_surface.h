@@ -37,8 +37,7 @@ public:
 
     /// The point of the entity's own surface right below one beside it, in the entity's frame; of the hit the
     /// instance is left 0.
-    std::optional<SurfaceHit> below(const ShadedScene& scene, std::size_t entity, const Vec3f& from,
-                                    const Vec3f& normal) const;
+    std::optional<SurfaceHit> below(std::size_t entity, const Vec3f& from, const Vec3f& normal) const;
 
 private:
     InstancedTriangles triangles_;

@@ -114,9 +114,9 @@ IndirectLight indirect_light(const ShadedScene& scene, const ShadingGeometry& ge
 Rgb IndirectLight::irradiance_at(const ShadedScene& scene, std::size_t instance,
                                  const SurfacePoint& point) const {
     const std::size_t entity = scene.instances[instance].entity;
-    std::optional<SurfaceHit> hit = surface->below(scene, entity, point.sample, point.normal);
+    std::optional<SurfaceHit> hit = surface->below(entity, point.sample, point.normal);
     if (!hit || hit->is_back)
-        hit = surface->below(scene, entity, point.sample, (point.sample - point.position).normalized());
+        hit = surface->below(entity, point.sample, (point.sample - point.position).normalized());
     return hit ? between(irradiance[instance], mesh_of(scene, instance), *hit) : Rgb(0.0f);
 }
 
