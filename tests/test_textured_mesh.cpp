@@ -1,5 +1,6 @@
 #include "bridge/textured_mesh.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "bridge/baked_scene.h"

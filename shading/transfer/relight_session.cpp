@@ -356,7 +356,9 @@ Result<Done> RelightSession::shaded_without_lamps(FrameQuality quality, const Ve
         if (settings_.bounces.most == 0)
             return shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality), quality,
                                radiance_, progress);
-        auto& [radiance, direct, sent, irradiance] = scratch_;
+        auto& radiance = scratch_.radiance;
+        auto& direct = scratch_.direct;
+        auto& irradiance = scratch_.irradiance;
         const Result<Done> shaded = shade_rows(*by_light, geometry_->rays, **now, source_lights(quality),
                                                quality, radiance, &direct, progress);
         if (!shaded) return shaded;
@@ -464,7 +466,9 @@ Result<SceneRadiance> RelightSession::bounced_radiance(const LightTransport& tra
 }
 
 Result<Done> RelightSession::find_irradiance(FrameQuality quality, const Progress& progress) {
-    auto& [radiance, direct, sent, irradiance] = scratch_;
+    auto& direct = scratch_.direct;
+    auto& sent = scratch_.sent;
+    auto& irradiance = scratch_.irradiance;
     const bool may_lag = quality == FrameQuality::moving && settings_.bounces.most == any_bounces;
     if (const double change = relative_change(direct, last_.direct); may_lag && change < leap) {
         sent.resize(direct.size());
