@@ -311,8 +311,9 @@ TEST(CutOuts, OfWhichNothingIsLeftAreLitAndBlockNoLight) {
     const ExampleScene scene = over_floor(sheet);
     ExampleScene floor = over_floor(sheet);
     floor.scene.instances.pop_back();
-    EXPECT_EQ(scene.radiance()[0], floor.radiance()[0]);
-    for (const Rgb& value : scene.radiance()[1]) EXPECT_TRUE(is_finite(value));
+    const SceneRadiance radiance = scene.radiance();
+    EXPECT_EQ(radiance[0], floor.radiance()[0]);
+    for (const Rgb& value : radiance[1]) EXPECT_TRUE(is_finite(value));
 }
 
 }  // namespace
