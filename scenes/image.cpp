@@ -170,11 +170,21 @@ Result<Image> image_from(OIIO::ImageInput& input, std::size_t file_bytes, const 
 
 constexpr std::string_view task_name = "image 1";  // another number whenever ImageHead or its data change
 
+/// A file's bytes, and nothing beside them: OpenImageIO's own reader of memory goes to where a BMP file says
+/// that its pixels are, before the first byte if that is negative.
+class FileBytes : public OIIO::Filesystem::IOMemReader {
+public:
+    using IOMemReader::IOMemReader;
+    std::size_t pread(void* to, std::size_t count, std::int64_t offset) override {
+        return offset < 0 ? 0 : IOMemReader::pread(to, count, offset);
+    }
+};
+
 /// In this process.
 Result<Image> decoded_image(std::string_view bytes, const std::string& where) {
     const char* const plugin = image_plugin(bytes);
     if (!plugin) return Error{where, fmt::format("not an image that can be read; wanted {}", image_formats)};
-    OIIO::Filesystem::IOMemReader memory(const_cast<char*>(bytes.data()), bytes.size());
+    FileBytes memory(bytes.data(), bytes.size());
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(plugin);
     if (!input) return Error{where, open_image_error(OIIO::geterror())};
     if (!input->set_ioproxy(&memory)) return Error{where, open_image_error(input->geterror())};

@@ -136,6 +136,26 @@ TEST(Image, RefusesAFileCutShortAnywhere) {
     EXPECT_FALSE(read_image(folder / "text.png"));
 }
 
+TEST(Image, RefusesPixelsThatWouldLieBeforeTheFile) {
+    const TestFolder folder;
+    const auto bmp = [](std::int32_t first_pixel) {  // of 8 x 8 pixels, 24 bits each
+        const auto number = [](std::int32_t value) {
+            return std::string(reinterpret_cast<const char*>(&value), sizeof value);
+        };
+        return "BM" + number(54 + 8 * 8 * 3) + number(0) + number(first_pixel) + number(40) + number(8) +
+               number(8) + number(24 << 16 | 1) + number(0) + number(8 * 8 * 3) + std::string(16, '\0') +
+               std::string(8 * 8 * 3, 'x');
+    };
+    ASSERT_TRUE(write_file(folder / "image.bmp", bmp(54)));
+    EXPECT_TRUE(read_image(folder / "image.bmp"));
+    for (const std::int32_t before : {-1, -55, -1000}) {
+        ASSERT_TRUE(write_file(folder / "image.bmp", bmp(before)));
+        const Result<Image> read = read_image(folder / "image.bmp");
+        ASSERT_FALSE(read) << before;
+        EXPECT_EQ(read.error().what.find("reader ended"), std::string::npos) << read.error().message();
+    }
+}
+
 TEST(Image, AnEnvironmentIsTwiceAsWideAsHigh) {
     const TestFolder folder;
     ASSERT_TRUE(write_image(random_image(8, 4, false, 4), folder / "good.exr"));
