@@ -3,6 +3,8 @@
 
 #include <embree3/rtcore.h>
 
+#include <optional>
+
 #include "fields/base/vector.h"
 
 namespace haarfield {
@@ -29,14 +31,20 @@ inline bool meets_any(RTCScene scene, RTCRay ray) {
     return ray.tfar < 0;  // Embree's mark of a hit
 }
 
-/// The first that a ray meets; no hit has the geometry RTC_INVALID_GEOMETRY_ID.
-inline RTCRayHit nearest_hit(RTCScene scene, const RTCRay& ray) {
+/// The first that a ray meets.
+inline std::optional<RTCRayHit> nearest_hit(RTCScene scene, const RTCRay& ray) {
     RTCRayHit result{ray, {}};
     result.hit.geomID = result.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcIntersect1(scene, &context, &result);
+    if (result.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return result;
+}
+
+/// The normal of the triangle that is met, in the frame of its own mesh: outwards, of any length.
+inline Vec3f outwards(const RTCRayHit& ray) {
+    return Vec3f(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
 }
 
 }  // namespace haarfield

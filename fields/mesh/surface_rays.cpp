@@ -29,15 +29,14 @@ SurfaceRays::SurfaceRays(std::span<const Vec3f> positions,
 }
 
 float SurfaceRays::distance_to_back(const Vec3f& from, const Vec3f& direction, float range) const {
-    const RTCRayHit ray = nearest_hit(scene_.get(), embree_ray(from, direction, range));
-    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return 0;
-    return Vec3f(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z).dot(direction) > 0 ? ray.ray.tfar : 0;
+    const std::optional<RTCRayHit> ray = nearest_hit(scene_.get(), embree_ray(from, direction, range));
+    if (!ray) return 0;
+    return outwards(*ray).dot(direction) > 0 ? ray->ray.tfar : 0;
 }
 
 bool SurfaceRays::meets_surface(const Vec3f& from, const Vec3f& direction) const {
     // not rtcOccluded1, which the filter works for
-    return nearest_hit(scene_.get(), embree_ray(from, direction, INFINITY)).hit.geomID !=
-           RTC_INVALID_GEOMETRY_ID;
+    return nearest_hit(scene_.get(), embree_ray(from, direction, INFINITY)).has_value();
 }
 
 bool SurfaceRays::passes_a_back(const Vec3f& from, const Vec3f& direction, float range) const {

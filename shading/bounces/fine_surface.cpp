@@ -5,16 +5,9 @@
 namespace haarfield {
 namespace {
 
-std::optional<RTCRayHit> traced(RTCScene scene, const Vec3f& from, const Vec3f& direction) {
-    const RTCRayHit ray = nearest_hit(scene, embree_ray(from, direction, far_away));
-    if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    return ray;
-}
-
-/// direction  in the entity's frame, as Embree has the triangle's normal: outwards, of any length.
+/// direction  in the entity's frame.
 SurfaceHit surface_hit(const RTCRayHit& ray, const Vec3f& direction) {
-    const Vec3f outwards(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
-    return {0, ray.hit.primID, ray.hit.u, ray.hit.v, ray.ray.tfar, outwards.dot(direction) > 0};
+    return {0, ray.hit.primID, ray.hit.u, ray.hit.v, ray.ray.tfar, outwards(ray).dot(direction) > 0};
 }
 
 }  // namespace
@@ -27,7 +20,8 @@ FineSurface::FineSurface(const ShadedScene& scene) {
 
 std::optional<SurfaceHit> FineSurface::first_hit(const ShadedScene& scene, const Vec3f& from,
                                                  const Vec3f& direction) const {
-    const std::optional<RTCRayHit> ray = traced(triangles_.scene(), from, direction);
+    const std::optional<RTCRayHit> ray =
+        nearest_hit(triangles_.scene(), embree_ray(from, direction, far_away));
     if (!ray) return std::nullopt;
     const ShadedInstance& instance = scene.instances[ray->hit.instID[0]];
     SurfaceHit hit = surface_hit(*ray, instance.placement.direction_to_object(direction));
@@ -38,7 +32,8 @@ std::optional<SurfaceHit> FineSurface::first_hit(const ShadedScene& scene, const
 std::optional<SurfaceHit> FineSurface::below(std::size_t entity, const Vec3f& from,
                                              const Vec3f& normal) const {
     const Vec3f down = -normal;
-    const std::optional<RTCRayHit> ray = traced(triangles_.entity(entity), from, down);
+    const std::optional<RTCRayHit> ray =
+        nearest_hit(triangles_.entity(entity), embree_ray(from, down, far_away));
     if (!ray) return std::nullopt;
     return surface_hit(*ray, down);
 }
