@@ -36,7 +36,8 @@ TEST(Occluder, WhatIsDerivedFollowsTheTriangles) {
     EXPECT_EQ(occluder.padded_positions()[0], changed.positions[0].x);
     EXPECT_TRUE(std::isnan(occluder.planes().offset[changed.triangles.size()]));
     for (const AxisGrid& grid : occluder.grids())
-        for (const std::uint32_t triangle : grid.triangle) EXPECT_LT(triangle, changed.triangles.size());
+        grid.visit_triangles_at(
+            0, 0, [&](std::uint32_t triangle) { EXPECT_LT(triangle, changed.triangles.size()); });
 }
 
 TEST(InsideTest, KnowsTheInsideOfPenetratingClosedPieces) {

@@ -2,30 +2,11 @@
 /// A mesh as something that blocks light: triangles, and which of them may be seen from behind.
 
 #include "fields/base/rotation.h"
+#include "fields/mesh/axis_grid.h"
 #include "fields/mesh/mesh.h"
 #include "fields/mesh/occluder_edges.h"
 
-#include <span>
-
 namespace haarfield {
-
-/// Triangles by the cell of the plane across an axis that their boxes touch.
-struct AxisGrid {
-    int cells = 1;  ///< Along an edge.
-    std::array<float, 2> lower{}, cells_per_metre{};
-    std::vector<std::uint32_t> first, triangle;  ///< Cell c has triangle[first[c]] to [first[c + 1] - 1].
-
-    /// Of a coordinate across the axis (k = 0) or up (k = 1).
-    int cell(float coordinate, std::size_t k) const;
-    /// All triangles whose images along the axis may contain a point.
-    std::span<const std::uint32_t> triangles_at(float across, float up) const;
-};
-
-/// By the axis x, y, z: the axes across it and up, a right-handed frame with it.
-struct AxisFrame {
-    int across, up;
-};
-inline constexpr std::array<AxisFrame, 3> axis_frames{{{1, 2}, {2, 0}, {0, 1}}};  ///< Of x, y and z.
 
 /// What an occluder is made from.
 ///

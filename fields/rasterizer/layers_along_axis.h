@@ -40,7 +40,7 @@ inline int layers_along_axis(const Occluder& occluder, const ViewedOccluder& vie
     if (to_larger ? from[axis] > occluder.bounds().upper[axis] : from[axis] < occluder.bounds().lower[axis])
         return 0;
     int layers = 0;
-    for (const std::uint32_t t : occluder.grids()[std::size_t(axis)].triangles_at(from[across], from[up])) {
+    const auto count_triangle = [&](std::uint32_t t) {
         int left = 0;
         for (std::size_t k = 0; k < 3; ++k) {
             const Vec3f &p = occluder.positions()[occluder.triangles()[t][k]],
@@ -52,7 +52,9 @@ inline int layers_along_axis(const Occluder& occluder, const ViewedOccluder& vie
         // the front it then lies in the direction of the smaller ones.
         if (left == 3) layers += facing(occluder, viewed, t) == (to_larger ? -1 : 1);
         if (left == 0) layers += facing(occluder, viewed, t) == (to_larger ? 1 : -1);
-    }
+    };
+    occluder.grids()[std::size_t(axis)].visit_triangles_at(double(from[across]), double(from[up]),
+                                                           count_triangle);
     return layers;
 }
 
