@@ -80,7 +80,7 @@ bool differs(const Sample& a, const Sample& b) {
 }  // namespace
 
 struct Preview::Rays {
-    EmbreeDevice device{""};
+    EmbreeDevice device;
     std::map<const Mesh*, OwnedScene> meshes;
     /// What pass_cut_outs is told: the mesh, and surfaces that live as long as it.
     std::map<const Mesh*, PreviewInstance> cut_outs;

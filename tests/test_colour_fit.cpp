@@ -1,9 +1,9 @@
 #include "shading/bake/colour_fit.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "tests/fixtures/lit_box.h"
+#include "tests/fixtures/with_threads.h"
 
 namespace haarfield {
 namespace {
@@ -65,9 +65,8 @@ TEST(ColourFit, IsNeverNegativeAndHasTheSameBitsForAnyNumberOfThreads) {
     const LitBox lit;
     std::vector<std::vector<RadiantMesh>> results;
     for (const std::size_t threads : {1u, 3u}) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
         results.push_back(lit.radiant(10));
-        ASSERT_TRUE(fit_radiance(lit.shading, results.back()));
+        ASSERT_TRUE(with_threads(threads, [&] { return fit_radiance(lit.shading, results.back()); }));
     }
     for (std::size_t i = 0; i < results[0].size(); ++i) {
         EXPECT_EQ(results[0][i].radiance, results[1][i].radiance);

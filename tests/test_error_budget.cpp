@@ -1,11 +1,11 @@
 #include "shading/bake/error_budget.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <map>
 
 #include "tests/fixtures/example_scene.h"
+#include "tests/fixtures/with_threads.h"
 
 namespace haarfield {
 namespace {
@@ -144,9 +144,9 @@ TEST(ErrorBudget, AllTogetherIsTheBakeAgainstTheFinestOracle) {
 
 TEST(ErrorBudget, DoesNotDependOnTheNumberOfThreads) {
     const auto figures = [](std::size_t threads) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        const ErrorBudget budget = with_threads(threads, [] { return room().budget(room().settings(), 20); });
         std::vector<double> result;
-        for (const BudgetEntry& entry : room().budget(room().settings(), 20).entries)
+        for (const BudgetEntry& entry : budget.entries)
             result.insert(result.end(), {entry.relative_rmse, entry.relative_99, entry.bias});
         return result;
     };

@@ -1,10 +1,10 @@
 #include "fields/field/field_error.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "fields/field/field_precompute.h"
 #include "tests/fixtures/example_meshes.h"
+#include "tests/fixtures/with_threads.h"
 
 namespace haarfield {
 namespace {
@@ -96,8 +96,7 @@ TEST(FieldError, IsStoredInTheFieldAndDoesNotDependOnTheThreads) {
     const VisibilityField field = field_of(mesh, occlusion, 0.1f, 500);
     EXPECT_GT(field.error.planar.relative, 0);
     for (const std::size_t threads : {1u, 2u, 8u}) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        EXPECT_EQ(field_error(field, occlusion), field.error);
+        EXPECT_EQ(with_threads(threads, [&] { return field_error(field, occlusion); }), field.error);
     }
 }
 

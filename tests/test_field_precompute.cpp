@@ -1,7 +1,6 @@
 #include "fields/field/field_precompute.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "fields/field/entity_occlusion.h"
 #include "fields/wavelets/haar_transform.h"
@@ -9,6 +8,7 @@
 #include "tests/fixtures/example_meshes.h"
 #include "tests/fixtures/field_fixtures.h"
 #include "tests/fixtures/unpacked_face.h"
+#include "tests/fixtures/with_threads.h"
 
 namespace haarfield {
 namespace {
@@ -30,8 +30,7 @@ TEST(FieldPrecompute, DoesNotDependOnTheNumberOfThreads) {
     const FieldSettings settings{16, 20, 0, 300, 300};
     const VisibilityField wanted = field_of(mesh, settings);
     for (const std::size_t threads : {1u, 2u, 8u}) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        const VisibilityField field = field_of(mesh, settings);
+        const VisibilityField field = with_threads(threads, [&] { return field_of(mesh, settings); });
         EXPECT_EQ(field.pool.node_bytes, wanted.pool.node_bytes);
         EXPECT_EQ(field.pool.faces, wanted.pool.faces);
         EXPECT_EQ(field.pool.cubemaps, wanted.pool.cubemaps);

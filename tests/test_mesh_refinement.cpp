@@ -1,13 +1,13 @@
 #include "shading/bake/mesh_refinement.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <map>
 #include <random>
 
 #include "tests/fixtures/lit_box.h"
 #include "tests/fixtures/random_numbers.h"
+#include "tests/fixtures/with_threads.h"
 
 namespace haarfield {
 namespace {
@@ -198,8 +198,9 @@ TEST(MeshRefinement, GivesTheSameBitsForAnyNumberOfThreads) {
     const LitBox lit;
     std::vector<Refinement> results;
     for (const std::size_t threads : {1u, 3u}) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        results.push_back(*refined_radiance(lit.shading, {0.02f, 3000}, lit.radiant(6)));
+        results.push_back(with_threads(threads, [&] {
+            return *refined_radiance(lit.shading, {0.02f, 3000}, lit.radiant(6));
+        }));
     }
     for (std::size_t i = 0; i < results[0].meshes.size(); ++i) {
         EXPECT_EQ(results[0].meshes[i].mesh.positions, results[1].meshes[i].mesh.positions);

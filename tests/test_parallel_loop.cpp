@@ -1,13 +1,17 @@
 #include "fields/base/parallel_loop.h"
 
 #include <gtest/gtest.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <memory>
 #include <set>
 #include <thread>
 #include <vector>
+
+#include "tests/fixtures/with_threads.h"
 
 namespace haarfield {
 namespace {
@@ -57,6 +61,37 @@ TEST(ParallelLoop, NoTwoThreadsShareABody) {
                               },
                               "counting", {}));
     EXPECT_FALSE(shared);
+}
+
+TEST(ParallelLoop, EntersNoBodyOrReportAgainWhileItWaitsForNestedLoops) {
+    std::atomic<int> entered_again = 0;
+    std::atomic<std::size_t> sum = 0;
+    const auto nested_loop = [&] {
+        // The pauses make threads wait for each other.
+        tbb::parallel_for(std::size_t(0), std::size_t(8), [&](std::size_t i) {
+            std::this_thread::sleep_for(std::chrono::microseconds(20));
+            sum += i;
+        });
+    };
+    bool is_reporting = false;
+    Progress progress;
+    progress.report = [&](auto...) {
+        entered_again += is_reporting;
+        is_reporting = true;
+        nested_loop();
+        is_reporting = false;
+    };
+    const auto make_body = [&]() -> LoopBody {
+        return [&, in_use = std::make_shared<bool>(false)](std::size_t) {
+            entered_again += *in_use;
+            *in_use = true;
+            nested_loop();
+            *in_use = false;
+        };
+    };
+    with_threads(8, [&] { EXPECT_TRUE(parallel_loop({200, 2}, make_body, "nested", progress)); });
+    EXPECT_EQ(sum, (200u + 100u) * 28u);
+    EXPECT_EQ(entered_again, 0);
 }
 
 TEST(ParallelLoop, TellsHowFarItIs) {

@@ -1,12 +1,12 @@
 #include "bridge/preview.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <cmath>
 #include <limits>
 
 #include "tests/fixtures/example_meshes.h"
+#include "tests/fixtures/with_threads.h"
 
 namespace haarfield {
 namespace {
@@ -148,10 +148,10 @@ TEST(Preview, DoesNotDependOnTheNumberOfThreads) {
     const PreviewInstance instance{&ball, {}, radiance};
     std::vector<Rgb> wanted;
     for (const std::size_t threads : {1u, 2u, 8u}) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
         Preview preview;
-        const Image image =
-            preview.draw(camera({0, 1, 2}, {0, 0, 0}, 70, 50), std::span(&instance, 1), black);
+        const Image image = with_threads(threads, [&] {
+            return preview.draw(camera({0, 1, 2}, {0, 0, 0}, 70, 50), std::span(&instance, 1), black);
+        });
         if (wanted.empty()) wanted = image.pixels;
         EXPECT_EQ(image.pixels, wanted) << threads;
     }

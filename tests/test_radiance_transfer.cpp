@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "fields/base/rotation.h"
 #include "shading/transfer/light_transfer.h"
 #include "shading/transfer/motion_transfer.h"
 #include "shading/transfer/view_transfer.h"
 #include "tests/fixtures/furnished_room.h"
+#include "tests/fixtures/with_threads.h"
 
 namespace haarfield {
 namespace {
@@ -149,8 +149,7 @@ TEST(RadianceTransfer, DoesNotDependOnTheNumberOfThreads) {
     };
     std::optional<std::array<SceneRadiance, 3>> wanted;
     for (const std::size_t threads : {1u, 2u, 8u}) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        auto found = frames();
+        const auto found = with_threads(threads, frames);
         if (!wanted) wanted = found;
         EXPECT_EQ(found, *wanted) << threads;
     }

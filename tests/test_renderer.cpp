@@ -1,11 +1,11 @@
 #include "shading/bake/renderer.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include "shading/scene/shared_shading.h"
 #include "shading/visibility/buried_fill.h"
 #include "tests/fixtures/example_scene.h"
+#include "tests/fixtures/with_threads.h"
 
 namespace haarfield {
 namespace {
@@ -257,8 +257,7 @@ TEST(Renderer, SeesNothingFromInsideOfWhatItSeesExactly) {
 TEST(Renderer, DoesNotDependOnTheNumberOfThreads) {
     const auto wanted = furnished().radiance();
     for (const std::size_t threads : {1u, 2u, 8u}) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        EXPECT_EQ(furnished().radiance(), wanted) << threads;
+        EXPECT_EQ(with_threads(threads, [] { return furnished().radiance(); }), wanted) << threads;
     }
 }
 

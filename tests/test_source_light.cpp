@@ -1,12 +1,12 @@
 #include "shading/bake/source_light.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
 #include <random>
 
 #include "shading/bake/renderer.h"
 #include "tests/fixtures/example_scene.h"
+#include "tests/fixtures/with_threads.h"
 
 namespace haarfield {
 namespace {
@@ -175,15 +175,11 @@ TEST(SourceLight, IsThatOfTheDenseOracleWithEveryPart) {
 
 TEST(SourceLight, DoesNotDependOnTheNumberOfThreads) {
     const PostOnAFloor example;
-    SceneRadiance one;
-    {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-        one = example.radiance();
-    }
-    for (const std::size_t threads : {2u, 5u}) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        EXPECT_EQ(example.radiance(), one) << threads;
-    }
+    const auto radiance_by = [&](std::size_t threads) {
+        return with_threads(threads, [&] { return example.radiance(); });
+    };
+    const SceneRadiance wanted = radiance_by(1);
+    for (const std::size_t threads : {2u, 5u}) EXPECT_EQ(radiance_by(threads), wanted) << threads;
 }
 
 }  // namespace

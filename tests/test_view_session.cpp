@@ -9,6 +9,7 @@
 #include "scenes/scene_reader.h"
 #include "shading/bake/renderer.h"
 #include "tests/fixtures/test_folder.h"
+#include "tests/fixtures/with_threads.h"
 
 #include <Imath/half.h>
 
@@ -158,6 +159,20 @@ TEST(ViewSession, RestsAtWhatTheRendererMakes) {
         at += at % 4;
     }
     EXPECT_EQ(at, frame->size());
+}
+
+TEST(ViewSession, LeavesTheNumberOfThreads) {
+    with_threads(3, [] {
+        OpenedSession opened;
+        opened.session().join(1);
+        EXPECT_EQ(allowed_threads(), 3u);
+        ASSERT_TRUE(opened.exact());
+        EXPECT_EQ(allowed_threads(), 3u);
+        const std::uint32_t moved =
+            opened.send(1, {{"type", "place"}, {"object", 2}, {"translate", {0.3, 0, 0}}});
+        ASSERT_TRUE(opened.exact(moved));
+        EXPECT_EQ(allowed_threads(), 3u);
+    });
 }
 
 TEST(ViewSession, BrokenAndStrangersMessagesChangeNothing) {

@@ -1,6 +1,7 @@
 #include "fields/base/embree_device.h"
 
 #include <embree3/rtcore.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -39,9 +40,9 @@ struct EmbreeDevice::State {
     std::atomic<bool> failed = false;
 };
 
-EmbreeDevice::EmbreeDevice(const char* settings)
-    : state_(
-          std::make_shared<State>(allocated<RTCDeviceTy>(rtcNewDevice(embree_settings(settings).c_str())))) {}
+// Embree passes the setting `threads` to oneTBB as a limit of the whole process, as long as the device exists.
+EmbreeDevice::EmbreeDevice()
+    : state_(std::make_shared<State>(allocated<RTCDeviceTy>(rtcNewDevice(embree_settings().c_str())))) {}
 
 RTCDeviceTy* EmbreeDevice::get() const {
     return state_->device;
@@ -64,7 +65,8 @@ std::shared_ptr<RTCGeometryTy> EmbreeDevice::triangles(
 }
 
 void EmbreeDevice::commit(RTCSceneTy* scene) const {
-    rtcCommitScene(scene);
+    // Embree isolates its builds itself only if it was compiled for a recent oneTBB.
+    tbb::this_task_arena::isolate([scene] { rtcCommitScene(scene); });
     if (state_->failed) throw std::bad_alloc();
 }
 

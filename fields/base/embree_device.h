@@ -17,12 +17,14 @@ namespace haarfield {
 
 /// One of Embree's devices. Copies share it, and the last releases it, unless memory ran out in a commit:
 /// Embree then waits endlessly in the release, so that the device stays until the process ends.
+///
+/// A device limits neither the number of oneTBB's threads nor their affinity.
 class EmbreeDevice {
 public:
-    /// A device for the instructions that were chosen, with settings of its own (`threads=1`).
+    /// A device for the chosen instruction set.
     ///
     /// throws  std::bad_alloc without memory for one.
-    explicit EmbreeDevice(const char* settings);
+    EmbreeDevice();
 
     RTCDeviceTy* get() const;
 
@@ -34,7 +36,9 @@ public:
     std::shared_ptr<RTCGeometryTy> triangles(std::span<const Vec3f> positions,
                                              std::span<const std::array<std::uint32_t, 3>> triangles) const;
 
-    /// Makes a scene ready for rays.
+    /// Builds a scene's BVH, in parallel on oneTBB. The calling thread executes no other tasks meanwhile, so
+    /// a loop body may call this function while it uses its thread's buffers or holds a lock. The BVH does not
+    /// depend on the number of threads.
     ///
     /// throws  std::bad_alloc where it needs more memory than there is.
     void commit(RTCSceneTy* scene) const;

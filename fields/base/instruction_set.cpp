@@ -50,9 +50,8 @@ Result<Done> use_instruction_set(const std::string& name) {
     return Done{};
 }
 
-std::string embree_settings(std::string_view own) {
-    if (chosen() != HWY_AVX2) return std::string(own);  // of AVX-512 it knows one kind, and takes it
-    return fmt::format("{}{}isa=avx2", own, own.empty() ? "" : ",");
+std::string embree_settings() {
+    return chosen() == HWY_AVX2 ? "isa=avx2" : "";  // Embree knows one kind of AVX-512 and uses it by default
 }
 
 }  // namespace haarfield

@@ -22,7 +22,7 @@ std::vector<std::string> instruction_sets();
 /// errors  (with an empty `where`) it is none of this machine's.
 Result<Done> use_instruction_set(const std::string& name);
 
-/// What Embree's devices are told: their own settings, and the instructions, if they were chosen.
-std::string embree_settings(std::string_view own);
+/// Returns the settings of Embree's devices: the instruction set, if one was chosen.
+std::string embree_settings();
 
 }  // namespace haarfield

@@ -2,6 +2,7 @@
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <mutex>
@@ -14,7 +15,7 @@ Result<Done> parallel_loop(const LoopItems& items, const std::function<LoopBody(
     std::mutex progress_mutex;
     std::uint64_t done = 0;
     const std::size_t parts = (items.count + items.together - 1) / items.together;
-    tbb::parallel_for(std::size_t(0), parts, [&](std::size_t part) {
+    const auto do_part = [&](std::size_t part) {
         const LoopBody& body = bodies.local();
         const std::size_t first = part * items.together, end = std::min(items.count, first + items.together);
         for (std::size_t item = first; item < end; ++item) {
@@ -25,6 +26,11 @@ Result<Done> parallel_loop(const LoopItems& items, const std::function<LoopBody(
         const std::lock_guard lock(progress_mutex);
         done += end - first;
         progress.report(stage, done, items.count);
+    };
+    tbb::parallel_for(std::size_t(0), parts, [&](std::size_t part) {
+        // A thread that waits for nested parallel work must not start another part: the body's buffers are in
+        // use, and the lock may be held.
+        tbb::this_task_arena::isolate([&] { do_part(part); });
     });
     if (progress.stop.stop_requested()) return Error{"", interrupted};
     return Done{};

@@ -20,7 +20,7 @@ void keep_steep_backs(const RTCFilterFunctionNArguments* query) {
 
 SurfaceRays::SurfaceRays(std::span<const Vec3f> positions,
                          std::span<const std::array<std::uint32_t, 3>> triangles)
-    : device_("threads=1"), scene_(rtcNewScene(device_.get()), &rtcReleaseScene) {
+    : scene_(rtcNewScene(device_.get()), &rtcReleaseScene) {
     const std::shared_ptr<RTCGeometryTy> geometry = device_.triangles(positions, triangles);
     rtcSetGeometryOccludedFilterFunction(geometry.get(), &keep_steep_backs);
     rtcCommitGeometry(geometry.get());

@@ -23,9 +23,6 @@ unsigned instance_mask(std::size_t instance) {
     return mask;
 }
 
-// Embree builds with its own threads, unless told: oneTBB's are enough to do one entity each.
-InstancedTriangles::InstancedTriangles() : device_("threads=1,set_affinity=0") {}
-
 void InstancedTriangles::add_entity(std::span<const Vec3f> positions,
                                     std::span<const std::array<std::uint32_t, 3>> triangles) {
     std::shared_ptr<RTCSceneTy> made = new_scene(device_.get());

@@ -21,8 +21,6 @@ unsigned instance_mask(std::size_t instance);
 /// share between threads while nothing is added or placed.
 class InstancedTriangles {
 public:
-    InstancedTriangles();
-
     /// One more entity: its number is that of those before.
     ///
     /// cost  some 0.3 us a triangle.

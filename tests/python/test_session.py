@@ -1,5 +1,6 @@
 """Sessions: radiance that follows, from one thread after the other, a thousand times."""
 
+import ctypes
 import gc
 import os
 import signal
@@ -23,6 +24,13 @@ def resident_bytes():
         return int(file.read().split()[1]) * os.sysconf("SC_PAGESIZE")
 
 
+def allowed_threads():
+    """The number of threads that oneTBB allows this process: max_allowed_parallelism of tbb::global_control."""
+    active_value = ctypes.CDLL("libtbb.so.12")._ZN3tbb6detail2r127global_control_active_valueEi
+    active_value.restype = ctypes.c_size_t
+    return active_value(0)
+
+
 def relative_rmse(a, b):
     return numpy.sqrt(((a - b) ** 2).mean() / (b**2).mean())
 
@@ -31,6 +39,22 @@ def test_a_commit_has_the_bits_of_a_bake(scene, bake, session):
     session.commit()
     for array, name in zip(session.radiance, scene.instances):
         assert numpy.array_equal(array, bake[name].radiance)
+
+
+def test_the_number_of_threads_is_what_was_asked_for():
+    haarfield.use_threads(3)
+    try:
+        scene = haarfield.scene(description(), name="threads")
+        session = scene.session()
+        session.vary_light()
+        session.frame()
+        assert allowed_threads() == 3
+        scene.bake()
+        assert allowed_threads() == 3
+        del session
+        assert allowed_threads() == 3
+    finally:
+        haarfield.use_threads(0)
 
 
 def test_arrays_follow_the_light(scene, session):
