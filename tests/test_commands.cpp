@@ -332,6 +332,8 @@ TEST_F(Commands, ABoxOnAFloorLooksAsItsReference) {
     EXPECT_TRUE(made.contains("version") && made["version"].is_string());
     EXPECT_TRUE(made.contains("warnings") && made["warnings"].is_array());
     EXPECT_GE(made.value("seconds", 0.0), made.value("shade_seconds", 1e9));
+    EXPECT_GE(made.value("processor_seconds", 0.0), made.value("shade_processor_seconds", 1e9));
+    EXPECT_GT(made.value("shade_processor_seconds", 0.0), 0.0);
     EXPECT_GE(made.value("vertices", 0), 2300);
     ASSERT_EQ(made["fields"].size(), 2u);
     for (const nlohmann::json& field : made["fields"]) {

@@ -119,8 +119,11 @@ TEST_F(RelightCommand, SpinsTheLightAndReports) {
     EXPECT_EQ(report["mode"], "spin-light");
     EXPECT_EQ(report["frames"], 4);
     for (const char* key :
-         {"scene_seconds", "vector_seconds", "frames_per_second", "preview_seconds", "transfer_bytes"})
+         {"scene_seconds", "vector_seconds", "frames_per_second", "preview_seconds", "transfer_bytes",
+          "setup_processor_seconds", "scene_processor_seconds", "vector_processor_seconds",
+          "frame_processor_seconds", "preview_processor_seconds"})
         EXPECT_GT(report[key], 0) << key;
+    EXPECT_NEAR(report["frames_per_second"].get<double>() * report["frame_seconds"].get<double>(), 1, 1e-9);
     EXPECT_EQ(report["setup_seconds"].get<double>() - report["scene_seconds"].get<double>(),
               report["vector_seconds"].get<double>());
     EXPECT_FALSE(report.contains("rest_seconds"));

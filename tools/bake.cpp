@@ -5,6 +5,7 @@
 #include "tools/farm/task_share.h"
 #include "tools/number_option.h"
 #include "tools/scene_options.h"
+#include "tools/stopwatch.h"
 
 #include <fmt/format.h>
 
@@ -114,7 +115,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     std::optional<SharedShading> shared;
     if (context.share) shared.emplace(point_sharing(*context.share), context.share->joins);
     apply_bounces(options.bounces, settings);
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const Result<BakedScene> baked =
         baked_scene(*scene, *entities, shaded, settings, options.shading, context.progress);
     if (!baked) return baked.error();
@@ -129,17 +130,17 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
         context.report["bounces"] = {{"computed", baked->bounces->computed},
                                      {"left_out", baked->bounces->left_out},
                                      {"matrix_bytes", baked->bounces->matrix_bytes}};
-    const double shade_seconds = seconds_since(start);
+    const RunTime shading = watch.elapsed();
 
     const std::vector<BakedInstance>& instances = baked->instances;
     std::size_t vertices = 0;
     for (const BakedInstance& instance : instances) vertices += instance.radiance.size();
     context.report["vertices"] = vertices;
-    context.report["shade_seconds"] = shade_seconds;
+    report_time(context.report, "shade", shading);
     context.report["evaluator"] = options.shading.evaluator;
     context.report["occlusion"] = options.occlusion.choice;
     context.print("baked  {} vertices of {} instances in {:.2f} s\n", vertices, instances.size(),
-                  shade_seconds);
+                  shading.wall);
 
     if (context.progress.stop.stop_requested()) return Error{"", interrupted};
     const LatLongImage background = image_with_suns(shaded.environment);

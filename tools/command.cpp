@@ -4,6 +4,7 @@
 #include "tools/interrupt.h"
 #include "tools/number_option.h"
 #include "tools/progress_bar.h"
+#include "tools/stopwatch.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -82,7 +83,7 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
     // A plan's tasks go to the folder where it was made.
     const std::filesystem::path report =
         options.report.empty() ? std::filesystem::path() : std::filesystem::absolute(options.report);
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const Result<ExitCode> result = guarded_run(command, context);
     ExitCode code = result ? *result : ExitCode::failed;
     if (!result && (stop.stop_requested() || result.error().what == interrupted)) {
@@ -94,7 +95,7 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
         bar.message(name + ": " + result.error().message());
     }
     if (!report.empty()) {
-        context.report["seconds"] = seconds_since(start);
+        report_time(context.report, "", watch.elapsed());
         context.report["exit_code"] = static_cast<int>(code);
         // Names of files may be any bytes; JSON must be UTF-8.
         const std::string text =

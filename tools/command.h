@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chrono>
 #include <functional>
 #include <string>
 #include <vector>
@@ -89,9 +88,5 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
 
 /// The command line, quoted where a shell wants it.
 std::string quoted_command_line(int count, const char* const* arguments);
-
-inline double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 }  // namespace haarfield

@@ -7,6 +7,7 @@
 #include "tools/farm/task_share.h"
 #include "tools/number_option.h"
 #include "tools/relight_modes.h"
+#include "tools/stopwatch.h"
 
 #include <fmt/format.h>
 
@@ -61,27 +62,26 @@ public:
             if (shaded) std::ranges::copy(preview_instances(), instances.begin());
             return bool(shaded);
         };
-        const double shading_before = shading_seconds_;
-        const auto start = std::chrono::steady_clock::now();
+        const RunTime shading_before = shading_;
+        const Stopwatch watch;
         const Image image = preview_.draw(
             stage_.scene.camera, instances,
             [this](const Vec3f& direction) { return stage_.background(direction); },
             mode.by_vertex ? shade_seen : BeforeReading());
-        preview_seconds_ += seconds_since(start) - (shading_seconds_ - shading_before);
+        drawing_ += watch.elapsed() - (shading_ - shading_before);
         if (!shaded) return shaded;
         return write_image(image, output / fmt::format("frame_{:04}.{}", frame, stage_.options.format));
     }
 
-    /// Of drawing all pictures so far, and of shading the frames.
-    double preview_seconds() const { return preview_seconds_; }
-    double shading_seconds() const { return shading_seconds_; }
+    const RunTime& drawing() const { return drawing_; }  ///< Of all pictures so far.
+    const RunTime& shading() const { return shading_; }  ///< Of all frames so far.
 
 private:
     template <class Shade>
     Result<Done> timed(const Shade& shade) {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         const Result<Done> result = shade();
-        shading_seconds_ += seconds_since(start);
+        shading_ += watch.elapsed();
         return result;
     }
 
@@ -132,7 +132,7 @@ private:
     const SceneEntities& entities_;
     Preview preview_;
     std::vector<SeenRadiance> seen_;  ///< By instance; empty where surfaces are plain.
-    double preview_seconds_ = 0, shading_seconds_ = 0;
+    RunTime drawing_, shading_;
 };
 
 /// What CLI11 does not see in the options.
@@ -200,23 +200,24 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     const Result<RelightMode> mode = chosen_mode(stage);
     if (!mode) return mode.error();
 
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     if (const Result<Done> prepared = relight.prepare(context.progress); !prepared) return prepared.error();
-    const double scene_seconds = seconds_since(start);
+    const RunTime for_scene = watch.elapsed();
     if (const Result<Done> prepared = mode->prepare(context.progress); !prepared) return prepared.error();
-    const double setup_seconds = seconds_since(start), vector_seconds = setup_seconds - scene_seconds;
+    const RunTime setup = watch.elapsed(), for_vectors = setup - for_scene;
 
-    double change_seconds = 0, moving_seconds = 0;
+    RunTime changing, moving;
     FrameWriter writer(stage, *entities);
     const auto [first, last] = frame_range(options, context);
     for (int frame = first; frame < last; ++frame) {
         if (context.progress.stop.stop_requested()) return Error{"", interrupted};
         const int steps = mode->closed ? options.frames : std::max(1, options.frames - 1);
         const bool is_at_rest = mode->rests && frame + 1 == options.frames;
-        moving_seconds = change_seconds + writer.shading_seconds();
-        const auto start_of_frame = std::chrono::steady_clock::now();
+        moving = changing;
+        moving += writer.shading();
+        const Stopwatch change_watch;
         mode->change(double(frame) / steps);
-        change_seconds += seconds_since(start_of_frame);
+        changing += change_watch.elapsed();
         const Result<Done> written = writer.write(
             frame + 1, *mode, mode->rests && !is_at_rest ? FrameQuality::moving : FrameQuality::still,
             context.progress);
@@ -225,27 +226,28 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
             context.progress.report("frames", std::uint64_t(frame - first) + 1, std::uint64_t(last - first));
     }
     if (context.share) return ExitCode::done;
-    const double frame_seconds = change_seconds + writer.shading_seconds();
+    RunTime shaded = changing;
+    shaded += writer.shading();
     const int made = last - first;
     const bool has_rest = mode->rests && made > 1 && last == options.frames;
-    const double frames_per_second = has_rest ? (made - 1) / moving_seconds : made / frame_seconds,
-                 preview_seconds = writer.preview_seconds() / made;
+    const RunTime a_frame = has_rest ? moving / (made - 1) : shaded / made, rest = shaded - moving,
+                  a_picture = writer.drawing() / made;
     context.report["mode"] = mode->name;
-    context.report["setup_seconds"] = setup_seconds;
-    context.report["scene_seconds"] = scene_seconds;
-    context.report["vector_seconds"] = vector_seconds;
+    report_time(context.report, "setup", setup);
+    report_time(context.report, "scene", for_scene);
+    report_time(context.report, "vector", for_vectors);
     context.report["transfer_bytes"] = relight.transfer_bytes();
     context.report["frames"] = made;
-    context.report["frames_per_second"] = frames_per_second;
-    if (has_rest) context.report["rest_seconds"] = frame_seconds - moving_seconds;
-    context.report["preview_seconds"] = preview_seconds;
+    context.report["frames_per_second"] = 1 / a_frame.wall;
+    report_time(context.report, "frame", a_frame);
+    if (has_rest) report_time(context.report, "rest", rest);
+    report_time(context.report, "preview", a_picture);
     context.print(
         "setup  {:.2f} s: {:.2f} s for the scene, {:.2f} s for {:.1f} MB of transfer vectors\n"
         "frames {} in {}, {:.1f} a second, {:.0f} ms a picture\n",
-        setup_seconds, scene_seconds, vector_seconds, double(relight.transfer_bytes()) / 1e6, made,
-        output.string(), frames_per_second, preview_seconds * 1e3);
-    if (has_rest)
-        context.print("rest   {:.2f} s for the last frame, in full\n", frame_seconds - moving_seconds);
+        setup.wall, for_scene.wall, for_vectors.wall, double(relight.transfer_bytes()) / 1e6, made,
+        output.string(), 1 / a_frame.wall, a_picture.wall * 1e3);
+    if (has_rest) context.print("rest   {:.2f} s for the last frame, in full\n", rest.wall);
 
     return filmed(options, context);
 }

@@ -2,6 +2,7 @@
 #include "fields/file/write_file.h"
 #include "tools/farm/job_run.h"
 #include "tools/number_option.h"
+#include "tools/stopwatch.h"
 
 #include <fmt/format.h>
 
@@ -18,12 +19,12 @@ struct WorkOptions {
 Result<TaskPart> done(const FarmPlan& plan, const WorkOptions& options, CommandContext& context) {
     const PlanTask task = plan.task(options.task);
     if (const Result<Done> same = check_inputs(plan.jobs[task.job]); !same) return same.error();
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     CommandContext inner = context;
     inner.quiet = true;
     Result<std::vector<Section>> sections = done_task(plan, task, options.plan, inner);
     if (!sections) return sections.error();
-    return TaskPart{process_cost(seconds_since(start)), *std::move(sections)};
+    return TaskPart{process_cost(watch.elapsed().wall), *std::move(sections)};
 }
 
 Result<ExitCode> run(const WorkOptions& options, CommandContext& context) {

@@ -1,26 +1,25 @@
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 
 #include "shading/scene/lighting.h"
 #include "tests/baselines/product_methods.h"
 #include "tests/studies/study.h"
+#include "tools/stopwatch.h"
 
 namespace haarfield::baseline {
 namespace {
 
-/// Least wall time of three runs. [ms]
+/// Prints the wall time and the busy cores of the fastest of three runs.
 template <class Work>
-double least_milliseconds(const Work& work) {
-    double least = INFINITY;
+void print_least(const std::string& title, const Work& work) {
+    RunTime least{INFINITY, 0};
     for (int round = 0; round < 3; ++round) {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         work();
-        const std::chrono::duration<double, std::milli> taken = std::chrono::steady_clock::now() - start;
-        least = std::min(least, taken.count());
+        if (const RunTime time = watch.elapsed(); time.wall < least.wall) least = time;
     }
-    return least;
+    fmt::print("{:<44} {:>10.0f} {:>10.2f}\n", title, 1e3 * least.wall, least.processor / least.wall);
 }
 
 }  // namespace
@@ -36,23 +35,20 @@ void study_frame(std::size_t vertices) {
     for (const ShadedInstance& instance : scene.instances)
         count += scene.entities[instance.entity].mesh->positions.size();
 
-    fmt::print("{}: {} vertices, all threads, least of three.\n\n{:<44} {:>10}\n", description.name, count,
-               "", "ms");
+    fmt::print("{}: {} vertices, all threads, least of three.\n\n{:<44} {:>10} {:>10}\n", description.name,
+               count, "", "ms", "cores");
     RenderSettings settings;
     const auto encoded = [&] { return scene_light(scene.environment, settings); };
-    fmt::print("{:<44} {:>10.0f}\n", "encoding 1024 x 512 pixels of light",
-               least_milliseconds([&] { encoded(); }));
+    print_least("encoding 1024 x 512 pixels of light", [&] { encoded(); });
     const SceneLight light = encoded();
     const auto print_frames = [&](const ShadingGeometry& geometry, const KeptVisibility* kept) {
         for (const int depth : {full_depth, 5, 4, 3, 2}) {
             settings.depth = depth;
-            fmt::print("{:<44} {:>10.0f}\n",
-                       depth == full_depth ? std::string("  new light and view")
-                                           : fmt::format("    at depth {}", depth),
-                       least_milliseconds([&] {
-                           scene.eye += Vec3f(0.01f, 0, 0);
-                           value_or_exit(scene_radiance({scene, geometry, light, settings, kept}));
-                       }));
+            print_least(depth == full_depth ? "  new light and view" : fmt::format("    at depth {}", depth),
+                        [&] {
+                            scene.eye += Vec3f(0.01f, 0, 0);
+                            value_or_exit(scene_radiance({scene, geometry, light, settings, kept}));
+                        });
         }
         settings.depth = full_depth;
     };
@@ -60,18 +56,14 @@ void study_frame(std::size_t vertices) {
          {std::pair("fields", Occlusion::fields), std::pair("auto", Occlusion::automatic)}) {
         settings.occlusion = occlusion;
         const auto geometry = [&] { return value_or_exit(shading_geometry(scene, settings)); };
-        fmt::print("{:<44} {:>10.0f}\n", fmt::format("--occlusion {}: preparing, once a scene", name),
-                   least_milliseconds(geometry));
+        print_least(fmt::format("--occlusion {}: preparing, once a scene", name), geometry);
         const ShadingGeometry prepared = geometry();
         print_frames(prepared, nullptr);
         const auto keep = [&] {
             return value_or_exit(KeptVisibility::make(scene, prepared, settings.kept_bytes));
         };
-        const double milliseconds = least_milliseconds(keep);
         const KeptVisibility kept = keep();
-        fmt::print("{:<44} {:>10.0f}\n",
-                   fmt::format("  keeping what vertices see, {:.0f} MB", 1e-6 * double(kept.bytes())),
-                   milliseconds);
+        print_least(fmt::format("  keeping what vertices see, {:.0f} MB", 1e-6 * double(kept.bytes())), keep);
         print_frames(prepared, &kept);
     }
 }
