@@ -48,20 +48,26 @@ void add_run(const PovrayRun& run, PovrayRun& sum) {
         if (std::ranges::find(sum.warnings, warning) == sum.warnings.end()) sum.warnings.push_back(warning);
 }
 
-/// Adds what bounces to a picture of direct light: of the few lights the difference that bounces make.
-Result<Done> add_bounces(const std::filesystem::path& scene, const PovrayOptions& options,
-                         RenderedScene& direct, const Progress& progress) {
-    PovrayOptions few = options;
-    few.declarations.push_back(few_lights_alone);
-    const Result<RenderedScene> bounced = rendered_scene(scene, few, part_of(progress, 1, 3));
-    if (!bounced) return bounced.error();
-    few.declarations.push_back(without_bounces);
-    const Result<RenderedScene> alone = rendered_scene(scene, few, part_of(progress, 2, 3));
-    if (!alone) return alone.error();
-    for (std::size_t i = 0; i < direct.image.pixels.size(); ++i)
-        direct.image.pixels[i] += bounced->image.pixels[i] - alone->image.pixels[i];
-    add_run(bounced->run, direct.run);
-    add_run(alone->run, direct.run);
+/// Adds the difference between two pictures of the scene, the second with one more declaration.
+///
+/// runs  this picture's two and those before them, out of how many.
+struct RunsOfPicture {
+    std::size_t before, all;
+};
+Result<Done> add_difference(const std::filesystem::path& scene, PovrayOptions options,
+                            const char* declaration, RenderedScene& picture, const Progress& progress,
+                            RunsOfPicture runs) {
+    const Result<RenderedScene> with =
+        rendered_scene(scene, options, part_of(progress, runs.before, runs.all));
+    if (!with) return with.error();
+    options.declarations.push_back(declaration);
+    const Result<RenderedScene> without =
+        rendered_scene(scene, options, part_of(progress, runs.before + 1, runs.all));
+    if (!without) return without.error();
+    for (std::size_t i = 0; i < picture.image.pixels.size(); ++i)
+        picture.image.pixels[i] += with->image.pixels[i] - without->image.pixels[i];
+    add_run(with->run, picture.run);
+    add_run(without->run, picture.run);
     return Done{};
 }
 
@@ -69,15 +75,30 @@ Result<Done> add_bounces(const std::filesystem::path& scene, const PovrayOptions
 
 Result<RenderedScene> rendered_half(const ReferenceFiles& scene, std::size_t set,
                                     const PovrayOptions& options, const Progress& progress) {
+    const char* const own_lights = set == 0 ? first_lights_alone : second_lights_alone;
+    const char* const other_lights = set == 0 ? second_lights_alone : first_lights_alone;
     PovrayOptions objects = options;
-    objects.declarations.push_back(without_background);
-    objects.declarations.push_back(set == 0 ? first_lights_alone : second_lights_alone);
+    objects.declarations.insert(objects.declarations.end(), {without_background, own_lights});
     if (!scene.has_bounces) return rendered_scene(scene.scene, objects, progress);
+    // Lamps and radiosity err differently: each is the method of one half.
+    const bool gathers_emitters = scene.has_emitters && set == 1;
+    const std::size_t runs = gathers_emitters ? 5 : 3;
     PovrayOptions alone = objects;
     alone.declarations.push_back(without_bounces);
-    Result<RenderedScene> direct = rendered_scene(scene.scene, alone, part_of(progress, 0, 3));
+    Result<RenderedScene> direct = rendered_scene(scene.scene, alone, part_of(progress, 0, runs));
     if (!direct) return direct;
-    if (const Result<Done> added = add_bounces(scene.scene, objects, *direct, progress); !added)
+    PovrayOptions few = objects;
+    few.declarations.push_back(few_lights_alone);
+    if (const Result<Done> added =
+            add_difference(scene.scene, few, without_bounces, *direct, progress, {1, runs});
+        !added)
+        return added.error();
+    if (!gathers_emitters) return direct;
+    PovrayOptions gathered = objects;
+    gathered.declarations.insert(gathered.declarations.end(), {other_lights, emitters_by_radiosity});
+    if (const Result<Done> added =
+            add_difference(scene.scene, gathered, direct_light_alone, *direct, progress, {3, runs});
+        !added)
         return added.error();
     return direct;
 }

@@ -1,5 +1,6 @@
 #include "bridge/reference_scene.h"
 
+#include "bridge/interpolated_normals.h"
 #include "bridge/texture_files.h"
 
 #include "fields/file/write_file.h"
@@ -15,6 +16,7 @@ namespace {
 
 constexpr double wanted_radius = 64;      // POV-Ray units: far above its shadow tolerance, 1e-3
 constexpr double largest_distance = 1e6;  // POV-Ray units: below its limit for rays, 1e7
+constexpr int most_bounces = 20;          // POV-Ray's limit
 constexpr float dimmest_tint = 1e-4f;     // of a highlight's strongest channel
 
 bool is_grey(const Rgb& colour) {
@@ -106,7 +108,7 @@ PovrayTexture surface_texture(const Surface& surface, const Rgb& colour, const T
     const bool is_mixed = image && !image->transmission.empty() && (phong > 0 || blinn > 0);
     std::string text = fmt::format("texture {{ pigment {{ {} }} finish {{ ambient 0 emission {} diffuse {}",
                                    pigment_text(pigment, image, is_mixed),
-                                   glows ? "rgb " + povray_vector(emission) : "0", diffuse);
+                                   glows ? "rgb Emission_Share*" + povray_vector(emission) : "0", diffuse);
     if (phong > 0) text += fmt::format(" phong {} phong_size {}", phong, material.shininess);
     if (blinn > 0) text += fmt::format(" specular {} roughness {}", blinn, material.roughness);
     if (metallic > 0) text += fmt::format(" metallic {}", metallic);
@@ -241,7 +243,8 @@ std::string mesh_text(const ReferenceInstance& instance, const std::string& obje
         text += declaration(fmt::format("{}_Material_{}", object, k), textures.textures[k]);
     fmt::format_to(out, "#declare {} = mesh2 {{\n", object);
     append_povray_vectors(text, "vertex_vectors", mesh.positions, static_cast<float>(magnified));
-    append_povray_vectors(text, "normal_vectors", mesh.normals);
+    const InterpolatedNormals normals = interpolated_normals(mesh);
+    append_povray_vectors(text, "normal_vectors", normals.normals);
     const bool has_images = has_textures(instance.surfaces);
     if (has_images) append_povray_uvs(text, mesh.uvs);
     fmt::format_to(out, "texture_list {{ {}", textures.textures.size());
@@ -253,7 +256,9 @@ std::string mesh_text(const ReferenceInstance& instance, const std::string& obje
         if (MeshTextures::is_coloured(instance, mesh.vertex_materials[a]))
             fmt::format_to(out, ",{},{}", textures.of_vertex[b], textures.of_vertex[c]);
     }
-    fmt::format_to(out, " }}\n{}scale {:.17g}\n}}\n\n#version {}_Version;\n#end\n",
+    text += " }\n";
+    if (!normals.indices.empty()) append_povray_indices(text, "normal_indices", normals.indices);
+    fmt::format_to(out, "{}scale {:.17g}\n}}\n\n#version {}_Version;\n#end\n",
                    has_images ? "uv_mapping\n" : "", 1 / magnified, object);
     return text;
 }
@@ -306,11 +311,14 @@ std::string bounces_text(const ReferenceBounces& bounces) {
     return fmt::format(
         "// What the lights shed goes on from surface to surface.\n"
         "#ifndef ({})\n"
-        "global_settings {{ radiosity {{ recursion_limit {} brightness 1 gray_threshold 0 normal on\n"
-        "  pretrace_start 0.08 pretrace_end 0.01 count 400 error_bound 0.2 nearest_count 10\n"
+        "#declare Recursion_Limit = {};\n"
+        "#ifdef ({}) #declare Recursion_Limit = {}; #end\n"
+        "#ifdef ({}) #declare Recursion_Limit = 1; #end\n"
+        "global_settings {{ radiosity {{ recursion_limit Recursion_Limit brightness 1 gray_threshold 0\n"
+        "  normal on pretrace_start 0.08 pretrace_end 0.01 count 400 error_bound 0.2 nearest_count 10\n"
         "  minimum_reuse 0.004 adc_bailout 1e-6 }} }}\n"
         "#end\n",
-        without_bounces, limit);
+        without_bounces, limit, emitters_by_radiosity, std::min(limit + 1, most_bounces), direct_light_alone);
 }
 
 /// Light sources, as POV-Ray reads them.
@@ -353,9 +361,13 @@ std::vector<Emitter> world_emitters(std::span<const ReferenceInstance> instances
     return emitters;
 }
 
-/// Where lights stand for what glows, radiosity must not see it, too.
-bool hides_from_radiosity(const ReferenceInstance& instance, const ReferenceBounces& bounces) {
-    return !bounces.baked.empty() || (bounces.limit > 0 && !instance.emitters.empty());
+/// Hides an object from radiosity where something else stands for its light: a baked object, or the lamps of
+/// its emitters. The runs that gather bounces have no such lamps, or no emission.
+std::string radiosity_text(const ReferenceInstance& instance, const ReferenceBounces& bounces) {
+    if (!bounces.baked.empty()) return " no_radiosity";
+    if (bounces.limit == 0 || instance.emitters.empty()) return "";
+    return fmt::format(" #ifndef ({}) #ifndef ({}) no_radiosity #end #end", few_lights_alone,
+                       emitters_by_radiosity);
 }
 
 bool is_shape_of_a_lamp(std::span<const Lamp> lamps, std::size_t instance) {
@@ -385,7 +397,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
                                              std::span<const ReferenceInstance> instances,
                                              const Environment& environment, int lights,
                                              const ReferenceBounces& bounces, std::span<const Lamp> lamps) {
-    assert(lights >= 16 && bounces.limit >= 0 && bounces.limit <= 20);
+    assert(lights >= 16 && bounces.limit >= 0 && bounces.limit <= most_bounces);
     if (!is_scene_name(scene_name))
         return Error{scene_name, "is no scene name; wanted letters, digits, _, - and ."};
     if (Result<Done> good = check_instances(instances); !good) return good.error();
@@ -401,10 +413,6 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     if (!background_text) return background_text.error();
     add_warnings(files.warnings, instances);
     add_warnings_of_shapes(files.warnings, instances, environment, lamps);
-    for (const ReferenceInstance& instance : instances)
-        if (bounces.baked.empty() && hides_from_radiosity(instance, bounces))
-            files.warnings.push_back(fmt::format(
-                "{} glows: its light bounces in the reference, but none that falls onto it", instance.name));
     const Result<TextureFiles> textures = write_textures(folder, scene_name, textures_of(instances));
     if (!textures) return textures.error();
     files.images = files_of(*textures);
@@ -424,6 +432,12 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "#ifndef ({6})\n",
         scene_name, camera.width, camera.height, files.world_scale, *camera_text, *background_text,
         background_alone, by_radiosity, bounces_text(bounces));
+    text += "#declare Emission_Share = 1;\n";
+    // Bounces are gathered under lamps instead of emission.
+    const bool has_emitters =
+        std::ranges::any_of(instances, [](const auto& instance) { return !instance.emitters.empty(); });
+    if (has_emitters && bounces.limit > 0)
+        text += fmt::format("#ifdef ({}) #declare Emission_Share = 0; #end\n", few_lights_alone);
     std::vector<std::string> declarations;
     for (const auto& [texture, file] : *textures) declarations.push_back(file.text);
     std::ranges::sort(declarations);
@@ -448,11 +462,11 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         const Vec3d translate = Vec3d(instance.placement.translate) * files.world_scale;
         const Rotation& rotate = instance.placement.rotate;
         const std::string turned = is_identity(rotate) ? "" : " " + povray_rotation(rotate);
-        objects += fmt::format(
-            "object {{ {}{} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}>{}{} }}  // {}\n", object,
-            turned, instance.placement.scale * files.world_scale, translate.x, translate.y, translate.z,
-            hides_from_radiosity(instance, bounces) ? " no_radiosity" : "",
-            is_shape_of_a_lamp(lamps, i) ? " no_shadow" : "", povray_identifier(instance.name));
+        objects +=
+            fmt::format("object {{ {}{} scale {:.17g} translate <{:.12g}, {:.12g}, {:.12g}>{}{} }}  // {}\n",
+                        object, turned, instance.placement.scale * files.world_scale, translate.x,
+                        translate.y, translate.z, radiosity_text(instance, bounces),
+                        is_shape_of_a_lamp(lamps, i) ? " no_shadow" : "", povray_identifier(instance.name));
     }
     text += "\n" + objects + baked_text(bounces, files.world_scale) + "\n";
     // What is baked sends its light whatever the lights are.
@@ -467,32 +481,43 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     // Of what is baked, radiosity has what glows.
     const std::vector<Emitter> emitters =
         bounces.baked.empty() ? world_emitters(instances) : std::vector<Emitter>();
+    files.has_emitters = !emitters.empty();
     // Beyond POV-Ray's tolerance of shadows.
     const float lift = static_cast<float>(0.01 / files.world_scale);
     for (const auto& [switched_off_by, cut_share, of_patch] :
          {std::tuple(second_lights_alone, 0.5, PatchPlace::middle),
           std::tuple(first_lights_alone, 0.4, PatchPlace::random)}) {
-        const auto set = [&, cut_share = cut_share, of_patch = of_patch](int count) {
+        const auto set = [&, cut_share = cut_share, of_patch = of_patch](int count,
+                                                                         std::span<const Emitter> glowing) {
             LightSet made;
             for (const DirectionalLight& light :
                  light_dome(environment, {.lights = count, .cut_share = cut_share}))
                 made.add(dome_light(light, distance));
-            for (const Lamp& lamp : emitter_lamps(emitters, std::size_t(count), of_patch, lift))
+            for (const Lamp& lamp : emitter_lamps(glowing, std::size_t(count), of_patch, lift))
                 made.add(povray_lamp(lamp, files.world_scale, "Share") + "\n");
             return made;
         };
-        const LightSet whole = set(lights / 2);
+        const LightSet whole = set(lights / 2, emitters);
         files.lights += whole.count;
         text += fmt::format("#ifndef ({})\n", switched_off_by);
-        if (files.has_bounces && lights > few_lights_of_bounces)
-            text += fmt::format("#ifdef ({})\n{}#else\n{}#end\n", few_lights_alone,
-                                set(few_lights_of_bounces / 2).text, whole.text);
+        // In one half of the reference, radiosity gathers the emitters' bounces without lamps.
+        const bool has_lamps = of_patch == PatchPlace::middle;
+        if (files.has_bounces && (lights > few_lights_of_bounces || (files.has_emitters && !has_lamps)))
+            text +=
+                fmt::format("#ifdef ({})\n{}#else\n{}#end\n", few_lights_alone,
+                            set(std::min(lights, few_lights_of_bounces) / 2,
+                                has_lamps ? std::span<const Emitter>(emitters) : std::span<const Emitter>())
+                                .text,
+                            whole.text);
         else
             text += whole.text;
         text += "#end\n";
     }
-    if (!lamps.empty()) text += "\n// Lamps, whichever set is on.\n";
-    for (const Lamp& lamp : lamps) text += povray_lamp(lamp, files.world_scale) + "\n";
+    if (!lamps.empty()) {
+        text += fmt::format("\n// Lamps, whichever set is on.\n#ifndef ({})\n", emitters_by_radiosity);
+        for (const Lamp& lamp : lamps) text += povray_lamp(lamp, files.world_scale) + "\n";
+        text += "#end\n";
+    }
     files.lamps = static_cast<int>(lamps.size());
     text += "#end\n";
     files.scene = folder / (scene_name + ".pov");

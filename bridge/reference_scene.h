@@ -42,6 +42,11 @@ inline constexpr const char* without_bounces = "Without_Bounces";
 inline constexpr const char* few_lights_alone = "Few_Lights_Alone";
 inline constexpr int few_lights_of_bounces = 64;  ///< At most, of both sets.
 
+/// With neither set of lights: all light sources are off, and POV-Ray's radiosity gathers the light of the
+/// emitters itself, followed as often as the scene's bounces. With direct_light_alone, too: without bounces.
+inline constexpr const char* emitters_by_radiosity = "Emitters_By_Radiosity";
+inline constexpr const char* direct_light_alone = "Direct_Light_Alone";
+
 /// Light that goes from one diffuse surface to another, by POV-Ray's radiosity.
 ///
 /// accuracy  closed furnaces to 0.3 %; boxes under a sky within 2 %. Not the same from run to run with
@@ -67,6 +72,7 @@ struct ReferenceFiles {
     int lights = 0;                               ///< Written, of both sets; black ones are not.
     int lamps = 0;                                ///< Of the scene's own.
     bool has_bounces = false;                     ///< Of lights, gathered under few of them.
+    bool has_emitters = false;                    ///< Surfaces that light others, as lamps.
     double world_scale = 1;                       ///< POV-Ray units per metre, a power of two.
     std::vector<std::string> warnings;            ///< Where POV-Ray can not show a material as meant.
 };

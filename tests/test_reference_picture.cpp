@@ -3,6 +3,8 @@
 #include "bridge/reference_scene.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
+#include <fmt/format.h>
+
 namespace haarfield {
 namespace {
 
@@ -108,6 +110,35 @@ TEST(ReferencePicture, GathersBouncesUnderFewLights) {
     // Where there are few in any case, they are all.
     EXPECT_EQ(text_of(square.scene(64, 2).scene).find(few_lights_alone), std::string::npos);
     EXPECT_NE(text.find(few_lights_alone), std::string::npos);
+}
+
+/// A panel inside a sphere lights the wall in front of it from a tenth of the radius. The camera looks the
+/// other way, where all light is indirect.
+TEST(ReferencePicture, BouncesOfEmittersDoNotDependOnTheNumberOfLampsInOneHalf) {
+    const Mesh sphere = sphere_mesh({0, 0, 0}, 1, 12), square = upright_square_mesh(0.15f, 1);
+    const Material material;
+    Surface panel;
+    panel.material = material;
+    panel.emission = Rgb(5.0f);
+    std::vector<Emitter> emitters;
+    for (const auto& [a, b, c] : square.triangles)
+        emitters.push_back({{square.positions[a], square.positions[b], square.positions[c]}, panel.emission});
+    const std::vector<ReferenceInstance> instances{
+        {"sphere", &sphere, {&material, 1}, {}},
+        {"panel", &square, {&material, 1}, {{0, 0, 0.9f}, 1}, {&panel, 1}, emitters}};
+    const TestFolder folder;
+    const auto half = [&](int lights, std::size_t set) {
+        const Result<ReferenceFiles> scene =
+            write_reference_scene(folder.path(), fmt::format("sphere_{}", lights), frontal_camera(0.5f, 12),
+                                  instances, constant_environment(16, Rgb(0.0f)), lights, {1});
+        EXPECT_TRUE(scene && scene->has_emitters);
+        PovrayOptions options;
+        options.width = options.height = 12;
+        return rendered_half(*scene, set, options)->image;
+    };
+    const Image gathered = half(16, 1);
+    EXPECT_GT(luminance(gathered.pixels[6 * 12 + 6]), 0);
+    EXPECT_LT(relative_difference(gathered, half(64, 1)), 0.03);
 }
 
 TEST(ReferencePicture, TellsItsOwnError) {

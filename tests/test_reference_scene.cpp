@@ -119,6 +119,26 @@ TEST(ReferenceScene, ShadesAsTheMaterialSays) {
     EXPECT_GT(checked, 800);
 }
 
+/// POV-Ray replaces vertex normals that agree with each other by the geometric normal.
+TEST(ReferenceScene, ShadesWithVertexNormalsThatAgree) {
+    LatLongImage environment = constant_environment(64, Rgb(0, 0, 0));
+    environment.pixels[static_cast<std::size_t>(20 * 128 + 70)] = Rgb(1, 1, 1);
+    const Vec3d light = lat_long_direction(70.5 / 128, 20.5 / 64);
+    const double irradiance = lat_long_pixel_solid_angle(20, 128, 64);
+    Mesh mesh = upright_square_mesh(1, 2);
+    for (const Vec3f& normal :
+         {Vec3f(0, 0, 1), Vec3f(0.28f, 0, 0.96f), Vec3f(-0.02f, 0.3f, 0.95f).normalized()}) {
+        std::ranges::fill(mesh.normals, normal);
+        const Material material;
+        const ReferenceInstance instance{"square", &mesh, {&material, 1}, {}};
+        const TestFolder folder;
+        const Result<Image> image = rendered(folder, frontal_camera(3, 8), {&instance, 1}, environment, 16);
+        ASSERT_TRUE(image) << image.error().message();
+        const double expected = irradiance / pi * double(material.diffuse.x) * Vec3d(normal).dot(light);
+        for (const Rgb& pixel : image->pixels) EXPECT_NEAR(pixel.x / expected, 1, 1e-3);
+    }
+}
+
 /// A square before another, at the scale of a watch: its shadow falls where the sun says.
 TEST(ReferenceScene, CastsShadowsAtAnyScale) {
     for (float size : {1.0f, 0.002f}) {
