@@ -6,6 +6,7 @@
 #include "fields/mesh/mesh_preparation.h"
 #include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_subdivision.h"
+#include "fields/mesh/model_file.h"
 #include "fields/mesh/occluder.h"
 #include "fields/mesh/shared_vertices.h"
 #include "scenes/scene_entities.h"
@@ -60,6 +61,7 @@ TEST_F(MeshAppearance, MtlSaysKdKsNsAndImages) {
     EXPECT_EQ(steel.emission, Rgb(0, 2, 0));
     EXPECT_FALSE(steel.image.is_there());
     EXPECT_EQ(read.unused, (std::map<std::string, std::size_t>{{"bump map", 1}}));
+    EXPECT_EQ(ModelFile::open(folder / "squares.obj")->unused(), (UnusedProperties{{"bump map", {"wood"}}}));
     EXPECT_EQ(read.mapped, (std::vector<bool>{true, true}));
     EXPECT_EQ(read.coloured, (std::vector<bool>{false, false}));
 }
@@ -169,6 +171,31 @@ std::string triangle_gltf(const std::string& material, const std::string& image)
 "extensionsUsed":["KHR_texture_transform"],"materials":[)" +
            material + R"(],"buffers":[{"byteLength":)" + std::to_string(data.size()) +
            R"(,"uri":"data:application/octet-stream;base64,)" + base64(data) + "\"}]}";
+}
+
+TEST_F(MeshAppearance, AMaterialWithAnEmissionMapEmitsNoLight) {
+    const std::string png = *png_bytes(random_texture(3, 2).texels, 3, 2, false);
+    const ImportedMesh gltf =
+        *read_mesh(written("lit.gltf", triangle_gltf(R"({"name":"lantern","emissiveFactor":[1,1,1],
+"emissiveTexture":{"index":0},"pbrMetallicRoughness":{}})",
+                                                     png)),
+                   with_appearance);
+    EXPECT_EQ(gltf.materials[0].emission, Rgb(0.0f));
+    ASSERT_EQ(gltf.unused.size(), 1u);
+    EXPECT_TRUE(gltf.unused.begin()->first.starts_with("emission map")) << gltf.unused.begin()->first;
+    EXPECT_EQ(ModelFile::open(folder / "lit.gltf")->unused().begin()->second,
+              std::set<std::string>{"lantern"});
+
+    written("lit.mtl",
+            "newmtl wood\nKd 0.5 0.5 0.5\nKe 1 1 1\nmap_Ke lit.png\nnewmtl steel\nKd 1 1 1\nKe 0 2 0\n");
+    std::string text = squares_obj;
+    text.replace(0, text.find('\n'), "mtllib lit.mtl");
+    const ImportedMesh obj = *read_mesh(written("lit.obj", text), with_appearance);
+    ASSERT_EQ(obj.materials.size(), 2u);
+    EXPECT_EQ(obj.materials[0].emission, Rgb(0.0f));
+    EXPECT_EQ(obj.materials[1].emission, Rgb(0, 2, 0)) << "has no map";
+    ASSERT_EQ(obj.unused.size(), 1u);
+    EXPECT_EQ(ModelFile::open(folder / "lit.obj")->unused().begin()->second, std::set<std::string>{"wood"});
 }
 
 TEST_F(MeshAppearance, GltfSaysMetalRoughnessImagesAndColours) {

@@ -57,8 +57,13 @@ MeshImage image_of(const aiScene& scene, const aiMaterial& material, aiTextureTy
     return image;
 }
 
+bool has_emission_map(const aiMaterial& material) {
+    return material.GetTextureCount(aiTextureType_EMISSIVE) > 0 ||
+           material.GetTextureCount(aiTextureType_EMISSION_COLOR) > 0;
+}
+
 void tell_unused(const aiMaterial& material, const std::function<void(std::string_view)>& unused) {
-    constexpr std::array<std::pair<aiTextureType, std::string_view>, 13> maps{
+    constexpr std::array<std::pair<aiTextureType, std::string_view>, 12> maps{
         {{aiTextureType_NORMALS, "normal map"},
          {aiTextureType_NORMAL_CAMERA, "normal map"},
          {aiTextureType_HEIGHT, "bump map"},
@@ -66,7 +71,6 @@ void tell_unused(const aiMaterial& material, const std::function<void(std::strin
          {aiTextureType_SPECULAR, "specular map"},
          {aiTextureType_SHININESS, "shininess map"},
          {aiTextureType_AMBIENT, "ambient map"},
-         {aiTextureType_EMISSIVE, "emission map"},
          {aiTextureType_AMBIENT_OCCLUSION, "occlusion map"},
          {aiTextureType_LIGHTMAP, "occlusion or light map"},
          {aiTextureType_REFLECTION, "reflection map"},
@@ -74,6 +78,7 @@ void tell_unused(const aiMaterial& material, const std::function<void(std::strin
          {aiTextureType_CLEARCOAT, "clear coat map"}}};
     for (const auto& [type, name] : maps)
         if (material.GetTextureCount(type) > 0) unused(name);
+    if (has_emission_map(material)) unused("emission map, so that no light is emitted,");
     if (found<float>(material, AI_MATKEY_CLEARCOAT_FACTOR).value_or(0) > 0) unused("clear coat");
     if (found<float>(material, AI_MATKEY_TRANSMISSION_FACTOR).value_or(0) > 0) unused("transmission");
     if (colour(material, AI_MATKEY_SHEEN_COLOR_FACTOR).value_or(Rgb(0.0f)) != Rgb(0.0f)) unused("sheen");
@@ -106,8 +111,10 @@ MeshMaterial mesh_material(const aiScene& scene, const aiMaterial& material,
                diffuse = colour(material, AI_MATKEY_COLOR_DIFFUSE);
     const auto metallic = found<float>(material, AI_MATKEY_METALLIC_FACTOR);
     const int shading = found<int>(material, AI_MATKEY_SHADING_MODEL).value_or(aiShadingMode_Phong);
-    made.emission = colour(material, AI_MATKEY_COLOR_EMISSIVE, brightest).value_or(Rgb(0.0f)) *
-                    clean(found<float>(material, AI_MATKEY_EMISSIVE_INTENSITY).value_or(1), brightest);
+    // Exporters write a factor of 1 next to a map. Without the map the whole surface would emit light.
+    if (!has_emission_map(material))
+        made.emission = colour(material, AI_MATKEY_COLOR_EMISSIVE, brightest).value_or(Rgb(0.0f)) *
+                        clean(found<float>(material, AI_MATKEY_EMISSIVE_INTENSITY).value_or(1), brightest);
     if (base || metallic) {
         made.model = MeshMaterial::Model::metallic;
         made.diffuse = base.value_or(diffuse.value_or(Rgb(1.0f)));

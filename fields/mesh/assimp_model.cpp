@@ -202,6 +202,16 @@ void AssimpModel::gather_part(std::size_t part, FaceGatherer& to) const {
         gatherer.add(content_->model.meshes[mesh], aiMatrix4x4());
 }
 
+std::map<std::string, std::set<std::string>> AssimpModel::unused() const {
+    std::map<std::string, std::set<std::string>> unused;
+    for (const ContentMesh& mesh : content_->model.meshes) {
+        if (mesh.material == ContentMesh::no_material || mesh.corners.empty()) continue;
+        const ContentMaterial& material = content_->model.materials[mesh.material];
+        for (const std::string& what : material.unused) unused[what].insert(material.name);
+    }
+    return unused;
+}
+
 ListedMesh AssimpModel::listed(std::optional<std::size_t> part) const {
     const ModelContent& model = content_->model;
     ListedMesh made;

@@ -29,6 +29,9 @@ public:
     void gather(FaceGatherer& to) const;                         ///< All nodes, as they stand.
     void gather_part(std::size_t part, FaceGatherer& to) const;  ///< One part, in its own frame.
 
+    /// ModelFile::unused.
+    std::map<std::string, std::set<std::string>> unused() const;
+
     /// The vertices and faces that the file lists, of all nodes or of one part. Of faces that no file may
     /// have (a corner that is none of the vertices) there are none.
     ListedMesh listed(std::optional<std::size_t> part) const;

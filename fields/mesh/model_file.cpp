@@ -270,6 +270,11 @@ Result<FaceGatherer> ModelFile::faces(std::optional<std::size_t> part) const {
     return gathered;
 }
 
+UnusedProperties ModelFile::unused() const {
+    const auto* by_assimp = std::get_if<AssimpModel>(&content_);
+    return by_assimp ? by_assimp->unused() : UnusedProperties();
+}
+
 Result<ListedMesh> ModelFile::listed(std::optional<std::size_t> part) const {
     try {
         if (const auto* by_assimp = std::get_if<AssimpModel>(&content_)) return by_assimp->listed(part);

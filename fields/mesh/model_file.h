@@ -10,9 +10,14 @@
 #include "fields/mesh/mesh2_file.h"
 #include "fields/mesh/polygon_file.h"
 
+#include <map>
+#include <set>
 #include <variant>
 
 namespace haarfield {
+
+/// Names of materials by what they have that haarfield does not use, such as "normal map".
+using UnusedProperties = std::map<std::string, std::set<std::string>>;
 
 /// A model's file, read once, of which parts are taken. Safe to share between threads.
 class ModelFile {
@@ -34,6 +39,9 @@ public:
     ///
     /// errors  coordinates beyond 1e6 m, too many vertices or materials.
     Result<FaceGatherer> faces(std::optional<std::size_t> part = {}) const;
+
+    /// Of the materials that meshes of the file have.
+    UnusedProperties unused() const;
 
     /// Its vertices and faces, or those of a part, as the file lists them.
     ///
