@@ -10,6 +10,21 @@
 
 namespace haarfield {
 
+Result<Done> check_encoder(const std::string& program) {
+    std::error_code ignored;
+    ChildProcess child;
+    const int failure = child.start(program, {"-version"}, std::filesystem::current_path(ignored));
+    if (failure == ENOENT)
+        return Error{
+            "--movie",
+            fmt::format("there is no {} to make a movie with: install it, or leave out --movie", program)};
+    if (failure != 0) return Error{program, std::strerror(failure)};
+    std::string log;
+    while (child.read_some(log)) log.clear();
+    child.wait();
+    return Done{};
+}
+
 Result<Done> write_movie(const std::filesystem::path& pictures, int count, const std::filesystem::path& movie,
                          int frames_per_second, const Progress& progress, const std::string& program) {
     std::error_code ignored;

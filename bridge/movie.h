@@ -9,6 +9,11 @@
 
 namespace haarfield {
 
+/// Tests whether the encoder can be started.
+///
+/// errors  it is not installed.
+Result<Done> check_encoder(const std::string& program = "ffmpeg");
+
 /// Encodes numbered pictures as a movie that any player shows (its ending decides the container; yuv420p).
 ///
 /// pictures           the files, with the number as printf has it: `frames/frame_%04d.png`, from 1 on.

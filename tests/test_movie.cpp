@@ -55,6 +55,13 @@ TEST_F(MovieTest, PassesPicturesAndRateAndLeavesTheWholeMovie) {
     EXPECT_EQ(arguments.substr(arguments.size() - 4), ".mp4") << arguments;
 }
 
+TEST_F(MovieTest, ChecksForTheEncoder) {
+    EXPECT_TRUE(check_encoder(program("exit 0\n")));
+    const Result<Done> missing = check_encoder("no-such-ffmpeg");
+    ASSERT_FALSE(missing);
+    EXPECT_NE(missing.error().message().find("there is no no-such-ffmpeg"), std::string::npos);
+}
+
 TEST_F(MovieTest, SaysWhenThereIsNoEncoder) {
     const auto written =
         write_movie(folder / "frame_%04d.png", 24, folder / "spin.mp4", 24, {}, "no-such-ffmpeg");

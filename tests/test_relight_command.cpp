@@ -259,10 +259,10 @@ instance = "column_2"
     }
 }
 
-TEST_F(RelightCommand, SaysThatThereIsNoFfmpeg) {
+TEST_F(RelightCommand, SaysThatThereIsNoFfmpegBeforeTheFirstFrame) {
     EXPECT_EQ(run("--orbit --movie spin.mp4", "PATH=/nowhere"), 1);
     EXPECT_NE(words.find("there is no ffmpeg"), std::string::npos) << words;
-    EXPECT_TRUE(std::filesystem::exists(folder / "out/frame_0004.png"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "out/frame_0001.png"));
     EXPECT_FALSE(std::filesystem::exists(folder / "spin.mp4"));
 }
 

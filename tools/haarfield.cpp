@@ -16,8 +16,9 @@ namespace haarfield {
 namespace {
 
 ExitCode run_program(int argument_count, const char* const* arguments) {
-    CLI::App program{"Wavelet visibility fields and direct environment lighting, baked for POV-Ray.",
-                     "haarfield"};
+    CLI::App program{
+        "Bakes environment light, local lights and indirect light into vertex colours for POV-Ray.",
+        "haarfield"};
     program.set_version_flag("--version", "haarfield " HAARFIELD_VERSION);
     program.require_subcommand(1);
     program.footer(

@@ -175,6 +175,8 @@ Result<ExitCode> filmed(const RelightOptions& options, CommandContext& context) 
 Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     if (const Result<Done> good = check_options(options); !good) return good.error();
     if (context.share && context.share->joins) return filmed(options, context);
+    if (!context.share && !options.movie.empty())
+        if (const Result<Done> found = check_encoder(); !found) return found.error();
     const std::filesystem::path output = options.output;
     Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
