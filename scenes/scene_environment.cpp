@@ -43,6 +43,22 @@ Result<Environment> described_environment(const Scene& scene, std::vector<std::s
     return turned_environment(*light, double(description.rotation), 0);
 }
 
+float found_exposure(const Scene& scene, const Environment& light) {
+    Vec3d place(scene.camera.target);
+    if (scene.finds_camera && !scene.instances.empty()) {
+        place = Vec3d(0, 0, 0);
+        for (const Instance& instance : scene.instances) place += Vec3d(instance.placement.translate);
+        place /= static_cast<double>(scene.instances.size());
+    }
+    std::vector<ExposedLight> local;
+    for (const SceneLamp& lamp : scene.lamps) {
+        const LampLight arriving = lamp_light(lamp, place);
+        if (arriving.share > 0)
+            local.push_back({arriving.direction, arriving.share * pi * double(luminance(lamp.colour))});
+    }
+    return automatic_exposure(light, local);
+}
+
 Result<SceneEnvironment> scene_environment(const Scene& scene) {
     const EnvironmentDescription& description = scene.environment;
     SceneEnvironment result;
@@ -50,8 +66,8 @@ Result<SceneEnvironment> scene_environment(const Scene& scene) {
     if (!light) return light.error();
     result.from = description.is_black() ? "none" : description.sky ? "sky" : description.image.string();
     result.is_found = !description.exposure;
-    result.exposure = result.is_found ? automatic_exposure(*light) : *description.exposure;
     if (!is_identity(description.turn)) light = turned_environment(*light, description.turn);
+    result.exposure = result.is_found ? found_exposure(scene, *light) : *description.exposure;
     result.environment = turned_environment(*light, 0, double(result.exposure));
     return result;
 }

@@ -12,7 +12,7 @@ struct SceneEnvironment {
     Environment environment;            ///< Clean, turned and exposed.
     std::string from;                   ///< The image's file, or `sky`.
     float exposure = 0;                 ///< [stops]
-    bool is_found = false;              ///< The exposure is automatic_exposure.
+    bool is_found = false;              ///< The exposure is found_exposure.
     std::vector<std::string> warnings;  ///< Of what was cleaned, with counts.
 };
 
@@ -21,6 +21,12 @@ struct SceneEnvironment {
 /// warnings  grow by what was cleaned.
 /// errors    as read_environment_image.
 Result<Environment> described_environment(const Scene& scene, std::vector<std::string>& warnings);
+
+/// The exposure of a scene's light that is to be found: automatic_exposure, with the scene's local lights as they
+/// light the camera's target, or the mean place of all instances if the camera is to be found, too. [stops]
+///
+/// light  turned, not exposed.
+float found_exposure(const Scene& scene, const Environment& light);
 
 /// Reads or makes the light, cleans it, finds its exposure if it is to be found, turns it and exposes it.
 ///

@@ -53,6 +53,17 @@ TEST(AutomaticExposure, MakesTheBrightestPlaceOfAWhiteBallOne) {
         EXPECT_NEAR(std::exp2(automatic_exposure(image)) * brightest_white(image), 1, 0.015);
 }
 
+TEST(AutomaticExposure, LeavesRoomForLocalLights) {
+    const LatLongImage even = image_of(64, [](const Vec3d&) { return Rgb(5, 5, 5); });
+    const ExposedLight half{Vec3d(0, 1, 0), 0.5 * pi / 0.8};
+    EXPECT_NEAR(automatic_exposure(even, std::span(&half, 1)), automatic_exposure(even) - 1, 0.01);
+    const ExposedLight bright{Vec3d(0, 1, 0), 100 * pi};
+    EXPECT_NEAR(automatic_exposure(even, std::span(&bright, 1)), automatic_exposure(even) - 4, 0.01)
+        << "at least a sixteenth";
+    const ExposedLight dim{Vec3d(0, 1, 0), 1e-4};
+    EXPECT_NEAR(automatic_exposure(even, std::span(&dim, 1)), automatic_exposure(even), 1e-3);
+}
+
 TEST(AutomaticExposure, IsExactForEvenLight) {
     // Irradiance is pi times the radiance, whichever way a surface faces.
     EXPECT_NEAR(automatic_exposure(image_of(64, [](const Vec3d&) { return Rgb(5, 5, 5); })),

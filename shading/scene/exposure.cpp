@@ -46,17 +46,24 @@ std::vector<Ray> gathered_light(const Environment& environment) {
 }  // namespace
 
 float automatic_exposure(const Environment& environment) {
+    return automatic_exposure(environment, {});
+}
+
+float automatic_exposure(const Environment& environment, std::span<const ExposedLight> local) {
+    constexpr double brightest = pi / white, least = brightest / 16;  // irradiance
     const std::vector<Ray> light = gathered_light(environment);
-    double brightest = 0;  // irradiance
+    double gain = INFINITY;
     for (std::size_t i = 0; i < normals; ++i) {
         const Vec3d upright = spiral_direction(i, 1 - (2 * double(i) + 1) / normals),
                     normal(upright.x, upright.z, upright.y);
-        double irradiance = 0;
-        for (const Ray& ray : light) irradiance += ray.irradiance * std::max(0.0, normal.dot(ray.direction));
-        brightest = std::max(brightest, irradiance);
+        double distant = 0, near = 0;
+        for (const Ray& ray : light) distant += ray.irradiance * std::max(0.0, normal.dot(ray.direction));
+        for (const ExposedLight& lamp : local)
+            near += lamp.irradiance * std::max(0.0, normal.dot(lamp.direction));
+        if (distant > 0) gain = std::min(gain, std::max(brightest - near, least) / distant);
     }
-    if (!(brightest > 0)) return 0;
-    return static_cast<float>(std::clamp(-std::log2(brightest * white / pi), -60.0, 60.0));
+    if (!std::isfinite(gain)) return 0;
+    return static_cast<float>(std::clamp(std::log2(gain), -60.0, 60.0));
 }
 
 }  // namespace haarfield

@@ -3,6 +3,8 @@
 
 #include "shading/scene/environment.h"
 
+#include <span>
+
 namespace haarfield {
 
 /// The exposure under which a matt ball of white paint, which reflects 0.8, shines nowhere brighter than 1 in
@@ -14,5 +16,15 @@ namespace haarfield {
 /// accuracy     0.02 stops: the light of 64 x 32 cells, each from its mean direction, on 1,024 normals.
 /// cost         some 20 ms for 1024 x 512 pixels.
 float automatic_exposure(const Environment& environment);
+
+/// Light from one direction that has its exposure already: of a local light.
+struct ExposedLight {
+    Vec3d direction;        ///< Towards the light; unit length.
+    double irradiance = 0;  ///< Luminance, on a surface that faces it. [W/m^2]
+};
+
+/// The same with local lights: the ball, lit by them and by the exposed environment, shines nowhere brighter than 1.
+/// The environment has at least a sixteenth of that to itself, however bright the local lights are.
+float automatic_exposure(const Environment& environment, std::span<const ExposedLight> local);
 
 }  // namespace haarfield

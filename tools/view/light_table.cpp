@@ -120,7 +120,9 @@ float LightTable::exposure(const Design& design) const {
     if (given) return *given;
     if (!first_) return 0;
     const float share = share_of(design);
-    if (!second_ || share <= 0) return first_->automatic_exposure;
+    if (!second_ || share <= 0)
+        return design.scene.lamps.empty() ? first_->automatic_exposure
+                                          : found_exposure(design.scene, first_->environment);
     if (mixed_ && mixed_share_ == share) return automatic_exposure(*mixed_);
     // What white paint shows at most of either, added: the most of both at least.
     return -std::log2((1 - share) * std::exp2(-first_->automatic_exposure) +
