@@ -10,11 +10,17 @@
 namespace haarfield {
 namespace {
 
+/// The name of the scene's material for one of the file's; empty: there is none.
+const std::string& scene_material(const Entity& entity, const std::string& name) {
+    const auto mapped = entity.materials.find(name);
+    return mapped != entity.materials.end() ? mapped->second : entity.material;
+}
+
 /// Makes the surfaces of an entity's mesh.
 class SurfaceMaker {
 public:
     SurfaceMaker(const Scene& scene, const Entity& entity, const ImportedMesh& imported, TextureShelf& shelf,
-                 std::vector<std::string>& warnings)
+                 ModelWarnings& warnings)
         : scene_(scene), entity_(entity), imported_(imported), shelf_(shelf), warnings_(warnings) {}
 
     Result<std::vector<Surface>> surfaces() {
@@ -25,16 +31,12 @@ public:
                                                                 "it; it has {}",
                                                                 name, entity_.name, quoted_list(names))};
         std::vector<Surface> surfaces;
-        bool from_file = false;
         for (std::size_t m = 0; m < names.size(); ++m) {
-            const auto mapped = entity_.materials.find(names[m]);
-            const std::string& wanted = mapped != entity_.materials.end() ? mapped->second : entity_.material;
+            const std::string& wanted = scene_material(entity_, names[m]);
             Result<Surface> surface = wanted.empty() ? of_file(m) : of_scene(scene_.materials.at(wanted), m);
             if (!surface) return surface.error();
-            from_file |= wanted.empty();
             surfaces.push_back(std::move(*surface));
         }
-        if (from_file) tell_unused();
         return surfaces;
     }
 
@@ -70,12 +72,10 @@ private:
         surface.coloured = imported_.coloured[number];
         for (const MeshImage* image : {&described.image, &described.opacity_map})
             if (!image->name.empty() && !image->is_there())
-                warnings_.push_back(fmt::format("{}: its image {} is neither beside it nor below; left out",
-                                                entity_.mesh.string(), image->name));
+                warnings_.add_missing_image(entity_.mesh, image->name);
         if (!described.image.is_there() && !described.opacity_map.is_there()) return surface;
         if (!imported_.mapped[number]) {
-            warnings_.push_back(fmt::format("{}: has no texture coordinates for its image {}; left out",
-                                            entity_.mesh.string(), described.image.name));
+            warnings_.add_unmapped_image(entity_.mesh, described.image.name);
             return surface;
         }
         const Result<std::shared_ptr<const Texture>> texture =
@@ -85,19 +85,11 @@ private:
         return surface;
     }
 
-    void tell_unused() {
-        std::string list;
-        for (const auto& [what, count] : imported_.unused)
-            list += fmt::format("{}{} of {} material{}", list.empty() ? "" : ", ", what, count,
-                                count == 1 ? "" : "s");
-        if (!list.empty()) warnings_.push_back(fmt::format("{}: not used: {}", entity_.mesh.string(), list));
-    }
-
     const Scene& scene_;
     const Entity& entity_;
     const ImportedMesh& imported_;
     TextureShelf& shelf_;
-    std::vector<std::string>& warnings_;
+    ModelWarnings& warnings_;
 };
 
 }  // namespace
@@ -113,9 +105,14 @@ Result<std::shared_ptr<const Texture>> TextureShelf::texture(const TextureSource
     return textures_.back().second;
 }
 
+bool uses_file_materials(const Entity& entity, const ImportedMesh& imported) {
+    return std::ranges::any_of(imported.mesh.material_names,
+                               [&](const std::string& name) { return scene_material(entity, name).empty(); });
+}
+
 Result<std::vector<Surface>> entity_surfaces(const Scene& scene, const Entity& entity,
                                              const ImportedMesh& imported, TextureShelf& shelf,
-                                             std::vector<std::string>& warnings) {
+                                             ModelWarnings& warnings) {
     return SurfaceMaker(scene, entity, imported, shelf, warnings).surfaces();
 }
 

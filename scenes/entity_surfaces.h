@@ -2,6 +2,7 @@
 /// The surfaces of an entity's mesh: what its file says, and what the scene puts in its place.
 
 #include "fields/mesh/mesh_reader.h"
+#include "scenes/model_warnings.h"
 #include "scenes/scene.h"
 #include "scenes/surface.h"
 
@@ -17,6 +18,9 @@ private:
     std::vector<std::pair<TextureSource, std::shared_ptr<const Texture>>> textures_;
 };
 
+/// Tests whether a material of the mesh is as its file has it.
+bool uses_file_materials(const Entity& entity, const ImportedMesh& imported);
+
 /// By the mesh's materials: the scene's material where the entity names one for it or for all, else the
 /// file's.
 ///
@@ -27,6 +31,6 @@ private:
 ///           texture coordinates; images that can not be read.
 Result<std::vector<Surface>> entity_surfaces(const Scene& scene, const Entity& entity,
                                              const ImportedMesh& imported, TextureShelf& shelf,
-                                             std::vector<std::string>& warnings);
+                                             ModelWarnings& warnings);
 
 }  // namespace haarfield

@@ -2,6 +2,7 @@
 /// A scene as its author writes it, in metres and radians; its file, in TOML, has degrees.
 
 #include "fields/base/vector.h"
+#include "fields/mesh/closed_pieces.h"
 #include "scenes/shape.h"
 #include "shading/scene/lamp.h"
 #include "shading/scene/material.h"
@@ -38,7 +39,7 @@ struct EnvironmentDescription {
     std::filesystem::path image;  ///< Lat-long; empty if `sky` is set, or there is no light from afar.
     std::optional<AnalyticSky> sky;
     float rotation = 0;                    ///< About +y, see turned_environment. [rad]
-    std::optional<float> exposure = 0.0f;  ///< None: automatic_exposure. [stops]
+    std::optional<float> exposure = 0.0f;  ///< None: found_exposure. [stops]
     std::optional<BlendedLight> blend{};   ///< Turned and exposed alike.
     Rotation turn{};                       ///< After `rotation`; the file's `rotate` is rotation_xyz.
 
@@ -61,6 +62,7 @@ struct Entity {
     /// Of everything that `materials` does not name; empty: as the mesh's file has it.
     std::string material;
     std::map<std::string, std::string> materials;  ///< By the material's name in the mesh file.
+    ClosedFaces faces = ClosedFaces::outwards;     ///< The visible side of closed pieces.
     std::uint32_t fine_vertices = 25000;
     std::uint32_t coarse_triangles = 4000;  ///< 0: as it is.
     std::uint32_t planar_samples = 20000;

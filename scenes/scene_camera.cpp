@@ -1,5 +1,6 @@
 #include "scenes/scene_camera.h"
 
+#include "fields/base/names.h"
 #include "scenes/camera_frame.h"
 
 #include <fmt/format.h>
@@ -152,6 +153,24 @@ bool shows_anything(const Scene& scene, const SceneEntities& entities) {
     return found;
 }
 
+/// The names of instances in front of the camera whose spheres are smaller than a pixel.
+std::vector<std::string> tiny_instances(const Scene& scene, const SceneEntities& entities) {
+    const CameraFrame frame = camera_frame(scene.camera);
+    const double pixels_per_slope = scene.camera.height / (2 * half_size(scene.camera).up);
+    std::vector<Bounds> bounds;
+    for (const auto& entity : entities.entities) bounds.push_back(mesh_bounds(entity->mesh.original));
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Bounds& box = bounds[entities.entity_of_instance[i]];
+        const Placement& placement = scene.instances[i].placement;
+        const double depth = (Vec3d(placement.point_to_world(box.centre())) - Vec3d(scene.camera.position))
+                                 .dot(frame.forward),
+                     size = 2 * double(box.radius() * placement.scale);
+        if (depth > size && size / depth * pixels_per_slope < 1) names.push_back(scene.instances[i].name);
+    }
+    return names;
+}
+
 }  // namespace
 
 Camera scene_camera(const Scene& scene, const SceneEntities& entities) {
@@ -163,7 +182,14 @@ std::vector<std::string> camera_troubles(const Scene& scene, const SceneEntities
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const EntityOcclusion& occlusion = *entities.of_instance(i).occlusion;
         if (occlusion.in_original()(scene.instances[i].placement.point_to_object(scene.camera.position)))
-            troubles.push_back(fmt::format("the camera is inside {}", scene.instances[i].name));
+            troubles.push_back(fmt::format(
+                "the camera is inside {}; if that is a room, add faces = \"inwards\" to [entities.{}]",
+                scene.instances[i].name, scene.entities[scene.instances[i].entity].name));
+    }
+    if (const std::vector<std::string> tiny = tiny_instances(scene, entities); !tiny.empty()) {
+        constexpr std::size_t most_listed = 5;
+        troubles.push_back(fmt::format("smaller than a pixel in the picture: {}; is a scale applied twice?",
+                                       quoted_list(tiny, most_listed)));
     }
     if (!shows_anything(scene, entities)) troubles.emplace_back("no object is in the picture");
     return troubles;

@@ -11,15 +11,15 @@
 #include "fields/field/field_library.h"
 #include "fields/file/claim.h"
 #include "fields/file/write_file.h"
-#include "fields/mesh/mesh_reader.h"
+#include "fields/mesh/facing.h"
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/mesh_topology.h"
-#include "fields/mesh/model_file.h"
 #include "fields/mesh/shared_vertices.h"
 #include "fields/mesh/thin_sheets.h"
 #include "scenes/entity_field.h"
 #include "scenes/entity_surfaces.h"
 #include "scenes/given_files.h"
+#include "scenes/model_warnings.h"
 #include "scenes/scene_camera.h"
 
 namespace haarfield {
@@ -52,11 +52,11 @@ bool is_flat(const Mesh& mesh) {
     });
 }
 
-/// What a person should know of the mesh. That a flat sheet is open, and has two sides, is no surprise.
-std::string notable_findings(const PreparedMesh& mesh) {
+/// Findings for a warning. That a flat sheet is open, and has two sides, is no surprise.
+MeshFindings notable_findings(const PreparedMesh& mesh) {
     MeshFindings findings = mesh.findings;
     if (is_flat(mesh.original)) findings.boundary_edges = findings.backs = findings.parted_vertices = 0;
-    return findings.summary();
+    return findings;
 }
 
 /// Files of which parts or several shapes are wanted, so that each is read once. Others are not kept.
@@ -103,13 +103,14 @@ Result<std::optional<std::size_t>> part_of(const ModelFile& model, const Entity&
 ///
 /// originals  SceneEntityOptions::original_vertices.
 Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shape& shape, bool originals,
-                       ModelShelf& models, TextureShelf& shelf, std::vector<std::string>& warnings,
+                       ModelShelf& models, TextureShelf& shelf, ModelWarnings& warnings,
                        const Progress& progress, SceneEntity& entity) {
     const Result<const ModelFile*> model = models.file(description.mesh);
     if (!model) return model.error();
     const Result<std::optional<std::size_t>> part = part_of(**model, description);
     if (!part) return part.error();
-    Result<ImportedMesh> imported = read_mesh(**model, *part, {.appearance = true, .originals = originals});
+    Result<ImportedMesh> imported =
+        read_mesh_facing(**model, *part, {.appearance = true, .originals = originals}, description.faces);
     if (!imported) return imported.error();
     if (originals) {
         Result<ListedMesh> listed = (*model)->listed(*part);
@@ -118,6 +119,8 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
     }
     Result<std::vector<Surface>> surfaces = entity_surfaces(scene, description, *imported, shelf, warnings);
     if (!surfaces) return surfaces.error();
+    if (uses_file_materials(description, *imported))
+        warnings.add_unused(description.mesh, (*model)->unused());
     WantedAppearance wanted;
     wanted.originals = originals;
     MeshPreparation preparation{originals ? 0 : description.fine_vertices, description.coarse_triangles};
@@ -132,11 +135,11 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
         imported->mesh = shaped_mesh(std::move(imported->mesh), shape);
         leave_out_bad_triangles(imported->mesh, imported->findings);  // rounded flat
     }
-    Result<PreparedMesh> prepared = prepare_mesh(std::move(*imported), preparation, progress);
+    Result<PreparedMesh> prepared =
+        prepare_mesh_facing(std::move(*imported), preparation, description.faces, progress);
     if (!prepared) return Error{description.mesh.string(), prepared.error().message()};
     entity.mesh = std::move(*prepared);
-    if (const std::string findings = notable_findings(entity.mesh); !findings.empty())
-        warnings.push_back(fmt::format("{}: {}", description.mesh.string(), findings));
+    warnings.add_findings(description.mesh, description.part, notable_findings(entity.mesh));
     entity.surfaces = std::move(*surfaces);
     entity.materials = materials_of(entity.surfaces);
     return Done{};
@@ -191,6 +194,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         remove_abandoned_claims(options.fields_folder);
     }
     std::vector<Variant> known;  // by result.entities
+    ModelWarnings warnings;
     TextureShelf shelf;
     ModelShelf models(scene);
     for (const Instance& instance : scene.instances) {
@@ -208,15 +212,11 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         if (instance.shape != Shape()) entity->name += "~" + shape_name(instance.shape);
         if (progress.report) progress.report("mesh of " + entity->name, 0, 1);
         const Clock::time_point mesh_start = Clock::now();
-        std::vector<std::string> warnings;
         if (const Result<Done> taken =
                 take_mesh(scene, description, instance.shape, options.original_vertices, models, shelf,
                           warnings, progress, *entity);
             !taken)
             return taken.error();
-        for (std::string& warning : warnings)  // those of another shape's mesh are the same
-            if (std::ranges::find(result.warnings, warning) == result.warnings.end())
-                result.warnings.push_back(std::move(warning));
         entity->occlusion.emplace(entity->mesh);
         entity->tints = vertex_tints(entity->mesh.fine, entity->surfaces);
         entity->mesh_seconds = seconds_since(mesh_start);
@@ -230,6 +230,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         }
         result.entities.push_back(std::move(entity));
     }
+    result.warnings = warnings.lines();
     return result;
 }
 

@@ -8,8 +8,11 @@
 
 #include "fields/base/names.h"
 #include "fields/mesh/mesh_reader.h"
+#include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/model_file.h"
+#include "scenes/scene_environment.h"
 #include "scenes/shape.h"
+#include "shading/scene/shaded_scene.h"
 
 namespace haarfield {
 namespace {
@@ -34,7 +37,8 @@ std::string file_name(const std::string& name, const std::string& otherwise) {
 struct Placed {
     std::size_t entity;
     std::string name;
-    AffineMap place;  ///< In the file's world.
+    AffineMap place;   ///< In the file's world.
+    std::size_t file;  ///< Number of its file.
 };
 
 /// What is known of an entity's mesh.
@@ -52,6 +56,36 @@ Extent extent_of(const Mesh& mesh) {
     return extent;
 }
 
+/// Closed pieces of a mesh of which some face inwards: rooms, or solids that are inside out.
+struct PossibleRooms {
+    std::vector<Vec3f> positions;     ///< Of the mesh.
+    std::vector<ClosedPiece> pieces;  ///< None if no piece faces inwards.
+    std::vector<Vec3f> contents;      ///< A point in each open piece.
+};
+
+PossibleRooms possible_rooms(Mesh mesh) {
+    MeshFindings ignored;
+    leave_out_bad_triangles(mesh, ignored);
+    PossibleRooms possible{mesh.positions, closed_pieces(mesh), {}};
+    if (std::ranges::none_of(possible.pieces, &ClosedPiece::faces_inwards)) return {};
+    const std::vector<std::uint8_t> open = triangles_of_open_pieces(mesh);
+    const std::vector<std::uint32_t> piece_of = triangle_pieces(mesh, merged_positions(mesh.positions));
+    std::map<std::uint32_t, Bounds> open_pieces;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (open[t])
+            for (const std::uint32_t corner : mesh.triangles[t])
+                open_pieces[piece_of[t]].add(mesh.positions[corner]);
+    for (const auto& [piece, bounds] : open_pieces) possible.contents.push_back(bounds.centre());
+    return possible;
+}
+
+/// The point that a map moves to `moved`; the map must have an inverse.
+Vec3d point_before(const AffineMap& map, const Vec3d& moved) {
+    const auto& [x, y, z] = map.axes;
+    const Vec3d d = moved - map.origin;
+    return Vec3d(d.dot(y.cross(z)), d.dot(z.cross(x)), d.dot(x.cross(y))) / x.dot(y.cross(z));
+}
+
 std::array<Vec3d, 8> corners_of(const Bounds& bounds) {
     std::array<Vec3d, 8> corners;
     for (std::size_t k = 0; k < 8; ++k)
@@ -59,6 +93,18 @@ std::array<Vec3d, 8> corners_of(const Bounds& bounds) {
                       double(k & 2 ? bounds.upper.y : bounds.lower.y),
                       double(k & 4 ? bounds.upper.z : bounds.lower.z)};
     return corners;
+}
+
+double longest_side(const Bounds& bounds) {
+    const Vec3f size = bounds.upper - bounds.lower;
+    return double(std::max({size.x, size.y, size.z}));
+}
+
+/// Tests whether two boxes have a volume in common.
+bool overlap(const Bounds& a, const Bounds& b) {
+    for (int axis = 0; axis < 3; ++axis)
+        if (std::min(a.upper[axis], b.upper[axis]) <= std::max(a.lower[axis], b.lower[axis])) return false;
+    return true;
 }
 
 /// By how much a map magnifies areas, about.
@@ -75,13 +121,15 @@ public:
         const Result<ModelFile> opened = ModelFile::open(path);
         if (!opened) return opened.error();
         const ModelFile& model = *opened;
+        const std::size_t file = files_.size();
+        files_.push_back({path.string(), Vec3d(0, 0, 0)});
         const std::string stem = file_name(path.stem().string(), "model");
         const ModelParts& parts = model.parts();
         const bool stands_still =
             parts.nodes.size() == parts.names.size() &&
             std::ranges::all_of(parts.nodes, [](const ModelNode& node) { return node.place == AffineMap(); });
-        if (!camera_ && parts.camera) camera_ = parts.camera;
-        lights_.insert(lights_.end(), parts.lights.begin(), parts.lights.end());
+        if (!camera_ && parts.camera) camera_ = {*parts.camera, file};
+        for (const ModelLight& light : parts.lights) lights_.push_back({light, file});
         if (parts.unread_lights > 0)
             warnings.push_back(fmt::format("{}: {} light_sources are no plain data; left out", path.string(),
                                            parts.unread_lights));
@@ -91,9 +139,9 @@ public:
                 add_entity(model, is_part ? std::optional<std::size_t>(0) : std::nullopt, stem, path);
             if (!entity) return entity.error();
             if (!*entity) return Done{};
-            if (!is_part) placed_.push_back({**entity, stem, AffineMap()});
+            if (!is_part) placed_.push_back({**entity, stem, AffineMap(), file});
             for (const ModelNode& node : parts.nodes)
-                if (is_part) placed_.push_back({**entity, file_name(node.name, stem), node.place});
+                if (is_part) placed_.push_back({**entity, file_name(node.name, stem), node.place, file});
             return Done{};
         }
         std::vector<std::optional<std::size_t>> entity_of_part;
@@ -107,28 +155,30 @@ public:
         }
         for (const ModelNode& node : parts.nodes)
             if (const auto entity = entity_of_part[node.part])
-                placed_.push_back({*entity, file_name(node.name, scene.entities[*entity].name), node.place});
+                placed_.push_back(
+                    {*entity, file_name(node.name, scene.entities[*entity].name), node.place, file});
         return Done{};
     }
 
     Result<Done> place() {
         if (placed_.empty()) return Error{"", "nothing with a surface; wanted a model"};
+        set_shifts();
         Bounds all;
-        const AffineMap upright = turned_and_scaled(wanted_.z_up, 1);
-        for (const Placed& instance : placed_)
-            for (const Vec3d& corner : corners_of(extents_[instance.entity].bounds))
-                all.add(Vec3f((upright * instance.place).point(corner)));
-        const Vec3f size = all.upper - all.lower;
-        const double longest = double(std::max({size.x, size.y, size.z}));
-        const double scale = wanted_.size && longest > 0 ? *wanted_.size / longest : wanted_.unit;
-        const AffineMap world = turned_and_scaled(wanted_.z_up, scale);
+        for (const Bounds& box : upright_bounds())
+            if (box.lower.x <= box.upper.x) all.add(box.lower), all.add(box.upper);
+        const double longest = longest_side(all);
+        scale_ = wanted_.size && longest > 0 ? *wanted_.size / longest : wanted_.unit;
+        if (!wanted_.size && longest * scale_ < smallest_usual_size)
+            warnings.push_back(fmt::format(
+                "the models are {:.2g} m large; is their scale applied twice? See --unit and --scale-to",
+                longest * scale_));
         double area = 0;
         std::set<std::string> taken;
         for (const Entity& entity : scene.entities) taken.insert(entity.name);
         std::map<std::string, std::size_t> count;
         for (const Placed& placed : placed_) ++count[placed.name];
         for (const Placed& placed : placed_) {
-            const AffineMap place = world * placed.place;
+            const AffineMap place = world_of(placed.file) * placed.place;
             const Result<LinearParts> parts = linear_parts(place.rows());
             if (!parts) return Error{placed.name, "its place " + parts.error().what};
             Instance instance;
@@ -146,20 +196,100 @@ public:
             scene.instances.push_back(std::move(instance));
         }
         share_vertices(area);
+        find_rooms();
         for (int axis = 0; axis < 3; ++axis) {
-            bounds.lower[axis] = static_cast<float>(double(all.lower[axis]) * scale);
-            bounds.upper[axis] = static_cast<float>(double(all.upper[axis]) * scale);
+            bounds.lower[axis] = static_cast<float>(double(all.lower[axis]) * scale_);
+            bounds.upper[axis] = static_cast<float>(double(all.upper[axis]) * scale_);
         }
-        set_camera(world);
-        for (const ModelLight& light : lights_) scene.lamps.push_back(placed_lamp(light, world, scale));
+        set_camera();
+        for (const PlacedLight& light : lights_)
+            scene.lamps.push_back(placed_lamp(light.light, world_of(light.file), scale_));
+        enter_room();
+        expose_lights();
         return Done{};
     }
 
     Scene scene;
     Bounds bounds;  ///< Of all that is placed.
     std::vector<std::string> warnings;
+    bool has_sky = true;      ///< No light is of a POV-Ray scene.
+    bool is_in_room = false;  ///< One room encloses everything.
 
 private:
+    /// A file, and how far its models are moved after they are turned upright, in its units.
+    struct File {
+        std::string path;
+        Vec3d shift;
+    };
+    struct PlacedLight {
+        ModelLight light;
+        std::size_t file;
+    };
+    struct PlacedCamera {
+        ModelCamera camera;
+        std::size_t file;
+    };
+    static constexpr double smallest_usual_size = 0.01;  // [m]
+
+    /// From a file's world to the scene.
+    AffineMap world_of(std::size_t file) const {
+        AffineMap world = turned_and_scaled(wanted_.z_up, scale_);
+        world.origin = files_[file].shift * scale_;
+        return world;
+    }
+
+    /// By file, in its units, turned upright and shifted. A file without a surface has an empty box.
+    std::vector<Bounds> upright_bounds() const {
+        const AffineMap upright = turned_and_scaled(wanted_.z_up, 1);
+        std::vector<Bounds> boxes(files_.size());
+        for (const Placed& instance : placed_)
+            for (const Vec3d& corner : corners_of(extents_[instance.entity].bounds))
+                boxes[instance.file].add(
+                    Vec3f((upright * instance.place).point(corner) + files_[instance.file].shift));
+        return boxes;
+    }
+
+    /// Moves the models of files that overlap side by side.
+    void set_shifts() {
+        const std::vector<Bounds> boxes = upright_bounds();
+        std::vector<std::size_t> full;
+        for (std::size_t i = 0; i < boxes.size(); ++i)
+            if (boxes[i].lower.x <= boxes[i].upper.x) full.push_back(i);
+        if (full.size() < 2) return;
+        warn_of_units(boxes, full);
+        std::optional<std::pair<std::size_t, std::size_t>> overlapping;
+        for (const std::size_t i : full)
+            for (const std::size_t j : full)
+                if (i < j && !overlapping && overlap(boxes[i], boxes[j])) overlapping = {i, j};
+        if (wanted_.keep_places || !overlapping) return;
+        double widest = 0;
+        for (const std::size_t i : full)
+            widest = std::max(widest, double(boxes[i].upper.x - boxes[i].lower.x));
+        const Bounds& first = boxes[full.front()];
+        double left = double(first.lower.x);
+        for (const std::size_t i : full) {
+            const Bounds& box = boxes[i];
+            files_[i].shift = Vec3d(left - double(box.lower.x), double(first.lower.y - box.lower.y),
+                                    double(first.centre().z - box.centre().z));
+            left += double(box.upper.x - box.lower.x) + 0.1 * widest;
+        }
+        warnings.push_back(fmt::format(
+            "{} overlaps {}: the models are placed side by side; --keep-places leaves them where their files "
+            "place them",
+            files_[overlapping->second].path, files_[overlapping->first].path));
+    }
+
+    void warn_of_units(const std::vector<Bounds>& boxes, const std::vector<std::size_t>& full) {
+        constexpr double unusual_ratio = 100;
+        const auto size = [&](std::size_t i) { return longest_side(boxes[i]); };
+        const std::size_t small = *std::ranges::min_element(full, {}, size),
+                          large = *std::ranges::max_element(full, {}, size);
+        if (size(large) > unusual_ratio * size(small))
+            warnings.push_back(fmt::format("{} is {:.0f} times as large as {}; are both in the same unit?",
+                                           files_[large].path, size(large) / size(small),
+                                           files_[small].path));
+    }
+
     /// Nothing if it has no surface, with a warning.
     Result<std::optional<std::size_t>> add_entity(const ModelFile& model, std::optional<std::size_t> part,
                                                   const std::string& name,
@@ -176,9 +306,118 @@ private:
         if (part) entity.part = model.parts().names[*part];
         scene.entities.push_back(std::move(entity));
         extents_.push_back(extent_of(imported->mesh));
+        const Result<FaceGatherer> as_it_is = model.faces(part);
+        if (!as_it_is) return as_it_is.error();
+        possible_rooms_.push_back(possible_rooms(as_it_is->mesh));
+        emits_light_ |= std::ranges::any_of(
+            imported->materials, [](const MeshMaterial& material) { return material.emission != Rgb(0.0f); });
         areas_.push_back(0);
         instances_.push_back(0);
         return std::optional(scene.entities.size() - 1);
+    }
+
+    /// Sets Entity::faces.
+    void find_rooms() {
+        std::vector<Vec3d> contents;
+        for (const Placed& placed : placed_)
+            contents.push_back(placed.place.point(Vec3d(extents_[placed.entity].bounds.centre())));
+        for (const PlacedLight& light : lights_)
+            if (light.light.kind != ModelLight::Kind::parallel)
+                contents.push_back(world_of(light.file).point(Vec3d(light.light.position)));
+        if (camera_) contents.push_back(world_of(camera_->file).point(Vec3d(camera_->camera.position)));
+        for (std::size_t i = 0; i < placed_.size(); ++i) {
+            const PossibleRooms& possible = possible_rooms_[placed_[i].entity];
+            if (possible.pieces.empty()) continue;
+            const AffineMap place = world_of(placed_[i].file) * placed_[i].place;
+            std::vector<Vec3f> inside = possible.contents;
+            for (std::size_t other = 0; other < contents.size(); ++other)
+                if (other != i) inside.emplace_back(point_before(place, contents[other]));
+            const std::vector<std::size_t> found = rooms(possible.positions, possible.pieces, inside);
+            if (found.empty()) continue;
+            scene.entities[placed_[i].entity].faces = ClosedFaces::inwards;
+            if (!largest_room_ || room_size(possible.pieces[found[0]], place) > largest_room_->size)
+                largest_room_ = Room{i, found[0], place, room_size(possible.pieces[found[0]], place)};
+        }
+    }
+
+    static double room_size(const ClosedPiece& piece, const AffineMap& place) {
+        const Vec3f size = piece.bounds.upper - piece.bounds.lower;
+        return place.direction(Vec3d(size)).length();
+    }
+
+    /// If one room encloses everything: puts the camera into it, and a lamp where nothing emits light.
+    void enter_room() {
+        if (!largest_room_) return;
+        const PossibleRooms& possible = possible_rooms_[placed_[largest_room_->placed].entity];
+        const ClosedPiece& piece = possible.pieces[largest_room_->piece];
+        Bounds room;
+        for (const Vec3d& corner : corners_of(piece.bounds))
+            room.add(Vec3f(largest_room_->place.point(corner)));
+        constexpr float wall = 0.1f;  // of the room's size
+        for (int axis = 0; axis < 3; ++axis) {
+            const float most = wall * (room.upper[axis] - room.lower[axis]);
+            if (room.lower[axis] - bounds.lower[axis] > most || bounds.upper[axis] - room.upper[axis] > most)
+                return;
+        }
+        is_in_room = true;
+        const Vec3d size(room.upper - room.lower), middle(room.centre());
+        if (scene.finds_camera) {
+            scene.finds_camera = false;
+            const Vec3d ahead = Vec3d(-0.57, -0.12, -0.81);
+            const double back = 0.85 * distance_to_wall(middle, -ahead),
+                         front = distance_to_wall(middle, ahead);
+            scene.camera.position = Vec3f(middle - ahead * back);
+            scene.camera.target = Vec3f(middle + ahead * (0.5 * front));
+            scene.camera.vertical_fov = static_cast<float>(60 * pi / 180);
+        }
+        if (!scene.lamps.empty() || emits_light_) return;
+        SceneLamp lamp;
+        lamp.name = "ceiling_lamp";
+        lamp.position = Vec3f(middle + Vec3d(0, 0.4 * size.y, 0));
+        lamp.colour = Rgb(0.35f);  // indirect light adds as much again, or more
+        lamp.fade_distance = static_cast<float>(0.9 * size.y);
+        lamp.area = LampArea{Vec3f(static_cast<float>(0.1 * size.x), 0, 0),
+                             Vec3f(0, 0, static_cast<float>(0.1 * size.z))};
+        scene.lamps.push_back(lamp);
+        warnings.push_back(
+            fmt::format("nothing emits light in the closed room {}: a lamp is added below its ceiling",
+                        scene.entities[placed_[largest_room_->placed].entity].name));
+    }
+
+    /// Scales the lights of files, whose units say nothing about a picture's, if they are too bright for one, or
+    /// if nothing else lights the models.
+    void expose_lights() {
+        if (!has_sky || lights_.empty()) return;
+        constexpr double white = 0.8;  // albedo of a sphere amid the models
+        double radiance = 0;
+        for (const SceneLamp& lamp : scene.lamps)
+            radiance +=
+                white * double(luminance(lamp.colour)) * lamp_light(lamp, Vec3d(bounds.centre())).share;
+        if (!(radiance > 1 || (is_in_room && radiance > 0))) return;
+        for (SceneLamp& lamp : scene.lamps) lamp.colour /= static_cast<float>(radiance);
+        warnings.push_back(
+            fmt::format("the lights of the files are scaled by {:.2g}, so that they light a white sphere "
+                        "amid the models to 1",
+                        1 / radiance));
+    }
+
+    /// From a point in the largest room.
+    double distance_to_wall(const Vec3d& from, const Vec3d& direction) const {
+        const PossibleRooms& possible = possible_rooms_[placed_[largest_room_->placed].entity];
+        double nearest = INFINITY;
+        for (const auto& [i, j, k] : possible.pieces[largest_room_->piece].triangles) {
+            const auto corner = [&](std::uint32_t vertex) {
+                return largest_room_->place.point(Vec3d(possible.positions[vertex])) - from;
+            };
+            const Vec3d a = corner(i), b = corner(j), c = corner(k);
+            // the ray passes on one side of all edges
+            const double u = direction.dot(a.cross(b)), v = direction.dot(b.cross(c)),
+                         w = direction.dot(c.cross(a)), normal = direction.dot((b - a).cross(c - a));
+            if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) continue;
+            const double distance = normal != 0 ? a.dot((b - a).cross(c - a)) / normal : -1;
+            if (distance > 0) nearest = std::min(nearest, distance);
+        }
+        return std::isfinite(nearest) ? nearest : 0;
     }
 
     void share_vertices(double area) {
@@ -197,17 +436,19 @@ private:
         }
     }
 
-    void set_camera(const AffineMap& world) {
+    void set_camera() {
         scene.finds_camera = !camera_;
         if (!camera_) return;
-        const Vec3d position = world.point(Vec3d(camera_->position)),
-                    ahead = world.direction(Vec3d(camera_->direction));
+        const ModelCamera& camera = camera_->camera;
+        const AffineMap world = world_of(camera_->file);
+        const Vec3d position = world.point(Vec3d(camera.position)),
+                    ahead = world.direction(Vec3d(camera.direction));
         // As far as the middle of all.
         const double distance = std::max(1e-3 * double(bounds.radius()),
                                          (Vec3d(bounds.centre()) - position).dot(ahead.normalized()));
         scene.camera.position = Vec3f(position);
         scene.camera.target = Vec3f(position + ahead.normalized() * distance);
-        if (camera_->vertical_fov) scene.camera.vertical_fov = *camera_->vertical_fov;
+        if (camera.vertical_fov) scene.camera.vertical_fov = *camera.vertical_fov;
     }
 
     /// In the scene: lengths are `scale` times as long.
@@ -231,7 +472,10 @@ private:
             lamp.fade_distance = light.fade_distance * static_cast<float>(scale);
             lamp.fade_power = light.fade_power;
         }
-        if (light.is_physical) make_physical(light, scale, lamp);
+        if (light.is_physical)
+            make_physical(light, scale, lamp);
+        else
+            has_sky = false;
         if (light.area) {
             const ModelLight::Area& area = *light.area;
             lamp.area = {Vec3f(world.direction(Vec3d(area.across))),
@@ -263,25 +507,108 @@ private:
 
     const SceneImport& wanted_;
     const Progress& progress_;
-    std::vector<ModelLight> lights_;  ///< Of all files.
+    double scale_ = 1;  ///< From a file's unit to metres.
+    std::vector<File> files_;
+    std::vector<PlacedLight> lights_;  ///< Of all files.
+    bool emits_light_ = false;         ///< A material of a file does.
+    /// A piece of an instance.
+    struct Room {
+        std::size_t placed, piece;
+        AffineMap place;
+        double size;  ///< [m]
+    };
+    std::optional<Room> largest_room_;
     std::set<std::string> lamp_names_;
     std::vector<Placed> placed_;
     std::set<std::string> names_;
-    std::vector<Extent> extents_;  ///< By entity, and
-    std::vector<double> areas_;    ///< of all of its instances, in the world. [m^2]
+    std::vector<PossibleRooms> possible_rooms_;  ///< By entity.
+    std::vector<Extent> extents_;                ///< By entity, and
+    std::vector<double> areas_;                  ///< of all of its instances, in the world. [m^2]
     std::vector<std::size_t> instances_;
-    std::optional<ModelCamera> camera_;
+    std::optional<PlacedCamera> camera_;
 };
 
-/// A square below what stands on it.
+/// The floor: a square below the models, and the ground around it as far as the horizon, in rings that double
+/// in size. Few triangles: bakes subdivide the square.
 std::string floor_text(const Bounds& bounds) {
+    constexpr int rings = 8, cells = 12;  // cells along a side
     const Vec3f size = bounds.upper - bounds.lower, middle = bounds.centre();
-    const float half = 2 * std::max({size.x, size.z, 0.5f * size.y});
-    std::string text;
+    const float half = 2 * std::max({size.x, size.z, size.y});
+    const auto vertex = [&](float x, float z) {
+        return fmt::format("v {} {} {}\n", middle.x + x, bounds.lower.y, middle.z + z);
+    };
+    std::string text = "o floor\n";
     for (const auto& [x, z] : {std::pair(-1, -1), std::pair(-1, 1), std::pair(1, 1), std::pair(1, -1)})
-        text += fmt::format("v {} {} {}\n", middle.x + float(x) * half, bounds.lower.y,
-                            middle.z + float(z) * half);
-    return text + "f 1 2 3\nf 1 3 4\n";
+        text += vertex(float(x) * half, float(z) * half);
+    text += "f 1 2 3\nf 1 3 4\no ground\n";
+    constexpr int around = 4 * cells;
+    for (int ring = 0; ring < rings; ++ring)
+        for (int i = 0; i < around; ++i) {
+            const float reach = half * static_cast<float>(1 << ring),
+                        along = reach * (2 * static_cast<float>(i % cells) / cells - 1);
+            const std::array<std::pair<float, float>, 4> sides{
+                {{-reach, along}, {along, reach}, {reach, -along}, {-along, -reach}}};
+            const auto& [x, z] = sides[static_cast<std::size_t>(i / cells)];
+            text += vertex(x, z);
+        }
+    for (int ring = 0; ring + 1 < rings; ++ring)
+        for (int i = 0; i < around; ++i) {
+            const int inner = 5 + ring * around + i, next = 5 + ring * around + (i + 1) % around;
+            text += fmt::format("f {} {} {} {}\n", inner, inner + around, next + around, next);
+        }
+    return text;
+}
+
+/// The albedo of a floor that looks like the environment just below the horizon, by channel.
+Rgb floor_albedo(const Environment& light) {
+    constexpr double lowest = -0.35;  // sine of the elevation down to which the environment is compared
+    constexpr float darkest = 0.05f, brightest = 0.8f;
+    const LatLongImage& image = light.image;
+    Vec3d irradiance(0, 0, 0), below(0, 0, 0);
+    double solid_angle = 0;
+    for (int row = 0; row < image.height; ++row) {
+        const double up = lat_long_direction(0.5, (row + 0.5) / image.height).y,
+                     pixel = lat_long_pixel_solid_angle(row, image.width, image.height);
+        for (int column = 0; column < image.width; ++column) {
+            const Vec3d radiance(
+                image.pixels[std::size_t(row) * std::size_t(image.width) + std::size_t(column)]);
+            if (up > 0) irradiance += radiance * (up * pixel);
+            if (up < 0 && up > lowest) {
+                below += radiance * pixel;
+                solid_angle += pixel;
+            }
+        }
+    }
+    for (const SunDisc& sun : light.suns)
+        irradiance += Vec3d(sun.irradiance) * std::max(0.0, Vec3d(sun.direction).y);
+    Rgb albedo(0.5f);
+    for (int c = 0; c < 3; ++c)
+        if (irradiance[c] > 0 && solid_angle > 0)
+            albedo[c] = std::clamp(static_cast<float>(below[c] / solid_angle * pi / irradiance[c]), darkest,
+                                   brightest);
+    return albedo;
+}
+
+/// Adds the entities of the floor, whose file is in the scene's folder.
+void add_floor(const std::filesystem::path& folder, const Rgb& albedo, Scene& scene) {
+    std::set<std::string> taken;
+    for (const Entity& entity : scene.entities) taken.insert(entity.name);
+    SceneMaterial matt;
+    matt.diffuse = albedo;
+    scene.materials["floor"] = matt;
+    for (const char* part : {"floor", "ground"}) {
+        Entity entity;
+        entity.name = unique_name(part, taken);
+        entity.mesh = folder / "floor.obj";
+        entity.part = part;
+        entity.material = "floor";
+        entity.coarse_triangles = RenderSettings().exact_triangles;
+        if (std::string_view(part) == "ground") entity.fine_vertices = 1;  // as it is
+        Instance instance;
+        instance.entity = scene.entities.size();
+        scene.entities.push_back(entity);
+        scene.instances.push_back(instance);
+    }
 }
 
 }  // namespace
@@ -293,30 +620,32 @@ Result<ImportedScene> scene_of_models(std::span<const std::filesystem::path> fil
     for (const std::filesystem::path& file : files)
         if (const Result<Done> added = importer.add(file); !added) return added.error();
     if (const Result<Done> placed = importer.place(); !placed) return placed.error();
-    ImportedScene imported{std::move(importer.scene), {}, std::move(importer.warnings)};
+    ImportedScene imported{std::move(importer.scene), {}, importer.warnings};
     Scene& scene = imported.scene;
-    if (scene.lamps.empty()) {
-        scene.environment.sky = AnalyticSky();
-        scene.environment.sky->turbidity = 3;
-        scene.environment.sky->sun_elevation = static_cast<float>(40 * pi / 180);
-        scene.environment.exposure.reset();
+    EnvironmentDescription& environment = scene.environment;
+    constexpr float floor_grey = 0.3f;
+    if (!wanted.environment.empty()) {
+        environment.image = wanted.environment;
+        environment.exposure.reset();
+    } else if (importer.has_sky && !wanted.no_environment) {
+        environment.sky = AnalyticSky();
+        environment.sky->turbidity = 3;
+        environment.sky->sun_elevation = static_cast<float>(40 * pi / 180);
+        if (wanted.floor) environment.sky->ground = Rgb(floor_grey);
+        environment.exposure.reset();
     }
-    if (wanted.floor) {
+    if (wanted.floor && importer.is_in_room) {
+        imported.warnings.emplace_back(
+            "the models stand in a closed room, which has a floor; --floor adds none");
+    } else if (wanted.floor) {
         imported.floor_obj = floor_text(importer.bounds);
-        SceneMaterial grey;
-        grey.diffuse = Rgb(0.5f);
-        scene.materials["floor"] = grey;
-        Entity floor;
-        std::set<std::string> taken;
-        for (const Entity& entity : scene.entities) taken.insert(entity.name);
-        floor.name = unique_name("floor", taken);
-        floor.mesh = folder / "floor.obj";
-        floor.material = "floor";
-        floor.coarse_triangles = 0;
-        scene.entities.push_back(floor);
-        Instance instance;
-        instance.entity = scene.entities.size() - 1;
-        scene.instances.push_back(instance);
+        Rgb albedo(floor_grey);
+        if (!environment.image.empty()) {
+            const Result<Environment> light = described_environment(scene, imported.warnings);
+            if (!light) return light.error();
+            albedo = floor_albedo(*light);
+        }
+        add_floor(folder, albedo, scene);
     }
     return imported;
 }

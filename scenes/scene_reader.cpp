@@ -124,10 +124,10 @@ SceneMaterial taken_material(TomlTable table, const std::filesystem::path& folde
                                          table.name(), key));
         material.convention = LobeConvention::povray;
         table.require("pigment");
-        table.require("finish");
         take_pigment(table, folder, material);
-        if (const toml::table* finish = table.take_table("finish"))
-            take_finish(TomlTable(*finish, table.name() + ".finish", table.file()), material);
+        const toml::table plain;
+        const toml::table* const finish = table.take_table("finish");
+        take_finish(TomlTable(finish ? *finish : plain, table.name() + ".finish", table.file()), material);
         table.finish();
         return material;
     }
@@ -173,6 +173,13 @@ Entity taken_entity(TomlTable table, const std::string& name, const std::filesys
         for (const auto& [part, value] : *by_name)
             take_material(parts, part.str(), entity.materials[std::string(part.str())]);
     }
+    std::string faces = "outwards";
+    table.take("faces", faces);
+    if (faces == "inwards")
+        entity.faces = ClosedFaces::inwards;
+    else if (faces != "outwards")
+        table.refuse("faces", fmt::format("{}.faces is \"{}\"; expected \"outwards\" or \"inwards\"",
+                                          table.name(), faces));
     table.take("fine_vertices", entity.fine_vertices, {1, 20e6});
     table.take("coarse_triangles", entity.coarse_triangles, {0, 20e6});
     table.take("planar_samples", entity.planar_samples, {1, 10e6});

@@ -161,6 +161,7 @@ std::string entity_text(const Entity& entity, const std::filesystem::path& folde
                 fmt::format("{}{} = {}", list.empty() ? "" : ", ", toml_string(part), toml_string(material));
         text += fmt::format("materials = {{ {} }}\n", list);
     }
+    if (entity.faces == ClosedFaces::inwards) text += "faces = \"inwards\"\n";
     const auto number = [&](const char* key, std::uint32_t Entity::*value) {
         if (entity.*value != plain.*value) text += fmt::format("{} = {}\n", key, entity.*value);
     };

@@ -279,6 +279,10 @@ void TomlTable::take(std::string_view key, std::filesystem::path& value,
     }
     value = folder / text;
     std::error_code failure;
+    // `a/../b` is `b`, unless a symbolic link says otherwise.
+    if (const std::filesystem::path plain = value.lexically_normal();
+        std::filesystem::equivalent(value, plain, failure) && !failure)
+        value = plain;
     if (!std::filesystem::is_regular_file(value, failure))
         refuse(key, fmt::format("{} is {}; there is no such file", key_name(key), value.string()));
 }

@@ -615,7 +615,8 @@ TEST_F(Commands, ACameraIsFoundWhereTheSceneHasNoneOrWhereItIsAskedFor) {
     EXPECT_EQ(outside.find("camera"), std::string::npos) << outside;
     bake("--view=0.2,0.5,0.1");
     const nlohmann::json inside = report("report.json");
-    EXPECT_EQ(inside["warnings"].back(), "the camera is inside box");
+    EXPECT_EQ(inside["warnings"].back(),
+              "the camera is inside box; if that is a room, add faces = \"inwards\" to [entities.box]");
 }
 
 TEST_F(Commands, QuietSaysOnlyWhatJsonAsksFor) {

@@ -230,7 +230,7 @@ TEST_F(LampReader, LightsOfModelsBecomeLamps) {
         R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2]}],"extensionsUsed":["KHR_lights_punctual"],
 "extensions":{"KHR_lights_punctual":{"lights":[
 {"type":"spot","color":[1,0.5,0.25],"intensity":683,"spot":{"innerConeAngle":0.2,"outerConeAngle":0.5}},
-{"type":"directional","intensity":6830}]}},
+{"type":"directional","intensity":683}]}},
 "nodes":[{"name":"leaf","mesh":0},
 {"name":"beam","translation":[0,4,0],"rotation":[-0.7071067811865476,0,0,0.7071067811865476],"extensions":{"KHR_lights_punctual":{"light":0}}},
 {"name":"sun","extensions":{"KHR_lights_punctual":{"light":1}}}],
@@ -240,6 +240,8 @@ TEST_F(LampReader, LightsOfModelsBecomeLamps) {
 "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
     for (const double unit : {1.0, 3.0}) {
         const Scene scene = import("lit.gltf", gltf, {.unit = unit}).scene;
+        EXPECT_TRUE(scene.environment.sky) << "the lights of a model need not be all that lights it";
+        EXPECT_FALSE(scene.environment.exposure);
         ASSERT_EQ(scene.lamps.size(), 2u);
         const SceneLamp &beam = scene.lamps[0], &sun = scene.lamps[1];
         EXPECT_EQ(beam.name, "beam");
@@ -253,10 +255,19 @@ TEST_F(LampReader, LightsOfModelsBecomeLamps) {
         EXPECT_NEAR(pi * below.share * double(beam.colour.z), 0.0625, 1e-4);
         EXPECT_EQ(sun.kind, LampKind::parallel);
         const LampLight daylight = lamp_light(sun, Vec3d(0.5, 0.5, 0));
-        EXPECT_NEAR(pi * daylight.share * double(sun.colour.y), 10, 1e-4);
+        EXPECT_NEAR(pi * daylight.share * double(sun.colour.y), 1, 1e-5);
         EXPECT_NEAR(daylight.direction.z, 1, 1e-6);
         EXPECT_GT(daylight.distance, unit);
     }
+    EXPECT_TRUE(import("lit.gltf", gltf, {.no_environment = true}).scene.environment.is_black());
+
+    std::string bright = gltf;
+    bright.replace(bright.find("\"intensity\":683}"), 16, "\"intensity\":100000}");
+    const ImportedScene noon = import("noon.gltf", bright);
+    ASSERT_EQ(noon.scene.lamps.size(), 2u);
+    EXPECT_NEAR(double(noon.scene.lamps[1].colour.y), 1.25, 0.01) << "a white sphere (0.8) shines with 1";
+    ASSERT_EQ(noon.warnings.size(), 1u);
+    EXPECT_NE(noon.warnings[0].find("are scaled by"), std::string::npos);
 }
 
 }  // namespace

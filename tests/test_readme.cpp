@@ -139,6 +139,8 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--occlusion-error", {"bake"}},
         {"--reach", {"bake", "relight"}},
         {"--refine", {"bake"}},
+        {"--floor", {"import"}},
+        {"--format", {"bake", "relight"}},
         {"--colours", {"bake"}},
         {"--vertex-budget", {"bake"}},
         {"--spin-light", {"relight"}},

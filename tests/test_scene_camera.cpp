@@ -138,11 +138,29 @@ TEST_F(SceneCamera, SaysWhichInstancesItIsInside) {
     add_box({-1, -1, -1}, {1, 1, 1});
     scene.camera.target = {0, 0, 0};
     scene.camera.position = {-0.9f, 0.2f, 0.1f};
-    EXPECT_EQ(troubles(), (std::vector<std::string>{"the camera is inside box_1"}));
+    EXPECT_EQ(
+        troubles(),
+        (std::vector<std::string>{
+            "the camera is inside box_1; if that is a room, add faces = \"inwards\" to [entities.box_1]"}));
     scene.camera.position = {4.5f, 1.5f, 0};
-    EXPECT_EQ(troubles(), (std::vector<std::string>{"the camera is inside box_0"}));
+    EXPECT_EQ(
+        troubles(),
+        (std::vector<std::string>{
+            "the camera is inside box_0; if that is a room, add faces = \"inwards\" to [entities.box_0]"}));
     scene.camera.position = {0, 0, 6};
     EXPECT_EQ(troubles(), std::vector<std::string>{});
+}
+
+TEST_F(SceneCamera, SaysWhichInstancesAreSmallerThanAPixel) {
+    add_box({-1, -1, -1}, {1, 1, 1});
+    scene.camera.position = {0, 0, 6};
+    scene.camera.target = {0, 0, 0};
+    add_box({-1, -1, -1}, {1, 1, 1}, {{1.5f, 0, 0}, 0.01f});
+    EXPECT_EQ(troubles(), std::vector<std::string>{}) << "some pixels large";
+    add_box({-1, -1, -1}, {1, 1, 1}, {{1.5f, 0, 0}, 0.0001f});  // a hundredth, applied twice
+    add_box({-1, -1, -1}, {1, 1, 1}, {{0, 0, 20}, 0.0001f});    // behind the camera
+    EXPECT_EQ(troubles(), (std::vector<std::string>{
+                              "smaller than a pixel in the picture: \"box_2\"; is a scale applied twice?"}));
 }
 
 TEST_F(SceneCamera, SaysThatItSeesNothing) {

@@ -1,8 +1,10 @@
 #include "scenes/scene_import.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "fields/mesh/model_file.h"
+#include "scenes/image.h"
 #include "scenes/scene_entities.h"
 #include "scenes/scene_reader.h"
 #include "scenes/scene_writer.h"
@@ -138,18 +140,91 @@ TEST_F(SceneImportTest, TheFloorLiesBelow) {
     const Result<ImportedScene> result =
         imported(written("pair.obj", two_objects), {.z_up = false, .unit = 2, .floor = true});
     ASSERT_TRUE(result) << result.error().message();
-    ASSERT_EQ(result->scene.entities.size(), 2u);
+    ASSERT_EQ(result->scene.entities.size(), 3u);
     write_text(folder / "floor.obj", result->floor_obj);
     SceneEntityOptions options;
     options.fields = false;
     const Result<SceneEntities> entities = prepare_scene_entities(read_back(result->scene), options);
     ASSERT_TRUE(entities) << entities.error().message();
+    EXPECT_EQ(entities->warnings, std::vector<std::string>{});
     const Bounds floor = mesh_bounds(entities->entities[1]->mesh.original);
     EXPECT_EQ(floor.lower.y, 0);
     EXPECT_EQ(floor.upper.y, 0);
     EXPECT_LT(floor.lower.x, -1);
     EXPECT_GT(floor.upper.x, 13);
     EXPECT_GT(entities->entities[1]->mesh.original.normals[0].y, 0);
+    // The ground goes on where the floor ends, up to the horizon.
+    const Mesh& ground = entities->entities[2]->mesh.original;
+    const Bounds around = mesh_bounds(ground);
+    const float width = floor.upper.x - floor.lower.x;
+    EXPECT_GT(around.upper.x - around.lower.x, 100 * width);
+    EXPECT_EQ(around.lower.y, 0);
+    EXPECT_EQ(around.upper.y, 0);
+    for (const Vec3f& normal : ground.normals) EXPECT_GT(normal.y, 0.99f);
+    double area = 0;
+    for (const auto& [a, b, c] : ground.triangles) {
+        const Vec3d p(ground.positions[a]);
+        area += (Vec3d(ground.positions[b]) - p).cross(Vec3d(ground.positions[c]) - p).length() / 2;
+    }
+    const double outer = double(around.upper.x - around.lower.x);
+    EXPECT_NEAR(area, outer * outer - double(width) * double(width), 1e-4 * outer * outer)
+        << "no hole, no overlap";
+}
+
+TEST_F(SceneImportTest, TheFloorIsAsBrightAsTheEnvironmentBelowTheHorizon) {
+    // A floor of albedo a under an even radiance L reflects a L.
+    const Result<ImportedScene> sky = imported(written("pair.obj", two_objects), {.floor = true});
+    ASSERT_TRUE(sky) << sky.error().message();
+    EXPECT_EQ(sky->scene.materials.at("floor").diffuse, sky->scene.environment.sky->ground);
+    Image image{64, 32, std::vector<Rgb>(64 * 32, Rgb(1.0f)), {}, {}};
+    std::fill(image.pixels.begin() + 64 * 16, image.pixels.end(), Rgb(0.5f, 0.25f, 0.125f));
+    ASSERT_TRUE(write_image(image, folder / "meadow.exr"));
+    const Result<ImportedScene> meadow =
+        imported(written("pair.obj", two_objects), {.floor = true, .environment = folder / "meadow.exr"});
+    ASSERT_TRUE(meadow) << meadow.error().message();
+    EXPECT_EQ(meadow->scene.environment.image, folder / "meadow.exr");
+    expect_near(meadow->scene.materials.at("floor").diffuse, {0.5f, 0.25f, 0.125f}, 0.005f);
+}
+
+TEST_F(SceneImportTest, ModelsThatOverlapArePlacedSideBySide) {
+    const auto box = [](const char* at) {
+        return fmt::format("v 0 {0} 0\nv 1 {0} 0\nv 0 {0} 1\nv 0 2 0\nf 1 2 3\nf 1 2 4\nf 1 3 4\n", at);
+    };
+    const std::vector<std::filesystem::path> files{written("a.obj", box("0")), written("b.obj", box("-1"))};
+    const auto placed_at = [&](const SceneImport& wanted, std::vector<std::string>& warnings) {
+        const Result<ImportedScene> result = scene_of_models(files, folder.path(), wanted);
+        EXPECT_TRUE(result) << result.error().message();
+        warnings = result->warnings;
+        return std::pair(result->scene.instances[0].placement.translate,
+                         result->scene.instances[1].placement.translate);
+    };
+    std::vector<std::string> warnings;
+    const auto [first, second] = placed_at({}, warnings);
+    expect_near(first, {0, 0, 0}, 1e-6f);
+    expect_near(second, {1.1f, 1, 0}, 1e-6f);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("b.obj overlaps "), std::string::npos) << warnings[0];
+    const auto [kept_first, kept_second] = placed_at({.keep_places = true}, warnings);
+    expect_near(kept_first, {0, 0, 0}, 0);
+    expect_near(kept_second, {0, 0, 0}, 0);
+    EXPECT_TRUE(warnings.empty());
+    written("b.obj", "v 5 0 0\nv 6 0 0\nv 5 1 0\nf 1 2 3\n");
+    EXPECT_EQ(placed_at({}, warnings).second, Vec3f(0, 0, 0)) << "apart from each other already";
+    EXPECT_TRUE(warnings.empty());
+}
+
+TEST_F(SceneImportTest, UnitsThatDoNotFitAreReported) {
+    const std::filesystem::path file = written("pair.obj", two_objects);
+    const Result<ImportedScene> tiny = imported(file, {.unit = 0.0001});
+    ASSERT_TRUE(tiny) << tiny.error().message();
+    ASSERT_EQ(tiny->warnings.size(), 1u);
+    EXPECT_NE(tiny->warnings[0].find("applied twice"), std::string::npos) << tiny->warnings[0];
+    const std::vector<std::filesystem::path> files{
+        file, written("large.obj", "v 0 0 100\nv 6000 0 100\nv 0 1 100\nf 1 2 3\n")};
+    const Result<ImportedScene> both = scene_of_models(files, folder.path(), {});
+    ASSERT_TRUE(both) << both.error().message();
+    ASSERT_EQ(both->warnings.size(), 1u);
+    EXPECT_NE(both->warnings[0].find("1000 times as large"), std::string::npos) << both->warnings[0];
 }
 
 TEST_F(SceneImportTest, AWrongPartIsAnErrorThatListsThem) {
@@ -203,6 +278,7 @@ TEST_F(SceneImportTest, EveryKeyOfASceneIsWrittenAndReadBack) {
     entity.part = "le\\ft\n";
     entity.material = "finish";
     entity.materials = {{"x \"y\"", "a b\"c"}};
+    entity.faces = ClosedFaces::inwards;
     entity.fine_vertices = 123;
     entity.coarse_triangles = 0;
     entity.planar_samples = 50;
@@ -242,6 +318,7 @@ TEST_F(SceneImportTest, EveryKeyOfASceneIsWrittenAndReadBack) {
     EXPECT_EQ(back.part, entity.part);
     EXPECT_EQ(back.material, entity.material);
     EXPECT_EQ(back.materials, entity.materials);
+    EXPECT_EQ(back.faces, ClosedFaces::inwards);
     EXPECT_EQ(back.fine_vertices, 123u);
     EXPECT_EQ(back.coarse_triangles, 0u);
     EXPECT_EQ(back.planar_samples, 50u);

@@ -353,6 +353,10 @@ TEST_F(SceneReader, ReadsFinishesAsPovrayMeansThem) {
     EXPECT_EQ(full.roughness, 0.01f);
     EXPECT_EQ(full.metallic, 0.7f);
     const Material plain = lacquer("pigment = [1, 1, 1]\nfinish = {}");
+    const Material without = lacquer("pigment = [1, 1, 1]");
+    EXPECT_EQ(without.diffuse, plain.diffuse);
+    EXPECT_EQ(without.specular, plain.specular);
+    EXPECT_EQ(without.convention, LobeConvention::povray);
     EXPECT_EQ(plain.diffuse, Rgb(0.6f)) << "POV-Ray's default";
     EXPECT_EQ(plain.specular, Rgb(0.0f));
     const Material shiny = lacquer("pigment = [1, 1, 1]\nfinish = { phong = 0.3, specular = 0.3 }");
@@ -438,7 +442,6 @@ TEST_F(SceneReader, RefusesWhatIsWrong) {
              Case{"[0.3, 0.3, 0.3]", "[0.3, -0.1, 0.3]", "14:18: materials.lacquer.specular[1] is -0.1"},
              Case{"shininess = 60", "shininess = 0.5",
                   "15:13: materials.lacquer.shininess is 0.5; wanted [1, 1000]"},
-             Case{cloth, "pigment = [1, 0, 0.5]", "17:1: materials.cloth.finish is missing"},
              Case{cloth, "finish = {}", "17:1: materials.cloth.pigment is missing"},
              Case{cloth, "diffuse = [1, 0, 0.5]\nfinish = {}",
                   "18:11: materials.cloth.diffuse stands beside pigment or finish; wanted either these two, "

@@ -11,6 +11,8 @@ namespace haarfield {
 
 namespace {
 
+constexpr std::string_view no_environment = "none";
+
 struct ImportOptions {
     std::vector<std::string> files;
     std::string output;
@@ -37,22 +39,21 @@ Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
     if (options.size) wanted.size = double(*options.size);
     const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
     std::error_code ignored;
-    if (!options.environment.empty() && !std::filesystem::is_regular_file(options.environment, ignored))
-        return Error{options.environment, "there is no such file; wanted a lat-long image"};
+    wanted.no_environment = options.environment == no_environment;
+    if (!options.environment.empty() && !wanted.no_environment) {
+        if (!std::filesystem::is_regular_file(options.environment, ignored))
+            return Error{options.environment, "no such file; expected a lat-long image"};
+        wanted.environment = options.environment;
+    }
     Result<ImportedScene> imported = scene_of_models(files, output, wanted, context.progress);
     if (!imported) return imported.error();
     for (const std::string& warning : imported->warnings) context.warn(warning);
     Scene& scene = imported->scene;
     scene.name = files.front().stem().string();
-    if (!options.environment.empty()) {
-        scene.environment.sky.reset();
-        scene.environment.image = options.environment;
-        scene.environment.exposure.reset();
-    }
     const std::filesystem::path file = output / (file_stem(scene) + ".toml"), floor = output / "floor.obj";
     if (const Result<Done> good = check_new(file, options.overwrite); !good) return good.error();
     if (const Result<Done> made = make_folder(output); !made) return made.error();
-    if (wanted.floor) {
+    if (!imported->floor_obj.empty()) {
         if (const Result<Done> good = check_new(floor, options.overwrite); !good) return good.error();
         if (const Result<Done> written = write_file(floor, imported->floor_obj); !written)
             return written.error();
@@ -84,10 +85,15 @@ Command import_command(CLI::App& program) {
     app->add_option("-o,--output", options->output, "Folder for the scene, named as the first model")
         ->required()
         ->type_name("DIR");
-    app->add_option("--environment", options->environment,
-                    "Light from this lat-long image instead of a clear sky")
+    app->add_option(
+           "--environment", options->environment,
+           "Light from this lat-long image instead of a clear sky; none: only the lights of the files")
         ->type_name("FILE");
-    app->add_flag("--floor", options->wanted.floor, "Put a grey floor below the models");
+    app->add_flag(
+        "--floor", options->wanted.floor,
+        "Put a floor below the models that reaches to the horizon, as bright as the environment there");
+    app->add_flag("--keep-places", options->wanted.keep_places,
+                  "Leave models of several files where their files place them, though they overlap");
     app->add_flag("--whole", options->wanted.whole, "One entity for each file, whatever its parts are");
     app->add_option("--up", options->up, "The models' axis that points upwards")
         ->check(CLI::IsMember({"y", "z"}))
@@ -107,7 +113,8 @@ Command import_command(CLI::App& program) {
     app->add_flag("--overwrite", options->overwrite, "Replace a scene that is there");
     app->footer(
         "The scene refers to the models where they are, takes their materials and images, and finds its\n"
-        "camera and exposure; edit it as you like.\n"
+        "camera and exposure; edit it as you like. Models of several files that overlap are placed side by\n"
+        "side. A closed room whose faces point inwards is recognized: the camera then stands inside it.\n"
         "Example:\n  haarfield import scenes/meshes/chair.obj -o out/import --floor\n"
         "  haarfield bake out/import/chair.toml -o out/import");
     return {app, [options](CommandContext& context) { return run(*options, context); }};

@@ -1,6 +1,7 @@
 #include "fields/mesh/mesh_preparation.h"
 
 #include "fields/mesh/cut_outs.h"
+#include "fields/mesh/facing.h"
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/sheet_backs.h"
@@ -223,7 +224,7 @@ std::size_t turn_edges_of_fans(Surface& surface, std::size_t most) {
 /// Quadrics cost some 12 microseconds per triangle, so that a scan is first thinned by short edges to
 /// a size at which the difference can not be seen in the few thousand triangles that are left. What has fans
 /// that can not be taken apart stays as it is. Throws Interrupted.
-Mesh simplified(const Mesh& mesh, std::size_t wanted, const Progress& progress) {
+Mesh simplified(const Mesh& mesh, std::size_t wanted, ClosedFaces faces, const Progress& progress) {
     const std::size_t thinned = std::max<std::size_t>(100000, 8 * wanted);
     constexpr std::size_t large_fan = 128, largest_fan = 1000;
     Surface surface = surface_from(mesh);
@@ -248,14 +249,14 @@ Mesh simplified(const Mesh& mesh, std::size_t wanted, const Progress& progress) 
     drop_crumbs(coarse, wanted);
     remove_unused_vertices(coarse);
     MeshFindings ignored;
-    orient_triangles(coarse, ignored);
+    orient_triangles(coarse, ignored, faces);
     set_smooth_normals(coarse);
     return coarse;
 }
 
 /// What images cut into, more coarsely cut, and the rest, simplified. Throws Interrupted.
 Mesh coarse_and_cut(const Mesh& mesh, const std::vector<std::uint8_t>& is_cut_out,
-                    const MeshPreparation& wanted, const Progress& progress) {
+                    const MeshPreparation& wanted, ClosedFaces faces, const Progress& progress) {
     Mesh cut = mesh, rest = mesh;
     cut.triangles.clear();
     rest.triangles.clear();
@@ -265,7 +266,7 @@ Mesh coarse_and_cut(const Mesh& mesh, const std::vector<std::uint8_t>& is_cut_ou
         rest.triangles.empty() ? wanted.coarse_triangles : wanted.coarse_triangles / 2;
     Mesh coarse = without_cut_outs(cut, wanted.opacity, share);
     if (rest.triangles.size() > share) {
-        rest = simplified(rest, share, progress);
+        rest = simplified(rest, share, faces, progress);
     } else {
         rest.uvs.clear();
         rest.colours.clear();
@@ -326,6 +327,11 @@ Mesh seen_surface(const PreparedMesh& prepared) {
 
 Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& wanted,
                                   const Progress& progress) {
+    return prepare_mesh_facing(std::move(imported), wanted, ClosedFaces::outwards, progress);
+}
+
+Result<PreparedMesh> prepare_mesh_facing(ImportedMesh imported, const MeshPreparation& wanted,
+                                         ClosedFaces faces, const Progress& progress) {
     constexpr std::size_t most_triangles_for_self_intersection = 200000, most_cut_triangles = 100000;
     const Error stopped{"", interrupted};
     if (imported.mesh.triangles.empty()) return Error{"", "the mesh has no triangles"};
@@ -333,7 +339,7 @@ Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& 
     PreparedMesh prepared;
     prepared.findings = imported.findings;
     prepared.original = std::move(imported.mesh);
-    orient_triangles(prepared.original, prepared.findings);
+    orient_triangles(prepared.original, prepared.findings, faces);
     if (prepared.original.triangles.size() <= most_triangles_for_self_intersection)
         prepared.findings.self_intersecting = intersects_itself(prepared.original, progress);
     if (progress.stop.stop_requested()) return stopped;
@@ -348,14 +354,14 @@ Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& 
             blocking_surface(prepared).triangles.size() <= wanted.coarse_triangles)
             prepared.coarse = blocking_surface(prepared);
         else if (prepared.opaque)
-            prepared.coarse = coarse_and_cut(prepared.original, is_cut_out, wanted, progress);
+            prepared.coarse = coarse_and_cut(prepared.original, is_cut_out, wanted, faces, progress);
         else
-            prepared.coarse = simplified(prepared.original, wanted.coarse_triangles, progress);
+            prepared.coarse = simplified(prepared.original, wanted.coarse_triangles, faces, progress);
     } catch (const Interrupted&) {
         return stopped;
     }
 
-    if (prepared.findings.open_components > 0)
+    if (prepared.findings.open_components > 0 || faces == ClosedFaces::inwards)
         prepared.backs = seen_backs(prepared.original, blocking_surface(prepared));
     prepared.findings.backs = prepared.backs.triangles.size();
     prepared.fine = subdivided(seen_surface(prepared), wanted.fine_vertices, progress);

@@ -1,5 +1,6 @@
 #include "fields/mesh/mesh_reader.h"
 
+#include "fields/mesh/facing.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/model_file.h"
 #include "fields/mesh/shared_vertices.h"
@@ -156,6 +157,11 @@ Result<ImportedMesh> read_mesh(const std::filesystem::path& file, const MeshRead
 
 Result<ImportedMesh> read_mesh(const ModelFile& model, std::optional<std::size_t> part,
                                const MeshReaderOptions& options) {
+    return read_mesh_facing(model, part, options, ClosedFaces::outwards);
+}
+
+Result<ImportedMesh> read_mesh_facing(const ModelFile& model, std::optional<std::size_t> part,
+                                      const MeshReaderOptions& options, ClosedFaces faces) {
     Result<FaceGatherer> gathered = model.faces(part);
     if (!gathered) return gathered.error();
     const std::string where = model.file().string();
@@ -174,7 +180,7 @@ Result<ImportedMesh> read_mesh(const ModelFile& model, std::optional<std::size_t
         if (const float size = extent(imported.mesh); !(size >= smallest_extent))
             return Error{where, fmt::format("is {:.2g} m large; wanted at least {} m: is it in metres?", size,
                                             smallest_extent)};
-        orient_triangles(imported.mesh, imported.findings);
+        orient_triangles(imported.mesh, imported.findings, faces);
         const std::vector<bool> none(imported.mesh.material_names.size(), false);
         imported.mesh =
             with_shared_vertices(imported.mesh, corner_normals(imported.mesh, options.crease_angle),

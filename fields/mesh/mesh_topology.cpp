@@ -138,9 +138,19 @@ Vec3d area_vector(const Mesh& mesh, const Triangle& t) {
     return (Vec3d(mesh.positions[t[1]]) - p).cross(Vec3d(mesh.positions[t[2]]) - p);
 }
 
-/// Adds to `turned` the parts that face the wrong way as a whole.
-void turn_parts_outwards(const Mesh& mesh, const std::vector<bool>& closed, Parts& parts) {
-    std::vector<double> volume(parts.count, 0.0), agreement(parts.count, 0.0), majority(parts.count, 0.0);
+/// Sums over the triangles of each part, after those that disagree are turned.
+struct PartSums {
+    std::vector<double> volume;     ///< Six times the volume. [m^3]
+    std::vector<double> area;       ///< Twice the area. [m^2]
+    std::vector<double> agreement;  ///< Of normals with triangles: up to three times `area`. [m^2]
+    std::vector<double>
+        majority;               ///< Twice the area of triangles as they are, less that of turned ones. [m^2]
+    std::vector<double> count;  ///< The number of triangles as they are, less that of turned ones.
+};
+
+PartSums part_sums(const Mesh& mesh, const Parts& parts) {
+    const std::vector<double> zeros(parts.count, 0.0);
+    PartSums sums{zeros, zeros, zeros, zeros, zeros};
     std::vector<std::uint32_t> first(parts.count, none);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         const std::uint32_t part = parts.of_triangle[t];
@@ -150,17 +160,64 @@ void turn_parts_outwards(const Mesh& mesh, const std::vector<bool>& closed, Part
         const Vec3d area = area_vector(mesh, corners) * sign;
         // from a point of the part, so that small far pieces keep their digits
         const Vec3d origin(mesh.positions[mesh.triangles[first[part]][0]]);
-        volume[part] += area.dot(Vec3d(mesh.positions[corners[0]]) - origin);
-        for (std::uint32_t corner : corners) agreement[part] += area.dot(Vec3d(mesh.normals[corner]));
-        majority[part] += sign;
+        sums.volume[part] += area.dot(Vec3d(mesh.positions[corners[0]]) - origin);
+        for (std::uint32_t corner : corners) sums.agreement[part] += area.dot(Vec3d(mesh.normals[corner]));
+        sums.area[part] += area.length();
+        sums.majority[part] += sign * area.length();
+        sums.count[part] += sign;
     }
-    const auto faces_inwards = [&](std::uint32_t part) {
-        if (closed[part] && volume[part] != 0) return volume[part] < 0;
-        if (agreement[part] != 0) return agreement[part] < 0;
-        return majority[part] < 0;
+    return sums;
+}
+
+/// Pieces, and the part that each is.
+struct ClosedParts {
+    std::vector<ClosedPiece> pieces;
+    std::vector<std::uint32_t> part_of_piece;
+};
+
+ClosedParts closed_parts_facing_outwards(const Mesh& mesh, const Parts& parts,
+                                         const std::vector<bool>& closed, const PartSums& sums) {
+    ClosedParts result;
+    std::vector<std::uint32_t> piece_of_part(parts.count, none);
+    for (std::uint32_t part = 0; part < parts.count; ++part) {
+        if (!closed[part] || sums.volume[part] == 0) continue;
+        constexpr double clearly = 0.25;  // a cube whose corners have one normal each: 0.58
+        const double outwards = sums.volume[part] > 0 ? 1 : -1;
+        const double normals = outwards * sums.agreement[part] / (3 * sums.area[part]),
+                     winding = outwards * sums.majority[part] / sums.area[part];
+        piece_of_part[part] = static_cast<std::uint32_t>(result.pieces.size());
+        result.part_of_piece.push_back(part);
+        result.pieces.emplace_back().faces_inwards = (normals != 0 ? normals : winding) < -clearly;
+    }
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const std::uint32_t part = parts.of_triangle[t];
+        if (piece_of_part[part] == none) continue;
+        ClosedPiece& piece = result.pieces[piece_of_part[part]];
+        Triangle corners = mesh.triangles[t];
+        if (parts.turned[t] != (sums.volume[part] < 0)) std::swap(corners[1], corners[2]);
+        piece.triangles.push_back(corners);
+        for (const std::uint32_t corner : corners) piece.bounds.add(mesh.positions[corner]);
+    }
+    return result;
+}
+
+/// Adds to `turned` the parts that face the wrong way as a whole.
+void turn_parts(const Mesh& mesh, const std::vector<bool>& closed, ClosedFaces faces, Parts& parts) {
+    const PartSums sums = part_sums(mesh, parts);
+    std::vector<bool> wanted_inwards(parts.count, false);
+    if (faces == ClosedFaces::inwards) {
+        const ClosedParts known = closed_parts_facing_outwards(mesh, parts, closed, sums);
+        const std::vector<std::uint8_t> inwards = inward_pieces(mesh.positions, known.pieces);
+        for (std::size_t i = 0; i < inwards.size(); ++i)
+            wanted_inwards[known.part_of_piece[i]] = inwards[i] == 1;
+    }
+    const auto faces_wrongly = [&](std::uint32_t part) {
+        if (closed[part] && sums.volume[part] != 0) return (sums.volume[part] < 0) != wanted_inwards[part];
+        if (sums.agreement[part] != 0) return sums.agreement[part] < 0;
+        return sums.count[part] < 0;
     };
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-        if (faces_inwards(parts.of_triangle[t])) parts.turned[t] = !parts.turned[t];
+        if (faces_wrongly(parts.of_triangle[t])) parts.turned[t] = !parts.turned[t];
 }
 
 /// A normal stays if it is only bent (as on a coarse round shape), unless its triangle was turned.
@@ -286,7 +343,20 @@ void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings) {
     mesh.triangles.resize(kept);
 }
 
-void orient_triangles(Mesh& mesh, MeshFindings& findings) {
+std::vector<ClosedPiece> closed_pieces(const Mesh& mesh) {
+    const MergedPositions merged = merged_positions(mesh.positions);
+    const std::vector<Side> sides = sorted_sides(merged_triangles(mesh, merged));
+    const Parts parts = agreeing_parts(sides, mesh.triangles.size());
+    return closed_parts_facing_outwards(mesh, parts, closed_parts(sides, parts), part_sums(mesh, parts))
+        .pieces;
+}
+
+std::vector<PieceKind> triangle_kinds(const Mesh& mesh) {
+    const MergedPositions merged = merged_positions(mesh.positions);
+    return piece_kinds(merged.positions, merged_triangles(mesh, merged));
+}
+
+void orient_triangles(Mesh& mesh, MeshFindings& findings, ClosedFaces faces) {
     const MergedPositions merged = merged_positions(mesh.positions);
     const std::vector<Side> sides = sorted_sides(merged_triangles(mesh, merged));
     const std::vector<std::uint32_t> pieces = triangle_pieces(mesh, merged);
@@ -302,7 +372,7 @@ void orient_triangles(Mesh& mesh, MeshFindings& findings) {
     findings.open_components = std::count(open.begin(), open.end(), 1);
 
     Parts parts = agreeing_parts(sides, mesh.triangles.size());
-    turn_parts_outwards(mesh, closed_parts(sides, parts), parts);
+    turn_parts(mesh, closed_parts(sides, parts), faces, parts);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         if (parts.turned[t]) {
             std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);

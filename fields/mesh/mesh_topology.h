@@ -1,6 +1,7 @@
 #pragma once
 /// Which triangles of a mesh hang together, and which way round they should face.
 
+#include "fields/mesh/closed_pieces.h"
 #include "fields/mesh/mesh.h"
 
 #include <span>
@@ -25,11 +26,11 @@ MergedPositions merged_positions(std::span<const Vec3f> positions);
 /// cost      n log n.
 void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings);
 
-/// Makes triangles agree with their neighbours and face outwards, and counts what it finds.
+/// Makes triangles agree with their neighbours, turns pieces to face the right way, and counts what it finds.
 ///
 /// Triangles agree across edges that exactly two of them share. A part that is closed then faces
-/// outwards (positive volume); an open one faces as its normals do, and if there are none, as most
-/// of its triangles did. Normals that afterwards look backwards are turned round, on a vertex of
+/// outwards (positive volume), or as ClosedFaces says; an open one faces as its normals do, and if there are
+/// none, as most of its triangles did. Normals that afterwards look backwards are turned round, on a vertex of
 /// their own where triangles differ about that.
 ///
 /// mesh      normals may be zero (missing).
@@ -37,7 +38,16 @@ void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings);
 ///           duplicate_vertices; adds to flipped_triangles.
 /// limits    a one-sided surface (Moebius) keeps a line of disagreement.
 /// cost      n log n; a second per two million triangles.
-void orient_triangles(Mesh& mesh, MeshFindings& findings);
+void orient_triangles(Mesh& mesh, MeshFindings& findings, ClosedFaces faces = ClosedFaces::outwards);
+
+/// The closed parts of a mesh, before orient_triangles: whether they face inwards their normals say, and if there
+/// are none, most of their triangles.
+///
+/// cost  n log n.
+std::vector<ClosedPiece> closed_pieces(const Mesh& mesh);
+
+/// By triangle: PieceKind.
+std::vector<PieceKind> triangle_kinds(const Mesh& mesh);
 
 /// For each triangle the connected piece it belongs to, counted from 0 in the order of the first
 /// triangle. Pieces are connected by shared positions.

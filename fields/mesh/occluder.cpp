@@ -4,7 +4,7 @@
 #include <cstring>
 #include <unordered_map>
 
-#include "fields/mesh/edge_uses.h"
+#include "fields/mesh/closed_pieces.h"
 
 namespace haarfield {
 namespace {
@@ -40,37 +40,10 @@ Occluder make_occluder(const Mesh& mesh) {
     }
     occluder.bounds = mesh_bounds(mesh);
 
-    Pieces pieces(triangles.size());
-    const std::vector<EdgeUse> uses = sorted_edge_uses(triangles);
-    std::vector<std::uint8_t> open_at(triangles.size(), 0);
-    for (std::size_t first = 0; first < uses.size();) {
-        std::size_t last = first;
-        while (last < uses.size() && same_edge(uses[first], uses[last])) ++last;
-        const bool closed = last - first == 2 && uses[first].forward != uses[first + 1].forward;
-        for (std::size_t i = first; i < last; ++i) {
-            pieces.join(uses[i].triangle, uses[first].triangle);
-            if (!closed) open_at[uses[i].triangle] = 1;
-        }
-        first = last;
-    }
-    std::vector<std::uint8_t> open(triangles.size(), 0);
-    std::vector<double> volume(triangles.size(), 0);
-    const Vec3d centre(occluder.bounds.centre());
-    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-        const std::uint32_t root = pieces.root(t);
-        open[root] |= open_at[t];
-        const Vec3d a = Vec3d(occluder.positions[triangles[t][0]]) - centre,
-                    b = Vec3d(occluder.positions[triangles[t][1]]) - centre,
-                    c = Vec3d(occluder.positions[triangles[t][2]]) - centre;
-        volume[root] += a.dot(b.cross(c));
-    }
-    const auto is_one_sided = [&](std::uint32_t t) {
-        const std::uint32_t root = pieces.root(t);
-        return !open[root] && volume[root] > 0;
-    };
+    const std::vector<PieceKind> kinds = piece_kinds(occluder.positions, triangles);
     for (const bool wanted : {true, false}) {
         for (std::uint32_t t = 0; t < triangles.size(); ++t)
-            if (is_one_sided(t) == wanted) occluder.triangles.push_back(triangles[t]);
+            if ((kinds[t] == PieceKind::solid) == wanted) occluder.triangles.push_back(triangles[t]);
         if (wanted) occluder.one_sided = static_cast<std::uint32_t>(occluder.triangles.size());
     }
     return Occluder(std::move(occluder));

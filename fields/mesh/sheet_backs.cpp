@@ -1,6 +1,7 @@
 #include "fields/mesh/sheet_backs.h"
 
 #include "fields/base/spiral.h"
+#include "fields/mesh/first_surface.h"
 #include "fields/mesh/local_samples.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/surface_rays.h"
@@ -32,7 +33,8 @@ public:
     BackView(const Mesh& mesh, const Mesh& blocking)
         : mesh_(mesh),
           surface_(mesh.positions, mesh.triangles),
-          blocking_(blocking.positions, blocking.triangles),
+          blocking_(blocking),
+          blocking_kinds_(triangle_kinds(blocking)),
           box_(mesh_bounds(mesh)),
           offset_(box_.radius() * surface_offset),
           directions_(hemisphere_directions()) {}
@@ -52,7 +54,8 @@ public:
     }
 
 private:
-    /// Whether a ray into the hemisphere about a unit vector leaves the box, but not through its bottom.
+    /// Tests whether a ray into the hemisphere about a unit vector leaves the box, but not through its bottom,
+    /// or reaches the inside of a room.
     bool looks_out(const Vec3f& from, const Vec3f& up) const {
         const Vec3f aside = (std::abs(up.x) < 0.5f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0)).cross(up).normalized();
         const Vec3f across = up.cross(aside);
@@ -61,12 +64,15 @@ private:
             const float beside = std::min(distance_to_side(box_, from, direction, 0),
                                           distance_to_side(box_, from, direction, 2));
             if (direction.y < 0 && distance_to_side(box_, from, direction, 1) <= beside) return false;
-            return !blocking_.meets_surface(from, direction);
+            const std::optional<FirstSurface::Hit> hit = blocking_(from, direction);
+            return !hit || (hit->is_front && blocking_kinds_[hit->triangle] == PieceKind::room);
         });
     }
 
     const Mesh& mesh_;
-    const SurfaceRays surface_, blocking_;
+    const SurfaceRays surface_;
+    const FirstSurface blocking_;
+    const std::vector<PieceKind> blocking_kinds_;
     const Bounds box_;
     const float offset_;
     const std::array<Vec3f, 16> directions_;
@@ -77,7 +83,9 @@ private:
 Mesh seen_backs(const Mesh& mesh, const Mesh& blocking) {
     Mesh backs;
     backs.material_names = mesh.material_names;
-    const std::vector<std::uint8_t> open = triangles_of_open_pieces(mesh);
+    std::vector<std::uint8_t> open = triangles_of_open_pieces(mesh);
+    const std::vector<PieceKind> kinds = triangle_kinds(mesh);
+    for (std::size_t t = 0; t < open.size(); ++t) open[t] |= kinds[t] == PieceKind::room ? 1 : 0;
     if (std::find(open.begin(), open.end(), 1) == open.end()) return backs;
 
     const BackView view(mesh, blocking);

@@ -146,6 +146,17 @@ def wanted_instances(context, settings):
         yield name, owner.name, made, instance.matrix_world.copy()
 
 
+def faces_of(positions, triangles):
+    """The value of an entity's key `faces`: a closed mesh whose faces point inwards is a room."""
+    _, merged = numpy.unique(positions, axis=0, return_inverse=True)
+    corners = merged.reshape(-1)[triangles]
+    edges = numpy.concatenate([corners[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
+    forwards, backwards = (numpy.sort(e[:, 0].astype(numpy.int64) * len(positions) + e[:, 1]) for e in (edges, edges[:, ::-1]))
+    a, b, c = (numpy.asarray(positions, dtype=float)[triangles[:, k]] - positions[0] for k in range(3))
+    is_room = numpy.array_equal(forwards, backwards) and numpy.sum(a * numpy.cross(b, c)) < 0
+    return "inwards" if is_room else "outwards"
+
+
 class Gatherer:
     def __init__(self, context):
         self.context = context
@@ -243,6 +254,7 @@ class Gatherer:
                         triangle_materials=of_triangles,
                     ),
                     "materials": {slots_of[number]: names[number] for number in used},
+                    "faces": faces_of(arrays["positions"], arrays["triangles"]),
                     "fine_vertices": max(1, self.settings.vertices),
                     "planar_samples": max(1, self.settings.samples * 2 // 3),
                     "spherical_samples": max(1, self.settings.samples // 3),

@@ -1,0 +1,33 @@
+#pragma once
+/// The first surface that a ray meets. Embree's work.
+
+#include "fields/base/embree_device.h"
+#include "fields/mesh/mesh.h"
+
+#include <memory>
+#include <optional>
+
+struct RTCSceneTy;
+
+namespace haarfield {
+
+/// Triangles for rays. Safe to share between threads.
+class FirstSurface {
+public:
+    struct Hit {
+        std::uint32_t triangle;
+        bool is_front;  ///< The ray arrives at the front.
+    };
+
+    /// Copies what it needs.
+    explicit FirstSurface(const Mesh& mesh);
+
+    /// The first triangle in a direction, however far.
+    std::optional<Hit> operator()(const Vec3f& from, const Vec3f& direction) const;
+
+private:
+    EmbreeDevice device_;
+    std::unique_ptr<RTCSceneTy, void (*)(RTCSceneTy*)> scene_;
+};
+
+}  // namespace haarfield
