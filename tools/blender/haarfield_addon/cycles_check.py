@@ -6,6 +6,7 @@ import bpy
 import numpy
 
 from . import results
+from .lights import casts_shadows
 
 ATTRIBUTE = "cycles"
 TABLE = "haarfield and Cycles"
@@ -37,6 +38,19 @@ def colours_of(mesh):
     return values.reshape(-1, 4)[:, :3].copy()
 
 
+def shown_lights(scene, gathered):
+    """Stands in for the lights of instances that are hidden while the copies are shown."""
+    made = []
+    for object, matrix, owner in gathered.lights:
+        if owner in gathered.owners:
+            copy = object.copy()
+            copy.parent = None
+            scene.collection.objects.link(copy)
+            copy.matrix_world = matrix
+            made.append(copy)
+    return made
+
+
 def compared(context, bake, sums, gathered):
     """Bakes the copies twice with Cycles, with different seeds: their difference tells its noise.
 
@@ -60,15 +74,19 @@ def compared(context, bake, sums, gathered):
     scene.cycles.use_adaptive_sampling = False
     scene.cycles.use_denoising = False
     scene.cycles.sample_clamp_direct = 0
+    for object, _, _ in gathered.lights:
+        before[object.data.cycles, "cast_shadow"] = object.data.cycles.cast_shadow
+        object.data.cycles.cast_shadow = casts_shadows(object.data)
+    shown = shown_lights(scene, gathered)
     materials, made = {}, []
     tables = gathered.description["materials"]
     for object in copies.values():
         materials[object] = [slot.material for slot in object.material_slots]
         for slot in object.material_slots:
             own = slot.material.name.removeprefix("haarfield ")
-            shown = diffuse_material(own, tables[own]["diffuse"])
-            made.append(shown)
-            slot.material = shown
+            replaced = diffuse_material(own, tables[own]["diffuse"])
+            made.append(replaced)
+            slot.material = replaced
     selected = [object for object in context.view_layer.objects if object.select_get()]
     active = context.view_layer.objects.active
     try:
@@ -89,6 +107,8 @@ def compared(context, bake, sums, gathered):
             object.data.color_attributes.active_color = object.data.color_attributes[results.ATTRIBUTE]
         for material in made:
             bpy.data.materials.remove(material)
+        for object in shown:
+            bpy.data.objects.remove(object)
         for (owner, name), value in before.items():
             setattr(owner, name, value)
         for object in context.view_layer.objects:

@@ -6,15 +6,17 @@ import numpy
 
 import haarfield
 
-from .shaders import Refusal, material_of, world_of
-
-# Blender's z is up; haarfield's y is: (x, y, z) is (x, z, -y) there.
-TO_HAARFIELD = numpy.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], float)
+from .frame import TO_HAARFIELD
+from .lights import lamp_of
+from .shaders import Refusal, is_volume, material_of, world_of
 
 # The mark of what was made by a bake.
 BAKED = "haarfield_baked"
 
 GEOMETRY = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+
+# Objects that Cycles renders and haarfield does not bake.
+LEFT_OUT = {"CURVES": "hair", "VOLUME": "a volume", "POINTCLOUD": "a point cloud", "GPENCIL": "a grease pencil"}
 
 
 class Gathered:
@@ -27,6 +29,7 @@ class Gathered:
         self.images = {}  # of materials: image texture nodes' images
         self.materials = {}  # by haarfield's names: Blender's
         self.warnings = []
+        self.lights = []  # (object, matrix_world, its owner's name)
         self.digests = {}  # of everything that decides the bake, by instance, "light" and "camera"
 
 
@@ -77,6 +80,21 @@ def arrays_of(mesh):
     }
 
 
+def mesh_table(name, arrays, slots, of_triangles):
+    """An object's mesh for a scene of haarfield."""
+    try:
+        return haarfield.Mesh(
+            arrays["positions"],
+            arrays["triangles"],
+            arrays["normals"],
+            arrays["uvs"],
+            materials=slots,
+            triangle_materials=of_triangles,
+        )
+    except ValueError as error:
+        raise Refusal(f"Object '{name}': {error}") from error
+
+
 def matrix_of(matrix_world, name):
     """A place as rows of haarfield's scenes."""
     matrix = numpy.array(matrix_world, float)
@@ -96,7 +114,8 @@ def camera_of(scene, warnings):
     resolution = [max(1, int(render.resolution_x * scale)), max(1, int(render.resolution_y * scale))]
     camera = scene.camera
     if camera is None or camera.type != "CAMERA" or camera.data.type != "PERSP":
-        warnings.append("There is no perspective camera: haarfield finds a place for its own")
+        found = f"Camera '{camera.name}' is not a perspective camera" if camera else "The scene has no camera"
+        warnings.append(f"{found}: haarfield chooses a view")
         return {"resolution": resolution}
     corners = [numpy.array(corner) for corner in camera.data.view_frame(scene=scene)]
     height = max(c[1] for c in corners) - min(c[1] for c in corners)
@@ -127,23 +146,54 @@ def plain_name(name, taken):
     return result
 
 
-def wanted_instances(context, settings):
-    """What the dependency graph shows that is rendered, too: objects, evaluated, and where they stand."""
+def rendered_instances(context):
+    """Yields all evaluated objects that are visible in the view layer and in renders, with their transforms."""
     depsgraph = context.evaluated_depsgraph_get()
     for instance in depsgraph.object_instances:
         made = instance.object
         original = made.original
         owner = instance.parent.original if instance.is_instance else original
-        if made.type not in GEOMETRY or BAKED in original or original.hide_render or owner.hide_render:
-            continue
-        if not instance.show_self:
-            continue
-        if made.type == "MESH" and original.type != "MESH":
-            continue  # of a text, curve, surface or metaball, which comes itself, too
-        if settings.objects == "SELECTED" and not (owner.select_get() or original.select_get()):
+        if BAKED in original or original.hide_render or owner.hide_render or not instance.show_self:
             continue
         name = f"{owner.name}.{original.name}" if instance.is_instance else original.name
-        yield name, owner.name, made, instance.matrix_world.copy()
+        yield name, owner, made, instance.matrix_world.copy()
+
+
+def report_hair(made, name, warnings):
+    """Names an object whose particles are drawn as strands, which are not in its mesh."""
+    for system in made.particle_systems:
+        settings = system.settings
+        if settings.type == "HAIR" and settings.render_type == "PATH":
+            warnings.append(f"Object '{name}': its hair '{system.name}' is left out")
+
+
+def is_geometry(made, name, warnings):
+    """True if an object has faces to bake; names it if it is left out."""
+    original = made.original
+    if made.type in LEFT_OUT:
+        warnings.append(f"Object '{name}': is {LEFT_OUT[made.type]}, which is left out")
+        return False
+    if made.type not in GEOMETRY or (made.type == "MESH" and original.type != "MESH"):
+        return False  # the mesh of a text, curve, surface or metaball, which comes itself, too
+    report_hair(made, original.name, warnings)
+    materials = [slot.material for slot in made.material_slots]
+    if materials and all(is_volume(material) for material in materials):
+        warnings.append(f"Object '{name}': is a volume, which is left out")
+        return False
+    return True
+
+
+def extent_of(instances, radii):
+    """An upper bound of the distance from the origin to the instances' vertices. [m]
+
+    radii  of the entities: the largest distance from their origin to a vertex.
+    """
+    extent = 0.0
+    for instance in instances:
+        rows = numpy.array(instance["matrix"])
+        size = numpy.linalg.norm(rows[:, :3], 2) * radii[instance["entity"]]
+        extent = max(extent, float(numpy.linalg.norm(rows[:, 3]) + size))
+    return extent
 
 
 def faces_of(positions, triangles):
@@ -158,32 +208,45 @@ def faces_of(positions, triangles):
 
 
 class Gatherer:
-    def __init__(self, context):
+    def __init__(self, context, refine):
         self.context = context
         self.settings = context.scene.haarfield
+        self.refine = refine
         self.result = Gathered()
         self.entities = {}  # by digest: names
         self.known = {}  # by original mesh, if not modified: digests
         self.tables = {}
+        self.radii = {}  # of entities [m]
         self.materials = {}
-        self.names = {"entity": set(), "instance": set(), "material": set()}
+        self.names = {"entity": set(), "instance": set(), "material": set(), "light": set()}
 
     def gathered(self):
         scene, result = self.context.scene, self.result
         instances = []
-        for name, owner, made, matrix in wanted_instances(self.context, self.settings):
+        lights = []
+        for name, owner, made, matrix in rendered_instances(self.context):
+            if made.type == "LIGHT":
+                lights.append((name, made.original, matrix))
+                result.lights.append((made.original, matrix, owner.name))
+                continue
+            if self.settings.objects == "SELECTED" and not (owner.select_get() or made.original.select_get()):
+                continue
+            if not is_geometry(made, name, result.warnings):
+                continue
             entity = self.entity(name, made)
             if entity is None:
                 continue
             own = plain_name(name, self.names["instance"])
             result.names[own] = name
-            result.owners.add(owner)
+            result.owners.add(owner.name)
             rows = matrix_of(matrix, name)
             instances.append({"entity": entity, "name": own, "matrix": rows})
             result.digests[own] = digest_of(entity, self.tables[entity][1], rows)
         if not instances:
             raise Refusal("There is nothing to bake; wanted a visible mesh with faces")
-        light = world_of(scene.world, result.warnings)
+        lamps = self.lamps(lights, extent_of(instances, self.radii))
+        emits = any("emission" in table for _, table in self.materials.values())
+        light = world_of(scene.world, bool(lamps) or emits, result.warnings)
         camera = camera_of(scene, result.warnings)
         result.description = {
             "camera": camera,
@@ -191,17 +254,33 @@ class Gatherer:
             "materials": {name: table for name, table in self.materials.values()},
             "entities": {name: table for name, (table, _) in self.tables.items()},
             "instances": instances,
+            "lights": lamps,
         }
-        result.digests["light"] = table_digest(light)
+        result.digests["light"] = digest_of(table_digest(light), *(table_digest(lamp) for lamp in lamps))
         result.digests["camera"] = table_digest(camera)
         settings = self.settings
-        result.digests["settings"] = digest_of(settings.vertices, settings.refine, settings.samples)
+        result.digests["settings"] = digest_of(settings.vertices, self.refine, settings.samples)
+        result.warnings = list(dict.fromkeys(result.warnings))
         return result
 
-    def material(self, slot_material):
+    def lamps(self, lights, extent):
+        tables = []
+        for name, light, matrix in lights:
+            table = lamp_of(light, matrix, name, extent, self.result.warnings)
+            if table is not None:
+                tables.append({"name": plain_name(name, self.names["light"]), **table})
+        return tables
+
+    def material(self, slot_material, user):
+        """A material's name and table. Warnings name the first object that uses it."""
         key = slot_material.name if slot_material else None
         if key not in self.materials:
-            table, image = material_of(slot_material, self.result.warnings)
+            found = []
+            try:
+                table, image = material_of(slot_material, found)
+            except Refusal as refusal:
+                raise Refusal(f"Object '{user}': {refusal}") from refusal
+            self.result.warnings += [f"Object '{user}': {warning}" for warning in found]
             name = plain_name(key or "default", self.names["material"])
             self.materials[key] = (name, table)
             self.result.materials[name] = slot_material
@@ -211,7 +290,7 @@ class Gatherer:
     def entity(self, name, made):
         """The name of an object's entity, which those of equal meshes and materials share."""
         slots = [slot.material for slot in made.material_slots] or [None]
-        materials = [self.material(material) for material in slots]
+        materials = [self.material(material, name) for material in slots]
         original = made.original
         shared = None
         if original.type == "MESH" and not original.modifiers and original.data.shape_keys is None:
@@ -239,20 +318,14 @@ class Gatherer:
             names,
         )
         if digest not in self.entities:
-            entity = plain_name(original.data.name if original.data else name, self.names["entity"])
+            entity = plain_name(name, self.names["entity"])  # errors and warnings name an object
             slots_of = [f"{number} {own}" for number, own in enumerate(names)]  # two slots may have one material
             used = sorted(set(of_triangles.tolist()))
             self.entities[digest] = entity
+            self.radii[entity] = float(numpy.linalg.norm(arrays["positions"], axis=1).max())
             self.tables[entity] = (
                 {
-                    "mesh": haarfield.Mesh(
-                        arrays["positions"],
-                        arrays["triangles"],
-                        arrays["normals"],
-                        arrays["uvs"],
-                        materials=slots_of,
-                        triangle_materials=of_triangles,
-                    ),
+                    "mesh": mesh_table(name, arrays, slots_of, of_triangles),
                     "materials": {slots_of[number]: names[number] for number in used},
                     "faces": faces_of(arrays["positions"], arrays["triangles"]),
                     "fine_vertices": max(1, self.settings.vertices),
@@ -266,6 +339,9 @@ class Gatherer:
         return self.entities[digest]
 
 
-def gather(context):
-    """Everything that a bake needs of Blender, with warnings; raises Refusal for what can not be baked."""
-    return Gatherer(context).gathered()
+def gather(context, refine=None):
+    """Everything that a bake needs of Blender, with warnings; raises Refusal for what can not be baked.
+
+    refine  in place of the settings'.
+    """
+    return Gatherer(context, context.scene.haarfield.refine if refine is None else refine).gathered()

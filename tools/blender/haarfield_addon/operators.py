@@ -30,10 +30,10 @@ class Cancelled(Exception):
 class Work(threading.Thread):
     """A bake in a thread of its own: haarfield lets Blender go on meanwhile."""
 
-    def __init__(self, gathered, settings, fields, memory, passes=()):
+    def __init__(self, gathered, refine, fields, memory, passes=()):
         super().__init__(daemon=True)
         self.gathered, self.fields, self.memory, self.passes = gathered, fields, memory, list(passes)
-        self.refine = settings.refine or None
+        self.refine = refine or None
         self.stage, self.share = "", 0.0
         self.is_cancelled = False
         self.made, self.error, self.told = None, None, []
@@ -62,7 +62,8 @@ class Work(threading.Thread):
         }
         if self.memory and same:
             light = {"rotation": 0.0, **description["environment"]}
-            return self.memory.scene.changed({"camera": description["camera"], "environment": light})
+            changes = {"camera": description["camera"], "environment": light, "lights": description["lights"]}
+            return self.memory.scene.changed(changes)
         scene = haarfield.scene(description, name="blender")
         scene.prepare(fields=self.fields, progress=self.progress)
         return scene
@@ -91,20 +92,24 @@ def changes_of(gathered, memory):
 class Baking:
     """What the operators share."""
 
-    def start(self, context):
-        """Gathers the scene. Returns the work to be done, or None if all is as it was baked last."""
+    def start(self, context, refine=None):
+        """Gathers the scene. Returns the work to be done, or None if all is as it was baked last.
+
+        refine  in place of the settings'.
+        """
+        refine = context.scene.haarfield.refine if refine is None else refine
         scene = context.scene
         self.was_shown = results.is_shown(scene)
         results.show(scene, context.view_layer, False)
         context.view_layer.update()
-        self.gathered = gather(context)
+        self.gathered = gather(context, refine)
         for warning in self.gathered.warnings:
             self.report({"WARNING"}, warning)
         self.memory = remembered.get(scene.name)
         self.changes = changes_of(self.gathered, self.memory)
         if not self.changes and set(results.copies(scene)) == set(self.gathered.names):
             return None
-        return Work(self.gathered, scene.haarfield, folder_of(scene) / "fields", self.memory)
+        return Work(self.gathered, refine, folder_of(scene) / "fields", self.memory)
 
     def take(self, context, work):
         """Keeps and shows what the work made."""
@@ -233,9 +238,8 @@ class HAARFIELD_OT_compare(Baking, bpy.types.Operator):
         return self.guarded(context, lambda: self.compared(context))
 
     def compared(self, context):
-        work = self.start(context)
-        if context.scene.haarfield.refine > 0:
-            raise Refusal("Refined meshes are not compared; wanted Refine 0")
+        # Both bake the same vertices: those of the meshes before refinement.
+        work = self.start(context, refine=0.0)
         if work is not None:
             work.run()
             self.take(context, work)

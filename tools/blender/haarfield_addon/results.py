@@ -4,7 +4,8 @@ import bpy
 import numpy
 from mathutils import Matrix
 
-from .gather import BAKED, TO_HAARFIELD
+from .frame import TO_HAARFIELD
+from .gather import BAKED
 from .shaders import bytes_of, decoded
 
 COLLECTION = "haarfield"

@@ -15,15 +15,15 @@ class HaarfieldSettings(bpy.types.PropertyGroup):
     )
     vertices: bpy.props.IntProperty(
         name="Vertices",
-        description="Subdivide each mesh to so many vertices or more; 0: as it is",
-        default=0,
+        description="Subdivide each mesh to at least this many vertices; 0: do not",
+        default=500,
         min=0,
         max=2_000_000,
     )
     refine: bpy.props.FloatProperty(
         name="Refine",
         description="Split triangles where the light between vertices is off by more than this; 0: do not",
-        default=0.0,
+        default=0.02,
         min=0.0,
         max=1.0,
         precision=3,

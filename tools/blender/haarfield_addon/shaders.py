@@ -59,7 +59,7 @@ def output_of(tree, kind):
 def value_of(node, name, where, warnings):
     socket = node.inputs[name]
     if source_of(socket) is not None:
-        warnings.append(f"{where}: what is linked to {name} is left out, its own value is taken")
+        warnings.append(f"{where}: its {name} from {source_of(socket).bl_label} is left out; the constant is used")
     value = socket.default_value
     return float(value) if isinstance(value, (int, float)) else [float(channel) for channel in value[:3]]
 
@@ -102,6 +102,7 @@ def material_of(material, warnings):
     if material is None:
         return {"diffuse": [0.8, 0.8, 0.8]}, None
     where = f"Material '{material.name}'"
+    report_outputs(material, where, warnings)
     node = shader_of(material, warnings)
     if node is None:
         return {"diffuse": clamped(material.diffuse_color[:3])}, None
@@ -165,13 +166,31 @@ def lat_long_of(pixels, rotation=None):
     return (upper * (1 - down) + lower * down).astype(numpy.float32)
 
 
-def world_of(world, warnings):
+def is_volume(material):
+    """True if a material has a volume and no surface."""
+    output = output_of(material.node_tree, "OUTPUT_MATERIAL") if material and material.use_nodes else None
+    return bool(output and source_of(output.inputs["Volume"]) and not source_of(output.inputs["Surface"]))
+
+
+def report_outputs(material, where, warnings):
+    """Names the outputs of a material that are not baked."""
+    output = output_of(material.node_tree, "OUTPUT_MATERIAL") if material.use_nodes else None
+    for name in ("Volume", "Displacement"):
+        if output and source_of(output.inputs[name]):
+            warnings.append(f"{where}: its {name.lower()} is left out")
+
+
+def world_of(world, has_lights, warnings):
     """A world as the environment of a scene of haarfield."""
     if world is None:
-        raise Refusal("The scene has no world; wanted one with light")
+        if has_lights:
+            return constant_light((0, 0, 0))
+        raise Refusal("The scene has no world and no lights; expected either")
     if not world.use_nodes:
         return constant_light(world.color)
     output = output_of(world.node_tree, "OUTPUT_WORLD")
+    if output and source_of(output.inputs["Volume"]):
+        warnings.append(f"World '{world.name}': its volume is left out")
     background = source_of(output.inputs["Surface"]) if output else None
     if background is None or background.type != "BACKGROUND":
         found = background.bl_label if background else "missing"
