@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "bridge/child_process.h"
+#include "fields/file/output_target.h"
 
 namespace haarfield {
 
@@ -28,9 +29,12 @@ Result<Done> check_encoder(const std::string& program) {
 Result<Done> write_movie(const std::filesystem::path& pictures, int count, const std::filesystem::path& movie,
                          int frames_per_second, const Progress& progress, const std::string& program) {
     std::error_code ignored;
-    // Of the same ending, which tells ffmpeg the container.
+    const Result<OutputTarget> target = output_target(movie);
+    if (!target) return target.error();
+    // ffmpeg chooses the container by the ending. A stream gets a finished file, as containers need to seek.
     const std::filesystem::path temporary =
-        movie.parent_path() / fmt::format(".{}", movie.filename().string());
+        (target->is_stream ? pictures.parent_path() : target->file.parent_path()) /
+        fmt::format(".{}", movie.filename().string());
     const std::vector<std::string> arguments{"-nostdin", "-y", "-loglevel", "error", "-start_number", "1",
                                              "-framerate", std::to_string(frames_per_second), "-i",
                                              std::filesystem::absolute(pictures).string(), "-frames:v",
@@ -59,10 +63,7 @@ Result<Done> write_movie(const std::filesystem::path& pictures, int count, const
         while (!log.empty() && log.back() == '\n') log.pop_back();
         return Error{movie.string(), fmt::format("{} failed: {}", program, log)};
     }
-    std::error_code trouble;
-    std::filesystem::rename(temporary, movie, trouble);
-    if (trouble) return Error{movie.string(), trouble.message()};
-    return Done{};
+    return move_output(temporary, *target);
 }
 
 }  // namespace haarfield

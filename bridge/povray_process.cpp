@@ -2,6 +2,7 @@
 
 #include "bridge/child_process.h"
 #include "bridge/povray_scene.h"
+#include "fields/file/output_target.h"
 #include "fields/file/write_file.h"
 
 #include <fcntl.h>
@@ -200,9 +201,13 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
     if (!std::filesystem::is_regular_file(scene, code)) return Error{scene.string(), "no such file"};
     const std::filesystem::path whole_scene = std::filesystem::absolute(scene);
     const std::filesystem::path whole_exr = std::filesystem::absolute(exr);
-    if (Result<Done> made = make_folder(whole_exr.parent_path()); !made) return made.error();
-    const TemporaryFolder temporary(whole_exr.parent_path());
-    if (temporary.path().empty()) return Error{whole_exr.parent_path().string(), "can not be written to"};
+    const Result<OutputTarget> target = output_target(whole_exr);
+    if (!target) return target.error();
+    const std::filesystem::path folder =
+        target->is_stream ? whole_scene.parent_path() : target->file.parent_path();
+    if (Result<Done> made = make_folder(folder); !made) return made.error();
+    const TemporaryFolder temporary(folder);
+    if (temporary.path().empty()) return Error{folder.string(), "can not be written to"};
     const std::filesystem::path picture = temporary.path() / "picture.exr";
     // As seen from the scene's folder, where POV-Ray runs: only what differs may not have quotation marks.
     const std::filesystem::path seen = picture.lexically_relative(whole_scene.parent_path());
@@ -249,8 +254,7 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
                                  WIFEXITED(status) ? WEXITSTATUS(status) : -1, own_words(log))};
     if (!std::filesystem::is_regular_file(picture, code))
         return Error{scene.string(), "POV-Ray left no picture: " + own_words(log)};
-    std::filesystem::rename(picture, whole_exr, code);
-    if (code) return Error{exr.string(), "can not be written: " + code.message()};
+    if (Result<Done> moved = move_output(picture, *target); !moved) return moved.error();
 
     run.parse_seconds = logged_seconds(log, "Parse Time:");
     run.trace_seconds = logged_seconds(log, "Trace Time:");

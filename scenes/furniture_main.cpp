@@ -12,7 +12,7 @@
 int main(int argc, char** argv) {
     using namespace haarfield;
     if (argc != 2) {
-        fmt::print(stderr, "usage: haarfield_furniture OUTPUT_FOLDER\n");
+        std::fputs("usage: haarfield_furniture OUTPUT_FOLDER\n", stderr);
         return 2;
     }
     const std::filesystem::path folder(argv[1]);
@@ -24,6 +24,6 @@ int main(int argc, char** argv) {
         if (written) written = write_file(folder / name, obj_text(mesh));
     }
     if (written) return 0;
-    fmt::print(stderr, "{}\n", written.error().message());
+    std::fputs((written.error().message() + "\n").c_str(), stderr);
     return 1;
 }

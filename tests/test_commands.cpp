@@ -178,6 +178,10 @@ TEST_F(Commands, BadUsageExitsWithTwo) {
                                        {"compare", "a.exr", "-o", "out"},
                                        {"compare", "a.exr", "b.exr", "-o", "out", "--min-psnr", "much"},
                                        {"info"},
+                                       {"work", "plan"},
+                                       {"work", "plan", "--tasks", "4-"},
+                                       {"work", "plan", "--task", "-1"},
+                                       {"work", "plan", "--tasks", "1,,2"},
                                        {"verify", "a.vdb", "b.vdb"}}) {
         const Outcome outcome = run(arguments);
         EXPECT_EQ(outcome.code, 2) << fmt::format("{}", fmt::join(arguments, " "));
@@ -196,8 +200,9 @@ struct NumberOption {
 
 /// Those of a command: all that take a value, but for texts, whose types are known.
 std::vector<NumberOption> number_options(const std::string& help) {
-    const std::set<std::string> texts{"DIR",      "FILE", "FILE.json", "FILE.mp4", "TEXT", "A,B,...",
-                                      "INSTANCE", "TIME", "SIZE",      "PLAN",     "SET",  "ADDRESS"};
+    const std::set<std::string> texts{"DIR",     "FILE",     "FILE.json", "FILE.mp4", "TEXT",
+                                      "A,B,...", "INSTANCE", "TIME",      "SIZE",     "PLAN",
+                                      "SET",     "ADDRESS",  "LINE"};
     const std::regex line(R"(\n +(?:-\w,)?(--[a-z-]+) ([^\s:=]+)(?::(in [\[(].*?[\])]|\{.*?\}))?)");
     std::vector<NumberOption> options;
     for (std::sregex_iterator match(help.begin(), help.end(), line), end; match != end; ++match)
@@ -243,7 +248,7 @@ TEST_F(Commands, EveryNumberIsRefusedUnlessItIsInItsRange) {
                 << " that this test should know";
             const auto run_with = [&](const std::string& value) {
                 std::vector<std::string> all = arguments;
-                if (command == "work" && option.name != "--task") all.push_back("--task=0");
+                if (command == "work") all.push_back("--task=0");
                 all.push_back(option.name + "=" +
                               (option.is_list() && option.wanted.starts_with("in ") ? "1,1," : "") + value);
                 return parsed(all);

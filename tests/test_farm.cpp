@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <iterator>
 #include <random>
+#include <sstream>
 #include <thread>
 
 #include "tests/farm/farm_test.h"
@@ -17,11 +19,10 @@ int asked_kills(int otherwise) {
     return asked ? std::atoi(asked) : otherwise;
 }
 
-std::vector<std::size_t> shuffled_tasks(std::size_t count, std::uint32_t seed) {
-    std::vector<std::size_t> tasks(count);
-    for (std::size_t i = 0; i < count; ++i) tasks[i] = i;
-    std::ranges::shuffle(tasks, std::mt19937(seed));
-    return tasks;
+/// Options of a command as one text.
+Words words_in(const std::string& text) {
+    std::istringstream stream(text);
+    return {std::istream_iterator<std::string>(stream), {}};
 }
 
 TEST_F(FarmTest, JoinedIsUndividedByteForByte) {
@@ -30,27 +31,26 @@ TEST_F(FarmTest, JoinedIsUndividedByteForByte) {
         bake = "--face-size 16 --bounces 0 --antialiasing 2 --pass own-shadow,occlusion --format ply,glb",
         reference = "--lights 16 --antialiasing 2",
         relight = "--face-size 16 --move box_2 2,0.001,0:1,0.001,1 --frames 5";
-    const auto undivided = [&](const std::string& command, const std::string& options, const char* output) {
-        Words words{command, "room.toml", "-o", output};
+    const auto undivided = [&](const std::string& command, const std::string& options) {
+        Words words{command, "room.toml", "-o", "whole"};
         if (command != "reference") words.insert(words.end(), {"--fields", "whole_fields"});
-        std::istringstream stream(options);
-        for (std::string word; stream >> word;) words.push_back(word);
+        std::ranges::copy(words_in(options), std::back_inserter(words));
         expect_done(words);
     };
-    undivided("bake", bake, "whole");
-    undivided("reference", reference, "whole");
-    undivided("relight", relight, "whole");
-    for (const int tasks : {1, 2, 7}) {
+    undivided("bake", bake);
+    undivided("reference", reference);
+    undivided("relight", relight);
+    // One process for each task, and tasks that share processes, in an order unlike that of the plan.
+    for (const int tasks : {1, 7}) {
         const std::string plan = fmt::format("plan_{}", tasks);
         expect_done({"plan", "room.toml", "-o", plan, "--want", "bake,reference,relight", "--bake-options",
                      bake, "--reference-options", reference, "--relight-options", relight, "--tasks",
                      std::to_string(tasks)});
         const std::size_t count = task_count(plan);
-        EXPECT_GE(count, std::size_t(tasks == 7 ? 2 * 7 + 7 + 6 + 5 : 5 * tasks));
-        for (const std::size_t task : shuffled_tasks(count, static_cast<std::uint32_t>(tasks))) {
-            const Outcome done = work(plan, task);
-            EXPECT_EQ(done.code, 0) << plan << ", task " << task << ": " << done.err;
-        }
+        EXPECT_EQ(count, tasks == 7 ? 2u * 7 + 7 + 4 + 5 : 2u + 1 + 2 + 1);
+        const Words lists =
+            tasks == 7 ? Words{"15,20-28", "0-3,9", "2-19,29"} : Words{"3", "1", "5", "4", "0", "2"};
+        for (const std::string& list : lists) expect_worked(plan, list);
         EXPECT_EQ(status(plan).value("done", std::size_t(0)), count);
         expect_done({"join", plan});
         expect_same_files(plan + "/results/room", "whole");
@@ -65,8 +65,8 @@ TEST_F(FarmTest, SixtyFourTasksMakeWhatOneDoes) {
                  "--bounces", "0", "--no-render", "--colours", "fitted"});
     expect_done({"plan", "room.toml", "-o", "plan", "--bake-options", bake, "--tasks", "64"});
     const std::size_t count = task_count("plan");
-    EXPECT_EQ(count, 3u * 64);
-    for (const std::size_t task : shuffled_tasks(count, 64)) ASSERT_EQ(work("plan", task).code, 0) << task;
+    ASSERT_EQ(count, 3u * 64);
+    for (const char* list : {"101-191", "1-63,65-99", "0,64,100"}) expect_worked("plan", list);
     expect_done({"join", "plan"});
     expect_same_files("plan/results/room", "whole");
     expect_same_files("plan/fields", "whole_fields");
@@ -77,25 +77,51 @@ TEST_F(FarmTest, BouncesAreOneTaskAfterDirectLight) {
     const std::string options =
         "--face-size 16 --antialiasing 0 --pass own-shadow,indirect,diffuse --format ply,glb";
     Words bake{"bake", "room.toml", "-o", "whole", "--fields", "whole_fields"};
-    std::istringstream stream(options);
-    for (std::string word; stream >> word;) bake.push_back(word);
+    std::ranges::copy(words_in(options), std::back_inserter(bake));
     expect_done(bake);
-    for (const int tasks : {1, 2, 7}) {
+    for (const std::size_t tasks : {1, 7}) {
         const std::string plan = fmt::format("plan_{}", tasks);
         expect_done({"plan", "room.toml", "-o", plan, "--fields", "whole_fields", "--bake-options", options,
                      "--tasks", std::to_string(tasks)});
-        const std::size_t count = task_count(plan), first = 2 * std::size_t(tasks);
-        ASSERT_EQ(count, first + std::size_t(tasks == 1 ? 1 : tasks + 1));
-        // With seven tasks the bounces come first, and find one of the parts.
-        std::vector<std::size_t> order = shuffled_tasks(count, static_cast<std::uint32_t>(tasks));
+        const std::size_t count = task_count(plan), first = 2 * tasks;
+        ASSERT_EQ(count, first + (tasks == 1 ? 1 : tasks + 1));
+        // With seven tasks, indirect light comes first and finds one part of the direct light.
         if (tasks == 7) {
-            order = {first + 3, count - 1};
-            for (std::size_t task = 0; task < count; ++task) order.push_back(task);
+            expect_worked(plan, fmt::format("{}", first + 3));
+            expect_worked(plan, fmt::format("{}", count - 1));
         }
-        for (const std::size_t task : order) ASSERT_EQ(work(plan, task).code, 0) << plan << ", " << task;
+        expect_all_worked(plan);
         expect_done({"join", plan});
         expect_same_files(plan + "/results/room", "whole");
     }
+}
+
+TEST_F(FarmTest, TasksThatRunTogetherAreEachSkippedOnceTheyAreDone) {
+    write_scene();
+    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "4", "--bake-options",
+                 "--face-size 16 --bounces 0 --no-render"});
+    const Outcome some = run({"work", "plan", "--tasks", "1-2,5"});
+    EXPECT_EQ(some.code, 0) << some.err;
+    EXPECT_NE(some.out.find("tasks  1-2 done in"), std::string::npos) << some.out;
+    EXPECT_NE(some.out.find("task   5 done in"), std::string::npos) << some.out;
+    const Outcome more = run({"work", "plan", "--tasks", "0-3"});
+    EXPECT_EQ(more.code, 0) << more.err;
+    for (const char* line :
+         {"task   1 is done already", "task   2 is done already", "task   0 done in", "task   3 done in"})
+        EXPECT_NE(more.out.find(line), std::string::npos) << line << ": " << more.out;
+    EXPECT_EQ(status("plan").value("done", 0), 5);
+    const Outcome beyond = run({"work", "plan", "--tasks", "3-12"});
+    EXPECT_EQ(beyond.code, 1);
+    EXPECT_NE(beyond.err.find("the plan has tasks 0 to 11"), std::string::npos) << beyond.err;
+
+    // A failure leaves the tasks of other jobs.
+    write_text(folder / "floor.obj", text_of(folder / "floor.obj") + "# changed\n");
+    const Outcome failed = run({"work", "plan", "--tasks", "0-11"});
+    EXPECT_EQ(failed.code, 1);
+    EXPECT_NE(failed.err.find("floor.obj"), std::string::npos) << failed.err;
+    const nlohmann::json state = status("plan");
+    EXPECT_EQ(state.value("done", 0), 8) << "the field of the box, and task 5";
+    EXPECT_EQ(state.value("failed", 0), 4) << state;
 }
 
 TEST_F(FarmTest, WhatCanNotBeDividedIsOneTask) {
@@ -106,7 +132,7 @@ TEST_F(FarmTest, WhatCanNotBeDividedIsOneTask) {
                  "--face-size 16 --refine 0.1 --vertex-budget 500 --no-render"});
     const std::size_t count = task_count("plan");
     EXPECT_EQ(count, 2u * 3 + 1);
-    for (std::size_t task = 0; task < count; ++task) ASSERT_EQ(work("plan", task).code, 0) << task;
+    expect_all_worked("plan");
     expect_done({"join", "plan"});
     expect_same_files("plan/results/room", "whole");
 }
@@ -116,21 +142,22 @@ TEST_F(FarmTest, KilledTasksAreDoneAgainAndLeaveNothingHalf) {
     expect_done(
         {"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "32", "--no-render"});
     expect_done(
-        {"plan", "room.toml", "-o", "plan", "--tasks", "3", "--bake-options", "--face-size 32 --no-render"});
+        {"plan", "room.toml", "-o", "plan", "--tasks", "2", "--bake-options", "--face-size 32 --no-render"});
     const std::size_t count = task_count("plan");
     const auto begin = std::chrono::steady_clock::now();
     ASSERT_EQ(work("plan", 0).code, 0);
     const std::chrono::duration<double> undisturbed = std::chrono::steady_clock::now() - begin;
     std::mt19937 random(5);
     int killed = 0;  // others end before
-    for (int attempt = 0; killed < asked_kills(12); ++attempt) {
+    for (int attempt = 0; killed < asked_kills(8); ++attempt) {
         if (attempt % int(count) == 0) {  // all over again
             std::filesystem::remove_all(folder / "plan/parts");
             std::filesystem::create_directories(folder / "plan/parts");
             std::filesystem::remove_all(folder / "plan/fields");
         }
-        const pid_t child =
-            start({"work", "plan", "--task", std::to_string(random() % static_cast<unsigned>(count))});
+        // One task, or some that run together.
+        const std::size_t first = random() % count, last = std::min(count - 1, first + random() % 3);
+        const pid_t child = start({"work", "plan", "--tasks", fmt::format("{}-{}", first, last)});
         std::this_thread::sleep_for(undisturbed * (static_cast<double>(random() % 1000) / 1000));
         kill(child, SIGKILL);
         killed += finish(child).code == -SIGKILL;
@@ -154,7 +181,7 @@ TEST_F(FarmTest, JoinNamesWhatIsMissingOrDamagedAndWorkMendsIt) {
     const std::size_t count = task_count("plan");
     ASSERT_EQ(count, 6u);
     EXPECT_EQ(run({"plan", "room.toml", "-o", "plan"}).code, 1) << "there is one already";
-    for (std::size_t task = 0; task + 1 < count; ++task) ASSERT_EQ(work("plan", task).code, 0);
+    expect_worked("plan", "0-4");
     const Outcome missing = run({"join", "plan"});
     EXPECT_EQ(missing.code, 1);
     EXPECT_NE(missing.err.find("task 5"), std::string::npos) << missing.err;
@@ -171,12 +198,16 @@ TEST_F(FarmTest, JoinNamesWhatIsMissingOrDamagedAndWorkMendsIt) {
     EXPECT_NE(damaged.err.find("task 4"), std::string::npos) << damaged.err;
     const auto report = nlohmann::json::parse(text_of(folder / "report.json"), nullptr, false);
     EXPECT_EQ(report.value("bad_tasks", std::vector<int>()), (std::vector<int>{1, 4}));
-    for (const std::size_t task : {1u, 4u}) ASSERT_EQ(work("plan", task).code, 0);
+    const Outcome verified = run({"status", "plan", "--verify"});
+    EXPECT_EQ(verified.code, 1);
+    EXPECT_NE(verified.out.find("--tasks 1,4"), std::string::npos) << verified.out;
+    expect_worked("plan", "1,4");
+    expect_done({"status", "plan", "--verify"});
     expect_done({"join", "plan"});
     EXPECT_TRUE(files_below("plan/results") == joined);
     EXPECT_NE(work("plan", 4).out.find("done already"), std::string::npos);
 
-    write_scene("room", 700);
+    write_scene("room", 250);
     std::filesystem::remove(folder / "plan/parts/4.part");
     const Outcome changed = work("plan", 4);
     EXPECT_EQ(changed.code, 1);
@@ -199,7 +230,7 @@ TEST_F(FarmTest, AnInstructionSetIsKeptAndOneThatIsMissingRefused) {
         words.insert(words.end(), bake.begin(), bake.end());
         const Outcome planned = run(words);
         if (planned.code != 0) GTEST_SKIP() << planned.err;
-        for (std::size_t task = 0; task < task_count(plan); ++task) ASSERT_EQ(work(plan, task).code, 0);
+        expect_all_worked(plan);
         expect_done({"join", plan});
     }
     expect_same_files("plan_3/results", "plan_1/results");
@@ -208,7 +239,7 @@ TEST_F(FarmTest, AnInstructionSetIsKeptAndOneThatIsMissingRefused) {
 
 TEST_F(FarmTest, ManyProcessesFillOneLibraryAndEachFieldIsGoodWheneverItIsThere) {
     for (const int scene : {0, 1, 2, 3})
-        write_scene(fmt::format("room_{}", scene), 600, scene < 3 ? 1.0f : 0.5f);  // two boxes, one floor
+        write_scene(fmt::format("room_{}", scene), 200, scene < 3 ? 1.0f : 0.5f);  // two boxes, one floor
     const auto precompute = [](int scene) {
         return Words{"precompute", fmt::format("room_{}.toml", scene), "--fields", "library", "--face-size",
                      "32"};
@@ -279,19 +310,27 @@ TEST_F(FarmTest, ALibraryIsListedVerifiedAndPruned) {
     EXPECT_EQ(files_below("library").size(), 0u);
 }
 
-TEST_F(FarmTest, GnuParallelRunsAPlanWithTwoJobs) {
+TEST_F(FarmTest, GnuParallelRunsAPlanAndDoesLostAndDamagedTasksAgain) {
     if (std::system("command -v parallel > /dev/null") != 0) GTEST_SKIP() << "GNU parallel is not installed";
     write_scene();
     expect_done(
         {"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16", "--no-render"});
-    expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "3", "--threads", "1", "--bake-options",
+    expect_done({"plan", "room.toml", "-o", "a plan's", "--tasks", "3", "--threads", "1", "--bake-options",
                  "--face-size 16 --no-render"});
-    const std::string command = "sh '" + (folder / "plan/parallel.sh").string() + "' --jobs 2 > '" +
-                                (folder / "log").string() + "' 2>&1";
-    EXPECT_EQ(std::system(command.c_str()), 0) << text_of(folder / "log");
-    expect_same_files("plan/results/room", "whole");
-    expect_same_files("plan/fields", "whole_fields");
-    EXPECT_EQ(std::system(command.c_str()), 0) << "once more: " << text_of(folder / "log");
+    const char* const script = "sh \"a plan's/parallel.sh\" --tasks-per-job=2 --jobs 2";
+    const Outcome first = shell(script);
+    EXPECT_EQ(first.code, 0) << first.err;
+    expect_same_files("a plan's/results/room", "whole");
+    expect_same_files("a plan's/fields", "whole_fields");
+    std::filesystem::remove(folder / "a plan's/parts/7.part");
+    std::string bytes = text_of(folder / "a plan's/parts/8.part");
+    bytes[bytes.size() / 2] ^= 1;
+    write_text(folder / "a plan's/parts/8.part", bytes);
+    const Outcome again = shell(script);
+    EXPECT_EQ(again.code, 0) << again.err;
+    expect_done({"status", "a plan's", "--verify"});
+    EXPECT_EQ(status("a plan's").value("done", 0), 10);
+    expect_same_files("a plan's/results/room", "whole");
 }
 
 TEST_F(FarmTest, WhatEveryTaskDoesIsEstimatedToBeATenthOfItAtMost) {

@@ -6,6 +6,8 @@
 
 #include "tests/fixtures/test_folder.h"
 #include "tools/farm/farm_status.h"
+#include "tools/farm/task_batches.h"
+#include "tools/farm/task_list.h"
 
 #include <fmt/format.h>
 
@@ -69,7 +71,8 @@ TEST(FarmPlan, ValuesOfAnotherKindOrBeyondTheirRangeAreRefused) {
         ["/jobs/0/parts", 18446744073709551615, "parts is 18446744073709551615"],
         ["/jobs/0/parts", 1000000, "more than 1000000 tasks"],
         ["/jobs/1/parts", 1, "even number of strips"], ["/jobs/3/parts", 2, "parts is 2"],
-        ["/jobs/0/part_seconds", 1e300, "part_seconds is 1e+300"], ["/jobs/0/instance", -1, "instance is -1"],
+        ["/jobs/0/part_seconds", 1e300, "part_seconds is 1e+300"], ["/jobs/0/part_bytes", -1, "part_bytes is -1"],
+        ["/join_seconds", "1", "join_seconds is string"], ["/jobs/0/instance", -1, "instance is -1"],
         ["/jobs/0/division", "strips", "a precompute is divided otherwise"],
         ["/jobs/3/division", "shading", "a bake is divided otherwise"],
         ["/jobs/2/division", "bounces", "a bake is divided otherwise"],
@@ -92,9 +95,10 @@ TEST(FarmPlan, ValuesOfAnotherKindOrBeyondTheirRangeAreRefused) {
 }
 
 TEST(FarmPlan, WithoutAKeyOrCutShortIsRefused) {
-    const std::vector<std::string> keys{"format",  "version",      "id",     "folder", "instructions",
-                                        "threads", "task_seconds", "stages", "jobs"},
-        of_jobs{"arguments", "division", "inputs", "instance", "direct", "parts", "part_seconds"};
+    const std::vector<std::string> keys{"format",  "version",      "id",           "folder", "instructions",
+                                        "threads", "task_seconds", "join_seconds", "stages", "jobs"},
+        of_jobs{"arguments", "division", "inputs",       "instance",
+                "direct",    "parts",    "part_seconds", "part_bytes"};
     for (const std::string& key : keys)
         EXPECT_FALSE(bool(changed_plan([&](auto& json) { json.erase(key); }))) << key;
     for (const std::string& key : of_jobs)
@@ -136,6 +140,88 @@ TEST(FarmStatus, WhatIsNotDoneTakesWhatItsKindTookAndNodesShareIt) {
     std::vector<bool> left(plan.task_count(), false);
     left[17] = true;
     EXPECT_EQ(simulated_seconds(plan, seconds, left, 3, 0), 2);
+}
+
+TEST(TaskList, IsAscendingWithEachTaskOnceAndAsShortAsItCanBe) {
+    for (const auto& [text, shortest] :
+         {std::pair("0", "0"), std::pair("0-9,12", "0-9,12"), std::pair("12,0-4,3-9,12-12", "0-9,12"),
+          std::pair("1,2,3,5", "1-3,5"), std::pair("19,18", "18-19")}) {
+        const Result<std::vector<std::size_t>> tasks = listed_tasks(text, 20);
+        ASSERT_TRUE(tasks) << text << ": " << tasks.error().what;
+        EXPECT_EQ(task_list(*tasks), shortest) << text;
+    }
+    EXPECT_EQ(task_list({}), "");
+    EXPECT_EQ(listed_tasks("0-19,0-19,5-19,0-19,0-19,0-19", 20)->size(), 20u);
+}
+
+TEST(TaskList, OtherTextsAndTasksThatThePlanLacksAreRefused) {
+    for (const char* text : {"", ",", "1,", ",1", "-", "1-", "-1", "1--2", "1-2-3", "a", "1 ", " 1", "+1",
+                             "1.5", "0x1", "99999999999999999999"}) {
+        EXPECT_FALSE(is_task_list(text)) << text;
+        EXPECT_FALSE(listed_tasks(text, 20)) << text;
+    }
+    for (const auto& [text, reason] :
+         {std::pair("20", "the plan has tasks 0 to 19"), std::pair("0-20", "is 20;"),
+          std::pair("3-2", "the smaller number first"),
+          std::pair("0-18446744073709551615", "the plan has tasks 0 to 19")}) {
+        const Result<std::vector<std::size_t>> tasks = listed_tasks(text, 20);
+        ASSERT_FALSE(tasks) << text;
+        EXPECT_NE(tasks.error().what.find(reason), std::string::npos) << tasks.error().what;
+    }
+}
+
+TEST(TaskBatches, HoldEachTaskToRunOnceAreOfOneStageAndNoMoreThanAskedFor) {
+    const FarmPlan plan = example_plan();
+    std::vector<TaskStatus> states(plan.task_count());
+    states[0].state = states[8].state = TaskState::done;
+    states[1].state = TaskState::running;
+    states[2].state = TaskState::damaged;
+    states[3].state = TaskState::failed;
+    const std::size_t in_stage[] = {5, 9, 1};
+    for (const std::size_t least : {1, 2, 4, 100})
+        for (const std::size_t most : {3, 4, 7, 15, 1000}) {
+            const Result<std::vector<TaskBatch>> batches = task_batches(plan, states, least, most);
+            ASSERT_TRUE(batches) << batches.error().what;
+            EXPECT_LE(batches->size(), most);
+            std::vector<std::size_t> tasks;
+            for (const TaskBatch& batch : *batches) {
+                for (const std::size_t task : batch.tasks) {
+                    EXPECT_GE(task, plan.stages[batch.stage]);
+                    EXPECT_LT(task, plan.stages[batch.stage + 1]);
+                }
+                EXPECT_LE(batch.tasks.size(), in_stage[batch.stage]);
+                EXPECT_GT(batch.limits.minutes, 0);
+                tasks.insert(tasks.end(), batch.tasks.begin(), batch.tasks.end());
+            }
+            EXPECT_GE(batches->front().tasks.size(), std::min<std::size_t>(least, 5));
+            EXPECT_EQ(task_list(tasks), "2-7,9-17") << least << " " << most;
+        }
+    EXPECT_FALSE(task_batches(plan, states, 1, 2)) << "three stages";
+}
+
+TEST(FarmStatus, ResultsOfAnotherLengthAreDamagedAndChangedOnesOnceVerified) {
+    const TestFolder folder;
+    std::filesystem::create_directories(folder / "parts");
+    const FarmPlan plan = example_plan();
+    ASSERT_TRUE(
+        write_part(folder.path(), plan, 2, {{1, 1, 1, "a"}, {{"x", std::string(5000, 'x')}, {"y", "y"}}}));
+    const std::string whole = text_of(folder / "parts/2.part");
+    const auto state = [&](const std::string& bytes, ResultCheck check) {
+        write_text(folder / "parts/2.part", bytes);
+        return task_states(folder.path(), plan, check)[2].state;
+    };
+    std::string changed = whole;
+    changed[2500] ^= 1;
+    for (const ResultCheck check : {ResultCheck::length, ResultCheck::content}) {
+        EXPECT_EQ(state(whole, check), TaskState::done);
+        for (const std::size_t size :
+             {whole.size() - 1, whole.size() - 16, std::size_t(3000), std::size_t(1)})
+            EXPECT_EQ(state(whole.substr(0, size), check), TaskState::damaged) << size;
+        EXPECT_EQ(state("", check), TaskState::damaged);
+        EXPECT_EQ(state(whole + "x", check), TaskState::damaged);
+    }
+    EXPECT_EQ(state(changed, ResultCheck::length), TaskState::done);
+    EXPECT_EQ(state(changed, ResultCheck::content), TaskState::damaged);
 }
 
 // Sealed, but by another program: it tells less, and is no other task's.

@@ -110,6 +110,40 @@ TEST_F(HostileSurroundings, ClosedStreamsFewFilesAndOtherLocalesChangeNothing) {
     EXPECT_EQ(run("$H info box.obj > /dev/full"), 1);
 }
 
+/// A program whose stdout and stderr fail keeps its exit code for bad input, and has one for lost results.
+TEST_F(HostileSurroundings, MessagesThatCannotBePrintedNeverAbort) {
+    const auto code_of = [&](const std::string& command, const std::string& streams) {
+        EXPECT_EQ(run("rm -f ../code; { " + command + "; echo $? > ../code; } " + streams), 0);
+        return text_of(folder / "code");
+    };
+    for (const char* streams : {"2>&1 | true", "2>/dev/full >/dev/full", "2>&- >&-", "2>/dev/full | true"}) {
+        EXPECT_EQ(code_of("sleep 0.2; $H info nothing", streams), "1\n") << streams;
+        EXPECT_EQ(code_of("sleep 0.2; $H bake", streams), "2\n") << streams;
+        EXPECT_EQ(code_of("sleep 0.2; $H bake s.toml -o ../lost --no-render --exposure 9", streams),
+                  std::string(streams) == "2>&- >&-" ? "0\n" : "1\n")
+            << streams;
+        EXPECT_TRUE(content("lost").contains("s.pov")) << streams << ": the bake ended early";
+        std::filesystem::remove_all(folder / "lost");
+    }
+}
+
+TEST_F(HostileSurroundings, ReportsGoToStreamsAndThroughLinks) {
+    EXPECT_EQ(run("$H info box.obj --quiet --report /dev/stdout | grep -q '\"command\"'"), 0) << messages();
+    EXPECT_EQ(run("mkfifo ../pipe; cat ../pipe > ../read & $H info box.obj --report ../pipe; wait"), 0);
+    EXPECT_NE(text_of(folder / "read").find("\"command\""), std::string::npos);
+    EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe"));
+    // What is printed before the report stays.
+    EXPECT_EQ(run("$H info box.obj --report /dev/stdout > ../both"), 0);
+    EXPECT_NE(text_of(folder / "both").find("\"command\""), std::string::npos);
+    EXPECT_NE(text_of(folder / "both").find("box.obj"), std::string::npos);
+    EXPECT_NE(text_of(folder / "both").front(), '{');
+    EXPECT_EQ(run("ln -s ../report.json link.json; $H info box.obj --report link.json"), 0);
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "in/link.json"));
+    EXPECT_TRUE(std::filesystem::is_regular_file(folder / "report.json"));
+    EXPECT_EQ(run("$H info box.obj --report ."), 1);
+    EXPECT_NE(messages().find("is a directory"), std::string::npos) << messages();
+}
+
 TEST_F(HostileSurroundings, AFullDiskIsAnErrorAndLeavesNoHalfFile) {
     EXPECT_EQ(run("ulimit -f 8; $H bake s.toml -o ../full --no-render"), 1);
     EXPECT_NE(messages().find("File too large"), std::string::npos) << messages();

@@ -1,9 +1,14 @@
 #include "bridge/movie.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
+#include <thread>
 
 namespace haarfield {
 namespace {
@@ -60,6 +65,39 @@ TEST_F(MovieTest, ChecksForTheEncoder) {
     const Result<Done> missing = check_encoder("no-such-ffmpeg");
     ASSERT_FALSE(missing);
     EXPECT_NE(missing.error().message().find("there is no no-such-ffmpeg"), std::string::npos);
+}
+
+TEST_F(MovieTest, FollowsLinksWritesToPipesAndRefusesDirectories) {
+    const std::string encoder = program("for last; do :; done; printf movie > \"$last\"\n");
+    const auto write = [&](const char* name) {
+        return write_movie(folder / "frame_%04d.png", 24, folder / name, 30, {}, encoder);
+    };
+    const auto content = [&](const char* name) {
+        std::ostringstream text;
+        text << std::ifstream(folder / name).rdbuf();
+        return text.str();
+    };
+    std::filesystem::create_symlink("spin.mp4", folder / "link.mp4");
+    ASSERT_TRUE(write("link.mp4"));
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "link.mp4"));
+    EXPECT_EQ(content("spin.mp4"), "movie");
+
+    ASSERT_EQ(mkfifo((folder / "pipe.mp4").c_str(), 0600), 0);
+    std::string read;
+    std::thread reader([&] { read = content("pipe.mp4"); });
+    const Result<Done> piped = write("pipe.mp4");
+    // Without this, a failure would leave the reader waiting.
+    if (const int end = open((folder / "pipe.mp4").c_str(), O_WRONLY | O_NONBLOCK); end >= 0) close(end);
+    reader.join();
+    EXPECT_TRUE(piped);
+    EXPECT_EQ(read, "movie");
+    EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe.mp4"));
+
+    std::filesystem::create_directory(folder / "folder.mp4");
+    const Result<Done> refused = write("folder.mp4");
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().what.find("is a directory"), std::string::npos) << refused.error().what;
+    EXPECT_EQ(files().size(), 4u) << "nothing else is left";
 }
 
 TEST_F(MovieTest, SaysWhenThereIsNoEncoder) {

@@ -55,6 +55,18 @@ TEST(PovrayProcess, RendersWithCoverageAndReportsProgress) {
     EXPECT_EQ(folder.files(), (std::vector<std::string>{"a b's.pov", "out dir", "out dir/c d.exr"}));
 }
 
+TEST(PovrayProcess, FollowsALinkToThePicture) {
+    const TestFolder folder;
+    ASSERT_TRUE(write_file(folder / "scene.pov", good_scene));
+    std::filesystem::create_directory(folder / "elsewhere");
+    std::filesystem::create_symlink("elsewhere/picture.exr", folder / "link.exr");
+    const Result<PovrayRun> run = run_povray(folder / "scene.pov", folder / "link.exr", small());
+    ASSERT_TRUE(run) << run.error().message();
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "link.exr"));
+    EXPECT_TRUE(read_image(folder / "elsewhere/picture.exr"));
+    EXPECT_FALSE(run_povray(folder / "scene.pov", folder / "elsewhere", small())) << "a directory";
+}
+
 TEST(PovrayProcess, ShowsPovraysOwnWords) {
     const TestFolder folder;
     ASSERT_TRUE(write_file(

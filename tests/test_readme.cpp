@@ -152,8 +152,9 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--lights", {"reference"}},
         {"--relative-error", {"reference"}},
         {"--listen", {"view"}},
-        {"--task", {"work"}},
-        {"--tasks", {"plan"}},
+        {"--hook", {"plan"}},
+        {"--tasks", {"plan", "work"}},
+        {"--verify", {"library", "status"}},
         {"--instructions", {"plan"}},
         {"--povray-patience", {"bake", "reference"}},
         {"--pruning-error", {"relight"}}};
@@ -168,6 +169,12 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         EXPECT_EQ(named.erase(option), 1u) << option << " is named no more";
         for (const std::string& command : commands)
             EXPECT_TRUE(has_option(help.at(command), option)) << command << " has no " << option;
+    }
+    const std::string scripts =
+        text_of(std::filesystem::path(HAARFIELD_SOURCE_DIR) / "tools/farm/plan_scripts.cpp");
+    for (const char* option : {"--tasks-per-job", "--at-once", "--most-jobs"}) {
+        EXPECT_EQ(named.erase(option), 1u) << option << " is named no more";
+        EXPECT_NE(scripts.find(std::string(option) + "=*)"), std::string::npos) << option;
     }
     for (const std::string& option : named) ADD_FAILURE() << "whose option is " << option << '?';
 }

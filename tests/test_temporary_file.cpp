@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/fsuid.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 
 #include <chrono>
@@ -145,6 +146,19 @@ TEST(TemporaryFile, NoFolderAndAReadOnlyOneAreErrors) {
     std::filesystem::create_directory(folder / "target");
     EXPECT_FALSE(write_whole(folder / "target", "x")) << "a folder has the name";
     EXPECT_EQ(folder.files(), (std::vector<std::string>{"folder", "target"}));
+}
+
+TEST(TemporaryFile, FollowsLinksAndRefusesPipes) {
+    const TestFolder folder;
+    std::filesystem::create_symlink("target", folder / "link");
+    ASSERT_TRUE(write_whole(folder / "link", "text"));
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+    EXPECT_EQ(text_of(folder / "target"), "text");
+    ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+    const auto refused = TemporaryFile::beside(folder / "pipe");
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().what.find("a pipe"), std::string::npos) << refused.error().what;
+    EXPECT_EQ(folder.files().size(), 3u) << "nothing is left beside them";
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
+#include "tools/print_text.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -40,7 +41,7 @@ struct CommandContext {
     /// A result, to stdout; nothing if --quiet.
     template <class... Values>
     void print(fmt::format_string<Values...> format, Values&&... values) const {
-        if (!quiet) fmt::print(format, std::forward<Values>(values)...);
+        if (!quiet) haarfield::print(stdout, format, std::forward<Values>(values)...);
     }
 
     /// To stderr and into the report.

@@ -53,9 +53,10 @@ int main(int argument_count, char** arguments) {
     const std::array readers{haarfield::model_reader_task(), haarfield::image_reader_task()};
     (void)haarfield::fork_reader_process(readers);
     const haarfield::ExitCode code = haarfield::run_program(argument_count, arguments);
-    // A full disk or a closed pipe shows only now.
-    if (std::fflush(stdout) != 0 && code == haarfield::ExitCode::done) {
-        fmt::print(stderr, "haarfield: the results could not be written\n");
+    // A full disk or a closed pipe: reported here for everything that was printed.
+    const bool is_printed = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+    if (!is_printed && code == haarfield::ExitCode::done) {
+        haarfield::print(stderr, "haarfield: the results could not be written\n");
         return static_cast<int>(haarfield::ExitCode::failed);
     }
     return static_cast<int>(code);

@@ -104,7 +104,7 @@ Result<ExitCode> run(const InfoOptions& options, CommandContext& context) {
     const nlohmann::ordered_json summary = summary_json(*field);
     context.report["field"] = summary;
     if (options.json)
-        fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+        print(stdout, "{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     else
         print_summary(*field, context);
     return ExitCode::done;

@@ -126,7 +126,7 @@ Result<ExitCode> run(const LibraryOptions& options, CommandContext& context) {
     }
     context.report["library"] = listing;
     if (options.json)
-        fmt::print("{}\n", listing.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+        print(stdout, "{}\n", listing.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     else if (!prunes)
         context.print("{} fields, {:.2f} MB{}\n", entries->size(), double(bytes) / 1e6,
                       !options.verify ? ""

@@ -140,7 +140,7 @@ Result<ExitCode> print_model(const std::filesystem::path& file, bool json, Comma
     report["self_intersecting"] = findings.self_intersecting;
     context.report["model"] = report;
     if (json) {
-        fmt::print("{}\n", report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+        print(stdout, "{}\n", report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
         return ExitCode::done;
     }
     const Vec3f size = bounds.upper - bounds.lower;

@@ -21,7 +21,7 @@ namespace {
 
 struct PlanOptions {
     std::vector<std::string> scenes;
-    std::string folder, output, fields, instructions;
+    std::string folder, output, fields, instructions, hook;
     std::vector<std::string> wanted{"bake"};
     std::string bake, reference, relight;  // further options of these
     double task_seconds = 300;
@@ -84,6 +84,7 @@ void divide(const JobCost& cost, std::size_t most, const PlanOptions& options, i
     if (options.tasks > 0) parts = options.tasks;
     job.parts = static_cast<std::size_t>(std::clamp(parts, 1.0, double(most)));
     job.part_seconds = setup + whole / double(job.parts);
+    job.part_bytes = cost.bytes;
 }
 
 /// Adds the fields that jobs on a scene read, unless they are planned already.
@@ -229,6 +230,8 @@ Result<FarmPlan> made_plan(const PlanOptions& options, CommandContext& context) 
             Result<std::vector<PlanJob>> made =
                 command_jobs(*planned, std::move(arguments), options, plan.threads, hashes);
             if (!made) return made.error();
+            const JobCost join = join_cost(planned->scene, made->front().arguments);
+            plan.join_seconds += (join.setup + join.work) / plan.threads;
             jobs.push_back(std::move(made->front()));
             if (made->size() > 1) last_jobs.push_back(std::move(made->back()));
         }
@@ -267,7 +270,8 @@ Result<ExitCode> run(const PlanOptions& options, CommandContext& context) {
     const ScriptPaths paths{std::filesystem::read_symlink("/proc/self/exe", none).string(),
                             absolute(options.folder)};
     for (const auto& [name, text] :
-         {std::pair("slurm.sh", slurm_script(*plan, paths)),
+         {std::pair("job.sh", job_script(*plan, paths, options.hook)),
+          std::pair("slurm.sh", slurm_script(*plan, paths)),
           std::pair("parallel.sh", parallel_script(*plan, paths)), std::pair("plan.json", plan_text(*plan))})
         if (Result<Done> written = write_file(folder / name, text); !written) return written.error();
     double seconds = 0;
@@ -321,12 +325,18 @@ Command plan_command(CLI::App& program) {
                     "Vector instructions of all tasks, on whatever machine: AVX2 if some have no others "
                     "(default: the best that this machine has)")
         ->type_name("SET");
+    app->add_option(
+           "--hook", options->hook,
+           "Shell line that each job runs first: 'module load povray', or run='apptainer exec IMAGE' "
+           "to run haarfield in a container")
+        ->type_name("LINE");
     app->footer(
-        "--threads is what a task will have. A field is divided by samples, a bake by vertices, a reference "
-        "by\n"
-        "lights and rows, a relight by frames; bakes with --refine, or without --bounces 0, and references "
-        "with\n"
-        "--relative-error or --radiosity, are one task.\n"
+        "--threads is the number of threads of each task. Fields are divided by samples, bakes by vertices,\n"
+        "references by lights and rows, relights by frames. Indirect light is one task per bake and runs "
+        "after\n"
+        "the direct light. One task each: bakes with --refine, bakes with indirect light and --colours "
+        "fitted,\n"
+        "references with --relative-error or --radiosity.\n"
         "Example:\n  haarfield plan scenes/table_and_chairs.toml -o out/plan --want bake,reference --threads "
         "2\n"
         "  sh out/plan/parallel.sh --jobs 1    # or sh out/plan/slurm.sh");

@@ -1,5 +1,7 @@
 #include "tools/progress_bar.h"
 
+#include "tools/print_text.h"
+
 #include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -86,10 +88,10 @@ void ProgressBar::report(std::string_view stage, std::uint64_t done, std::uint64
     const double seconds = std::chrono::duration<double>(now - stage_start_).count();
     if (terminal_) {
         const std::string line = progress_line(stage, done, total, seconds, true, terminal_columns());
-        fmt::print(stderr, "\r{}\x1b[K", line);
+        print(stderr, "\r{}\x1b[K", line);
         shown_ = true;
     } else {
-        fmt::print(stderr, "{}\n", progress_line(stage, done, total, seconds, false, 0));
+        print(stderr, "{}\n", progress_line(stage, done, total, seconds, false, 0));
     }
     std::fflush(stderr);
 }
@@ -97,11 +99,11 @@ void ProgressBar::report(std::string_view stage, std::uint64_t done, std::uint64
 void ProgressBar::message(const std::string& text) {
     const std::lock_guard lock(mutex_);
     clear();
-    fmt::print(stderr, "{}\n", text);
+    print(stderr, "{}\n", text);
 }
 
 void ProgressBar::clear() {
-    if (shown_) fmt::print(stderr, "\r\x1b[K");
+    if (shown_) print(stderr, "\r\x1b[K");
     shown_ = false;
 }
 

@@ -44,9 +44,10 @@ public:
 
     /// Shades and writes a frame.
     ///
-    /// mode  that made the change: how it is shaded.
-    Result<Done> write(int frame, const RelightMode& mode, FrameQuality quality, const Progress& progress) {
-        const std::filesystem::path output = stage_.options.output;
+    /// output  an existing folder.
+    /// mode    that made the change: how it is shaded.
+    Result<Done> write(const std::filesystem::path& output, int frame, const RelightMode& mode,
+                       FrameQuality quality, const Progress& progress) {
         const bool is_picture = stage_.options.format != "povray";
         SeenSession& session = *stage_.session;
         if (!is_picture || !mode.by_vertex) {
@@ -160,6 +161,21 @@ std::pair<int, int> frame_range(const RelightOptions& options, const CommandCont
     return {first + static_cast<int>(begin), first + static_cast<int>(end)};
 }
 
+/// The folder of a frame, counted from 0 among those of the options: a plan's tasks have one for each part.
+Result<std::filesystem::path> frame_folder(const RelightOptions& options, const CommandContext& context,
+                                           int frame) {
+    std::filesystem::path folder = options.output;
+    if (!context.share) return folder;
+    const auto all = static_cast<std::size_t>((options.last_frame > 0 ? options.last_frame : options.frames) -
+                                              options.first_frame + 1),
+               item = static_cast<std::size_t>(frame - (options.first_frame - 1));
+    std::size_t k = 0;
+    while (item >= context.share->range_of(k, all).second) ++k;
+    folder /= part_folder(k);
+    if (Result<Done> made = make_folder(folder); !made) return made.error();
+    return folder;
+}
+
 /// Makes a movie of the frames that are there, if it is wanted.
 Result<ExitCode> filmed(const RelightOptions& options, CommandContext& context) {
     if (options.movie.empty()) return ExitCode::done;
@@ -220,9 +236,11 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
         const Stopwatch change_watch;
         mode->change(double(frame) / steps);
         changing += change_watch.elapsed();
+        const Result<std::filesystem::path> folder = frame_folder(options, context, frame);
+        if (!folder) return folder.error();
         const Result<Done> written = writer.write(
-            frame + 1, *mode, mode->rests && !is_at_rest ? FrameQuality::moving : FrameQuality::still,
-            context.progress);
+            *folder, frame + 1, *mode,
+            mode->rests && !is_at_rest ? FrameQuality::moving : FrameQuality::still, context.progress);
         if (!written) return written.error();
         if (context.progress.report)
             context.progress.report("frames", std::uint64_t(frame - first) + 1, std::uint64_t(last - first));

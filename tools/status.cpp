@@ -1,5 +1,6 @@
 #include "tools/command.h"
-#include "tools/farm/farm_status.h"
+#include "tools/farm/task_batches.h"
+#include "tools/farm/task_list.h"
 #include "tools/number_option.h"
 
 #include <fmt/format.h>
@@ -12,7 +13,8 @@ namespace {
 
 struct StatusOptions {
     std::string plan;
-    bool json = false;
+    bool json = false, verify = false;
+    std::size_t batches = 0, batch_tasks = 1;  // 0: no batches
     std::vector<std::size_t> nodes;
     double overhead = 1;
     bool from_start = false, processor_time = false;
@@ -24,10 +26,28 @@ std::string time_text(double seconds) {
     return fmt::format("{:.1f} h", seconds / 3600);
 }
 
+/// Prints the tasks to run, a job of a scheduler per line, and the join.
+Result<ExitCode> print_batches(const StatusOptions& options, const FarmPlan& plan,
+                               const std::vector<TaskStatus>& states) {
+    const Result<std::vector<TaskBatch>> batches =
+        task_batches(plan, states, options.batch_tasks, options.batches);
+    if (!batches) return Error{"--batches", batches.error().what};
+    const auto print_job = [](const std::string& stage, const JobLimits& limits, const std::string& tasks) {
+        print(stdout, "{} {} {} {}\n", stage, limits.minutes, limits.megabytes, tasks);
+    };
+    for (const TaskBatch& batch : *batches)
+        print_job(std::to_string(batch.stage + 1), batch.limits, task_list(batch.tasks));
+    print_job("join", join_limits(plan, states), "-");
+    return ExitCode::done;
+}
+
 Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
     const Result<FarmPlan> plan = read_plan(options.plan);
     if (!plan) return plan.error();
-    const std::vector<TaskStatus> states = task_states(options.plan, *plan);
+    const std::vector<TaskStatus> states = task_states(
+        options.plan, *plan, options.verify ? ResultCheck::content : ResultCheck::length, context.progress);
+    if (context.progress.stop.stop_requested()) return Error{"", interrupted};
+    if (options.batches > 0) return print_batches(options, *plan, states);
     const std::vector<double> seconds =
         task_seconds(*plan, states, options.processor_time ? TaskTime::processor : TaskTime::clock);
     const auto count = [&](TaskState state) { return std::ranges::count(states, state, &TaskStatus::state); };
@@ -44,6 +64,9 @@ Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
     const auto running = static_cast<std::size_t>(count(TaskState::running));
     nlohmann::ordered_json failures = nlohmann::ordered_json::array(),
                            times = nlohmann::ordered_json::array();
+    std::vector<std::size_t> damaged;
+    for (std::size_t task = 0; task < states.size(); ++task)
+        if (states[task].state == TaskState::damaged) damaged.push_back(task);
     for (std::size_t task = 0; task < states.size(); ++task)
         if (states[task].state == TaskState::failed)
             failures.push_back({{"task", task}, {"failure", states[task].failure}});
@@ -56,6 +79,7 @@ Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
                                   {"running", running},
                                   {"failed", count(TaskState::failed)},
                                   {"waiting", count(TaskState::waiting)},
+                                  {"damaged", damaged},
                                   {"seconds_left", left_seconds},
                                   {"cpu_seconds", cpu_seconds},
                                   {"peak_bytes", peak_bytes},
@@ -63,12 +87,14 @@ Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
     if (running > 0) status["time_left"] = simulated_seconds(*plan, seconds, left, running, options.overhead);
     if (!options.nodes.empty()) status["simulated"] = times;
     context.report["status"] = status;
+    const ExitCode code = options.verify && !damaged.empty() ? ExitCode::failed : ExitCode::done;
     if (options.json) {
-        fmt::print("{}\n", status.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
-        return ExitCode::done;
+        print(stdout, "{}\n", status.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+        return code;
     }
-    context.print("tasks  {}: {} done, {} running, {} failed, {} waiting\n", states.size(),
-                  count(TaskState::done), running, count(TaskState::failed), count(TaskState::waiting));
+    context.print("tasks  {}: {} done, {} running, {} failed, {} damaged, {} waiting\n", states.size(),
+                  count(TaskState::done), running, count(TaskState::failed), damaged.size(),
+                  count(TaskState::waiting));
     context.print("took   {} of all cores, at most {:.0f} MB a task\n", time_text(cpu_seconds),
                   double(peak_bytes) / 1e6);
     context.print("left   {} of one node", time_text(left_seconds));
@@ -79,7 +105,10 @@ Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
     for (const auto& failure : failures)
         context.print("failed task {}: {}\n", failure["task"].get<std::size_t>(),
                       failure["failure"].get<std::string>());
-    return ExitCode::done;
+    if (!damaged.empty())
+        context.print("damaged results: run `haarfield work {} --tasks {}` or the plan's script again\n",
+                      options.plan, task_list(damaged));
+    return code;
 }
 
 }  // namespace
@@ -89,6 +118,21 @@ Command status_command(CLI::App& program) {
     const auto options = std::make_shared<StatusOptions>();
     app->add_option("PLAN", options->plan, "The plan's folder")->required()->type_name("");
     app->add_flag("--json", options->json, "As JSON");
+    app->add_flag(
+        "--verify", options->verify,
+        "Verify the checksums of all results, not only their lengths; exit code 1 if one is damaged");
+    CLI::Option* const batches =
+        add_number(
+            *app, "--batches", options->batches,
+            "Print instead the tasks to run, in at most N jobs of a scheduler and the join: STAGE MINUTES "
+            "MEGABYTES TASKS, as slurm.sh reads them",
+            {1, 1e6})
+            ->excludes(app->get_option("--json"))
+            ->type_name("N");
+    add_number(*app, "--batch-tasks", options->batch_tasks, "Tasks in each of these jobs, or more", {1, 1e6})
+        ->needs(batches)
+        ->capture_default_str()
+        ->type_name("N");
     add_number(*app, "--nodes", options->nodes,
                "Simulate what is left on so many nodes, separated by commas, each doing one task at a time",
                {1, 1e6})
@@ -102,7 +146,9 @@ Command status_command(CLI::App& program) {
     app->add_flag("--processor-time", options->processor_time,
                   "Take the processor's time for that of the clock, as on nodes that do nothing else");
     app->footer(
-        "Times of tasks that are not done are estimates, corrected by those that are.\n"
+        "Times of tasks that are not done are estimates, corrected by those that are. A damaged result "
+        "counts\n"
+        "as not done.\n"
         "Example:\n  haarfield status out/plan --nodes 10,100,1000");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }

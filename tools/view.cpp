@@ -115,7 +115,7 @@ private:
 void open_in_browser(const std::string& url) {
     // In a new session of the system's, so that Ctrl-C ends this program alone.
     const std::string command = fmt::format("setsid xdg-open '{}' >/dev/null 2>&1 &", url);
-    if (std::system(command.c_str()) != 0) fmt::print(stderr, "haarfield view: there is no xdg-open\n");
+    if (std::system(command.c_str()) != 0) print(stderr, "haarfield view: there is no xdg-open\n");
 }
 
 Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
@@ -159,7 +159,7 @@ Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
     ViewSession session(*scene, std::move(*entities), settings, shelf, audience);
     const Site site(session, shelf);
 
-    fmt::print("{}\n", server.url());
+    print(stdout, "{}\n", server.url());
     std::fflush(stdout);
     if (options.open) open_in_browser(server.url());
     server.run({[&](std::string_view path) { return site.get(path); },

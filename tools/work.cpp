@@ -1,84 +1,181 @@
 #include "fields/file/claim.h"
 #include "fields/file/write_file.h"
 #include "tools/farm/job_run.h"
-#include "tools/number_option.h"
+#include "tools/farm/task_list.h"
 #include "tools/stopwatch.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <set>
 
 namespace haarfield {
 
 namespace {
 
 struct WorkOptions {
-    std::string plan;
-    std::size_t task = 0;
+    std::string plan, tasks;
 };
 
-/// The task, and what it took.
-Result<TaskPart> done(const FarmPlan& plan, const WorkOptions& options, CommandContext& context) {
-    const PlanTask task = plan.task(options.task);
-    if (const Result<Done> same = check_inputs(plan.jobs[task.job]); !same) return same.error();
-    const Stopwatch watch;
-    CommandContext inner = context;
-    inner.quiet = true;
-    Result<std::vector<Section>> sections = done_task(plan, task, options.plan, inner);
-    if (!sections) return sections.error();
-    return TaskPart{process_cost(watch.elapsed().wall), *std::move(sections)};
-}
+/// Tasks that run together: killed, they lose so many results, and each holds a claim.
+constexpr std::size_t most_together = 32;
+
+/// Runs the tasks of a list.
+class Worker {
+public:
+    Worker(const FarmPlan& plan, const std::filesystem::path& folder, CommandContext& context)
+        : plan_(plan), folder_(folder), context_(context) {}
+
+    /// Runs the tasks without a good result. Goes on after failures.
+    ///
+    /// tasks   ascending.
+    /// errors  the first failure.
+    Result<Done> run(const std::vector<std::size_t>& tasks) {
+        Result<Done> result = Done{};
+        for (const std::vector<std::size_t>& together : groups(unfinished(tasks))) {
+            Result<Done> done = run_together(together);
+            if (!done && context_.progress.stop.stop_requested()) return done;
+            if (!done && !result) context_.message(done.error().message());
+            if (!done && result) result = std::move(done);
+        }
+        return result;
+    }
+
+    double cpu_seconds() const { return cpu_seconds_; }
+    std::uint64_t peak_bytes() const { return peak_bytes_; }
+
+private:
+    /// Those without a good result.
+    std::vector<std::size_t> unfinished(const std::vector<std::size_t>& tasks) const {
+        std::vector<std::size_t> left;
+        for (const std::size_t task : tasks) {
+            const Result<TaskPart> part = read_part(folder_, plan_, task);
+            if (part)
+                context_.print("task   {} is done already, on {}\n", task, part->cost.host);
+            else
+                left.push_back(task);
+        }
+        return left;
+    }
+
+    /// Runs of consecutive tasks of one job.
+    std::vector<std::vector<std::size_t>> groups(const std::vector<std::size_t>& tasks) const {
+        std::vector<std::vector<std::size_t>> result;
+        for (const std::size_t task : tasks) {
+            const bool follows = !result.empty() && result.back().back() + 1 == task &&
+                                 result.back().size() < most_together &&
+                                 plan_.task(task).job == plan_.task(result.back().back()).job;
+            if (!follows) result.emplace_back();
+            result.back().push_back(task);
+        }
+        return result;
+    }
+
+    Result<Done> run_together(const std::vector<std::size_t>& tasks) {
+        // Wait for other processes at these tasks. Claims are made in ascending order, so none waits for another.
+        std::vector<Claim> claims;
+        for (const std::size_t task : tasks) {
+            Result<std::optional<Claim>> claim =
+                Claim::on(task_file(folder_, task, "claim"), context_.progress);
+            if (!claim) return claim.error();
+            if (*claim) claims.push_back(**std::move(claim));
+        }
+        for (const std::vector<std::size_t>& left : groups(unfinished(tasks)))
+            if (Result<Done> done = run_claimed(left); !done) return done;
+        return Done{};
+    }
+
+    Result<Done> run_claimed(const std::vector<std::size_t>& tasks) {
+        const PlanTask first = plan_.task(tasks.front());
+        Result<Done> done = published({first.job, first.part, tasks.size()}, tasks.front());
+        std::error_code none;
+        for (const std::size_t task : tasks) {
+            const std::filesystem::path failed = task_file(folder_, task, "failed");
+            if (done)
+                std::filesystem::remove(failed, none);
+            else if (!context_.progress.stop.stop_requested())
+                (void)write_file(failed, done.error().message() + "\n");  // for `status`
+        }
+        return done;
+    }
+
+    /// Computes the results and publishes them.
+    Result<Done> published(const PlanTasks& tasks, std::size_t first) {
+        if (checked_jobs_.insert(tasks.job).second)
+            if (Result<Done> same = check_inputs(plan_.jobs[tasks.job]); !same) {
+                checked_jobs_.erase(tasks.job);
+                return same;
+            }
+        const Stopwatch watch;
+        CommandContext inner = context_;
+        inner.quiet = true;
+        Result<PartSections> made = done_tasks(plan_, tasks, folder_, inner);
+        if (!made) return made.error();
+        // The time is that of all of them.
+        TaskCost cost = process_cost(watch.elapsed().wall);
+        const double cpu_seconds = cost.cpu_seconds - cpu_seconds_;
+        cpu_seconds_ = cost.cpu_seconds;
+        peak_bytes_ = cost.peak_bytes;
+        const double seconds = cost.seconds;
+        cost.seconds /= double(tasks.count);
+        cost.cpu_seconds = cpu_seconds / double(tasks.count);
+        for (std::size_t k = 0; k < tasks.count; ++k)
+            if (Result<Done> written = write_part(folder_, plan_, first + k, {cost, std::move((*made)[k])});
+                !written)
+                return written;
+        if (tasks.count == 1)
+            context_.print("task   {} done in {:.2f} s, {:.2f} s of all cores, {:.0f} MB\n", first, seconds,
+                           cpu_seconds, double(cost.peak_bytes) / 1e6);
+        else
+            context_.print("tasks  {}-{} done in {:.2f} s, {:.2f} s of all cores, {:.0f} MB\n", first,
+                           first + tasks.count - 1, seconds, cpu_seconds, double(cost.peak_bytes) / 1e6);
+        return Done{};
+    }
+
+    const FarmPlan& plan_;
+    std::filesystem::path folder_;
+    CommandContext& context_;
+    std::set<std::size_t> checked_jobs_;  // whose inputs are those of the plan
+    double cpu_seconds_ = 0;              // of the process so far
+    std::uint64_t peak_bytes_ = 0;
+};
 
 Result<ExitCode> run(const WorkOptions& options, CommandContext& context) {
     const Result<FarmPlan> plan = read_plan(options.plan);
     if (!plan) return plan.error();
-    if (options.task >= plan->task_count())
-        return Error{"--task",
-                     fmt::format("is {}; the plan has tasks 0 to {}", options.task, plan->task_count() - 1)};
-    const auto is_done = [&] {
-        const Result<TaskPart> part = read_part(options.plan, *plan, options.task);
-        if (part) context.print("task   {} is done already, on {}\n", options.task, part->cost.host);
-        return bool(part);
-    };
-    if (is_done()) return ExitCode::done;
-    // While another process is at this task, wait for it: a result that is there need not be made.
-    const Result<std::optional<Claim>> claim =
-        Claim::on(task_file(options.plan, options.task, "claim"), context.progress);
-    if (!claim) return claim.error();
-    if (is_done()) return ExitCode::done;
+    const Result<std::vector<std::size_t>> tasks = listed_tasks(options.tasks, plan->task_count());
+    if (!tasks) return Error{"--tasks", tasks.error().what};
     if (const Result<Done> entered = enter_plan(*plan); !entered) return entered.error();
-    const std::filesystem::path failed = task_file(options.plan, options.task, "failed");
-    Result<TaskPart> part = done(*plan, options, context);
-    if (part)
-        if (const Result<Done> written = write_part(options.plan, *plan, options.task, *part); !written)
-            part = written.error();
-    if (!part) {
-        if (!context.progress.stop.stop_requested())
-            (void)write_file(failed, part.error().message() + "\n");  // `status` tells it
-        return part.error();
-    }
-    std::error_code none;
-    std::filesystem::remove(failed, none);
-    context.report["task"] = options.task;
-    context.report["cpu_seconds"] = part->cost.cpu_seconds;
-    context.report["peak_bytes"] = part->cost.peak_bytes;
-    context.print("task   {} done in {:.2f} s, {:.2f} s of all cores, {:.0f} MB\n", options.task,
-                  part->cost.seconds, part->cost.cpu_seconds, double(part->cost.peak_bytes) / 1e6);
+    Worker worker(*plan, options.plan, context);
+    if (const Result<Done> done = worker.run(*tasks); !done) return done.error();
+    context.report["tasks"] = *tasks;
+    context.report["cpu_seconds"] = worker.cpu_seconds();
+    context.report["peak_bytes"] = worker.peak_bytes();
     return ExitCode::done;
+}
+
+std::string list_trouble(const std::string& text) {
+    return is_task_list(text) ? "" : fmt::format("is {}; expected numbers and ranges, such as 0-9,12", text);
 }
 
 }  // namespace
 
 Command work_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("work", "Do one task of a plan");
+    CLI::App* app = program.add_subcommand("work", "Run tasks of a plan");
     const auto options = std::make_shared<WorkOptions>();
     app->add_option("PLAN", options->plan, "The plan's folder")->required()->type_name("");
-    add_number(*app, "--task", options->task, "Which task, counted from 0", {0, 1e9})
+    app->add_option("--task,--tasks", options->tasks,
+                    "Which tasks, counted from 0: numbers and ranges, separated by commas")
         ->required()
-        ->type_name("K");
+        ->check(CLI::Validator(list_trouble, ""))
+        ->type_name("LIST");
     app->footer(
-        "Does nothing if the task's result is there and good. It may be killed at any time, and run several\n"
-        "times at once, on any machine that has the plan's folder and the scene's files under the same "
-        "names.\n"
-        "Example:\n  haarfield work out/plan --task 7");
+        "Skips tasks that have a good result. Consecutive tasks of one job start and prepare the scene "
+        "once.\n"
+        "The command may be killed at any time, and run several times at once, on any machine that has the\n"
+        "plan's folder and the scene's files under the same names.\n"
+        "Examples:\n  haarfield work out/plan --task 7\n  haarfield work out/plan --tasks 0-9,12");
     return {app, [options](CommandContext& context) {
                 options->plan = std::filesystem::absolute(options->plan).string();  // tasks go elsewhere
                 return run(*options, context);

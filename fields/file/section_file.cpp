@@ -36,12 +36,19 @@ std::array<std::uint64_t, 2> hash_of(std::string_view bytes) {
     return {hash.low64, hash.high64};
 }
 
+/// A section in the bytes of a file.
+struct SectionView {
+    std::string_view name, bytes;
+
+    Section copy() const { return {std::string(name), std::string(bytes)}; }
+};
+
 /// Takes a section off the begin; nothing if it is longer than what there is.
-std::optional<Section> taken_section(std::string_view& bytes) {
+std::optional<SectionView> taken_section(std::string_view& bytes) {
     if (bytes.size() < 2 * sizeof(std::uint64_t)) return std::nullopt;
     const auto name = taken<std::uint64_t>(bytes), size = taken<std::uint64_t>(bytes);
     if (name > bytes.size() || size > bytes.size() - name) return std::nullopt;
-    Section section{std::string(bytes.substr(0, name)), std::string(bytes.substr(name, size))};
+    const SectionView section{bytes.substr(0, name), bytes.substr(name, size)};
     bytes.remove_prefix(name + size);
     return section;
 }
@@ -77,9 +84,9 @@ Result<std::vector<Section>> read_section_file(const std::filesystem::path& file
     if (taken<std::uint32_t>(bytes) != version) return refusal("of another version");
     std::vector<Section> sections;
     for (auto count = taken<std::uint32_t>(bytes); count > 0; --count) {
-        std::optional<Section> section = taken_section(bytes);
+        const std::optional<SectionView> section = taken_section(bytes);
         if (!section) return refusal("its sections are not as long as they say");
-        sections.push_back(*std::move(section));
+        sections.push_back(section->copy());
     }
     if (!bytes.empty()) return refusal("something follows its last section");
     return sections;
@@ -91,10 +98,13 @@ Result<Section> read_first_section(const std::filesystem::path& file) {
     std::string_view bytes = mapped->bytes;
     if (bytes.size() < head_size || !bytes.starts_with(magic))
         return Error{file.string(), "cut short, or no file of a task's results"};
-    bytes.remove_prefix(head_size);
-    std::optional<Section> section = taken_section(bytes);
-    if (!section) return Error{file.string(), "cut short"};
-    return *std::move(section);
+    bytes.remove_prefix(magic.size() + sizeof version);
+    const auto count = taken<std::uint32_t>(bytes);
+    std::optional<SectionView> first = taken_section(bytes), last = first;
+    for (std::uint32_t taken = 1; last && taken < count; ++taken) last = taken_section(bytes);
+    if (count == 0 || !last || bytes.size() != hash_size)
+        return Error{file.string(), "cut short, or longer than its sections"};
+    return first->copy();
 }
 
 const std::string* section_named(const std::vector<Section>& sections, std::string_view name) {

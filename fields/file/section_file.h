@@ -29,9 +29,10 @@ std::string section_file(const std::vector<Section>& sections);
 /// errors  what the system says; cut short, changed, of another version or not such a file.
 Result<std::vector<Section>> read_section_file(const std::filesystem::path& file);
 
-/// The first section alone, of which no more is checked than that it is there.
+/// Reads the first section. Checks the length of the file, but not its checksum.
 ///
-/// cost  a page of the file, and what the section holds.
+/// errors  those of the system; another length than that of all sections.
+/// cost    a page of the file for each section, and the bytes of the first.
 Result<Section> read_first_section(const std::filesystem::path& file);
 
 /// The bytes of the section of that name; null if there is none.

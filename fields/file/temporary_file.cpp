@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "fields/file/mapped_file.h"
+#include "fields/file/output_target.h"
 #include "fields/file/process_name.h"
 
 namespace haarfield {
@@ -52,10 +53,13 @@ bool is_old(const path& file) {
 }  // namespace
 
 Result<TemporaryFile> TemporaryFile::beside(const path& target) {
-    const path file = temporary_path(target);
+    const Result<OutputTarget> output = output_target(target);
+    if (!output) return output.error();
+    if (output->is_stream) return Error{target.string(), "is a device or a pipe; expected a file"};
+    const path file = temporary_path(output->file);
     const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (descriptor < 0) return system_error(target, "make a file beside it", errno);
-    return TemporaryFile(target, file, descriptor);
+    return TemporaryFile(output->file, file, descriptor);
 }
 
 TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept

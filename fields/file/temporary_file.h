@@ -14,7 +14,9 @@ namespace haarfield {
 /// takes the place stays. Nothing rests on locks, which some network file systems grant to everybody.
 class TemporaryFile {
 public:
-    /// errors  what the system says (no such folder, no right to write ...).
+    /// Symbolic links to the target are followed.
+    ///
+    /// errors  those of the system (no such folder, no right to write ...); a directory, a device or a pipe.
     static Result<TemporaryFile> beside(const std::filesystem::path& target);
 
     TemporaryFile(TemporaryFile&& other) noexcept;  ///< Takes the file over.

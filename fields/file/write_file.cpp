@@ -1,11 +1,15 @@
 #include "fields/file/write_file.h"
 
+#include "fields/file/output_target.h"
 #include "fields/file/temporary_file.h"
 
 namespace haarfield {
 
 Result<Done> write_file(const std::filesystem::path& file, std::string_view bytes) {
-    Result<TemporaryFile> temporary = TemporaryFile::beside(file);
+    const Result<OutputTarget> target = output_target(file);
+    if (!target) return target.error();
+    if (target->is_stream) return write_stream(*target, bytes);
+    Result<TemporaryFile> temporary = TemporaryFile::beside(target->file);
     if (!temporary) return temporary.error();
     if (Result<Done> written = temporary->write(bytes); !written) return written;
     return temporary->take_place();

@@ -8,10 +8,10 @@
 
 namespace haarfield {
 
-/// Writes bytes to a file, which appears whole or not at all: it is a TemporaryFile before. Unlike a field it
-/// is not awaited on the disk.
+/// Writes bytes to a file, a device or a pipe. A file appears whole or not at all: it is a TemporaryFile before.
+/// Symbolic links are followed. Does not wait until the bytes are on the disk.
 ///
-/// errors  what the system says (no such folder, full disk ...).
+/// errors  those of the system (no such folder, full disk ...); a directory has the name.
 Result<Done> write_file(const std::filesystem::path& file, std::string_view bytes);
 
 /// Makes the folder, with those above it, if it is not there; and removes from it what processes that have

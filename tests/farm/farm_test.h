@@ -12,6 +12,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -70,6 +71,23 @@ protected:
         return run({"work", plan, "--task", std::to_string(task)});
     }
 
+    /// Several tasks by one process.
+    void expect_worked(const std::string& plan, const std::string& tasks) {
+        expect_done({"work", plan, "--tasks", tasks});
+    }
+    void expect_all_worked(const std::string& plan) {
+        expect_worked(plan, fmt::format("0-{}", task_count(plan) - 1));
+    }
+
+    /// Runs a line of a shell in the folder.
+    Outcome shell(const std::string& line) {
+        const int status = std::system(
+            fmt::format("cd '{}' && {{ {}\n}} > shell.out 2> shell.err", folder.path().string(), line)
+                .c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), text_of(folder / "shell.out"),
+                text_of(folder / "shell.err")};
+    }
+
     nlohmann::json status(const std::string& plan) {
         const Outcome said = run({"status", plan, "--json"});
         EXPECT_EQ(said.code, 0) << said.err;
@@ -78,8 +96,8 @@ protected:
 
     std::size_t task_count(const std::string& plan) { return status(plan).value("tasks", std::size_t(0)); }
 
-    /// A box over a floor under a low sun: `name`.toml.
-    void write_scene(const std::string& name = "room", int fine_vertices = 600, float height = 1) {
+    /// Two boxes over a floor under a low sun: `name`.toml.
+    void write_scene(const std::string& name = "room", int fine_vertices = 200, float height = 1) {
         write_text(folder / (name + ".obj"),
                    fmt::format("v -0.5 0 -0.5\nv 0.5 0 -0.5\nv 0.5 0 0.5\nv -0.5 0 0.5\n"
                                "v -0.5 {0} -0.5\nv 0.5 {0} -0.5\nv 0.5 {0} 0.5\nv -0.5 {0} 0.5\n"
@@ -91,7 +109,7 @@ protected:
 position = [2.5, 2, 3]
 target = [0, 0.4, 0]
 vertical_fov = 40
-resolution = [96, 72]
+resolution = [48, 40]
 [environment]
 sky = {{ turbidity = 6, sun_elevation = 50, sun_azimuth = 20, sun_angular_radius = 5 }}
 [materials.clay]
@@ -104,12 +122,14 @@ mesh = "{0}.obj"
 material = "clay"
 fine_vertices = {1}
 coarse_triangles = 0
-planar_samples = 300
-spherical_samples = 300
+planar_samples = 100
+spherical_samples = 100
 [entities.floor]
 mesh = "floor.obj"
 material = "clay"
-fine_vertices = 900
+fine_vertices = 300
+planar_samples = 20
+spherical_samples = 20
 coarse_triangles = 0
 [[instances]]
 entity = "floor"

@@ -1,6 +1,6 @@
 #!/bin/bash
-# A plan of the demo's scene, made small, on a Slurm of its own: both daemons and two nodes on this machine, of
-# which one goes down in the middle.
+# Runs a plan of the demo's scene, made small, on a private Slurm: both daemons and two nodes on this machine, one of
+# which fails. The queue is shorter than the plan. Then loses and damages results and submits the plan again.
 # Usage: slurm.sh PROGRAM SOURCE. Exit code 77, with the reason, where that can not be.
 set -euo pipefail
 program=$1 source=$2
@@ -50,6 +50,7 @@ start munged munged --foreground --force --socket="$folder/munge/socket" --key-f
 wait_for 20 test -S "$folder/munge/socket" || skip "munged does not start: $(tail -n 1 "$folder/munged.log")"
 
 host=$(hostname -s)
+memory=$(awk '$1 == "MemTotal:" { print int($2 / 1024 * 0.9) }' /proc/meminfo) # MB
 port=$((20000 + $$ % 20000))
 cat >"$folder/slurm.conf" <<CONF
 ClusterName=haarfield
@@ -74,9 +75,11 @@ SchedulerType=sched/builtin
 SelectType=select/cons_tres
 SelectTypeParameters=CR_Core
 SlurmdTimeout=20
+MaxArraySize=4
+MaxJobCount=16
 MessageTimeout=30
-NodeName=n0 NodeHostname=$host NodeAddr=127.0.0.1 Port=$((port + 1)) CPUs=1 State=UNKNOWN
-NodeName=n1 NodeHostname=$host NodeAddr=127.0.0.1 Port=$((port + 2)) CPUs=1 State=UNKNOWN
+NodeName=n0 NodeHostname=$host NodeAddr=127.0.0.1 Port=$((port + 1)) CPUs=1 RealMemory=$memory State=UNKNOWN
+NodeName=n1 NodeHostname=$host NodeAddr=127.0.0.1 Port=$((port + 2)) CPUs=1 RealMemory=$memory State=UNKNOWN
 PartitionName=farm Nodes=n0,n1 Default=YES MaxTime=INFINITE State=UP
 CONF
 export SLURM_CONF=$folder/slurm.conf
@@ -102,17 +105,32 @@ reference=(--lights 16 --antialiasing 0)
 "$program" plan scenes/table_and_chairs.toml -o plan --want bake,reference --tasks 3 --threads 1 \
     --bake-options "${bake[*]}" --reference-options "${reference[*]}"
 
-join=$(sh plan/slurm.sh | tail -n 1)
+tasks=$("$program" status plan --json | sed -n 's/^ *"tasks": \([0-9]*\),$/\1/p')
+((tasks > 16)) || fail "the plan has no more tasks than the queue has places: $tasks"
+! sh plan/slurm.sh --partition=missing >refused.txt 2>&1 || fail "a refused submission is no error"
+grep -q 'sbatch refused' refused.txt || fail "a refused submission is not reported"
+
+ended() { [[ -z $(squeue --noheader --jobs "$join" 2>/dev/null) ]]; }
 done_tasks() { find plan/parts -name '*.part' | wc -l; }
 some_done() { (($(done_tasks) >= 3)); }
+join=$(sh plan/slurm.sh --at-once=2) || fail "the plan is not submitted"
 wait_for 120 some_done || fail "no task gets done"
 kill -9 -- "-${daemon[n1]}"
 scontrol update NodeName=n1 State=DOWN Reason=test
 down_at=$(done_tasks)
-ended() { [[ -z $(squeue --noheader --jobs "$join" 2>/dev/null) ]]; }
 wait_for 400 ended || fail "the join does not end"
 diff -r whole plan/results/table_and_chairs || fail "the results are not those of the undivided commands"
 diff -r whole_fields plan/fields || fail "the fields are not those of the undivided command"
 hosts=$(cat plan/parts/*.part | grep -ao '"host":"n[01]"' | sort | uniq -c | tr '\n' ' ')
 echo "ran $(done_tasks) tasks, of which $down_at were done when n1 went down: $hosts"
 [[ $hosts == *n0* && $hosts == *n1* ]] || fail "one node did nothing"
+grep -q 'done in' plan/logs/fields_0.log || fail "there is no log of the first job of fields"
+
+# A lost result and a damaged one.
+rm -r plan/parts/2.part plan/results
+printf X | dd of=plan/parts/5.part bs=1 seek=200 conv=notrunc 2>/dev/null
+! "$program" status plan --verify --quiet || fail "the damaged result is not found"
+join=$(sh plan/slurm.sh) || fail "the plan is not submitted again"
+wait_for 400 ended || fail "the second join does not end"
+"$program" status plan --verify --quiet || fail "a result is still damaged"
+diff -r whole plan/results/table_and_chairs || fail "the second results are not those of the undivided commands"

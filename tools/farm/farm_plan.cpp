@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int format = 2;
+constexpr int format = 3;
 constexpr std::array division_names{"samples", "shading", "strips",   "frames",
                                     "direct",  "bounces", "undivided"};
 
@@ -27,7 +27,8 @@ ordered_json job_json(const PlanJob& job) {
             {"instance", job.instance},
             {"direct", job.direct},
             {"parts", job.parts},
-            {"part_seconds", job.part_seconds}};
+            {"part_seconds", job.part_seconds},
+            {"part_bytes", job.part_bytes}};
 }
 
 [[noreturn]] void refuse(const std::string& key, const ordered_json& found, const std::string& wanted) {
@@ -42,11 +43,11 @@ std::size_t whole_number(const ordered_json& value, const char* key, std::size_t
     return value.get<std::size_t>();
 }
 
-double seconds(const ordered_json& json, const char* key) {
+double number(const ordered_json& json, const char* key, const char* unit) {
     constexpr Range all{0, 1e15};
     const ordered_json& value = json.at(key);
     if (!value.is_number() || !all.contains(value.get<double>()))
-        refuse(key, value, "seconds in " + all.text());
+        refuse(key, value, fmt::format("{} in {}", unit, all.text()));
     return value.get<double>();
 }
 
@@ -86,7 +87,8 @@ PlanJob json_job(const ordered_json& json) {
     job.parts = whole_number(json.at("parts"), "parts", 1, is_one ? 1 : most_plan_tasks);
     if (job.division == Division::strips && job.parts % 2 != 0)
         refuse("parts", json.at("parts"), "an even number of strips: there are two sets of lights");
-    job.part_seconds = seconds(json, "part_seconds");
+    job.part_seconds = number(json, "part_seconds", "seconds");
+    job.part_bytes = number(json, "part_bytes", "bytes");
     return job;
 }
 
@@ -97,7 +99,8 @@ FarmPlan json_plan(const ordered_json& json) {
     plan.folder = text_at(json, "folder");
     plan.instructions = text_at(json, "instructions");
     plan.threads = static_cast<int>(whole_number(json.at("threads"), "threads", 1, 1024));
-    plan.task_seconds = seconds(json, "task_seconds");
+    plan.task_seconds = number(json, "task_seconds", "seconds");
+    plan.join_seconds = number(json, "join_seconds", "seconds");
     std::size_t tasks = 0;
     for (const ordered_json& job : list(json, "jobs")) {
         PlanJob read = json_job(job);
@@ -197,6 +200,7 @@ std::string plan_text(const FarmPlan& plan) {
                             {"instructions", plan.instructions},
                             {"threads", plan.threads},
                             {"task_seconds", plan.task_seconds},
+                            {"join_seconds", plan.join_seconds},
                             {"stages", plan.stages},
                             {"jobs", jobs}};
     return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";

@@ -4,8 +4,10 @@
 /// A plan is a folder:
 ///
 ///     plan.json           the plan, never changed once it is there
-///     slurm.sh            submits everything to Slurm
-///     parallel.sh         runs everything with GNU parallel
+///     slurm.sh            submits the tasks without a good result to Slurm
+///     parallel.sh         runs them with GNU parallel
+///     job.sh              the job of either script: loads modules or enters a container, and runs tasks
+///     logs/, submitted/   logs of jobs; the tasks of each submission
 ///     parts/K.part        the result of task K (task_part.h)
 ///     parts/K.claim       a process is at task K (claim.h)
 ///     parts/K.failed      why task K failed last
@@ -58,6 +60,7 @@ struct PlanJob {
     std::size_t direct = 0;    ///< Of `bounces`: the number of the job before it that has the direct light.
     std::size_t parts = 1;     ///< 1 if undivided and of bounces; of strips an even number.
     double part_seconds = 0;   ///< Estimated for one part, on the threads of a task. [s]
+    double part_bytes = 0;     ///< Estimated memory of a task.
 
     const std::string& command() const { return arguments.front(); }  ///< `precompute`, `bake` ...
 };
@@ -74,6 +77,7 @@ struct FarmPlan {
     std::string instructions;  ///< instruction_set.h
     int threads = 1;           ///< Of a task.
     double task_seconds = 0;   ///< What was aimed at. [s]
+    double join_seconds = 0;   ///< Estimated for the join, on the threads of a task. [s]
     std::vector<PlanJob> jobs;
     /// The first task of each stage, and their number: a stage wants what the one before has made, and makes
     /// it itself where it is missing. Tasks are numbered job by job, part by part.

@@ -27,18 +27,32 @@ bool is_running(const std::filesystem::path& claim) {
             std::filesystem::file_time_type::clock::now() - renewed < std::chrono::seconds(60));
 }
 
+/// The cost of a task whose result passes the check.
+std::optional<TaskCost> checked_cost(const std::filesystem::path& folder, const FarmPlan& plan,
+                                     std::size_t task, ResultCheck check) {
+    if (check == ResultCheck::length) return part_cost(folder, plan, task);
+    Result<TaskPart> part = read_part(folder, plan, task);
+    return part ? std::optional(std::move(part->cost)) : std::nullopt;
+}
+
 }  // namespace
 
-std::vector<TaskStatus> task_states(const std::filesystem::path& folder, const FarmPlan& plan) {
+std::vector<TaskStatus> task_states(const std::filesystem::path& folder, const FarmPlan& plan,
+                                    ResultCheck check, const Progress& progress) {
     std::vector<TaskStatus> states(plan.task_count());
     for (std::size_t task = 0; task < states.size(); ++task) {
+        if (progress.stop.stop_requested()) break;
+        if (progress.report && check == ResultCheck::content)
+            progress.report("checking results", task + 1, states.size());
         TaskStatus& status = states[task];
         std::error_code none;
-        if (std::optional<TaskCost> cost = part_cost(folder, plan, task)) {
+        if (std::optional<TaskCost> cost = checked_cost(folder, plan, task, check)) {
             status.state = TaskState::done;
             status.cost = *std::move(cost);
         } else if (is_running(task_file(folder, task, "claim"))) {
             status.state = TaskState::running;
+        } else if (std::filesystem::exists(task_file(folder, task, "part"), none)) {
+            status.state = TaskState::damaged;
         } else if (const auto failed = task_file(folder, task, "failed");
                    std::filesystem::exists(failed, none)) {
             status.state = TaskState::failed;

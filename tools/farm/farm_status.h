@@ -1,13 +1,14 @@
 #pragma once
 /// How far a plan is, and how long it would take on how many nodes.
 
+#include "fields/base/progress.h"
 #include "tools/farm/task_part.h"
 
 #include <optional>
 
 namespace haarfield {
 
-enum class TaskState { waiting, running, done, failed };
+enum class TaskState { waiting, running, done, failed, damaged };
 
 /// What is known of a task.
 struct TaskStatus {
@@ -16,9 +17,18 @@ struct TaskStatus {
     std::string failure;  ///< Of one that failed.
 };
 
-/// Of all tasks. One whose claim a living process of this machine has, or was renewed within the last
-/// minute, is running; by this machine's clock.
-std::vector<TaskStatus> task_states(const std::filesystem::path& folder, const FarmPlan& plan);
+/// How results are checked.
+enum class ResultCheck {
+    length,  ///< By their length: a page or two of each file is read.
+    content  ///< By their checksums: all files are read.
+};
+
+/// The states of all tasks. A task is running if its claim belongs to a living process of this machine or was
+/// renewed within the last minute, by this machine's clock. A task with a result that fails the check is damaged.
+///
+/// returns  the states; those not reached yet are `waiting` if a stop is requested.
+std::vector<TaskStatus> task_states(const std::filesystem::path& folder, const FarmPlan& plan,
+                                    ResultCheck check = ResultCheck::length, const Progress& progress = {});
 
 /// Which time a task took: that of the clock; or the processor's, shared by the plan's threads, as if its
 /// node had done nothing else.

@@ -144,37 +144,56 @@ Result<Done> add_run(const FieldJob& field, const std::vector<Section>& part, st
     return Done{};
 }
 
-Result<std::vector<Section>> done_samples(const FarmPlan& plan, const PlanTask& task,
-                                          const std::filesystem::path& folder, CommandContext& context) {
-    const PlanJob& job = plan.jobs[task.job];
+/// Adds a field to its library if all parts of its job are there. Damaged parts are reported by `join`.
+///
+/// made  the samples of these parts, which are not published yet.
+Result<Done> add_finished_field(const FarmPlan& plan, const PlanTasks& tasks, const FieldJob& field,
+                                std::vector<SampleRun> made, const std::filesystem::path& folder,
+                                const Progress& progress) {
+    const std::size_t parts = plan.jobs[tasks.job].parts, first = plan.first_task(tasks.job);
+    const auto is_made = [&](std::size_t part) {
+        return part >= tasks.part && part < tasks.part + tasks.count;
+    };
+    std::error_code none;
+    for (std::size_t part = 0; part < parts; ++part)
+        if (!is_made(part) && !std::filesystem::exists(task_file(folder, first + part, "part"), none))
+            return Done{};
+    std::vector<SampleRun> runs;
+    for (std::size_t part = 0; part < parts; ++part) {
+        if (is_made(part)) {
+            runs.push_back(std::move(made[part - tasks.part]));
+            continue;
+        }
+        const Result<TaskPart> other = read_part(folder, plan, first + part);
+        if (!other || !add_run(field, other->sections, runs)) return Done{};
+    }
+    return add_field(field, runs, progress);
+}
+
+Result<PartSections> done_samples(const FarmPlan& plan, const PlanTasks& tasks,
+                                  const std::filesystem::path& folder, CommandContext& context) {
+    const PlanJob& job = plan.jobs[tasks.job];
     const Result<FieldJob> field = opened_field_job(job, context.progress);
     if (!field) return field.error();
     if (has_library_field(field->library, field->keys, field->unsealed))
-        return std::vector<Section>{{in_library, {}}};
+        return PartSections(tasks.count, std::vector<Section>{{in_library, {}}});
     const SceneEntity& entity = field->entity();
     const std::uint64_t count = sample_count(entity.mesh, field->settings);
-    Result<SampleRun> run =
-        field_samples(entity.name, entity.mesh, *entity.occlusion, field->settings,
-                      count * task.part / job.parts, count * (task.part + 1) / job.parts, context.progress);
-    if (!run) return run.error();
-    std::vector<Section> made = sample_sections(*run, field->keys);
-    // Whoever makes the last part puts them together, so that what comes next finds the field.
-    const std::size_t first = plan.first_task(task.job);
-    std::error_code none;
-    for (std::size_t part = 0; part < job.parts; ++part)
-        if (part != task.part && !std::filesystem::exists(task_file(folder, first + part, "part"), none))
-            return made;
+    PartSections made;
     std::vector<SampleRun> runs;
-    for (std::size_t part = 0; part < job.parts; ++part) {
-        if (part == task.part) {
-            runs.push_back(*std::move(run));
-            continue;
-        }
-        // What is wrong is told when all is joined.
-        const Result<TaskPart> other = read_part(folder, plan, first + part);
-        if (!other || !add_run(*field, other->sections, runs)) return made;
+    for (std::size_t part = tasks.part; part < tasks.part + tasks.count; ++part) {
+        const auto [begin, end] = items_of_parts(count, part, 1, job.parts);
+        Result<SampleRun> run = field_samples(entity.name, entity.mesh, *entity.occlusion, field->settings,
+                                              begin, end, context.progress);
+        if (!run) return run.error();
+        made.push_back(sample_sections(*run, field->keys));
+        runs.push_back(*std::move(run));
     }
-    if (Result<Done> added = add_field(*field, runs, context.progress); !added) return added.error();
+    // The task that makes the last part joins them, so that the next stage finds the field.
+    if (Result<Done> added =
+            add_finished_field(plan, tasks, *field, std::move(runs), folder, context.progress);
+        !added)
+        return added.error();
     return made;
 }
 
@@ -217,13 +236,11 @@ Result<Done> enter_plan(const FarmPlan& plan) {
     return use_instruction_set(plan.instructions);
 }
 
-Result<std::vector<Section>> done_task(const FarmPlan& plan, const PlanTask& task,
-                                       const std::filesystem::path& folder, CommandContext& context) {
-    const PlanJob& job = plan.jobs[task.job];
-    if (job.division == Division::samples) return done_samples(plan, task, folder, context);
-    TaskShare share;
-    share.part = task.part;
-    share.parts = job.parts;
+Result<PartSections> done_tasks(const FarmPlan& plan, const PlanTasks& tasks,
+                                const std::filesystem::path& folder, CommandContext& context) {
+    const PlanJob& job = plan.jobs[tasks.job];
+    if (job.division == Division::samples) return done_samples(plan, tasks, folder, context);
+    TaskShare share(tasks.part, tasks.count, job.parts);
     if (job.division == Division::bounces) {
         share.joins = true;
         share.joined = good_parts(plan, job.direct, folder);
@@ -239,7 +256,14 @@ Result<std::vector<Section>> done_task(const FarmPlan& plan, const PlanTask& tas
     if (job.division == Division::shading || job.division == Division::direct ||
         job.division == Division::strips)
         return std::move(share.made);
-    return file_sections(output);
+    PartSections made;
+    for (std::size_t k = 0; k < tasks.count; ++k) {
+        const bool has_folder = job.division == Division::frames;
+        Result<std::vector<Section>> files = file_sections(has_folder ? output / part_folder(k) : output);
+        if (!files) return files.error();
+        made.push_back(*std::move(files));
+    }
+    return made;
 }
 
 Result<Done> join_job(const FarmPlan& plan, std::size_t number, const std::filesystem::path& folder,
@@ -266,8 +290,7 @@ Result<Done> join_job(const FarmPlan& plan, std::size_t number, const std::files
                has_files = is_done || job.division == Division::frames;
     const Result<JobOptions> options = job_options(job.arguments);
     if (!options) return options.error();
-    TaskShare share;
-    share.parts = job.parts;
+    TaskShare share(0, 0, job.parts);
     share.joins = true;
     for (std::size_t part = 0; part < job.parts; ++part) {
         Result<TaskPart> read = part_of(part);

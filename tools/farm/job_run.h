@@ -31,14 +31,22 @@ Result<Done> check_arguments(const std::vector<std::string>& arguments);
 /// errors  there is no such folder; instructions that this machine has not.
 Result<Done> enter_plan(const FarmPlan& plan);
 
-/// The result of a task.
+/// Consecutive tasks of one job, run together.
+struct PlanTasks {
+    std::size_t job = 0, part = 0, count = 1;
+};
+
+/// The results of tasks, by part.
+using PartSections = std::vector<std::vector<Section>>;
+
+/// Runs tasks of one job, which start and prepare the scene once. A missing or damaged result of an earlier stage
+/// is computed again.
 ///
-/// What a task wants of others and is not there yet, or not good, it makes itself.
-///
+/// tasks   one of a job that is undivided or of bounces.
 /// folder  the plan's.
 /// errors  those of the command.
-Result<std::vector<Section>> done_task(const FarmPlan& plan, const PlanTask& task,
-                                       const std::filesystem::path& folder, CommandContext& context);
+Result<PartSections> done_tasks(const FarmPlan& plan, const PlanTasks& tasks,
+                                const std::filesystem::path& folder, CommandContext& context);
 
 /// Puts together what the parts of a job have.
 ///

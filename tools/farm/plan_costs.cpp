@@ -13,7 +13,12 @@ namespace {
 constexpr double a_sample = 40e-6, a_vertex = 40e-6, a_vertex_by_fields = 12e-6, a_bounced_vertex = 20e-6,
                  a_dense_vertex = 2e-3, a_fitted_vertex = 150e-6, a_transfer_vertex = 15e-6,
                  a_frame_vertex = 0.2e-6, a_frame_pixel = 0.3e-6, a_light_of_a_pixel = 0.15e-6,
-                 a_mesh_byte = 50e-9, a_prepared_vertex = 4e-6, a_read_sample = 3e-6, at_least = 0.3;
+                 a_rendered_pixel = 30e-6, a_written_vertex = 1e-6, a_mesh_byte = 50e-9,
+                 a_prepared_vertex = 4e-6, a_read_sample = 3e-6, at_least = 0.3;
+
+// Measured on the table and chairs and on halls of them, rounded up. [bytes]
+constexpr double program_bytes = 300e6, sample_bytes = 3e3, fine_vertex_bytes = 300, shaded_vertex_bytes = 24,
+                 bounced_vertex_bytes = 300, transfer_vertex_bytes = 2e3, pixel_bytes = 200;
 
 /// Vertices of an entity's fine mesh; those of a large file are more than are asked for.
 double vertices_of(const Entity& entity) {
@@ -61,6 +66,19 @@ double setup_of(const Scene& scene) {
     return setup;
 }
 
+double pixels_of(const Scene& scene) {
+    return double(scene.camera.width) * double(scene.camera.height);
+}
+
+/// Memory of meshes and fields, which every task reads whole, and of so much for each vertex of an instance.
+double scene_bytes(const Scene& scene, double vertex_bytes) {
+    double bytes = program_bytes + pixel_bytes * pixels_of(scene) + vertex_bytes * all_vertices(scene);
+    for (const std::size_t entity : entities_of(scene))
+        bytes += fine_vertex_bytes * vertices_of(scene.entities[entity]) +
+                 sample_bytes * samples_of(scene.entities[entity]);
+    return bytes;
+}
+
 }  // namespace
 
 double option_number(const std::vector<std::string>& arguments, std::string_view name, double otherwise) {
@@ -90,7 +108,14 @@ bool has_value(const std::vector<std::string>& arguments, std::string_view name,
 }
 
 JobCost bounces_cost(const Scene& scene) {
-    return {setup_of(scene), a_bounced_vertex * all_vertices(scene)};
+    return {setup_of(scene), a_bounced_vertex * all_vertices(scene),
+            scene_bytes(scene, bounced_vertex_bytes)};
+}
+
+JobCost join_cost(const Scene& scene, const std::vector<std::string>& arguments) {
+    const double pixels = has_option(arguments, "--no-render") ? 0 : pixels_of(scene);
+    return {setup_of(scene), a_rendered_pixel * pixels + a_written_vertex * all_vertices(scene),
+            scene_bytes(scene, bounced_vertex_bytes)};
 }
 
 JobCost field_cost(const Scene& scene, std::size_t instance) {
@@ -98,33 +123,39 @@ JobCost field_cost(const Scene& scene, std::size_t instance) {
     Scene alone;
     alone.entities = {entity};
     alone.instances = {{"", 0, {}}};
-    return {reading_of(alone) + a_prepared_vertex * vertices_of(entity), a_sample * samples_of(entity)};
+    // The task that makes the last part joins them all.
+    return {reading_of(alone) + a_prepared_vertex * vertices_of(entity), a_sample * samples_of(entity),
+            scene_bytes(alone, 0)};
 }
 
 JobCost command_cost(const Scene& scene, const std::vector<std::string>& arguments) {
     const std::string& command = arguments.front();
-    const double vertices = all_vertices(scene),
-                 pixels = double(scene.camera.width) * double(scene.camera.height);
+    const double vertices = all_vertices(scene), pixels = pixels_of(scene);
     if (command == "bake") {
         const double each = has_value(arguments, "--evaluator", "dense")    ? a_dense_vertex
                             : has_value(arguments, "--colours", "fitted")   ? a_fitted_vertex
                             : has_value(arguments, "--occlusion", "fields") ? a_vertex_by_fields
                                                                             : a_vertex;
         const double refined = option_number(arguments, "--vertex-budget", 60000);
-        if (has_option(arguments, "--refine")) return {setup_of(scene), 3 * a_vertex * refined};
-        return {setup_of(scene), each * vertices * (has_option(arguments, "--pass") ? 3 : 1)};
+        if (has_option(arguments, "--refine"))
+            return {setup_of(scene), 3 * a_vertex * refined, scene_bytes(scene, bounced_vertex_bytes)};
+        const bool is_whole = possible_division(arguments) == Division::undivided;
+        return {setup_of(scene), each * vertices * (has_option(arguments, "--pass") ? 3 : 1),
+                scene_bytes(scene, is_whole ? bounced_vertex_bytes : shaded_vertex_bytes)};
     }
     if (command == "reference")
         return {reading_of(scene),
-                a_light_of_a_pixel * pixels * std::max(64.0, option_number(arguments, "--lights", 1024))};
+                a_light_of_a_pixel * pixels * std::max(64.0, option_number(arguments, "--lights", 1024)),
+                scene_bytes(scene, 0)};
     if (command == "relight") {
         const double frames =
             option_number(arguments, "--last-frame", option_number(arguments, "--frames", 48)) -
             option_number(arguments, "--first-frame", 1) + 1;
         return {setup_of(scene) + a_transfer_vertex * vertices,
-                std::max(1.0, frames) * (a_frame_vertex * vertices + a_frame_pixel * pixels)};
+                std::max(1.0, frames) * (a_frame_vertex * vertices + a_frame_pixel * pixels),
+                scene_bytes(scene, transfer_vertex_bytes)};
     }
-    return {setup_of(scene), 0};
+    return {setup_of(scene), 0, scene_bytes(scene, 0)};
 }
 
 }  // namespace haarfield

@@ -6,9 +6,11 @@
 
 namespace haarfield {
 
-/// What a task costs beside its share, and all shares together. [s of one core]
+/// The cost of a job.
 struct JobCost {
-    double setup = 0, work = 0;
+    double setup = 0;  ///< Of each task, before its part. [s of one core]
+    double work = 0;   ///< Of all parts together. [s of one core]
+    double bytes = 0;  ///< Memory of a task.
 };
 
 /// Of the field of an instance's entity.
@@ -19,6 +21,9 @@ JobCost command_cost(const Scene& scene, const std::vector<std::string>& argumen
 
 /// Of what bounces in a bake, where its direct light is there.
 JobCost bounces_cost(const Scene& scene);
+
+/// Joining the results of a command.
+JobCost join_cost(const Scene& scene, const std::vector<std::string>& arguments);
 
 /// Whether an option is there with this value.
 bool has_value(const std::vector<std::string>& arguments, std::string_view name, std::string_view value);

@@ -10,12 +10,17 @@ struct ScriptPaths {
     std::string program, plan;
 };
 
-/// `sh slurm.sh [options of sbatch]` submits the stages as array jobs of at most 1,000 tasks, each stage
-/// after the one before has ended well, and the join after the last; it prints the join's job number.
+/// job.sh: a job of the other two scripts. It runs the hook, then tasks or the join.
+///
+/// hook  a shell line; it may set `run` to a command that runs the program, such as that of a container.
+std::string job_script(const FarmPlan& plan, const ScriptPaths& paths, const std::string& hook);
+
+/// slurm.sh: submits the tasks without a good result as array jobs, each stage after the one before has ended well,
+/// and the join after the last. Prints the job number of the join. Submits nothing, or takes back what it has
+/// submitted, if sbatch refuses a job.
 std::string slurm_script(const FarmPlan& plan, const ScriptPaths& paths);
 
-/// `sh parallel.sh [options of parallel]`: a line of GNU parallel a stage, which may be run again after
-/// failures, and the join.
+/// parallel.sh: runs the tasks without a good result with GNU parallel, stage by stage, and the join.
 std::string parallel_script(const FarmPlan& plan, const ScriptPaths& paths);
 
 }  // namespace haarfield

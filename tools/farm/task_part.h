@@ -30,11 +30,13 @@ Result<Done> write_part(const std::filesystem::path& folder, const FarmPlan& pla
 /// errors  there is none; it is damaged, or of another plan or task.
 Result<TaskPart> read_part(const std::filesystem::path& folder, const FarmPlan& plan, std::size_t task);
 
-/// What it took, if there is one; of the rest nothing is checked.
+/// What it took, if there is one of the right length; its checksum is not read.
 std::optional<TaskCost> part_cost(const std::filesystem::path& folder, const FarmPlan& plan,
                                   std::size_t task);
 
-/// What this process has used so far, since `seconds` of the clock.
+/// The processor's time and the most memory that this process has used, with programs that it ran.
+///
+/// seconds  of the clock.
 TaskCost process_cost(double seconds);
 
 /// The files below a folder as sections `file NAME`.

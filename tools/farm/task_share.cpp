@@ -58,23 +58,38 @@ std::span<float> coverage_rows_of(Image& image, const Strip& strip) {
                  width * static_cast<std::size_t>(strip.last_row - strip.first_row));
 }
 
-Result<ReferencePicture> rendered_strip(const ReferenceFiles& scene, const PovrayOptions& options,
-                                        const Progress& progress, TaskShare& share) {
-    const Strip strip = strip_of(share.part, share.parts, options.height);
-    PovrayOptions rows = options;
-    rows.first_row = strip.first_row;
-    rows.last_row = strip.last_row;
-    Result<RenderedScene> half = rendered_half(scene, strip.set, rows, progress);
-    if (!half) return half.error();
-    Image& image = half->image;
-    if (image.width != options.width || image.height != options.height || image.coverage.empty())
-        return Error{scene.scene.string(), "POV-Ray made a picture of another kind than was asked for"};
-    share.made.push_back({"pixels", bytes_of<Rgb>(rows_of(image, strip))});
-    share.made.push_back({"coverage", bytes_of<float>(coverage_rows_of(image, strip))});
+Result<ReferencePicture> rendered_strips(const ReferenceFiles& scene, const PovrayOptions& options,
+                                         const Progress& progress, TaskShare& share) {
+    for (std::size_t k = 0; k < share.count;) {
+        const Strip first = strip_of(share.part + k, share.parts, options.height);
+        std::vector<Strip> strips;  // of one set of lights: one call of POV-Ray
+        for (; k < share.count; ++k) {
+            const Strip strip = strip_of(share.part + k, share.parts, options.height);
+            if (strip.set != first.set) break;
+            strips.push_back(strip);
+        }
+        PovrayOptions rows = options;
+        rows.first_row = first.first_row;
+        rows.last_row = strips.back().last_row;
+        Result<RenderedScene> half = rendered_half(scene, first.set, rows, progress);
+        if (!half) return half.error();
+        Image& image = half->image;
+        if (image.width != options.width || image.height != options.height || image.coverage.empty())
+            return Error{scene.scene.string(), "POV-Ray made a picture of another kind than was asked for"};
+        for (std::size_t i = 0; i < strips.size(); ++i) {
+            std::vector<Section>& made = share.made[k - strips.size() + i];
+            made.push_back({"pixels", bytes_of<Rgb>(rows_of(image, strips[i]))});
+            made.push_back({"coverage", bytes_of<float>(coverage_rows_of(image, strips[i]))});
+        }
+    }
     return ReferencePicture{};
 }
 
 }  // namespace
+
+std::string part_folder(std::size_t k) {
+    return fmt::format("part_{}", k);
+}
 
 PointSharing point_sharing(TaskShare& share) {
     return [&share, number = std::make_shared<int>(0)](const SharedLoop& loop) -> Result<Done> {
@@ -87,14 +102,15 @@ PointSharing point_sharing(TaskShare& share) {
                 if (!shaded) return shaded.error();
                 radiance = *std::move(shaded);
             }
-            share.made.push_back({name, bytes_of<Rgb>(radiance)});
+            for (std::size_t k = 0; k < share.count; ++k) {
+                const auto [first, last] = share.range_of(k, loop.points);
+                share.made[k].push_back(
+                    {name, bytes_of<Rgb>(std::span(radiance).subspan(first - begin, last - first))});
+            }
             return Done{};
         }
-        TaskShare other;
-        other.parts = share.parts;
         for (std::size_t part = 0; part < share.parts; ++part) {
-            other.part = part;
-            const auto [begin, end] = other.range(loop.points);
+            const auto [begin, end] = items_of_parts(loop.points, part, 1, share.parts);
             if (begin == end) continue;
             std::vector<Rgb> radiance(end - begin);
             if (share.joined[part].empty()) {
@@ -116,7 +132,7 @@ std::size_t most_reference_parts(int height) {
 
 Result<ReferencePicture> shared_reference(const ReferenceFiles& scene, const PovrayOptions& options,
                                           const Progress& progress, TaskShare& share) {
-    if (!share.joins) return rendered_strip(scene, options, progress, share);
+    if (!share.joins) return rendered_strips(scene, options, progress, share);
     std::array<RenderedScene, 2> halves;
     const auto pixels = static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height);
     for (RenderedScene& half : halves) {
