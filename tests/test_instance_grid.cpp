@@ -38,5 +38,20 @@ TEST(InstanceGrid, FindsEverySphereRoundAPointInOrder) {
     }
 }
 
+/// A layer of small spheres 1000 km wide would have a billion cells if these were cubes.
+TEST(InstanceGrid, AFlatLayerOfSpheresHasNoMoreCellsThanOthers) {
+    std::mt19937 random(8);
+    std::vector<Sphere> spheres;
+    for (int i = 0; i < 4096; ++i)
+        spheres.push_back({Vec3f{uniform(random, 0.0f, 1e6f), 0, uniform(random, 0.0f, 1e6f)}, 1e-3f});
+    const InstanceGrid grid(spheres);
+    EXPECT_LE(grid.cell_count(), 64 * spheres.size());
+    for (std::uint32_t i = 0; i < spheres.size(); ++i) {
+        const auto near = grid.near(spheres[i].centre);
+        EXPECT_TRUE(std::binary_search(near.begin(), near.end(), i)) << i;
+        EXPECT_LE(near.size(), 20u);
+    }
+}
+
 }  // namespace
 }  // namespace haarfield

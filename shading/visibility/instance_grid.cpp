@@ -38,12 +38,20 @@ InstanceGrid::InstanceGrid(std::span<const Sphere> spheres, const Bounds& where)
 
 void InstanceGrid::set_cells(double wanted) {
     const Vec3d size(bounds_.upper - bounds_.lower);
-    const double side = std::max(std::cbrt(size.x * size.y * size.z / wanted), 1e-20);
-    for (int axis = 0; axis < 3; ++axis) {
-        const auto k = static_cast<std::size_t>(axis);
-        cells_[k] = static_cast<int>(std::clamp(size[axis] / side, 1.0, wanted));
-        cells_per_metre_[axis] = size[axis] > 0 ? static_cast<float>(cells_[k] / size[axis]) : 0.0f;
-    }
+    double side = std::max(std::cbrt(size.x * size.y * size.z / wanted), 1e-20), cells = 0;
+    // A box that is flatter than a cell would get more cells along its other axes than are wanted.
+    do {
+        cells = 1;
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto k = static_cast<std::size_t>(axis);
+            cells_[k] = static_cast<int>(std::clamp(size[axis] / side, 1.0, wanted));
+            cells *= cells_[k];
+        }
+        side *= 1.1;
+    } while (cells > wanted);
+    for (int axis = 0; axis < 3; ++axis)
+        cells_per_metre_[axis] =
+            size[axis] > 0 ? static_cast<float>(cells_[static_cast<std::size_t>(axis)] / size[axis]) : 0.0f;
 }
 
 double InstanceGrid::touched_cells(std::span<const Sphere> spheres) const {

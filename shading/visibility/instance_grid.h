@@ -29,6 +29,8 @@ public:
     /// cost    a look-up.
     std::span<const std::uint32_t> near(const Vec3f& point) const;
 
+    std::size_t cell_count() const { return first_.size() - 1; }  ///< All along x, y and z.
+
 private:
     void set_cells(double wanted);
     double touched_cells(std::span<const Sphere> spheres) const;
