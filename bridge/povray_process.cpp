@@ -2,6 +2,7 @@
 
 #include "bridge/child_process.h"
 #include "bridge/povray_scene.h"
+#include "fields/file/input_file.h"
 #include "fields/file/output_target.h"
 #include "fields/file/write_file.h"
 
@@ -198,7 +199,7 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
            options.antialiasing_threshold >= 0 && options.first_row >= 0 &&
            options.last_row <= options.height);
     std::error_code code;
-    if (!std::filesystem::is_regular_file(scene, code)) return Error{scene.string(), "no such file"};
+    if (const Result<Done> good = check_input_file(scene); !good) return good.error();
     const std::filesystem::path whole_scene = std::filesystem::absolute(scene);
     const std::filesystem::path whole_exr = std::filesystem::absolute(exr);
     const Result<OutputTarget> target = output_target(whole_exr);

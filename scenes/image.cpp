@@ -1,6 +1,8 @@
 #include "scenes/image.h"
 
+#include "fields/base/exception_message.h"
 #include "fields/base/names.h"
+#include "fields/file/mapped_file.h"
 #include "fields/file/write_file.h"
 #include "scenes/image_format.h"
 
@@ -22,6 +24,9 @@ constexpr const char* error_attribute = "haarfield:relative_error";
 
 std::string open_image_error(std::string words) {
     while (!words.empty() && (words.back() == '\n' || words.back() == ' ')) words.pop_back();
+    constexpr std::string_view no_memory = "std::bad_alloc";
+    if (const std::size_t at = words.find(no_memory); at != std::string::npos)
+        words.replace(at, no_memory.size(), "not enough memory");
     return words.empty() ? "unknown error" : words;
 }
 
@@ -114,6 +119,8 @@ Result<Image> image_from(OIIO::ImageInput& input, std::size_t file_bytes, const 
     const int colours = spec.nchannels - (has_alpha ? 1 : 0);
     if (colours != 1 && colours < 3)
         return Error{where, fmt::format("{} colour channels; wanted 1 or 3", colours)};
+    if (spec.deep)
+        return Error{where, "has several samples in each pixel (deep data); expected a flat image"};
     if (spec.depth > 1) return Error{where, "a volume; wanted a picture"};
     if (spec.width < 1 || spec.height < 1 || spec.full_width < 1 || spec.full_height < 1 ||
         spec.image_pixels() > largest_image ||
@@ -180,10 +187,14 @@ public:
     }
 };
 
+Error not_an_image(const std::string& where) {
+    return {where, fmt::format("not an image that can be read; wanted {}", image_formats)};
+}
+
 /// In this process.
 Result<Image> decoded_image(std::string_view bytes, const std::string& where) {
     const char* const plugin = image_plugin(bytes);
-    if (!plugin) return Error{where, fmt::format("not an image that can be read; wanted {}", image_formats)};
+    if (!plugin) return not_an_image(where);
     FileBytes memory(bytes.data(), bytes.size());
     const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(plugin);
     if (!input) return Error{where, open_image_error(OIIO::geterror())};
@@ -234,7 +245,7 @@ Result<Image> guarded_image(std::string_view bytes, const std::string& where) {
         try {
             return decoded_image(bytes, where);
         } catch (const std::exception& error) {  // memory; libraries', on some damaged files
-            return Error{where, error.what()};
+            return Error{where, exception_message(error)};
         }
     }
     const Result<MappedFile> answer = read_apart(
@@ -247,10 +258,10 @@ Result<Image> guarded_image(std::string_view bytes, const std::string& where) {
 
 Result<Image> read_image(const std::filesystem::path& file) {
     const std::string where = file.string();
-    std::error_code code;
-    if (!std::filesystem::exists(file, code)) return Error{where, "no such file"};
-    const Result<MappedFile> mapped = mapped_file(file);
+    const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
     if (!mapped) return mapped.error();
+    if (!image_plugin(mapped->bytes)) return not_an_image(where);
+    if (const Result<Done> loaded = load_pages(*mapped, where); !loaded) return loaded.error();
     return guarded_image(mapped->bytes, where);
 }
 

@@ -52,7 +52,7 @@ Result<Done> take_bytes(const MeshImage& image, bool wants_jpeg, bool wants_png,
         return Done{};
     };
     if (image.bytes) return take(*image.bytes);
-    const Result<MappedFile> mapped = mapped_file(image.file);
+    const Result<MappedFile> mapped = mapped_file(image.file, MappedPages::as_read);
     if (!mapped) return mapped.error();
     return take(mapped->bytes);
 }

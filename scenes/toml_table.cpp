@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
+
+#include "fields/file/input_file.h"
 
 namespace haarfield {
 
@@ -77,26 +78,11 @@ void TomlFile::refuse(const toml::source_region& where, std::string what) {
 }
 
 Result<toml::table> read_toml(const std::filesystem::path& file) {
-    std::error_code failure;
-    if (!std::filesystem::exists(file, failure)) return Error{file.string(), "there is no such file"};
-    if (std::filesystem::is_directory(file, failure))
-        return Error{file.string(), "is a folder; wanted a TOML file"};
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) return Error{file.string(), "can not be read"};
-    // Piece by piece, because the size that the system tells need not be true.
-    std::string text;
-    std::array<char, 65536> piece;
-    do {
-        stream.read(piece.data(), static_cast<std::streamsize>(piece.size()));
-        text.append(piece.data(), static_cast<std::size_t>(stream.gcount()));
-        if (text.size() > largest_file)
-            return Error{file.string(), fmt::format("is larger than {} MiB", largest_file >> 20)};
-    } while (stream);
-    if (stream.bad()) return Error{file.string(), "can not be read"};
-
-    if (auto error = unparsable(text, file.string())) return *std::move(error);
+    const Result<std::string> text = read_whole_file(file, largest_file);
+    if (!text) return text.error();
+    if (auto error = unparsable(*text, file.string())) return *std::move(error);
     try {
-        return toml::parse(text, file.string());
+        return toml::parse(*text, file.string());
     } catch (const toml::parse_error& error) {
         return Error{place(file.string(), error.source().begin), std::string(error.description())};
     }
@@ -283,8 +269,8 @@ void TomlTable::take(std::string_view key, std::filesystem::path& value,
     if (const std::filesystem::path plain = value.lexically_normal();
         std::filesystem::equivalent(value, plain, failure) && !failure)
         value = plain;
-    if (!std::filesystem::is_regular_file(value, failure))
-        refuse(key, fmt::format("{} is {}; there is no such file", key_name(key), value.string()));
+    if (const Result<Done> good = check_input_file(value); !good)
+        refuse(key, fmt::format("{} is {}: {}", key_name(key), value.string(), good.error().what));
 }
 
 const toml::table* TomlTable::take_table(std::string_view key) {

@@ -40,7 +40,7 @@ struct TomlFile {
 
 /// Parses a file.
 ///
-/// errors  not a file, larger than 16 MiB, not TOML (with line and column); of TOML, texts of
+/// errors  those of InputFile::open; larger than 16 MiB; not TOML (with line and column); of TOML, texts of
 ///         several lines and keys of more than 100 parts.
 Result<toml::table> read_toml(const std::filesystem::path& file);
 

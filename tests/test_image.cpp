@@ -3,6 +3,8 @@
 #include "fields/file/write_file.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
+#include <array>
+#include <cstdint>
 #include <random>
 
 namespace haarfield {
@@ -134,6 +136,50 @@ TEST(Image, RefusesAFileCutShortAnywhere) {
     EXPECT_FALSE(read_image(folder / "missing.exr"));
     ASSERT_TRUE(write_file(folder / "text.png", "this is no picture"));
     EXPECT_FALSE(read_image(folder / "text.png"));
+}
+
+template <class T>
+std::string bytes_of(const T& value) {
+    return {reinterpret_cast<const char*>(&value), sizeof value};
+}
+
+/// An EXR file of 2 x 2 pixels without samples.
+std::string deep_exr() {
+    std::string file = bytes_of(std::uint32_t{20000630}) + bytes_of(std::uint32_t{2 | 1 << 11});
+    const auto add = [&](const std::string& name, const std::string& type, const std::string& value) {
+        file += name + '\0' + type + '\0' + bytes_of(static_cast<std::uint32_t>(value.size())) + value;
+    };
+    std::string channels;
+    for (const char* name : {"A", "B", "G", "R", "Z"})
+        channels += name + std::string(1, '\0') + bytes_of(std::array<std::int32_t, 4>{2, 0, 1, 1});
+    const std::string window = bytes_of(std::array<std::int32_t, 4>{0, 0, 1, 1});
+    add("channels", "chlist", channels + '\0');
+    add("chunkCount", "int", bytes_of(std::int32_t{2}));
+    add("compression", "compression", std::string(1, '\0'));
+    add("dataWindow", "box2i", window);
+    add("displayWindow", "box2i", window);
+    add("lineOrder", "lineOrder", std::string(1, '\0'));
+    add("maxSamplesPerPixel", "int", bytes_of(std::int32_t{0}));
+    add("pixelAspectRatio", "float", bytes_of(1.0f));
+    add("screenWindowCenter", "v2f", bytes_of(std::array<float, 2>{}));
+    add("screenWindowWidth", "float", bytes_of(1.0f));
+    add("type", "string", "deepscanline");
+    add("version", "int", bytes_of(std::int32_t{1}));
+    file += '\0';
+    const std::string counts = std::string(8, '\0');
+    const std::uint64_t first = file.size() + 16, chunk = 4 + 3 * 8 + counts.size();
+    file += bytes_of(first) + bytes_of(first + chunk);
+    for (const std::int32_t row : {0, 1})
+        file += bytes_of(row) + bytes_of(std::array<std::uint64_t, 3>{8, 0, 0}) + counts;
+    return file;
+}
+
+TEST(Image, SaysThatDeepPixelsCannotBeRead) {
+    const TestFolder folder;
+    ASSERT_TRUE(write_file(folder / "deep.exr", deep_exr()));
+    const Result<Image> read = read_image(folder / "deep.exr");
+    ASSERT_FALSE(read);
+    EXPECT_NE(read.error().what.find("deep data"), std::string::npos) << read.error().message();
 }
 
 TEST(Image, RefusesPixelsThatWouldLieBeforeTheFile) {

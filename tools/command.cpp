@@ -1,5 +1,6 @@
 #include "tools/command.h"
 
+#include "fields/base/exception_message.h"
 #include "fields/file/write_file.h"
 #include "tools/interrupt.h"
 #include "tools/number_option.h"
@@ -10,8 +11,6 @@
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 
-#include <new>
-
 namespace haarfield {
 
 namespace {
@@ -20,10 +19,8 @@ namespace {
 Result<ExitCode> guarded_run(const Command& command, CommandContext& context) {
     try {
         return command.run(context);
-    } catch (const std::bad_alloc&) {
-        return Error{"", "not enough memory"};
     } catch (const std::exception& exception) {
-        return Error{"", exception.what()};
+        return Error{"", exception_message(exception)};
     }
 }
 

@@ -1,11 +1,10 @@
 #include "bridge/comparison_report.h"
+#include "fields/file/input_file.h"
 #include "fields/file/write_file.h"
 #include "tools/command.h"
 #include "tools/number_option.h"
 
 #include <fmt/format.h>
-
-#include <fstream>
 
 namespace haarfield {
 
@@ -20,8 +19,11 @@ struct CompareOptions {
 
 // How a picture was made, if bake or reference left a --report of the picture's name beside it.
 nlohmann::json report_beside(const std::filesystem::path& image) {
-    std::ifstream file(std::filesystem::path(image).replace_extension(".json"));
-    nlohmann::json report = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+    constexpr std::uint64_t largest_report = std::uint64_t{64} << 20;
+    const Result<std::string> text =
+        read_whole_file(std::filesystem::path(image).replace_extension(".json"), largest_report);
+    if (!text) return nlohmann::json::object();
+    nlohmann::json report = nlohmann::json::parse(*text, nullptr, /*allow_exceptions=*/false);
     return report.is_object() ? report : nlohmann::json::object();
 }
 

@@ -1,3 +1,4 @@
+#include "fields/file/input_file.h"
 #include "fields/file/write_file.h"
 #include "scenes/scene_import.h"
 #include "scenes/scene_writer.h"
@@ -38,11 +39,10 @@ Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
     wanted.unit = double(options.unit);
     if (options.size) wanted.size = double(*options.size);
     const std::vector<std::filesystem::path> files(options.files.begin(), options.files.end());
-    std::error_code ignored;
     wanted.no_environment = options.environment == no_environment;
     if (!options.environment.empty() && !wanted.no_environment) {
-        if (!std::filesystem::is_regular_file(options.environment, ignored))
-            return Error{options.environment, "no such file; expected a lat-long image"};
+        if (const Result<Done> good = check_input_file(options.environment, "a lat-long image"); !good)
+            return good.error();
         wanted.environment = options.environment;
     }
     Result<ImportedScene> imported = scene_of_models(files, output, wanted, context.progress);

@@ -2,6 +2,7 @@
 #include "bridge/reference_picture.h"
 #include "bridge/reference_scene.h"
 #include "fields/base/names.h"
+#include "fields/file/input_file.h"
 #include "tools/command.h"
 #include "tools/number_option.h"
 #include "tools/scene_options.h"
@@ -28,8 +29,8 @@ Result<ReferenceBounces> baked_objects(const Scene& scene, const std::filesystem
     for (const std::string& object : povray_object_names(stem, names)) {
         const std::filesystem::path include =
             folder / (stem + object.substr(povray_identifier(stem).size()) + ".inc");
-        if (!std::filesystem::is_regular_file(include))
-            return Error{include.string(), "is not there; wanted what bake leaves in the same folder"};
+        if (const Result<Done> good = check_input_file(include, "an include file that bake wrote"); !good)
+            return good.error();
         bounces.baked.push_back({include, object});
     }
     return bounces;

@@ -1,3 +1,4 @@
+#include "fields/file/input_file.h"
 #include "tools/number_option.h"
 #include "tools/view/page_files.h"
 #include "tools/view/view_server.h"
@@ -8,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include <charconv>
-#include <fstream>
 
 namespace haarfield {
 
@@ -102,10 +102,10 @@ private:
     WebAnswer made(std::string_view name) const {
         const std::optional<std::filesystem::path> file = session_.made_file(name);
         if (!file) return missing();
-        std::ifstream in(*file, std::ios::binary);
-        if (!in) return missing();
-        return {200, content_type(name), std::string(std::istreambuf_iterator<char>(in), {}),
-                std::string(name)};
+        constexpr std::uint64_t largest = std::uint64_t{4} << 30;
+        const Result<std::string> bytes = read_whole_file(*file, largest);
+        if (!bytes) return missing();
+        return {200, content_type(name), *bytes, std::string(name)};
     }
 
     ViewSession& session_;

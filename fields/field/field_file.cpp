@@ -6,6 +6,8 @@
 #include "fields/file/mapped_file.h"
 #include "fields/file/temporary_file.h"
 
+#include <fmt/format.h>
+
 namespace haarfield {
 namespace {
 
@@ -17,24 +19,54 @@ struct OpenedField {
     bool sealed = false;
 };
 
-/// The field's blob, once the seal holds; without a seal, wherever in the file it is.
-Result<std::string_view> checked_blob(std::string_view file, Unsealed unsealed) {
+/// Files without a seal are searched for their blob. Other programs may have added grids to these. [bytes]
+constexpr std::uint64_t largest_unsealed = std::uint64_t{16} << 30;
+
+/// The largest file that write_field makes of a blob. The handles, as grids, take less than 32 times the bytes that
+/// they have in the blob; grids of visibility have a fixed size. [bytes]
+std::uint64_t largest_sealed(std::uint64_t blob_bytes) {
+    return (std::uint64_t{64} << 20) + 32 * blob_bytes;
+}
+
+/// The field's blob, by the seal; without a seal, wherever in the file it is. Checks sizes and headers, and reads no
+/// more than these of a file with a seal, so that a sparse file of any size is refused at once.
+Result<std::string_view> plausible_blob(std::string_view file, Unsealed unsealed) {
     if (unsealed == Unsealed::allowed && !has_field_seal(file)) {
+        if (file.size() > largest_unsealed)
+            return Error{"", fmt::format("has {} bytes and no seal; expected at most {}", file.size(),
+                                         largest_unsealed)};
         const std::string_view blob = find_field_blob(file);
         if (blob.empty()) return Error{"", "neither a seal nor a field's tables: cut short, or not a field"};
         return blob;
     }
     const Result<FieldSeal> seal = read_field_seal(file);
     if (!seal) return seal.error();
+    const std::string_view blob = file.substr(seal->blob_offset, seal->blob_bytes);
+    if (const Result<BlobHead> head = blob_head(blob); !head) return head.error();
+    if (file.size() > largest_sealed(blob.size()))
+        return Error{"", fmt::format("has {} bytes; expected at most {} for its tables", file.size(),
+                                     largest_sealed(blob.size()))};
+    return blob;
+}
+
+/// The field's blob, once the checksum of the seal holds.
+Result<std::string_view> checked_blob(std::string_view file, Unsealed unsealed) {
+    const Result<std::string_view> blob = plausible_blob(file, unsealed);
+    if (!blob || !has_field_seal(file)) return blob;
+    const Result<FieldSeal> seal = read_field_seal(file);
+    if (!seal) return seal.error();
     if (content_hash(file.substr(0, file.size() - field_seal_size)) != seal->content)
         return Error{"", "the file was changed or damaged since it was written: its checksum is wrong"};
-    return file.substr(seal->blob_offset, seal->blob_bytes);
+    return blob;
 }
 
 Result<OpenedField> opened_field(const path& file, Unsealed unsealed) {
     const auto refusal = [&](const std::string& reason) { return Error{file.string(), reason}; };
-    Result<MappedFile> mapped = mapped_file(file);
+    Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
     if (!mapped) return mapped.error();
+    if (const Result<std::string_view> blob = plausible_blob(mapped->bytes, unsealed); !blob)
+        return refusal(blob.error().what);
+    if (const Result<Done> loaded = load_pages(*mapped, file.string()); !loaded) return loaded.error();
     const Result<std::string_view> blob = checked_blob(mapped->bytes, unsealed);
     if (!blob) return refusal(blob.error().what);
     Result<VisibilityField> field = blob_field(*blob, mapped->owner);
@@ -88,17 +120,10 @@ Result<FieldSummary> read_field_summary(const path& file, Unsealed unsealed) {
 Result<FieldCard> read_field_card(const path& file) {
     const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
     if (!mapped) return mapped.error();
-    const std::string_view bytes = mapped->bytes;
-    const bool sealed = has_field_seal(bytes);
-    std::string_view blob;
-    if (sealed) {
-        const Result<FieldSeal> seal = read_field_seal(bytes);
-        if (!seal) return Error{file.string(), seal.error().what};
-        blob = bytes.substr(seal->blob_offset, seal->blob_bytes);
-    } else {
-        blob = find_field_blob(bytes);
-    }
-    const Result<BlobHead> head = blob_head(blob);
+    const bool sealed = has_field_seal(mapped->bytes);
+    const Result<std::string_view> blob = plausible_blob(mapped->bytes, Unsealed::allowed);
+    if (!blob) return Error{file.string(), blob.error().what};
+    const Result<BlobHead> head = blob_head(*blob);
     if (!head) return Error{file.string(), head.error().what};
     const VisibilityField& field = head->field;
     return FieldCard{

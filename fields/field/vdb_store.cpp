@@ -11,6 +11,7 @@
 #include <mutex>
 #include <sstream>
 
+#include "fields/base/exception_message.h"
 #include "fields/field/ambient_visibility.h"
 #include "fields/field/field_blob.h"
 #include "fields/field/field_seal.h"
@@ -241,7 +242,7 @@ Result<VdbFile> vdb_file(const VisibilityField& field) {
             return Error{"", "OpenVDB did not write it as expected"};
         return file;
     } catch (const std::exception& problem) {
-        return Error{"", fmt::format("OpenVDB cannot write it: {}", problem.what())};
+        return Error{"", fmt::format("OpenVDB cannot write it: {}", exception_message(problem))};
     }
 }
 

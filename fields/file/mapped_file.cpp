@@ -1,6 +1,5 @@
 #include "fields/file/mapped_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -8,6 +7,8 @@
 
 #include <cerrno>
 #include <cstring>
+
+#include "fields/file/input_file.h"
 
 namespace haarfield {
 
@@ -17,27 +18,43 @@ Error failure(const std::string& where, int number) {
     return {where, fmt::format("cannot be read: {}", std::strerror(number))};
 }
 
+/// [bytes]
+std::uint64_t machine_memory() {
+    return static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+           static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
 }  // namespace
 
 Result<MappedFile> mapped_file(const std::filesystem::path& file, MappedPages pages) {
-    // Without O_NONBLOCK a pipe would keep us waiting for its writer.
-    const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (descriptor < 0) return failure(file.string(), errno);
-    Result<MappedFile> mapped = mapped_file(descriptor, file.string(), pages);
-    close(descriptor);
-    return mapped;
+    const Result<InputFile> opened = InputFile::open(file);
+    if (!opened) return opened.error();
+    return mapped_file(opened->descriptor(), file.string(), pages);
 }
 
 Result<MappedFile> mapped_file(int descriptor, const std::string& where, MappedPages pages) {
     struct stat status {};
-    if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) return Error{where, "not a file"};
+    if (fstat(descriptor, &status) != 0) return failure(where, errno);
+    if (!S_ISREG(status.st_mode)) return Error{where, "is not a regular file"};
     const auto size = static_cast<std::size_t>(status.st_size);
     if (size == 0) return MappedFile{};
-    const int flags = MAP_PRIVATE | (pages == MappedPages::now ? MAP_POPULATE : 0);
-    void* const address = mmap(nullptr, size, PROT_READ, flags, descriptor, 0);
+    void* const address = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, descriptor, 0);
     if (address == MAP_FAILED) return failure(where, errno);
-    return MappedFile{{static_cast<const char*>(address), size},
-                      {address, [size](const void* mapped) { munmap(const_cast<void*>(mapped), size); }}};
+    MappedFile mapped{{static_cast<const char*>(address), size},
+                      {address, [size](const void* bytes) { munmap(const_cast<void*>(bytes), size); }}};
+    if (pages == MappedPages::as_read) return mapped;
+    if (const Result<Done> loaded = load_pages(mapped, where); !loaded) return loaded.error();
+    return mapped;
+}
+
+Result<Done> load_pages(const MappedFile& file, const std::string& where) {
+    if (file.bytes.size() > machine_memory())
+        return Error{where, fmt::format("has {} bytes; this machine has memory for {}", file.bytes.size(),
+                                        machine_memory())};
+    // Only for speed: pages that are not loaded here are loaded on access.
+    if (!file.bytes.empty())
+        madvise(const_cast<char*>(file.bytes.data()), file.bytes.size(), MADV_POPULATE_READ);
+    return Done{};
 }
 
 }  // namespace haarfield

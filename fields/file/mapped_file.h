@@ -1,5 +1,5 @@
 #pragma once
-/// Files read where they lie.
+/// Files mapped into memory.
 
 #include "fields/base/result.h"
 
@@ -18,18 +18,24 @@ struct MappedFile {
     std::shared_ptr<const void> owner;
 };
 
-/// When the bytes are brought in.
+/// When the bytes are loaded from the disk.
 enum class MappedPages {
-    now,      ///< All of them.
-    as_read,  ///< Where and when they are read.
+    now,      ///< All of them at once.
+    as_read,  ///< Each page on its first access. For files whose header is checked first.
 };
 
 /// Maps a regular file.
 ///
-/// errors  what the system says; a folder, a pipe or a device.
+/// errors  those of InputFile::open, and of load_pages unless pages are loaded as they are read.
 Result<MappedFile> mapped_file(const std::filesystem::path& file, MappedPages pages = MappedPages::now);
 
-/// The same of an open one, which stays open. `where` is what errors call it.
+/// Loads all bytes of a file that was mapped with MappedPages::as_read.
+///
+/// where   the name of the file in errors
+/// errors  more bytes than the machine has memory, such as those of a sparse file.
+Result<Done> load_pages(const MappedFile& file, const std::string& where);
+
+/// Maps an open file, which stays open. `where` is the name of the file in errors.
 Result<MappedFile> mapped_file(int descriptor, const std::string& where,
                                MappedPages pages = MappedPages::now);
 

@@ -70,12 +70,13 @@ std::string section_file(const std::vector<Section>& sections) {
 }
 
 Result<std::vector<Section>> read_section_file(const std::filesystem::path& file) {
-    const Result<MappedFile> mapped = mapped_file(file);
+    const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
     if (!mapped) return mapped.error();
     std::string_view bytes = mapped->bytes;
     const auto refusal = [&](const char* reason) { return Error{file.string(), reason}; };
     if (bytes.size() < head_size + hash_size || !bytes.starts_with(magic))
         return refusal("cut short, or no file of a task's results");
+    if (const Result<Done> loaded = load_pages(*mapped, file.string()); !loaded) return loaded.error();
     std::string_view end = bytes.substr(bytes.size() - hash_size);
     bytes.remove_suffix(hash_size);
     if (taken<std::array<std::uint64_t, 2>>(end) != hash_of(bytes))

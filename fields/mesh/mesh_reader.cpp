@@ -1,5 +1,6 @@
 #include "fields/mesh/mesh_reader.h"
 
+#include "fields/base/exception_message.h"
 #include "fields/mesh/facing.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/model_file.h"
@@ -190,7 +191,7 @@ Result<ImportedMesh> read_mesh_facing(const ModelFile& model, std::optional<std:
             imported.mesh.positions.size() - merged_positions(imported.mesh.positions).positions.size();
         return imported;
     } catch (const std::exception& error) {  // memory
-        return Error{where, std::string("not a mesh that can be read: ") + error.what()};
+        return Error{where, "not a mesh that can be read: " + exception_message(error)};
     }
 }
 

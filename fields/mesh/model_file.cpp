@@ -1,13 +1,14 @@
 #include "fields/mesh/model_file.h"
 
+#include "fields/base/exception_message.h"
 #include "fields/base/names.h"
+#include "fields/file/input_file.h"
 #include "fields/file/mapped_file.h"
 
 #include <fmt/format.h>
 #include <algorithm>
 #include <cassert>
 #include <numeric>
-#include <system_error>
 
 namespace haarfield {
 
@@ -185,19 +186,18 @@ ModelParts parts_of(const Mesh2File& file, std::vector<std::size_t>& placed_of_p
 }  // namespace
 
 Result<ModelFile> ModelFile::open(const std::filesystem::path& file) {
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored))
-        return Error{file.string(), "there is no such file; wanted a mesh"};
+    if (const Result<Done> good = check_input_file(file, "a mesh"); !good) return good.error();
     const auto unreadable = [&](const std::string& what) {
         return Error{file.string(), "not a mesh that can be read: " + what};
     };
     ModelFile model;
     model.file_ = file;
     try {
-        const Result<MappedFile> mapped = mapped_file(file);
-        if (!mapped) return unreadable(mapped.error().what);
+        const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
+        if (!mapped) return mapped.error();
         const std::optional<ModelFormat> format = model_format(mapped->bytes, lower_ending(file));
         if (!format) return unreadable(fmt::format("holds none of those; wanted {}", model_formats));
+        if (const Result<Done> loaded = load_pages(*mapped, file.string()); !loaded) return loaded.error();
         if (*format == ModelFormat::mesh2) {
             Result<Mesh2File> meshes = read_mesh2(mapped->bytes);
             if (!meshes) return unreadable(meshes.error().what);
@@ -220,7 +220,7 @@ Result<ModelFile> ModelFile::open(const std::filesystem::path& file) {
         model.content_ = std::move(*polygons);
         return model;
     } catch (const std::exception& error) {  // memory
-        return unreadable(error.what());
+        return unreadable(exception_message(error));
     }
 }
 
@@ -260,7 +260,7 @@ Result<FaceGatherer> ModelFile::faces(std::optional<std::size_t> part) const {
             }
         }
     } catch (const std::exception& error) {  // memory
-        return Error{file_.string(), std::string("not a mesh that can be read: ") + error.what()};
+        return Error{file_.string(), "not a mesh that can be read: " + exception_message(error)};
     }
     if (gathered.too_large)
         return Error{file_.string(),
@@ -297,7 +297,7 @@ Result<ListedMesh> ModelFile::listed(std::optional<std::size_t> part) const {
         own.transform = {};
         return listed_meshes(meshes, {&own, 1});
     } catch (const std::exception& error) {  // memory
-        return Error{file_.string(), std::string("not a mesh that can be read: ") + error.what()};
+        return Error{file_.string(), "not a mesh that can be read: " + exception_message(error)};
     }
 }
 

@@ -34,14 +34,22 @@ bool is_binary_stl(std::string_view bytes, bool may_be_longer) {
     return may_be_longer ? bytes.size() >= wanted : bytes.size() == wanted;
 }
 
+/// The first bytes of a text, long enough for the words that tell its format. The other bytes of large files that are
+/// no text, such as sparse ones, are not read.
+std::string_view first_bytes(std::string_view text) {
+    return text.substr(0, std::size_t{1} << 16);
+}
+
 /// `solid` and a `facet` or the end.
 bool is_text_stl(std::string_view text) {
+    text = first_bytes(text);
     return text.starts_with("solid") &&
            (text.find("facet") != text.npos || text.find("endsolid") != text.npos);
 }
 
 /// A first word that ends in OFF, in the lines that are no comments.
 bool is_off(std::string_view text) {
+    text = first_bytes(text);
     while (true) {
         text = without_blanks(text);
         if (!text.starts_with('#')) break;
@@ -53,7 +61,6 @@ bool is_off(std::string_view text) {
 
 /// Text with a line that begins with `v` and a number.
 bool is_obj(std::string_view text) {
-    if (text.substr(0, 1 << 16).find('\0') != text.npos) return false;
     for (std::size_t at = text.find('v'); at != text.npos; at = text.find('v', at + 1)) {
         std::size_t begin = at;
         while (begin > 0 && (text[begin - 1] == ' ' || text[begin - 1] == '\t')) --begin;
@@ -76,13 +83,14 @@ std::optional<ModelFormat> model_format(std::string_view bytes, std::string_view
     if (bytes.starts_with("glTF")) return ModelFormat::glb;
     if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return ModelFormat::ply;
     if (is_binary_stl(bytes, /*may_be_longer=*/false)) return ModelFormat::stl;
+    const bool is_text = first_bytes(bytes).find('\0') == bytes.npos;
     const std::string_view text = without_blanks(without_byte_order_mark(bytes));
     if (is_text_stl(text)) return ModelFormat::stl;
     if (text.starts_with('{')) return ModelFormat::gltf;
     if (is_off(text)) return ModelFormat::off;
-    const bool has_mesh2 = mentions_mesh2(bytes);
+    const bool has_mesh2 = is_text && mentions_mesh2(bytes);
     if (is_povray_ending(ending) && has_mesh2) return ModelFormat::mesh2;
-    if (is_obj(bytes)) return ModelFormat::obj;
+    if (is_text && is_obj(bytes)) return ModelFormat::obj;
     if (has_mesh2) return ModelFormat::mesh2;
     if (ending == ".stl" && is_binary_stl(bytes, /*may_be_longer=*/true)) return ModelFormat::stl;
     return {};

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "fields/base/exception_message.h"
 #include "fields/base/range.h"
 #include "fields/field/field_seal.h"
 #include "fields/file/mapped_file.h"
@@ -186,7 +187,7 @@ Result<FarmPlan> read_plan(const std::filesystem::path& folder) {
                          fmt::format("is a plan of haarfield {}; this is {}", version, HAARFIELD_VERSION)};
         return json_plan(json);
     } catch (const std::exception& problem) {
-        return Error{file.string(), fmt::format("is no plan: {}", problem.what())};
+        return Error{file.string(), fmt::format("is no plan: {}", exception_message(problem))};
     }
 }
 

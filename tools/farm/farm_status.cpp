@@ -2,19 +2,19 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <queue>
 
+#include "fields/file/input_file.h"
 #include "fields/file/process_name.h"
 
 namespace haarfield {
 namespace {
 
 std::string text_of(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
+    constexpr std::uint64_t largest = std::uint64_t{1} << 20;
+    const Result<std::string> text = read_whole_file(file, largest);
+    return text ? *text : "";
 }
 
 bool is_running(const std::filesystem::path& claim) {

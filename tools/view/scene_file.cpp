@@ -1,13 +1,12 @@
 #include "tools/view/scene_file.h"
 
 #include "fields/base/names.h"
+#include "fields/file/input_file.h"
 #include "fields/file/write_file.h"
 #include "scenes/scene_comments.h"
 #include "scenes/scene_writer.h"
 
 #include <fmt/format.h>
-
-#include <fstream>
 
 namespace haarfield {
 namespace {
@@ -16,10 +15,10 @@ namespace {
 Result<SceneComments> comments_of(const std::filesystem::path& file) {
     std::error_code ignored;
     if (!std::filesystem::exists(file, ignored)) return SceneComments{};
-    std::ifstream stream(file, std::ios::binary);
-    const std::string text(std::istreambuf_iterator<char>(stream), {});
-    if (!stream) return Error{file.string(), "can not be read, so that it is not written"};
-    return scene_comments(text);
+    constexpr std::uint64_t largest = std::uint64_t{16} << 20;
+    const Result<std::string> text = read_whole_file(file, largest);
+    if (!text) return Error{file.string(), text.error().what + "; it is not replaced"};
+    return scene_comments(*text);
 }
 
 }  // namespace

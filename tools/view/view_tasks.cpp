@@ -1,5 +1,6 @@
 #include "tools/view/view_tasks.h"
 
+#include "fields/base/exception_message.h"
 #include "fields/file/write_file.h"
 #include "tools/command.h"
 
@@ -51,7 +52,7 @@ Result<ExitCode> run_arguments(std::vector<std::string> arguments, CommandContex
             if (command.app->parsed()) return command.run(context);
         return Error{"", "there is no such command"};
     } catch (const std::exception& exception) {
-        return Error{"", exception.what()};
+        return Error{"", exception_message(exception)};
     }
 }
 

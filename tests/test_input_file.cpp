@@ -1,0 +1,123 @@
+#include "fields/file/input_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cstring>
+
+#include "fields/field/field_file.h"
+#include "fields/field/field_seal.h"
+#include "fields/file/mapped_file.h"
+#include "fields/file/section_file.h"
+#include "fields/mesh/mesh_reader.h"
+#include "scenes/image.h"
+#include "scenes/scene_reader.h"
+#include "tests/fixtures/field_fixtures.h"
+#include "tests/fixtures/test_folder.h"
+
+namespace haarfield {
+namespace {
+
+using std::filesystem::path;
+
+/// The error of each reader of files, by name.
+std::vector<std::pair<std::string, std::string>> errors_of_readers(const path& file) {
+    std::vector<std::pair<std::string, std::string>> errors;
+    const auto note = [&](const std::string& reader, const auto& result) {
+        errors.emplace_back(reader, result ? "no error" : result.error().message());
+    };
+    note("scene", read_scene(file));
+    note("mesh", read_mesh(file));
+    note("image", read_image(file));
+    note("field", read_field(file));
+    note("unsealed field", read_field(file, Unsealed::allowed));
+    note("card of a field", read_field_card(file));
+    note("sections", read_section_file(file));
+    note("first section", read_first_section(file));
+    note("mapped file", mapped_file(file));
+    note("whole file", read_whole_file(file, std::uint64_t{1} << 20));
+    return errors;
+}
+
+TEST(InputFile, EveryReaderNamesTheTypeOfWhatIsNoRegularFile) {
+    const TestFolder folder;
+    ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+    std::filesystem::create_symlink(folder / "pipe", folder / "link");
+    const int listener = socket(AF_UNIX, SOCK_STREAM, 0);
+    sockaddr_un address{AF_UNIX, {}};
+    std::strncpy(address.sun_path, (folder / "socket").c_str(), sizeof address.sun_path - 1);
+    ASSERT_EQ(bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    close(listener);
+    for (const auto& [file, expected] : {std::pair<path, const char*>{folder.path(), "is a directory"},
+                                         {folder / "pipe", "is a pipe"},
+                                         {folder / "link", "is a pipe"},
+                                         {folder / "socket", "is a socket"},
+                                         {"/dev/null", "is a device"},
+                                         {folder / "nothing", "there is no such file"},
+                                         {folder / "pipe/nothing", "there is no such file"}})
+        for (const auto& [reader, error] : errors_of_readers(file))
+            EXPECT_NE(error.find(expected), std::string::npos) << reader << " of " << file << ": " << error;
+}
+
+TEST(InputFile, AFileThatMayNotBeReadIsNotCalledMissing) {
+    if (geteuid() == 0) GTEST_SKIP() << "root may read every file";
+    const TestFolder folder;
+    write_text(folder / "secret", "secret");
+    std::filesystem::permissions(folder / "secret", std::filesystem::perms::none);
+    for (const auto& [reader, error] : errors_of_readers(folder / "secret"))
+        EXPECT_NE(error.find("Permission denied"), std::string::npos) << reader << ": " << error;
+}
+
+TEST(InputFile, FilesOfUnknownSizeAreReadUpToALimit) {
+    const Result<std::string> status = read_whole_file("/proc/self/status", std::uint64_t{1} << 20);
+    ASSERT_TRUE(status) << status.error().message();
+    EXPECT_NE(status->find("Pid:"), std::string::npos);
+    const TestFolder folder;
+    write_text(folder / "large", std::string((std::size_t{1} << 20) + 1, 'x'));
+    const Result<std::string> large = read_whole_file(folder / "large", std::uint64_t{1} << 20);
+    ASSERT_FALSE(large);
+    EXPECT_NE(large.error().what.find("larger than 1 MiB"), std::string::npos) << large.error().message();
+}
+
+/// Makes a file longer, without data. False if the file system has no such files.
+bool lengthen(const path& file) {
+    constexpr off_t terabyte = off_t{1} << 40;
+    return truncate(file.c_str(), terabyte) == 0;
+}
+
+/// A terabyte takes minutes to read.
+TEST(InputFile, SparseFilesOfATerabyteAreRefusedByTheirHeaders) {
+    const TestFolder folder;
+    ASSERT_TRUE(write_field(example_field(), folder / "field.vdb"));
+    const std::string field = text_of(folder / "field.vdb"),
+                      sections = section_file({{"one", "first"}, {"two", "second"}});
+    for (const std::string& begin :
+         {std::string(), field, sections, std::string("{"), std::string("solid "), std::string("ply\n"),
+          std::string("v 1 2 3\n"), std::string("\x89PNG\r\n\x1a\n")}) {
+        write_text(folder / "sparse", begin);
+        if (!lengthen(folder / "sparse")) GTEST_SKIP() << "no files of a terabyte here";
+        for (const auto& [reader, error] : errors_of_readers(folder / "sparse"))
+            if (reader != "first section" || begin != sections)
+                EXPECT_NE(error, "no error")
+                    << reader << " of a file that begins with " << begin.substr(0, 8);
+    }
+}
+
+/// The seal's own words may be forged.
+TEST(InputFile, SealedFieldsAreNoLongerThanTheirTablesNeed) {
+    const TestFolder folder;
+    const VdbFile whole = *vdb_file(example_field());
+    // Padding between tables and seal, of a size that can be hashed here.
+    const std::string padded = whole.bytes + std::string(std::size_t{200} << 20, '\0');
+    write_text(folder / "padded.vdb", padded + field_seal(padded, std::string_view(padded).substr(
+                                                                      whole.blob_offset, whole.blob_bytes)));
+    const Result<VisibilityField> read = read_field(folder / "padded.vdb");
+    ASSERT_FALSE(read);
+    EXPECT_NE(read.error().what.find("expected at most"), std::string::npos) << read.error().message();
+}
+
+}  // namespace
+}  // namespace haarfield
