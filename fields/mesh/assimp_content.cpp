@@ -1,8 +1,13 @@
 #include "fields/mesh/assimp_content.h"
 
+#include "fields/base/exception_message.h"
+#include "fields/base/large_stack.h"
 #include "fields/base/srgb.h"
+#include "fields/file/input_file.h"
 #include "fields/file/mapped_file.h"
 #include "fields/mesh/assimp_materials.h"
+#include "fields/mesh/gltf_nodes.h"
+#include "fields/mesh/mtl_statements.h"
 #include "fields/mesh/obj_leading_zeros.h"
 #include "fields/mesh/obj_listing.h"
 
@@ -16,7 +21,6 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cstring>
-#include <new>
 #include <system_error>
 
 namespace haarfield {
@@ -55,10 +59,12 @@ void keep_importer(Assimp::Importer& importer, const char* wanted) {
 /// never URLs; names with a way up are nobody's.
 ///
 /// The text outlives the streams over it, as assimp closes them before it lets go of the system.
+/// All other files that assimp opens for an OBJ file are MTL files. Their statements before the first material are
+/// left out.
 class FolderIoSystem : public Assimp::DefaultIOSystem {
 public:
-    FolderIoSystem(std::filesystem::path file, std::string_view text)
-        : file_(std::move(file)), folder_(resolved(file_.parent_path())), text_(text) {}
+    FolderIoSystem(std::filesystem::path file, std::string_view text, ModelFormat format)
+        : file_(std::move(file)), folder_(resolved(file_.parent_path())), text_(text), format_(format) {}
 
     bool Exists(const char* name) const override {
         return file_ == name || (is_below(name) && DefaultIOSystem::Exists(name));
@@ -69,13 +75,24 @@ public:
         if (file_ == name)
             return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(text_.data()),
                                               text_.size());
-        return is_below(name) ? DefaultIOSystem::Open(name, mode) : nullptr;
+        if (!is_below(name)) return nullptr;
+        return format_ == ModelFormat::obj ? mtl_stream(name) : DefaultIOSystem::Open(name, mode);
     }
 
 private:
     static std::filesystem::path resolved(const std::filesystem::path& path) {
         std::error_code ignored;
         return std::filesystem::weakly_canonical(path, ignored);
+    }
+
+    static Assimp::IOStream* mtl_stream(const char* name) {
+        constexpr std::uint64_t largest = std::uint64_t{64} << 20;
+        Result<std::string> text = read_whole_file(name, largest);
+        if (!text) return nullptr;
+        const std::string mended = without_leading_statements(*std::move(text));
+        auto* const bytes = new std::uint8_t[mended.size()];
+        std::memcpy(bytes, mended.data(), mended.size());
+        return new Assimp::MemoryIOStream(bytes, mended.size(), /*own=*/true);
     }
 
     bool is_below(const std::filesystem::path& name) const {
@@ -92,6 +109,7 @@ private:
 
     const std::filesystem::path file_, folder_;
     const std::string_view text_;
+    const ModelFormat format_;
 };
 
 Vec3f vector_from(const aiVector3D& v) {
@@ -112,6 +130,16 @@ bool has_whole_chunks(std::string_view glb) {
     return true;
 }
 
+/// The JSON of a glTF or GLB file.
+std::string_view gltf_json(std::string_view bytes, bool is_binary) {
+    constexpr std::size_t file_head = 12, chunk_head = 8;
+    if (!is_binary) return bytes;
+    if (bytes.size() < file_head + chunk_head) return {};
+    std::uint32_t length = 0;
+    std::memcpy(&length, bytes.data() + file_head, sizeof length);
+    return bytes.substr(file_head + chunk_head, length);
+}
+
 /// Whether each media type in a glTF file's text has its two halves: assimp 5.2 looks behind the slash
 /// without asking for it.
 bool has_whole_media_types(std::string_view text) {
@@ -128,12 +156,12 @@ bool has_whole_media_types(std::string_view text) {
     return true;
 }
 
-/// What assimp takes on trust in a glTF file. errors (with an empty `where`) what is wrong.
-Result<Done> check_gltf(std::string_view bytes, bool is_binary) {
+/// Checks what assimp does not check in a glTF file. errors (with an empty `where`) what is wrong.
+Result<GltfDepth> check_gltf(std::string_view bytes, bool is_binary) {
     if (is_binary && !has_whole_chunks(bytes)) return Error{"", "a chunk is longer than the file"};
     if (!has_whole_media_types(bytes))
         return Error{"", "the media type of an image or buffer has no slash; wanted one as image/png"};
-    return Done{};
+    return check_gltf_nodes(gltf_json(bytes, is_binary));
 }
 
 /// Calls `act` with each node and where it stands, in the order of the file.
@@ -267,26 +295,10 @@ ContentMesh content_of(const aiScene& scene, const aiMesh& part, bool is_gltf) {
     return made;
 }
 
-constexpr std::string_view task_name = "model 2";  // another number whenever write_content changes
-
-/// `details` are the number of the format and the file's path.
-Result<Done> read_model(std::string_view bytes, std::string_view details, ByteSink& answer) {
-    if (details.empty()) return Error{"", "no format"};
-    const Result<ModelContent> content =
-        assimp_content(bytes, details.substr(1), static_cast<ModelFormat>(details[0]));
-    if (!content) return content.error();
-    write_content(*content, answer);
-    return Done{};
-}
-
-}  // namespace
-
-Result<ModelContent> assimp_content(std::string_view bytes, const std::filesystem::path& file,
-                                    ModelFormat format) {
+/// Reads a file in this process, with the stack of this thread.
+Result<ModelContent> imported_content(std::string_view bytes, const std::filesystem::path& file,
+                                      ModelFormat format) {
     const bool is_gltf = format == ModelFormat::gltf || format == ModelFormat::glb;
-    if (is_gltf)
-        if (const Result<Done> good = check_gltf(bytes, format == ModelFormat::glb); !good)
-            return good.error();
     std::string mended;
     if (format == ModelFormat::obj) {
         mended = with_leading_zeros(std::string(bytes));
@@ -297,10 +309,17 @@ Result<ModelContent> assimp_content(std::string_view bytes, const std::filesyste
     const std::string name = (file.parent_path() / (file.stem().string() + by_assimp.ending)).string();
     Assimp::Importer importer;
     keep_importer(importer, by_assimp.importer);
-    importer.SetIOHandler(new FolderIoSystem(name, bytes));  // the importer's own from here on
+    importer.SetIOHandler(new FolderIoSystem(name, bytes, format));  // the importer's own from here on
     // no post-processing: it would take indices and coordinates on trust
     const aiScene* const read = importer.ReadFile(name, 0);
     if (!read) {
+        // assimp catches exceptions, and would call missing memory `std::bad_alloc`.
+        if (const std::exception_ptr& thrown = importer.GetException()) try {
+                std::rethrow_exception(thrown);
+            } catch (const std::bad_alloc&) {
+                throw;
+            } catch (const std::exception&) {
+            }
         const std::string words = importer.GetErrorString();
         return Error{"", words.empty() ? "assimp does not say why" : words};
     }
@@ -325,6 +344,35 @@ Result<ModelContent> assimp_content(std::string_view bytes, const std::filesyste
     return content;
 }
 
+constexpr std::string_view task_name = "model 2";  // another number whenever write_content changes
+
+/// `details` are the number of the format and the file's path.
+Result<Done> read_model(std::string_view bytes, std::string_view details, ByteSink& answer) {
+    if (details.empty()) return Error{"", "no format"};
+    const Result<ModelContent> content =
+        assimp_content(bytes, details.substr(1), static_cast<ModelFormat>(details[0]));
+    if (!content) return content.error();
+    write_content(*content, answer);
+    return Done{};
+}
+
+}  // namespace
+
+Result<ModelContent> assimp_content(std::string_view bytes, const std::filesystem::path& file,
+                                    ModelFormat format) {
+    if (format != ModelFormat::gltf && format != ModelFormat::glb)
+        return imported_content(bytes, file, format);
+    const Result<GltfDepth> depth = check_gltf(bytes, format == ModelFormat::glb);
+    if (!depth) return depth.error();
+    // assimp 5.2 reads, converts and deletes nodes recursively. It was measured to use 480 bytes of stack per level.
+    constexpr std::size_t ordinary_depth = 256, stack = std::size_t{8} << 20, stack_per_level = 2048;
+    if (depth->nodes <= ordinary_depth) return imported_content(bytes, file, format);
+    Result<ModelContent> content = Error{};
+    call_with_stack(stack + stack_per_level * depth->nodes,
+                    [&] { content = imported_content(bytes, file, format); });
+    return content;
+}
+
 Result<ModelContent> guarded_content(std::string_view bytes, const std::filesystem::path& file,
                                      ModelFormat format) {
     std::error_code code;
@@ -335,10 +383,8 @@ Result<ModelContent> guarded_content(std::string_view bytes, const std::filesyst
     if (!*apart) {
         try {
             return assimp_content(bytes, whole, format);
-        } catch (const std::bad_alloc&) {
-            return Error{"", "wants more memory than there is"};
         } catch (const std::exception& error) {  // assimp's, on some damaged files
-            return Error{"", error.what()};
+            return Error{"", exception_message(error)};
         }
     }
     constexpr double memory_per_byte = 60;
