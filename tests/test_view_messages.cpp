@@ -54,6 +54,28 @@ TEST(ViewMessages, BrokenOnesSayWhatWasWanted) {
     EXPECT_FALSE(bool(read_message(std::string(longest_message + 1, ' '))));
 }
 
+TEST(ViewMessages, ErrorsNameTheMessageThatTheyAnswer) {
+    const auto answer_to = [](std::string_view text) {
+        const Result<Message> message = read_message(text);
+        EXPECT_FALSE(bool(message)) << text;
+        return error_answer(message.error(), read_message_head(text));
+    };
+    const nlohmann::json of_broken = answer_to(R"({"type":"mix","share":2,"number":7})");
+    EXPECT_EQ(of_broken["about"], "mix");
+    EXPECT_EQ(of_broken["number"], 7);
+    EXPECT_EQ(of_broken["type"], "error");
+    const nlohmann::json of_unknown = answer_to(R"({"number":8,"type":"dance"})");
+    EXPECT_FALSE(of_unknown.contains("about"));
+    EXPECT_EQ(of_unknown["number"], 8);
+    const nlohmann::json without_type = answer_to(R"({"number":9,"type":3})");
+    EXPECT_FALSE(without_type.contains("about"));
+    EXPECT_EQ(without_type["number"], 9);
+    for (const char* headless : {"", "[7]", "{", R"({"type":7,"number":"7"})"}) {
+        const nlohmann::json answer = answer_to(headless);
+        EXPECT_FALSE(answer.contains("about") || answer.contains("number")) << headless;
+    }
+}
+
 // The error names the key, cut where it is too long: here within a letter.
 TEST(ViewMessages, WhatIsWrongCanBeToldWhateverTheKey) {
     for (std::size_t letters = 0; letters < 50; ++letters) {

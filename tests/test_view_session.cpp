@@ -210,6 +210,14 @@ TEST(ViewSession, BrokenAndStrangersMessagesChangeNothing) {
                         .is_object());
     }
     EXPECT_GE(opened.errors(), 10003u);
+    // Messages that cannot be read are named, too.
+    const std::uint32_t number = opened.send(1, {{"type", "mix"}, {"share", 2}});
+    EXPECT_TRUE(opened
+                    .told([&](PageId page, const nlohmann::json& text) {
+                        return page == 1 && text["type"] == "error" && text.value("number", 0u) == number &&
+                               text.value("about", "") == "mix";
+                    })
+                    .is_object());
     // A page that joins is told of a scene as it was.
     opened.session().join(3);
     const nlohmann::json scene = opened.told(

@@ -306,6 +306,25 @@ Result<Message> read_message(std::string_view text) {
     return message;
 }
 
+MessageHead read_message_head(std::string_view text) {
+    MessageHead head;
+    if (text.size() > longest_message) return head;
+    const Json object = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+    if (!object.is_object()) return head;
+    MessageReader reader(object);
+    reader.take("type", head.type);
+    if (!content_readers.contains(head.type)) head.type.clear();
+    MessageReader(object).take("number", head.number);
+    return head;
+}
+
+Json error_answer(const Error& error, const MessageHead& to) {
+    Json answer{{"type", "error"}, {"message", error.message()}};
+    if (!to.type.empty()) answer["about"] = to.type;
+    if (to.number > 0) answer["number"] = to.number;
+    return answer;
+}
+
 std::string message_text(const Json& message) {
     return message.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -68,6 +68,18 @@ inline constexpr std::size_t longest_message = 1 << 16;
 ///         one that is missing, or a value of another kind or beyond its range, with what was wanted.
 Result<Message> read_message(std::string_view text);
 
+/// The type and the number of a message, by which answers refer to it.
+struct MessageHead {
+    std::string type;          ///< Empty if it is missing or unknown.
+    std::uint32_t number = 0;  ///< 0 if it is missing.
+};
+
+/// Reads the head of any text, also of one that read_message refuses.
+MessageHead read_message_head(std::string_view text);
+
+/// An error, as an answer to a message.
+nlohmann::json error_answer(const Error& error, const MessageHead& to);
+
 /// A message to pages. Bytes that are no UTF-8 (names of files, texts that were cut) become U+FFFD.
 std::string message_text(const nlohmann::json& message);
 

@@ -140,7 +140,7 @@ void ViewSession::tell_work(const char* doing, std::string_view stage, double sh
 
 void ViewSession::tell_trouble(const Error& error) {
     failed_light_ = history_.now().light_stamp;
-    audience_.tell_all(message_text({{"type", "error"}, {"message", error.message()}}));
+    audience_.tell_all(message_text(error_answer(error, last_head_)));
 }
 
 void ViewSession::tell_rest() {

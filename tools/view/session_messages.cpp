@@ -20,6 +20,7 @@ void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
                 told_rest_ = {};
                 if (pages_.size() > 1) break;
                 last_message_ = 0;  // it counts anew
+                last_head_ = {};
                 history_.end_gesture();
                 break;
             case Arrival::What::left: {
@@ -56,16 +57,15 @@ void ViewSession::take_message(const Arrival& arrival) {
         done = take_content(arrival.page, message);
     }
     if (!done) {
-        audience_.tell(arrival.page, message_text({{"type", "error"},
-                                                   {"about", message.type},
-                                                   {"number", message.number},
-                                                   {"message", done.error().message()}}));
+        audience_.tell(arrival.page,
+                       message_text(error_answer(done.error(), {message.type, message.number})));
         return;
     }
     if (is_open) return;
     last_input_ = arrival.time;
     message_time_ = arrival.time;
     last_message_ = message.number;
+    last_head_ = {message.type, message.number};
 }
 
 Result<Done> ViewSession::make_edit(const Edit& edit, const Message& message, const Variation& hand) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "fields/base/exception_message.h"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -72,7 +74,7 @@ void ViewSession::lights_changed() {
 void ViewSession::receive(PageId page, std::string_view text) {
     Result<Message> message = read_message(text);
     if (!message) {
-        audience_.tell(page, message_text({{"type", "error"}, {"message", message.error().what}}));
+        audience_.tell(page, message_text(error_answer(message.error(), read_message_head(text))));
         return;
     }
     if (std::holds_alternative<Shown>(message->content)) return audience_.shown(page);
@@ -82,7 +84,8 @@ void ViewSession::receive(PageId page, std::string_view text) {
         is_flooded = arrivals_.size() >= most_arrivals;
     }
     if (is_flooded) {
-        audience_.tell(page, message_text({{"type", "error"}, {"message", "too many messages wait"}}));
+        const MessageHead head{message->type, message->number};
+        audience_.tell(page, message_text(error_answer({"", "too many messages wait"}, head)));
         return;
     }
     post({.page = page,
@@ -152,7 +155,7 @@ void ViewSession::run(const std::stop_token& stop) {
                 stop_job_.request_stop();
         }
         if (!progress.stop.stop_requested()) {
-            const Result<Done> done = work(job, progress);
+            const Result<Done> done = guarded_work(job, progress);
             if (!done && done.error().what != interrupted) tell_trouble(done.error());
             take_highlights();
         }
@@ -189,6 +192,14 @@ ViewJob ViewSession::next_job() const {
     if (next.of == Variation::Of::eye && !has_highlights_) next = {Variation::Of::light, 0};
     if (pause >= idle && !live_.follows(now, next)) return {What::likely, next};
     return {};
+}
+
+Result<Done> ViewSession::guarded_work(const ViewJob& job, const Progress& progress) {
+    try {
+        return work(job, progress);
+    } catch (const std::exception& exception) {  // memory
+        return Error{"", exception_message(exception)};
+    }
 }
 
 Result<Done> ViewSession::work(const ViewJob& job, const Progress& stop) {

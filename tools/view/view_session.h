@@ -93,6 +93,8 @@ private:
     ViewJob next_job() const;
     bool ends(const Arrival& arrival, const ViewJob& job) const;
     void take_highlights();
+    /// As work; an exception is an error.
+    Result<Done> guarded_work(const ViewJob& job, const Progress& progress);
     Result<Done> work(const ViewJob& job, const Progress& progress);
     void show_colours(Exactness exactness);
     bool is_shown() const;
@@ -126,6 +128,7 @@ private:
     bool has_stepped_ = false;  ///< The design's camera is none that the steering page has sent last.
     std::optional<std::uint64_t> failed_light_;  ///< Stamp of one with which work has failed.
     std::uint32_t frame_ = 0, last_message_ = 0;
+    MessageHead last_head_;  ///< Of the last message that was applied, for errors of the work that it causes.
     Clock::time_point message_time_, last_input_;
     SharedBytes last_frame_;
     std::pair<std::uint32_t, std::uint32_t> told_rest_;  ///< Message and frame.
