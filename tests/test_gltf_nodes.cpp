@@ -50,7 +50,7 @@ TEST(GltfNodes, AChainOfTwentyThousandNodesIsRead) {
     const Result<ModelFile> model = opened(chain(nodes));
     ASSERT_TRUE(model) << model.error().message();
     ASSERT_EQ(model->parts().nodes.size(), 1u);
-    EXPECT_EQ(model->parts().nodes[0].transform.point(Vec3d(0, 0, 0)), Vec3d(nodes - 1, 0, 0));
+    EXPECT_EQ(model->parts().nodes[0].place.point(Vec3d(0, 0, 0)), Vec3d(nodes - 1, 0, 0));
 }
 
 TEST(GltfNodes, TheLengthOfLongerChainsIsNamed) {

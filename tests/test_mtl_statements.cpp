@@ -52,7 +52,9 @@ TEST(MtlStatements, AnObjFileIsReadWhateverPrecedesTheFirstMaterial) {
             const Result<ImportedMesh> read = read_mesh(folder / "model.obj");
             ASSERT_TRUE(read) << statement << ": " << read.error().message();
             ASSERT_EQ(read->mesh.material_names.size(), 1u) << statement;
-            if (!materials.empty()) EXPECT_EQ(read->materials[0].diffuse, Rgb(0.5f, 0, 0)) << statement;
+            if (!materials.empty()) {
+                EXPECT_EQ(read->materials[0].diffuse, Rgb(0.5f, 0, 0)) << statement;
+            }
         }
 }
 

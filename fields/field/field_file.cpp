@@ -25,7 +25,7 @@ constexpr std::uint64_t largest_unsealed = std::uint64_t{16} << 30;
 /// The largest file that write_field makes of a blob. The handles, as grids, take less than 32 times the bytes that
 /// they have in the blob; grids of visibility have a fixed size. [bytes]
 std::uint64_t largest_sealed(std::uint64_t blob_bytes) {
-    return (std::uint64_t{64} << 20) + 32 * blob_bytes;
+    return (std::uint64_t{8} << 20) + 32 * blob_bytes;
 }
 
 /// The field's blob, by the seal; without a seal, wherever in the file it is. Checks sizes and headers, and reads no

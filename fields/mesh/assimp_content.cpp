@@ -89,7 +89,8 @@ private:
         constexpr std::uint64_t largest = std::uint64_t{64} << 20;
         Result<std::string> text = read_whole_file(name, largest);
         if (!text) return nullptr;
-        const std::string mended = without_leading_statements(*std::move(text));
+        std::string mended = without_leading_statements(*std::move(text));
+        mended.append(8, '\n');  // assimp 5.2 refuses an OBJ file if a text is shorter
         auto* const bytes = new std::uint8_t[mended.size()];
         std::memcpy(bytes, mended.data(), mended.size());
         return new Assimp::MemoryIOStream(bytes, mended.size(), /*own=*/true);
