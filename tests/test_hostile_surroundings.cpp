@@ -55,6 +55,13 @@ protected:
     TestFolder folder;
 };
 
+TEST_F(HostileSurroundings, UntrustedFilesAreRefusedWithoutASandboxUnlessAllowed) {
+    EXPECT_EQ(run("HAARFIELD_READER= $H info box.obj"), 1);
+    EXPECT_NE(messages().find("--unsandboxed"), std::string::npos) << messages();
+    EXPECT_EQ(run("HAARFIELD_READER= $H info --unsandboxed box.obj > /dev/null"), 0) << messages();
+    EXPECT_EQ(run("$H info box.obj > /dev/null"), 0) << messages();
+}
+
 TEST_F(HostileSurroundings, NamesAreNoStatementsOfPovrayAndNoPlacesElsewhere) {
     const std::string evil = "a\"b'{}$(touch sneaked)`touch sneaked` \xc3\xa9 #declare x=1; sphere{0,9}";
     write_text(folder / ("in/" + evil + ".obj"), "mtllib " + evil + ".mtl\no ../../x\nusemtl " + evil + "\n" +

@@ -1,6 +1,7 @@
 #include "tools/command.h"
 
 #include "fields/base/exception_message.h"
+#include "fields/file/reader_process.h"
 #include "fields/file/write_file.h"
 #include "tools/interrupt.h"
 #include "tools/number_option.h"
@@ -37,6 +38,10 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
     command.add_flag("--quiet", options.quiet, "Say nothing but errors, and what --json asks for");
     command.add_option("--report", options.report, "Write what was done as JSON, with counts and times")
         ->type_name("FILE.json");
+    command.add_flag(
+        "--unsandboxed", options.unsandboxed,
+        "Read meshes and images even if this system cannot sandbox their readers. Only for files "
+        "that you trust");
 }
 
 std::vector<Command> all_commands(CLI::App& program, CommonOptions& options) {
@@ -56,6 +61,7 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
     std::stop_source stop;
     stop_on_interrupt(stop);
     ProgressBar bar(options.quiet);
+    if (options.unsandboxed) allow_unsandboxed_readers();
     const int threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads));

@@ -78,6 +78,7 @@ struct CommonOptions {
     int threads = 0;  ///< 0: all cores.
     bool quiet = false;
     std::string report;
+    bool unsandboxed = false;
 };
 void add_common_options(CLI::App& command, CommonOptions& options);
 

@@ -49,9 +49,10 @@ int main(int argument_count, char** arguments) {
     haarfield::tidy_surroundings();
     // Line by line, so that results and messages stay in order in a log that takes both.
     std::setvbuf(stdout, nullptr, _IOLBF, 1 << 16);
-    // Where that can not be, the executable haarfield-reader takes its place.
     const std::array readers{haarfield::model_reader_task(), haarfield::image_reader_task()};
-    (void)haarfield::fork_reader_process(readers);
+    if (const auto forked = haarfield::fork_reader_process(readers); !forked)
+        fmt::print(stderr, "haarfield: warning: {}; haarfield-reader reads untrusted files instead\n",
+                   forked.error().what);
     const haarfield::ExitCode code = haarfield::run_program(argument_count, arguments);
     // A full disk or a closed pipe: reported here for everything that was printed.
     const bool is_printed = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;

@@ -1,5 +1,6 @@
 #include "fields/file/reader_process.h"
 
+#include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -12,6 +13,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -64,6 +66,7 @@ constexpr const char* variable = "HAARFIELD_READER";
 struct Connection {
     std::mutex looking;
     bool looked_for = false;
+    std::atomic<bool> may_be_unsandboxed = is_thread_sanitized;  // which has no reader process
     std::string failure;  ///< Why there is none, if one was asked for by name.
     int socket = -1;      ///< -1: there is none.
 };
@@ -91,8 +94,16 @@ bool others_sleep() {
     return !code;
 }
 
-/// What HAARFIELD_READER names, else an executable beside the running one, or where it was installed; empty
-/// if there is none.
+/// Returns the folder of the executable or shared library that holds this code.
+std::filesystem::path own_folder() {
+    Dl_info own{};
+    if (dladdr(reinterpret_cast<const void*>(&connection), &own) == 0 || !own.dli_fname) return {};
+    std::error_code ignored;
+    return std::filesystem::absolute(own.dli_fname, ignored).parent_path();
+}
+
+/// Returns the executable that HAARFIELD_READER names, or else haarfield-reader next to the running
+/// executable, next to this library or where it was installed. Empty if there is none.
 std::filesystem::path found_program(bool& is_named) {
     const char* const named = std::getenv(variable);
     is_named = named && *named;
@@ -100,7 +111,7 @@ std::filesystem::path found_program(bool& is_named) {
     std::error_code ignored;
     const std::filesystem::path running = std::filesystem::read_symlink("/proc/self/exe", ignored);
     for (const std::filesystem::path& folder :
-         {running.parent_path(), std::filesystem::path(HAARFIELD_PROGRAM_FOLDER)}) {
+         {running.parent_path(), own_folder(), std::filesystem::path(HAARFIELD_PROGRAM_FOLDER)}) {
         std::filesystem::path program = folder / "haarfield-reader";
         if (!folder.empty() && ::access(program.c_str(), X_OK) == 0) return program;
     }
@@ -132,8 +143,13 @@ int spawned(const std::filesystem::path& program) {
 }
 
 int memory_file() {
-    return memfd_create("haarfield", MFD_CLOEXEC);
+    return memfd_create("haarfield", MFD_CLOEXEC | MFD_ALLOW_SEALING);
 }
+
+/// The remedy, for messages about a missing sandbox.
+constexpr const char* remedy =
+    "to read it without a sandbox, if you trust it, use the option --unsandboxed (in C++ "
+    "allow_unsandboxed_readers(), in Python haarfield.allow_unsandboxed_readers())";
 
 /// errors  what the system says of the reader process.
 Result<Done> send(int socket, const ReaderRequest& head, std::string_view details,
@@ -168,8 +184,11 @@ bool receive(int pipe, ReaderOutcome& outcome) {
 
 /// Why there is no answer.
 std::string failure_of(const ReaderOutcome& outcome, const ReaderLimits& limits) {
-    if (outcome.timed_out || (WIFSIGNALED(outcome.status) && WTERMSIG(outcome.status) == SIGXCPU))
-        return fmt::format("took longer than {:.0f} s to read", limits.seconds);
+    if (outcome.stalled) return "its reader waits for something that does not happen: the file is damaged";
+    if (WIFSIGNALED(outcome.status) && WTERMSIG(outcome.status) == SIGXCPU)
+        return fmt::format("took longer than {:.0f} s of processor time to read", limits.seconds);
+    if (WIFEXITED(outcome.status) && WEXITSTATUS(outcome.status) == int(WorkerExit::unsandboxed))
+        return fmt::format("its reader cannot be sandboxed on this system; {}", remedy);
     if (outcome.status == -1) return "there is no process to read it: the system has too many";
     if (WIFSIGNALED(outcome.status))
         return fmt::format("its reader ended by signal {} ({}): the file is damaged",
@@ -183,8 +202,9 @@ ReaderLimits reader_limits(std::uint64_t file_bytes, double memory_per_byte) {
     constexpr double least_memory = 1 << 30, least_seconds = 10, bytes_per_second = 1e6;
     const double bytes = static_cast<double>(file_bytes),
                  all_memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
-    return {static_cast<std::uint64_t>(std::min(least_memory + memory_per_byte * bytes, all_memory)),
-            least_seconds + bytes / bytes_per_second};
+    const auto memory =
+        static_cast<std::uint64_t>(std::min(least_memory + memory_per_byte * bytes, all_memory));
+    return {memory, memory / 2, least_seconds + bytes / bytes_per_second};
 }
 
 Result<Done> fork_reader_process(std::span<const ReaderTask> tasks) {
@@ -218,6 +238,10 @@ Result<Done> fork_reader_process(std::span<const ReaderTask> tasks) {
     return Done{};
 }
 
+void allow_unsandboxed_readers() {
+    connection().may_be_unsandboxed = true;
+}
+
 Result<bool> reads_apart() {
     Connection& made = connection();
     const std::lock_guard lock(made.looking);
@@ -232,6 +256,11 @@ Result<bool> reads_apart() {
         if (!made.failure.empty()) made.failure = program.string() + ": " + made.failure;
     }
     if (!made.failure.empty()) return Error{"", made.failure};
+    if (made.socket < 0 && !made.may_be_unsandboxed)
+        return Error{"",
+                     fmt::format("there is no reader process for untrusted files (haarfield-reader was not "
+                                 "found); {}",
+                                 remedy)};
     return made.socket >= 0;
 }
 
@@ -241,7 +270,9 @@ Result<MappedFile> read_apart(std::string_view task, int descriptor, std::string
     assert(task.size() < head.task.size());
     std::copy(task.begin(), task.end(), head.task.begin());
     head.memory = limits.memory;
+    head.answer = limits.answer;
     head.seconds = limits.seconds;
+    head.may_be_unsandboxed = connection().may_be_unsandboxed;
     if (details.size() > longest_details) return Error{where, "its name is too long"};
     const Descriptor answer(memory_file());
     int ends[2];
@@ -276,6 +307,9 @@ Result<MappedFile> read_apart(std::string_view task, std::string_view bytes, std
         if (count <= 0) return system_error(where, "make room for it", errno);
         rest.remove_prefix(static_cast<std::size_t>(count));
     }
+    // The worker gets this descriptor and must not use the file for further memory.
+    constexpr int seals = F_SEAL_SEAL | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE;
+    if (fcntl(file.number, F_ADD_SEALS, seals) != 0) return system_error(where, "seal a copy of it", errno);
     return read_apart(task, file.number, details, limits, where);
 }
 

@@ -1,18 +1,21 @@
 #pragma once
-/// Files of others, read by a process of its own: what takes their reader down takes nothing else down.
+/// Reads untrusted files in a separate, sandboxed process.
 ///
-/// A reader process waits for files. For each it forks a worker, which reads the file with the library that
-/// knows its format, within limits, writes what it found as bytes, and ends. A crash there, a hang or a
-/// hunger for memory is an Error here.
+/// A reader process waits for files. For each file it forks a worker. The worker reads the file with the
+/// library for its format, within limits, writes the content as bytes, and ends. A crash, a hang or excessive
+/// use of memory becomes an Error in this process.
 ///
-/// The program has its reader process from its start (fork_reader_process). Any other user of the library
-/// gets one by the executable `haarfield-reader` when the first file is read, if that is found: beside the
-/// running executable, or where it was installed. Where there is none files are read in the process itself,
-/// with no protection against what their readers do. The environment's HAARFIELD_READER has the last word, in
-/// the program, too: it names the executable or, where it is empty, says that there is to be none.
+/// The program forks its reader process when it starts (fork_reader_process). Other programs that use the
+/// library start the executable `haarfield-reader` when they read the first file. It is searched for next to
+/// the running executable, next to the shared library that holds this code, and where it was installed. The
+/// environment variable HAARFIELD_READER overrides both: it names the executable or, if it is empty, disables
+/// reader processes.
 ///
-/// A worker can open files for reading only, has no network and starts no program, where the system lets it
-/// be filtered (seccomp, on x86-64 and 64 bit ARM); its limits hold everywhere.
+/// A worker can read the given file and files in the folder that its task needs. It has no network, cannot
+/// write files, and cannot start, trace or signal processes (seccomp, and Landlock if the kernel has it).
+///
+/// Without a reader process, or on a system without seccomp, files that assimp or OpenImageIO would read are
+/// refused. A program that trusts its files calls allow_unsandboxed_readers().
 
 #include "fields/base/byte_stream.h"
 #include "fields/base/result.h"
@@ -27,19 +30,22 @@ namespace haarfield {
 
 /// What a worker may use.
 struct ReaderLimits {
-    std::uint64_t memory = 0;  ///< [bytes], beyond what the reader process itself has.
-    double seconds = 0;        ///< Of the processor; of the clock on the wall, three times as many.
+    std::uint64_t memory = 0;  ///< [bytes] Worker and answer together, beyond the reader process's own.
+    std::uint64_t answer = 0;  ///< [bytes] The part of `memory` that is reserved for the answer.
+    double seconds = 0;        ///< Processor time. Load of the machine does not count.
 };
 
-/// For a file of so many bytes: 1 GiB and `memory_per_byte` times its size, but no more than the machine has;
-/// 10 s and 1 s a MB.
+/// Returns the limits for a file of `file_bytes`: 1 GiB plus `memory_per_byte` times its size, but at most the
+/// memory of the machine, one half of it for the answer; 10 s plus 1 s per MB.
 ReaderLimits reader_limits(std::uint64_t file_bytes, double memory_per_byte);
 
-/// A kind of files, and who reads them.
+/// A kind of files and its reader.
 struct ReaderTask {
     std::string_view name;
     /// Reads a file of which the bytes are given. `details` is what the asker said of it.
     Result<Done> (*read)(std::string_view bytes, std::string_view details, ByteSink& answer);
+    /// Returns the folder that `read` opens further files in. Null: `read` opens no files.
+    std::string (*folder)(std::string_view details) = nullptr;
 };
 
 /// Forks this process's reader, within some milliseconds. Once, from the beginning of `main`, before there
@@ -55,9 +61,16 @@ Result<Done> fork_reader_process(std::span<const ReaderTask> tasks);
 /// closed.
 [[noreturn]] void serve_reader_process(int socket, std::span<const ReaderTask> tasks);
 
-/// Whether files of others are read by another process. Looks for one if none was asked for yet.
+/// Lets this process read untrusted files without a sandbox from now on if there is no reader process or the
+/// system has no seccomp. A malicious file can then do what this process can. Call it before the first file
+/// is read.
+void allow_unsandboxed_readers();
+
+/// Returns true if a reader process reads untrusted files, and false if this process may read them itself.
+/// Starts the reader process if necessary.
 ///
-/// errors  what HAARFIELD_READER names can not be run.
+/// errors  there is no reader process, and allow_unsandboxed_readers() was not called; HAARFIELD_READER names
+///         a program that cannot be run.
 Result<bool> reads_apart();
 
 /// Has a file read. Only where reads_apart(). From any thread.

@@ -12,7 +12,12 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <new>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "fields/file/reader_message.h"
@@ -83,18 +88,20 @@ void write_all(int descriptor, std::string_view bytes) {
     sigset_t none;
     sigemptyset(&none);
     sigprocmask(SIG_SETMASK, &none, nullptr);
-    const ReaderLimits limits{request.head.memory, request.head.seconds};
-    limit_this_process(limits);
-    sandbox_this_process();
+    limit_this_process({request.head.memory, request.head.answer, request.head.seconds});
+    const std::string_view name(request.head.task.data());
+    const auto task =
+        std::find_if(tasks.begin(), tasks.end(), [&](const ReaderTask& known) { return known.name == name; });
+    const bool has_folder = task != tasks.end() && task->folder;
+    if (!sandbox_this_process(has_folder ? task->folder(request.details) : "") &&
+        !request.head.may_be_unsandboxed)
+        _exit(static_cast<int>(WorkerExit::unsandboxed));
     const auto refuse = [&](const std::string& what) {
         if (ftruncate(request.answer, 0) == 0 && lseek(request.answer, 0, SEEK_SET) == 0)
             write_all(request.answer, what);
         _exit(static_cast<int>(WorkerExit::refused));
     };
     try {
-        const std::string_view name(request.head.task.data());
-        const auto task = std::find_if(tasks.begin(), tasks.end(),
-                                       [&](const ReaderTask& known) { return known.name == name; });
         if (task == tasks.end()) refuse("no reader of this kind");
         const Result<MappedFile> file = mapped_file(request.file, "");
         if (!file) refuse(file.error().what);
@@ -124,12 +131,14 @@ void write_all(int descriptor, std::string_view bytes) {
 struct Worker {
     pid_t id;
     int outcome;
-    Clock::time_point deadline;
-    bool timed_out = false;
+    int patience;                      ///< Checks that it may sleep through, > 0.
+    std::uint64_t processor_time = 0;  ///< At the last check [clock ticks].
+    int slept = 0;                     ///< Consecutive checks that found it asleep.
+    bool stalled = false;
 };
 
-void tell(int outcome, int status, bool timed_out) {
-    const ReaderOutcome told{status, timed_out};
+void tell(int outcome, int status, bool stalled) {
+    const ReaderOutcome told{status, stalled};
     [[maybe_unused]] const ssize_t written = ::write(outcome, &told, sizeof told);
     ::close(outcome);
 }
@@ -137,7 +146,8 @@ void tell(int outcome, int status, bool timed_out) {
 /// Neither Ctrl-C nor a closed terminal ends it, but the end of those who ask; what is printed, libraries'
 /// last words among it, is nobody's.
 int prepare_server() {
-    for (const int ignored : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) signal(ignored, SIG_IGN);
+    setsid();  // without a terminal: nothing can be typed into the user's
+    for (const int ignored : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGXFSZ}) signal(ignored, SIG_IGN);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     if (const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC); nothing >= 0) {
         for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, standard);
@@ -159,24 +169,73 @@ void collect(std::vector<Worker>& workers) {
         const auto worker = std::find_if(workers.begin(), workers.end(),
                                          [id](const Worker& known) { return known.id == id; });
         if (worker == workers.end()) continue;
-        tell(worker->outcome, status, worker->timed_out);
+        tell(worker->outcome, status, worker->stalled);
         workers.erase(worker);
     }
 }
 
-/// Ends those that are late. Milliseconds to the next that may be; -1 if there is none.
-int end_late(std::vector<Worker>& workers) {
-    int wait = -1;
-    const Clock::time_point now = Clock::now();
-    for (Worker& worker : workers) {
-        const auto left = std::chrono::ceil<std::chrono::milliseconds>(worker.deadline - now).count();
-        if (left <= 0 && !worker.timed_out) {
-            worker.timed_out = true;
-            ::kill(worker.id, SIGKILL);
-        }
-        if (left > 0) wait = wait < 0 ? int(left) : std::min(wait, int(left));
+/// Reads the state and the processor time [clock ticks] of a thread from its `stat`. False if there is none.
+bool read_status(const std::filesystem::path& file, char& state, std::uint64_t& ticks) {
+    std::ifstream stream(file);
+    const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+    const std::size_t name_end = text.rfind(") ");  // a name may contain anything
+    if (name_end == text.npos) return false;
+    std::istringstream fields(text.substr(name_end + 2));
+    constexpr int before_times = 10;
+    std::string unused;
+    std::uint64_t user = 0, system = 0;
+    fields >> state;
+    for (int i = 0; i < before_times; ++i) fields >> unused;
+    fields >> user >> system;
+    ticks += user + system;
+    return bool(fields);
+}
+
+/// True if all threads of a worker sleep and have used no processor time since the last check. A thread that
+/// waits for a processor or a disk on a busy machine does not sleep.
+bool is_asleep(Worker& worker) {
+    const std::uint64_t before = worker.processor_time;
+    const std::string tasks = "/proc/" + std::to_string(worker.id) + "/task";
+    std::uint64_t ticks = 0;
+    bool sleeps = true;
+    std::error_code code;
+    for (std::filesystem::directory_iterator entry(tasks, code), end; !code && entry != end;
+         entry.increment(code)) {
+        char state = 0;
+        if (!read_status(entry->path() / "stat", state, ticks) || state != 'S') sleeps = false;
     }
-    return wait;
+    worker.processor_time = ticks;
+    return sleeps && !code && ticks == before;
+}
+
+constexpr int checks_per_second = 4;
+
+/// Ends workers that sleep through more checks than they may.
+void end_stalled(std::vector<Worker>& workers) {
+    for (Worker& worker : workers) {
+        worker.slept = is_asleep(worker) ? worker.slept + 1 : 0;
+        if (worker.slept < worker.patience || worker.stalled) continue;
+        worker.stalled = true;
+        ::kill(worker.id, SIGKILL);
+    }
+}
+
+/// Waits for a request or the end of a worker. Checks in regular intervals for stalled workers. False if the
+/// system refuses.
+bool wait_for_events(std::span<pollfd> ready, std::vector<Worker>& workers, Clock::time_point& next_check) {
+    constexpr auto interval = std::chrono::milliseconds(1000 / checks_per_second);
+    int wait = -1;
+    if (!workers.empty()) {
+        const Clock::time_point now = Clock::now();
+        if (now >= next_check) {
+            end_stalled(workers);
+            next_check = now + interval;
+        }
+        wait = int(std::chrono::ceil<std::chrono::milliseconds>(next_check - now).count());
+    }
+    if (::poll(ready.data(), ready.size(), wait) >= 0) return true;
+    for (pollfd& one : ready) one.revents = 0;
+    return errno == EINTR;
 }
 
 }  // namespace
@@ -184,9 +243,10 @@ int end_late(std::vector<Worker>& workers) {
 void serve_reader_process(int socket, std::span<const ReaderTask> tasks) {
     const int ended = prepare_server();
     std::vector<Worker> workers;
+    Clock::time_point next_check{};
     while (true) {
         pollfd ready[]{{socket, POLLIN, 0}, {ended, POLLIN, 0}};
-        if (::poll(ready, 2, end_late(workers)) < 0 && errno != EINTR) break;
+        if (!wait_for_events(ready, workers, next_check)) break;
         if (ready[1].revents & POLLIN) {
             signalfd_siginfo unused;
             while (::read(ended, &unused, sizeof unused) > 0) {
@@ -208,10 +268,9 @@ void serve_reader_process(int socket, std::span<const ReaderTask> tasks) {
         if (worker < 0) {
             tell(request.outcome, -1, false);
         } else {
-            constexpr double wall_per_processor = 3, longest = 1e6;
-            const auto patience = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
-                std::clamp(request.head.seconds, 1.0, longest) * wall_per_processor));
-            workers.push_back({worker, request.outcome, Clock::now() + patience});
+            constexpr double shortest = 5, longest = 1e6;  // [s]
+            const double patience = std::clamp(request.head.seconds, shortest, longest);
+            workers.push_back({worker, request.outcome, int(patience * checks_per_second)});
         }
         request.outcome = -1;
         request.close_all();

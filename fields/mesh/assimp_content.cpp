@@ -357,6 +357,12 @@ Result<Done> read_model(std::string_view bytes, std::string_view details, ByteSi
     return Done{};
 }
 
+/// Returns the folder that a model may refer to.
+std::string model_folder(std::string_view details) {
+    if (details.empty()) return "";
+    return std::filesystem::path(details.substr(1)).parent_path().string();
+}
+
 }  // namespace
 
 Result<ModelContent> assimp_content(std::string_view bytes, const std::filesystem::path& file,
@@ -397,7 +403,7 @@ Result<ModelContent> guarded_content(std::string_view bytes, const std::filesyst
 }
 
 ReaderTask model_reader_task() {
-    return {task_name, read_model};
+    return {task_name, read_model, model_folder};
 }
 
 }  // namespace haarfield

@@ -393,6 +393,7 @@ void limit_time(unsigned processor, unsigned clock) {
         }
     } else {
         setenv("HAARFIELD_READER", "", 1);
+        allow_unsandboxed_readers();
     }
     limit_memory();
     while (board.next < last) {

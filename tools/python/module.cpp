@@ -1,5 +1,6 @@
 /// The Python module: `import haarfield` imports this one, haarfield._haarfield.
 
+#include "fields/file/reader_process.h"
 #include "tools/python/scene.h"
 
 #include <fmt/format.h>
@@ -37,6 +38,10 @@ PYBIND11_MODULE(_haarfield, module) {
     add_reference(module, scene);
     add_session(module, scene);
     add_images(module);
+    module.def(
+        "allow_unsandboxed_readers", &allow_unsandboxed_readers,
+        "Lets haarfield read meshes and images without a sandbox where no sandbox can be set up. Without\n"
+        "this call such files are refused. A malicious file can then do what this process can.");
     module.def(
         "use_threads", &use_threads, py::arg("count"),
         "How many threads haarfield uses from now on; 0: one for each core. Results do not depend on it.");
