@@ -554,7 +554,7 @@ std::string floor_text(const Bounds& bounds) {
     for (int ring = 0; ring + 1 < rings; ++ring)
         for (int i = 0; i < around; ++i) {
             const int inner = 5 + ring * around + i, next = 5 + ring * around + (i + 1) % around;
-            text += fmt::format("f {} {} {} {}\n", inner, inner + around, next + around, next);
+            text += fmt::format("f {0} {1} {2}\nf {0} {2} {3}\n", inner, inner + around, next + around, next);
         }
     return text;
 }
