@@ -40,7 +40,7 @@ struct EmbreeDevice::State {
     std::atomic<bool> failed = false;
 };
 
-// Embree passes the setting `threads` to oneTBB as a limit of the whole process, as long as the device exists.
+// Embree passes the setting `threads` to oneTBB as a limit of the whole process, for the device's lifetime.
 EmbreeDevice::EmbreeDevice()
     : state_(std::make_shared<State>(allocated<RTCDeviceTy>(rtcNewDevice(embree_settings().c_str())))) {}
 

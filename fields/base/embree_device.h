@@ -37,8 +37,8 @@ public:
                                              std::span<const std::array<std::uint32_t, 3>> triangles) const;
 
     /// Builds a scene's BVH, in parallel on oneTBB. The calling thread executes no other tasks meanwhile, so
-    /// a loop body may call this function while it uses its thread's buffers or holds a lock. The BVH does not
-    /// depend on the number of threads.
+    /// a loop body may call this function while it uses its thread's buffers or holds a lock. The BVH does
+    /// not depend on the number of threads.
     ///
     /// throws  std::bad_alloc where it needs more memory than there is.
     void commit(RTCSceneTy* scene) const;

@@ -22,8 +22,8 @@ struct LoopItems {
 /// Does the items 0 ... count - 1, each once.
 ///
 /// make_body  makes the body for one thread, with that thread's buffers. What a body does with an item may
-///            depend on nothing but the item, so that the number of threads changes nothing. Bodies and reports
-///            may run parallel algorithms: no body is entered again before it has returned.
+///            depend on nothing but the item, so that the number of threads changes nothing. Bodies and
+///            reports may run parallel algorithms: no body is entered again before it has returned.
 /// stage      what progress is told, with the number of items that are done; never from two threads at once.
 /// cost       a few nanoseconds an item, and a lock for each `together` of them where progress is reported.
 /// errors     interrupted: as soon as the items at hand are done.
