@@ -249,6 +249,7 @@ TEST_F(Commands, EveryNumberIsRefusedUnlessItIsInItsRange) {
             const auto run_with = [&](const std::string& value) {
                 std::vector<std::string> all = arguments;
                 if (command == "work") all.push_back("--task=0");
+                if (option.name == "--batch-tasks") all.push_back("--batches=1");
                 all.push_back(option.name + "=" +
                               (option.is_list() && option.wanted.starts_with("in ") ? "1,1," : "") + value);
                 return parsed(all);

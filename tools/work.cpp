@@ -175,7 +175,7 @@ Command work_command(CLI::App& program) {
         "once.\n"
         "The command may be killed at any time, and run several times at once, on any machine that has the\n"
         "plan's folder and the scene's files under the same names.\n"
-        "Examples:\n  haarfield work out/plan --task 7\n  haarfield work out/plan --tasks 0-9,12");
+        "Example:\n  haarfield work out/plan --task 7\n  haarfield work out/plan --tasks 0-9,12");
     return {app, [options](CommandContext& context) {
                 options->plan = std::filesystem::absolute(options->plan).string();  // tasks go elsewhere
                 return run(*options, context);
