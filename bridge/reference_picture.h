@@ -26,11 +26,11 @@ struct ReferencePicture {
 ///                   takes time for each light, and what bounces is smooth. That takes three runs a set: the
 ///                   direct light of all, and with and without bounces that of the few.
 /// emitters          Lamps close to a surface light it in small spots, which radiosity's fixed directions hit
-///                   or miss in both sets alike. Therefore the bounces of emitters are gathered under lamps in
-///                   the first half, and from the emitting surfaces themselves, without lamps, in the second
-///                   (two more runs). Radiosity errs where emitters are small instead. Direct light is from
-///                   lamps in both halves: the error does not count surfaces that are nearer to an emitter
-///                   than its lamps are to each other.
+///                   or miss in both sets alike. Therefore the bounces of emitters are gathered under lamps
+///                   in the first half, and from the emitting surfaces themselves, without lamps, in the
+///                   second (two more runs). Radiosity errs where emitters are small instead. Direct light is
+///                   from lamps in both halves: the error does not count surfaces that are nearer to an
+///                   emitter than its lamps are to each other.
 /// progress, errors  those of run_povray.
 Result<ReferencePicture> rendered_reference(const ReferenceFiles& scene, const PovrayOptions& options = {},
                                             const Progress& progress = {});

@@ -33,7 +33,8 @@ struct Image {
 /// radiance  8 and 16 bit integers are taken as sRGB, floating point as linear; grey becomes three equal
 ///           channels. Nothing is multiplied by alpha or divided by it: the file's numbers are kept.
 /// coverage  from the alpha channel, clamped to [0, 1].
-/// errors    those of InputFile::open; no image of these, cut short, larger than 2^28 pixels (2^24 in next to nothing).
+/// errors    those of InputFile::open; no image of these, cut short, larger than 2^28 pixels (2^24 in next to
+///           nothing).
 Result<Image> read_image(const std::filesystem::path& file);
 
 /// The same of an image file's bytes, as models embed them.

@@ -22,9 +22,9 @@ namespace haarfield {
 /// cost       one pass over the instances' triangles.
 Camera scene_camera(const Scene& scene, const SceneEntities& entities);
 
-/// Warnings about the scene's camera, one sentence each: the instances that it is inside of (of what is closed:
-/// InsideTest), those in front of it that are smaller than a pixel, and that no triangle of any instance is in its
-/// picture.
+/// Warnings about the scene's camera, one sentence each: the instances that it is inside of (of what is
+/// closed: InsideTest), those in front of it that are smaller than a pixel, and that no triangle of any
+/// instance is in its picture.
 ///
 /// scene  its camera's place is known: scene_camera.
 /// cost   one pass over the instances' triangles.

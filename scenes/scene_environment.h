@@ -22,8 +22,9 @@ struct SceneEnvironment {
 /// errors    as read_environment_image.
 Result<Environment> described_environment(const Scene& scene, std::vector<std::string>& warnings);
 
-/// The exposure of a scene's light that is to be found: automatic_exposure, with the scene's local lights as they
-/// light the camera's target, or the mean place of all instances if the camera is to be found, too. [stops]
+/// The exposure of a scene's light that is to be found: automatic_exposure, with the scene's local lights as
+/// they light the camera's target, or the mean place of all instances if the camera is to be found, too.
+/// [stops]
 ///
 /// light  turned, not exposed.
 float found_exposure(const Scene& scene, const Environment& light);

@@ -384,8 +384,8 @@ private:
                         scene.entities[placed_[largest_room_->placed].entity].name));
     }
 
-    /// Scales the lights of files, whose units say nothing about a picture's, if they are too bright for one, or
-    /// if nothing else lights the models.
+    /// Scales the lights of files, whose units say nothing about a picture's, if they are too bright for one,
+    /// or if nothing else lights the models.
     void expose_lights() {
         if (!has_sky || lights_.empty()) return;
         constexpr double white = 0.8;  // albedo of a sphere amid the models

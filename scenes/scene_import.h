@@ -33,26 +33,26 @@ struct ImportedScene {
     std::vector<std::string> warnings;
 };
 
-/// Makes a scene of models, lit by the lights of their files and by a clear sky with the sun at 40 degrees, with
-/// the exposure found. POV-Ray's lights are the only ones of their scenes: these get no sky. Lights in photometric
-/// units are scaled, with a warning, if they light a white sphere (albedo 0.8) amid the models to a radiance above
-/// 1, or if the models are in a closed room.
+/// Makes a scene of models, lit by the lights of their files and by a clear sky with the sun at 40 degrees,
+/// with the exposure found. POV-Ray's lights are the only ones of their scenes: these get no sky. Lights in
+/// photometric units are scaled, with a warning, if they light a white sphere (albedo 0.8) amid the models to
+/// a radiance above 1, or if the models are in a closed room.
 ///
 /// Models of several files whose boxes overlap are placed side by side along x, on one level, with a warning.
 ///
-/// The floor has two entities: `floor`, a square twice as far to each side as the models are large, and `ground`,
-/// which surrounds it as far as the horizon. Both have the albedo that makes them as bright as the environment
-/// below the horizon.
+/// The floor has two entities: `floor`, a square twice as far to each side as the models are large, and
+/// `ground`, which surrounds it as far as the horizon. Both have the albedo that makes them as bright as the
+/// environment below the horizon.
 ///
-/// If one room encloses all models, and no file has a camera, the camera stands inside the room. If nothing emits
-/// light there, a lamp is added below the ceiling, with a warning.
+/// If one room encloses all models, and no file has a camera, the camera stands inside the room. If nothing
+/// emits light there, a lamp is added below the ceiling, with a warning.
 ///
 /// A part of a file (ModelParts) becomes an entity, of which each of the file's nodes is an instance. A file
 /// whose parts stand where they are and none twice, as in OBJ and PLY, becomes one entity. All have the
 /// files' own materials. The camera is the first that a file has, or is to be found (Scene::finds_camera).
 ///
-/// An entity with rooms (closed_pieces.h) faces inwards: objects, lights and cameras of all files count as what
-/// a room encloses.
+/// An entity with rooms (closed_pieces.h) faces inwards: objects, lights and cameras of all files count as
+/// what a room encloses.
 ///
 /// folder  where the scene will be; there lies `floor.obj`.
 /// errors  as ModelFile::open and read_mesh; a place that linear_parts refuses; nothing with a surface.

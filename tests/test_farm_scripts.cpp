@@ -10,7 +10,8 @@ class FarmScripts : public FarmTest {
 protected:
     void SetUp() override {
         std::filesystem::create_directory(folder / "bin");
-        // Runs the job at once if there is a file `run_jobs`; refuses the calls from the number in `refuse` on.
+        // Runs the job at once if there is a file `run_jobs`; refuses the calls from the number in `refuse`
+        // on.
         write_program("sbatch", R"sh(
 echo "$*" >> calls
 calls=$(wc -l < calls)
@@ -73,7 +74,8 @@ TEST_F(FarmScripts, SubmitNoMoreAndNoLongerArraysThanSlurmAccepts) {
                  "--face-size 16 --no-render"});
     ASSERT_EQ(task_count("plan"), 37u);
     write_text(folder / "queue", "7_1\n7_2\n8\n9\n");
-    // Of 24, 12 and 1 tasks, with places for (40 - 4) * 9 / 10 - 1 = 31 jobs and the join: two tasks in a job.
+    // Of 24, 12 and 1 tasks, with places for (40 - 4) * 9 / 10 - 1 = 31 jobs and the join: two tasks in a
+    // job.
     for (const auto& [options, jobs] : {std::pair("", 12 + 6 + 1), std::pair("--most-jobs=15", 8 + 4 + 1),
                                         std::pair("--tasks-per-job=5", 5 + 3 + 1)}) {
         std::filesystem::remove(folder / "calls");

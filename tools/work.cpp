@@ -73,7 +73,8 @@ private:
     }
 
     Result<Done> run_together(const std::vector<std::size_t>& tasks) {
-        // Wait for other processes at these tasks. Claims are made in ascending order, so none waits for another.
+        // Wait for other processes at these tasks. Claims are made in ascending order, so none waits for
+        // another.
         std::vector<Claim> claims;
         for (const std::size_t task : tasks) {
             Result<std::optional<Claim>> claim =

@@ -6,8 +6,8 @@
 
 namespace haarfield {
 
-/// Describes an exception in words. Failed allocations, whose own texts are names of C++ types, become "not enough
-/// memory". The prefix of nlohmann::json ("[json.exception.parse_error.101] ") is removed.
+/// Describes an exception in words. Failed allocations, whose own texts are names of C++ types, become "not
+/// enough memory". The prefix of nlohmann::json ("[json.exception.parse_error.101] ") is removed.
 std::string exception_message(const std::exception& exception);
 
 }  // namespace haarfield

@@ -22,14 +22,14 @@ struct OpenedField {
 /// Files without a seal are searched for their blob. Other programs may have added grids to these. [bytes]
 constexpr std::uint64_t largest_unsealed = std::uint64_t{16} << 30;
 
-/// The largest file that write_field makes of a blob. The handles, as grids, take less than 32 times the bytes that
-/// they have in the blob; grids of visibility have a fixed size. [bytes]
+/// The largest file that write_field makes of a blob. The handles, as grids, take less than 32 times the
+/// bytes that they have in the blob; grids of visibility have a fixed size. [bytes]
 std::uint64_t largest_sealed(std::uint64_t blob_bytes) {
     return (std::uint64_t{8} << 20) + 32 * blob_bytes;
 }
 
-/// The field's blob, by the seal; without a seal, wherever in the file it is. Checks sizes and headers, and reads no
-/// more than these of a file with a seal, so that a sparse file of any size is refused at once.
+/// The field's blob, by the seal; without a seal, wherever in the file it is. Checks sizes and headers, and
+/// reads no more than these of a file with a seal, so that a sparse file of any size is refused at once.
 Result<std::string_view> plausible_blob(std::string_view file, Unsealed unsealed) {
     if (unsealed == Unsealed::allowed && !has_field_seal(file)) {
         if (file.size() > largest_unsealed)

@@ -38,7 +38,8 @@ Result<Done> check_type(const struct stat& status, const std::string& where, con
 
 Result<InputFile> InputFile::open(const std::filesystem::path& file) {
     const std::string where = file.string();
-    // Opening a device can have effects, so its type is tested before. Another file may take the name in between.
+    // Opening a device can have effects, so its type is tested before. Another file may take the name in
+    // between.
     if (const Result<Done> good = check_input_file(file); !good) return good.error();
     const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
     if (descriptor < 0) return system_failure(where, errno);

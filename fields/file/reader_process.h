@@ -35,8 +35,8 @@ struct ReaderLimits {
     double seconds = 0;        ///< Processor time. Load of the machine does not count.
 };
 
-/// Returns the limits for a file of `file_bytes`: 1 GiB plus `memory_per_byte` times its size, but at most the
-/// memory of the machine, one half of it for the answer; 10 s plus 1 s per MB.
+/// Returns the limits for a file of `file_bytes`: 1 GiB plus `memory_per_byte` times its size, but at most
+/// the memory of the machine, one half of it for the answer; 10 s plus 1 s per MB.
 ReaderLimits reader_limits(std::uint64_t file_bytes, double memory_per_byte);
 
 /// A kind of files and its reader.

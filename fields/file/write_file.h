@@ -8,8 +8,8 @@
 
 namespace haarfield {
 
-/// Writes bytes to a file, a device or a pipe. A file appears whole or not at all: it is a TemporaryFile before.
-/// Symbolic links are followed. Does not wait until the bytes are on the disk.
+/// Writes bytes to a file, a device or a pipe. A file appears whole or not at all: it is a TemporaryFile
+/// before. Symbolic links are followed. Does not wait until the bytes are on the disk.
 ///
 /// errors  those of the system (no such folder, full disk ...); a directory has the name.
 Result<Done> write_file(const std::filesystem::path& file, std::string_view bytes);

@@ -59,8 +59,8 @@ void keep_importer(Assimp::Importer& importer, const char* wanted) {
 /// never URLs; names with a way up are nobody's.
 ///
 /// The text outlives the streams over it, as assimp closes them before it lets go of the system.
-/// All other files that assimp opens for an OBJ file are MTL files. Their statements before the first material are
-/// left out.
+/// All other files that assimp opens for an OBJ file are MTL files. Their statements before the first
+/// material are left out.
 class FolderIoSystem : public Assimp::DefaultIOSystem {
 public:
     FolderIoSystem(std::filesystem::path file, std::string_view text, ModelFormat format)
@@ -371,7 +371,8 @@ Result<ModelContent> assimp_content(std::string_view bytes, const std::filesyste
         return imported_content(bytes, file, format);
     const Result<GltfDepth> depth = check_gltf(bytes, format == ModelFormat::glb);
     if (!depth) return depth.error();
-    // assimp 5.2 reads, converts and deletes nodes recursively. It was measured to use 480 bytes of stack per level.
+    // assimp 5.2 reads, converts and deletes nodes recursively. It was measured to use 480 bytes of stack per
+    // level.
     constexpr std::size_t ordinary_depth = 256, stack = std::size_t{8} << 20, stack_per_level = 2048;
     if (depth->nodes <= ordinary_depth) return imported_content(bytes, file, format);
     Result<ModelContent> content = Error{};

@@ -57,8 +57,8 @@ std::array<double, 2> longest_edge(const std::array<Point, 3>& points) {
     return longest;
 }
 
-/// A long triangle with the keys by which it is sorted: the centre of its box, and the direction of its longest
-/// edge as an angle modulo pi.
+/// A long triangle with the keys by which it is sorted: the centre of its box, and the direction of its
+/// longest edge as an angle modulo pi.
 struct Sorted {
     std::array<float, 3> key;
     std::uint32_t triangle;

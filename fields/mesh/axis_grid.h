@@ -23,8 +23,8 @@ inline constexpr std::array<AxisFrame, 3> axis_frames{{{1, 2}, {2, 0}, {0, 1}}};
 struct LongTriangles {
     static constexpr std::size_t leaf_size = 8;
 
-    /// Bounds of some triangles: a box, and a strip along the longest of their edges. The triangles of a fan or
-    /// of planks that run diagonally fill their strips, but not their boxes.
+    /// Bounds of some triangles: a box, and a strip along the longest of their edges. The triangles of a fan
+    /// or of planks that run diagonally fill their strips, but not their boxes.
     struct Node {
         std::array<float, 2> lower, upper;  ///< Across and up. [m]
         std::array<float, 2> normal;        ///< Unit normal of the strip; 0 if no triangle has an edge.
@@ -38,8 +38,8 @@ struct LongTriangles {
     std::vector<std::uint32_t> triangle;  ///< Sorted by leaf.
 };
 
-/// The triangles of a mesh, projected along an axis: short ones by the grid cells that their boxes touch, long
-/// ones in a tree.
+/// The triangles of a mesh, projected along an axis: short ones by the grid cells that their boxes touch,
+/// long ones in a tree.
 ///
 /// memory  at most 80 bytes per triangle; about 20 for meshes of similar triangles.
 struct AxisGrid {
@@ -58,8 +58,8 @@ struct AxisGrid {
     ///
     /// accuracy  finds also triangles that come to contain the point when each coordinate of their vertices
     ///           relative to the point is rounded to float.
-    /// cost      O(log n + visited) for triangles of similar size and for fans and planks of long ones. O(n) in
-    ///           the worst case, such as long triangles in random directions.
+    /// cost      O(log n + visited) for triangles of similar size and for fans and planks of long ones. O(n)
+    ///           in the worst case, such as long triangles in random directions.
     template <class Visit>
     void visit_triangles_at(double across, double up, Visit&& visit) const {
         const auto at = static_cast<std::size_t>(cell(up, 1)) * static_cast<std::size_t>(cells) +

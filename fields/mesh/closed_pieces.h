@@ -10,8 +10,8 @@ namespace haarfield {
 /// The side on which the closed pieces of a mesh are visible.
 enum class ClosedFaces : std::uint8_t {
     outwards,  ///< Every closed piece is a solid: its triangles face outwards.
-    /// Closed pieces face as their file has them: a room inwards, its furniture outwards. If none faces inwards
-    /// in the file, those that no other closed piece encloses are turned inwards.
+    /// Closed pieces face as their file has them: a room inwards, its furniture outwards. If none faces
+    /// inwards in the file, those that no other closed piece encloses are turned inwards.
     inwards,
 };
 
@@ -22,7 +22,8 @@ struct ClosedPiece {
     bool faces_inwards = false;  ///< In the file.
 };
 
-/// The winding number of a piece's surface around a point: 1 inside of an outward-facing simple piece, 0 outside.
+/// The winding number of a piece's surface around a point: 1 inside of an outward-facing simple piece, 0
+/// outside.
 ///
 /// accuracy  1e-6, but within some 1e-6 sizes of the surface.
 /// cost      O(triangles).

@@ -30,8 +30,8 @@ void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings);
 ///
 /// Triangles agree across edges that exactly two of them share. A part that is closed then faces
 /// outwards (positive volume), or as ClosedFaces says; an open one faces as its normals do, and if there are
-/// none, as most of its triangles did. Normals that afterwards look backwards are turned round, on a vertex of
-/// their own where triangles differ about that.
+/// none, as most of its triangles did. Normals that afterwards look backwards are turned round, on a vertex
+/// of their own where triangles differ about that.
 ///
 /// mesh      normals may be zero (missing).
 /// findings  sets components, open_components, boundary_edges, non_manifold_edges and
@@ -40,8 +40,8 @@ void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings);
 /// cost      n log n; a second per two million triangles.
 void orient_triangles(Mesh& mesh, MeshFindings& findings, ClosedFaces faces = ClosedFaces::outwards);
 
-/// The closed parts of a mesh, before orient_triangles: whether they face inwards their normals say, and if there
-/// are none, most of their triangles.
+/// The closed parts of a mesh, before orient_triangles: whether they face inwards their normals say, and if
+/// there are none, most of their triangles.
 ///
 /// cost  n log n.
 std::vector<ClosedPiece> closed_pieces(const Mesh& mesh);

@@ -22,7 +22,8 @@ using UnusedProperties = std::map<std::string, std::set<std::string>>;
 /// A model's file, read once, of which parts are taken. Safe to share between threads.
 class ModelFile {
 public:
-    /// errors  those of InputFile::open; none of model_formats; not a model that can be read (with its reader's words).
+    /// errors  those of InputFile::open; none of model_formats; not a model that can be read (with its
+    ///         reader's words).
     static Result<ModelFile> open(const std::filesystem::path& file);
 
     /// As if a file of this name held the mesh. Its arrays have the lengths, and the indices the range, that

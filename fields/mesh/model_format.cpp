@@ -34,8 +34,8 @@ bool is_binary_stl(std::string_view bytes, bool may_be_longer) {
     return may_be_longer ? bytes.size() >= wanted : bytes.size() == wanted;
 }
 
-/// The first bytes of a text, long enough for the words that tell its format. The other bytes of large files that are
-/// no text, such as sparse ones, are not read.
+/// The first bytes of a text, long enough for the words that tell its format. The other bytes of large files
+/// that are no text, such as sparse ones, are not read.
 std::string_view first_bytes(std::string_view text) {
     return text.substr(0, std::size_t{1} << 16);
 }

@@ -5,8 +5,8 @@
 
 namespace haarfield {
 
-/// Replaces the statements before the first `newmtl` by blanks. They describe no material, and assimp 5.2 crashes on
-/// some of them.
+/// Replaces the statements before the first `newmtl` by blanks. They describe no material, and assimp 5.2
+/// crashes on some of them.
 std::string without_leading_statements(std::string mtl);
 
 }  // namespace haarfield

@@ -54,8 +54,8 @@ public:
     }
 
 private:
-    /// Tests whether a ray into the hemisphere about a unit vector leaves the box, but not through its bottom,
-    /// or reaches the inside of a room.
+    /// Tests whether a ray into the hemisphere about a unit vector leaves the box, but not through its
+    /// bottom, or reaches the inside of a room.
     bool looks_out(const Vec3f& from, const Vec3f& up) const {
         const Vec3f aside = (std::abs(up.x) < 0.5f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0)).cross(up).normalized();
         const Vec3f across = up.cross(aside);

@@ -9,10 +9,10 @@ namespace haarfield {
 /// normals of their own. A renderer lights a sheet from the side that it is looked at; vertex colours need a
 /// vertex for each side.
 ///
-/// A triangle of an open piece, or of a room whose walls have no thickness (PieceKind::room), has a back where
-/// some of a few rays from it leave the mesh's box sideways or upwards, or reach the inside of a room. Below is
-/// the ground, so that neither a floor nor the inside of what stands on it has any. What is modelled with a back
-/// of its own gets no second one.
+/// A triangle of an open piece, or of a room whose walls have no thickness (PieceKind::room), has a back
+/// where some of a few rays from it leave the mesh's box sideways or upwards, or reach the inside of a room.
+/// Below is the ground, so that neither a floor nor the inside of what stands on it has any. What is modelled
+/// with a back of its own gets no second one.
 ///
 /// mesh      its triangles agree (orient_triangles).
 /// blocking  what of it can not be looked through; the mesh itself, if no image cuts holes into it.

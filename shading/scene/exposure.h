@@ -23,8 +23,8 @@ struct ExposedLight {
     double irradiance = 0;  ///< Luminance, on a surface that faces it. [W/m^2]
 };
 
-/// The same with local lights: the ball, lit by them and by the exposed environment, shines nowhere brighter than 1.
-/// The environment has at least a sixteenth of that to itself, however bright the local lights are.
+/// The same with local lights: the ball, lit by them and by the exposed environment, shines nowhere brighter
+/// than 1. The environment has at least a sixteenth of that to itself, however bright the local lights are.
 float automatic_exposure(const Environment& environment, std::span<const ExposedLight> local);
 
 }  // namespace haarfield

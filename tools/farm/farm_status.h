@@ -24,7 +24,8 @@ enum class ResultCheck {
 };
 
 /// The states of all tasks. A task is running if its claim belongs to a living process of this machine or was
-/// renewed within the last minute, by this machine's clock. A task with a result that fails the check is damaged.
+/// renewed within the last minute, by this machine's clock. A task with a result that fails the check is
+/// damaged.
 ///
 /// returns  the states; those not reached yet are `waiting` if a stop is requested.
 std::vector<TaskStatus> task_states(const std::filesystem::path& folder, const FarmPlan& plan,

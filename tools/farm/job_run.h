@@ -39,8 +39,8 @@ struct PlanTasks {
 /// The results of tasks, by part.
 using PartSections = std::vector<std::vector<Section>>;
 
-/// Runs tasks of one job, which start and prepare the scene once. A missing or damaged result of an earlier stage
-/// is computed again.
+/// Runs tasks of one job, which start and prepare the scene once. A missing or damaged result of an earlier
+/// stage is computed again.
 ///
 /// tasks   one of a job that is undivided or of bounces.
 /// folder  the plan's.

@@ -15,9 +15,9 @@ struct ScriptPaths {
 /// hook  a shell line; it may set `run` to a command that runs the program, such as that of a container.
 std::string job_script(const FarmPlan& plan, const ScriptPaths& paths, const std::string& hook);
 
-/// slurm.sh: submits the tasks without a good result as array jobs, each stage after the one before has ended well,
-/// and the join after the last. Prints the job number of the join. Submits nothing, or takes back what it has
-/// submitted, if sbatch refuses a job.
+/// slurm.sh: submits the tasks without a good result as array jobs, each stage after the one before has ended
+/// well, and the join after the last. Prints the job number of the join. Submits nothing, or takes back what
+/// it has submitted, if sbatch refuses a job.
 std::string slurm_script(const FarmPlan& plan, const ScriptPaths& paths);
 
 /// parallel.sh: runs the tasks without a good result with GNU parallel, stage by stage, and the join.

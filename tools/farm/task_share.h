@@ -40,8 +40,8 @@ struct TaskShare {
 /// The folder below a command's output in which it writes the files of the share's k-th part.
 std::string part_folder(std::size_t k);
 
-/// Loops over points: those of the parts are shaded together and go into `made`, or all are read from `joined`.
-/// The share must outlive it.
+/// Loops over points: those of the parts are shaded together and go into `made`, or all are read from
+/// `joined`. The share must outlive it.
 PointSharing point_sharing(TaskShare& share);
 
 /// Strips are of so many rows: POV-Ray's blocks, by which it decides where it takes more rays.
@@ -50,7 +50,8 @@ inline constexpr int strip_unit = 32;
 /// How many parts a reference of so many rows can have: for each set of lights as many strips.
 std::size_t most_reference_parts(int height);
 
-/// Renders the strips of the parts into `made`, those of one set of lights together; or reads all from `joined`.
+/// Renders the strips of the parts into `made`, those of one set of lights together; or reads all from
+/// `joined`.
 ///
 /// returns  as rendered_reference has it; without a picture where only strips were rendered.
 Result<ReferencePicture> shared_reference(const ReferenceFiles& scene, const PovrayOptions& options,
