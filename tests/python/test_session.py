@@ -45,11 +45,13 @@ def test_the_number_of_threads_is_what_was_asked_for():
     haarfield.use_threads(3)
     try:
         scene = haarfield.scene(description(), name="threads")
+        seen = {}
+        scene.bake(progress=lambda stage, *_: seen.setdefault(stage, set()).add(allowed_threads()))
+        assert seen and all(threads == {3} for threads in seen.values()), seen
+        assert allowed_threads() == 3
         session = scene.session()
         session.vary_light()
         session.frame()
-        assert allowed_threads() == 3
-        scene.bake()
         assert allowed_threads() == 3
         del session
         assert allowed_threads() == 3
