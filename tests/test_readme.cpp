@@ -132,6 +132,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--help", all},
         {"--report", all},
         {"--quiet", all},
+        {"--unsandboxed", all},
         {"--frame", {"bake", "budget", "reference", "relight"}},
         {"--visibility-error", make_fields},
         {"--allow-unsealed", {"bake", "budget", "precompute", "relight", "info", "verify"}},
