@@ -203,7 +203,8 @@ def test_references_have_bounces_if_asked(scene, tmp_path):
         assert "image" not in made
         return made["scene"].read_text()
 
-    assert "recursion_limit 2" in written(bounces=2)
+    text = written(bounces=2)
+    assert "#declare Recursion_Limit = 2;" in text and "recursion_limit Recursion_Limit" in text
     assert "Without_Bounces" in written(bounces=2)
     assert "Without_Bounces" not in written()
     with pytest.raises(ValueError, match="bounces is 21; wanted 0 to 20"):
