@@ -18,6 +18,8 @@ run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE} -B ${SCRATCH}/build -DCMAKE_PREFIX_PA
     -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS})
 run(${CMAKE_COMMAND} --build ${SCRATCH}/build)
 set(scenes ${SCRATCH}/prefix/share/haarfield/scenes)
+# The libraries look for the reader where the project was configured to be installed, which is not here.
+set(ENV{HAARFIELD_READER} ${SCRATCH}/prefix/bin/haarfield-reader)
 run(${SCRATCH}/build/fields_manual ${scenes}/meshes/chair.obj)
 run(${SCRATCH}/build/shading_manual ${scenes}/meshes/chair.obj)
 run(${SCRATCH}/build/scenes_manual ${scenes}/single_chair.toml)

@@ -1,6 +1,7 @@
 #include "tools/interrupt.h"
 
 #include "tools/command.h"
+#include "tools/stopwatch.h"
 
 #include <unistd.h>
 #include <csignal>
@@ -8,6 +9,21 @@
 #include <thread>
 
 namespace haarfield {
+
+namespace {
+
+/// Waits for another signal, while the work ends by itself: until this process has used a second of processor
+/// time, so that a busy machine does not shorten the wait, but at most ten seconds.
+void wait_for_the_end(const sigset_t& signals) {
+    constexpr int longest = 100;  // tenths of a second
+    const Stopwatch watch;
+    for (int waited = 0; waited < longest && watch.elapsed().processor < 1; ++waited) {
+        const timespec tenth{0, 100'000'000};
+        if (sigtimedwait(&signals, nullptr, &tenth) >= 0) return;
+    }
+}
+
+}  // namespace
 
 void stop_on_interrupt(std::stop_source source) {
     sigset_t signals;
@@ -20,8 +36,7 @@ void stop_on_interrupt(std::stop_source source) {
         while (sigwait(&signals, &received) != 0) {
         }
         source.request_stop();
-        const timespec patience{1, 0};
-        sigtimedwait(&signals, nullptr, &patience);
+        wait_for_the_end(signals);
         _exit(static_cast<int>(ExitCode::stopped));
     }).detach();
 }
