@@ -128,6 +128,17 @@ TEST_F(FarmScripts, ARefusedJobIsAnErrorAndTheOthersAreCancelled) {
     }
 }
 
+TEST_F(FarmScripts, PassOnThatReadersMayBeUnsandboxed) {
+    for (const bool unsandboxed : {false, true}) {
+        std::vector<std::string> plan{"plan",    "room.toml", "-o", unsandboxed ? "trusted" : "plan",
+                                      "--tasks", "2"};
+        if (unsandboxed) plan.push_back("--unsandboxed");
+        expect_done(plan);
+        const std::string job = text_of(folder / plan[3] / "job.sh");
+        EXPECT_EQ(job.find("\"$@\" --unsandboxed\n") != std::string::npos, unsandboxed) << job;
+    }
+}
+
 TEST_F(FarmScripts, RunTheHookAndSubmitOnlyWhatHasNoGoodResult) {
     expect_done(
         {"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16", "--no-render"});

@@ -69,6 +69,7 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
     CommandContext context;
     context.threads = threads;
     context.quiet = options.quiet;
+    context.unsandboxed = options.unsandboxed;
     context.progress.stop = stop.get_token();
     context.progress.report = [&bar](std::string_view stage, std::uint64_t done, std::uint64_t total) {
         bar.report(stage, done, total);

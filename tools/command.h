@@ -36,6 +36,7 @@ struct CommandContext {
     nlohmann::ordered_json report;                         ///< What --report writes; commands add their keys.
     std::function<void(const std::string& text)> message;  ///< To stderr; nothing if --quiet.
     bool quiet = false;                                    ///< --quiet
+    bool unsandboxed = false;                              ///< --unsandboxed
     TaskShare* share = nullptr;  ///< Of a plan's job that is done in parts; null: all of it is done.
 
     /// A result, to stdout; nothing if --quiet.

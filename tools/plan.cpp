@@ -270,7 +270,7 @@ Result<ExitCode> run(const PlanOptions& options, CommandContext& context) {
     const ScriptPaths paths{std::filesystem::read_symlink("/proc/self/exe", none).string(),
                             absolute(options.folder)};
     for (const auto& [name, text] :
-         {std::pair("job.sh", job_script(*plan, paths, options.hook)),
+         {std::pair("job.sh", job_script(*plan, paths, options.hook, context.unsandboxed)),
           std::pair("slurm.sh", slurm_script(*plan, paths)),
           std::pair("parallel.sh", parallel_script(*plan, paths)), std::pair("plan.json", plan_text(*plan))})
         if (Result<Done> written = write_file(folder / name, text); !written) return written.error();

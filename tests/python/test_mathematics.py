@@ -1,5 +1,8 @@
 """Wavelets and products of functions, against numpy."""
 
+import subprocess
+import sys
+
 import numpy
 import pytest
 
@@ -33,6 +36,22 @@ def test_wavelets_have_the_signs_that_are_promised():
     assert scaling == 0.25 and levels[0].ravel().tolist() == [0.25, 0.25, 0.25]
     scaling, levels = haarfield.haar_transform([[1, 0], [1, 0]])
     assert levels[0].ravel().tolist() == [0.5, 0, 0]
+
+
+def test_lack_of_memory_is_said_in_words():
+    code = """
+import haarfield, numpy, resource
+texels = numpy.random.default_rng(1).random((6, 256, 256), dtype=numpy.float32)
+haarfield.CubemapTree(texels[:, :2, :2].copy())
+pages = int(open("/proc/self/statm").read().split()[0])
+resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize(),) * 2)
+try:
+    trees = [haarfield.CubemapTree(texels) for _ in range(1000)]
+except MemoryError as error:
+    print(error)
+"""
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert ended.stdout == "not enough memory\n", ended.stderr
 
 
 def test_trees_invert_and_truncate():

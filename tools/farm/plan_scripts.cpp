@@ -157,17 +157,18 @@ case $1 in
         ;;
     join) set -- join "$plan" --threads "$threads" ;;
 esac
-exec $run "$program" "$@"
-)sh";
+exec $run "$program" "$@")sh";
 
 }  // namespace
 
-std::string job_script(const FarmPlan& plan, const ScriptPaths& paths, const std::string& hook) {
+std::string job_script(const FarmPlan& plan, const ScriptPaths& paths, const std::string& hook,
+                       bool unsandboxed) {
     return script_start(plan, paths, job_description) +
            "# The hook: loads modules, or sets `run` to a command that runs the program, such as\n"
            "# run='apptainer exec haarfield.sif'\n"
            "run=\n" +
-           hook + (hook.empty() ? "" : "\n") + std::string(job_body.substr(1));
+           hook + (hook.empty() ? "" : "\n") + std::string(job_body.substr(1)) +
+           (unsandboxed ? " --unsandboxed\n" : "\n");
 }
 
 std::string slurm_script(const FarmPlan& plan, const ScriptPaths& paths) {

@@ -12,8 +12,10 @@ struct ScriptPaths {
 
 /// job.sh: a job of the other two scripts. It runs the hook, then tasks or the join.
 ///
-/// hook  a shell line; it may set `run` to a command that runs the program, such as that of a container.
-std::string job_script(const FarmPlan& plan, const ScriptPaths& paths, const std::string& hook);
+/// hook         a shell line; it may set `run` to a command that runs the program, such as that of a container.
+/// unsandboxed  passes --unsandboxed to the program.
+std::string job_script(const FarmPlan& plan, const ScriptPaths& paths, const std::string& hook,
+                       bool unsandboxed);
 
 /// slurm.sh: submits the tasks without a good result as array jobs, each stage after the one before has ended
 /// well, and the join after the last. Prints the job number of the join. Submits nothing, or takes back what

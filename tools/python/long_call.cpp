@@ -1,8 +1,11 @@
 #include "tools/python/long_call.h"
 
+#include "fields/base/exception_message.h"
+
 #include <chrono>
 #include <condition_variable>
 #include <exception>
+#include <new>
 #include <thread>
 
 namespace haarfield::python {
@@ -110,6 +113,13 @@ Turn::Turn(std::timed_mutex& mutex, const Progress& progress) : lock_(mutex, std
 }
 
 void add_errors(py::module_& module) {
+    py::register_exception_translator([](std::exception_ptr exception) {
+        try {
+            if (exception) std::rethrow_exception(exception);
+        } catch (const std::bad_alloc& failure) {
+            PyErr_SetString(PyExc_MemoryError, exception_message(failure).c_str());
+        }
+    });
     const auto added = [&module](const char* name, const char* text, PyObject* base) {
         PyObject* made =
             PyErr_NewExceptionWithDoc((std::string("haarfield.") + name).c_str(), text, base, nullptr);
