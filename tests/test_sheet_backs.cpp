@@ -65,6 +65,22 @@ TEST(SheetBacks, WhatIsSeenThroughHolesHasOne) {
     EXPECT_EQ(haarfield::seen_backs(box, blocking).triangles.size(), 128u) << "opposite, top and both beside";
 }
 
+TEST(SheetBacks, AWallOppositeASmallWindowHasThemEverywhere) {
+    Mesh box = box_mesh({0, 0, 0}, {1, 1, 1}, 16);
+    const auto middle = [&](const auto& t) {
+        return (box.positions[t[0]] + box.positions[t[1]] + box.positions[t[2]]) / 3.0f;
+    };
+    const Vec3f window(1, 0.5f, 0.5f);
+    std::erase_if(box.triangles, [&](const auto& t) {
+        const Vec3f aside = middle(t) - window;
+        return std::max({std::abs(aside.x), std::abs(aside.y), std::abs(aside.z)}) < 0.15f;
+    });
+    const Mesh backs = seen_backs(box);
+    std::size_t opposite = 0;
+    for (const auto& t : backs.triangles) opposite += facing(backs, t).x > 0.9f;
+    EXPECT_EQ(opposite, 512u);
+}
+
 TEST(SheetBacks, WhatIsModelledFromBothSidesGetsNoThird) {
     Mesh back = upright_square_mesh(1, 2);
     for (auto& t : back.triangles) std::swap(t[1], t[2]);

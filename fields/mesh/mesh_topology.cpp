@@ -314,6 +314,20 @@ std::vector<std::uint8_t> triangles_of_open_pieces(const Mesh& mesh) {
     return of_open_piece;
 }
 
+std::vector<std::array<std::uint32_t, 3>> edge_neighbours(const Mesh& mesh) {
+    std::vector<std::array<std::uint32_t, 3>> neighbours(mesh.triangles.size(), {none, none, none});
+    const auto add = [&](std::uint32_t triangle, std::uint32_t neighbour) {
+        *std::find(neighbours[triangle].begin(), neighbours[triangle].end(), none) = neighbour;
+    };
+    for_each_edge(sorted_sides(merged_triangles(mesh, merged_positions(mesh.positions))),
+                  [&](const Side* first, const Side* last) {
+                      if (last - first != 2 || first[0].triangle == first[1].triangle) return;
+                      add(first[0].triangle, first[1].triangle);
+                      add(first[1].triangle, first[0].triangle);
+                  });
+    return neighbours;
+}
+
 void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings) {
     const MergedPositions merged = merged_positions(mesh.positions);
     std::vector<std::pair<Triangle, std::uint32_t>> sorted;

@@ -53,6 +53,12 @@ std::vector<PieceKind> triangle_kinds(const Mesh& mesh);
 /// triangle. Pieces are connected by shared positions.
 std::vector<std::uint32_t> triangle_pieces(const Mesh& mesh, const MergedPositions& merged);
 
+/// For each triangle its neighbours across edges that exactly two triangles share, whichever way round they
+/// are; UINT32_MAX fills the rest. Vertices at equal positions count as one.
+///
+/// cost  n log n.
+std::vector<std::array<std::uint32_t, 3>> edge_neighbours(const Mesh& mesh);
+
 /// For each triangle whether its piece has an edge with one triangle only: 1 or 0.
 std::vector<std::uint8_t> triangles_of_open_pieces(const Mesh& mesh);
 
