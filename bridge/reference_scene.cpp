@@ -42,12 +42,21 @@ std::string pigment_text(const Rgb& colour, const TextureFile* image, bool is_op
 
 /// A POV-Ray texture, perhaps of layers.
 struct PovrayTexture {
-    std::string text;
+    std::string text;           ///< Empty if the surface has only highlights that its image tints.
+    std::string tinted;         ///< Those highlights, as a second texture whose mean with `text` is shown.
     std::string nothing_where;  ///< A pattern: 1 where there is nothing instead; or empty.
 };
 
 std::string declaration(const std::string& name, const PovrayTexture& texture) {
-    std::string text = fmt::format("#declare {} =\n  {}\n", name, texture.text);
+    std::string text;
+    if (texture.text.empty() || texture.tinted.empty())
+        text =
+            fmt::format("#declare {} =\n  {}\n", name, texture.text.empty() ? texture.tinted : texture.text);
+    else
+        text = fmt::format(
+            "#declare {0}_Base =\n  {1}\n#declare {0}_Tinted =\n  {2}\n"
+            "#declare {0} = texture {{ average texture_map {{ [1 {0}_Base] [1 {0}_Tinted] }} }}\n",
+            name, texture.text, texture.tinted);
     if (!texture.nothing_where.empty())
         text += fmt::format(
             "#declare {0} = texture {{ {1} texture_map {{\n  [0 {0}]\n"
@@ -56,34 +65,55 @@ std::string declaration(const std::string& name, const PovrayTexture& texture) {
     return text;
 }
 
-/// A surface as a POV-Ray texture.
-///
-/// POV-Ray's highlight has the colour of the light, or of the pigment if it is metallic. To give it another,
-/// it lies under a layer that shines by nothing itself and lets the tint through; what is diffuse below that
-/// layer is divided by the tint. A channel without highlight keeps 1e-4 of the strongest one, so that the
-/// division is defined.
-///
-/// It would shine where an image lets all light through, too, as on glass: with alpha the surface is a
-/// mixture of an opaque one and of nothing.
-///
-/// colour  of the vertex.
-/// image   of the surface's texture; null if it has none.
-PovrayTexture surface_texture(const Surface& surface, const Rgb& colour, const TextureFile* image) {
-    const Material& material = surface.material;
-    Rgb highlight = material.specular;
-    if (image) {
-        const Rgb white(1.0f), mean = surface.texture->mean * colour;
-        highlight *= white + (mean - white) * surface.tinted_highlights;
+/// Highlights in the terms of POV-Ray's `finish`.
+struct PovrayHighlights {
+    float phong = 0, blinn = 0;
+    Rgb tint{1, 1, 1};  ///< Of the light's colour; 1 in its strongest channel.
+
+    PovrayHighlights(const Material& material, const Rgb& colour) {
+        const float strongest = std::max({colour.x, colour.y, colour.z});
+        const bool is_physical = material.convention == LobeConvention::physical;
+        phong = strongest * (is_physical ? 0.5f * (material.shininess + 2) : material.phong);
+        blinn = is_physical ? 0 : strongest * material.blinn;
+        if (!is_grey(colour)) tint = colour / strongest;
     }
-    const bool physical = material.convention == LobeConvention::physical, grey = is_grey(highlight);
-    const float strongest = std::max({highlight.x, highlight.y, highlight.z});
-    const float phong = strongest * (physical ? 0.5f * (material.shininess + 2) : material.phong),
-                blinn = physical ? 0 : strongest * material.blinn,
-                metallic = physical ? 0 : material.metallic;
-    const bool glows = surface.emission != Rgb(0.0f);
-    Rgb tint(1, 1, 1), pigment = metallic > 0 ? material.pigment : material.diffuse;
+
+    bool are_there() const { return phong > 0 || blinn > 0; }
+
+    /// share  what they are multiplied with.
+    std::string text(const Material& material, float share) const {
+        std::string finish;
+        if (phong > 0) finish += fmt::format(" phong {} phong_size {}", share * phong, material.shininess);
+        if (blinn > 0) finish += fmt::format(" specular {} roughness {}", share * blinn, material.roughness);
+        return finish;
+    }
+};
+
+/// A layer that emits and reflects nothing: it filters the light of the layers below.
+std::string filter_layer(const std::string& pigment) {
+    return fmt::format("\n  texture {{ pigment {{ {} }} finish {{ ambient 0 emission 0 diffuse 0 }} }}",
+                       pigment);
+}
+
+/// Highlights without a diffuse term, under a layer of their colour times the image's.
+std::string tinted_texture(const Material& material, const PovrayHighlights& highlights, float share,
+                           const TextureFile& image) {
+    return fmt::format("texture {{ pigment {{ rgb 1 }} finish {{ ambient 0 emission 0 diffuse 0{} }} }}",
+                       highlights.text(material, share)) +
+           filter_layer(filter_pigment(image.pigment, highlights.tint));
+}
+
+/// Everything but the highlights that an image tints.
+///
+/// share     what emission, diffuse term and highlights are multiplied with.
+/// is_mixed  whether the image is to let nothing through, whatever its alpha.
+std::string base_texture(const Surface& surface, const Rgb& colour, const PovrayHighlights& highlights,
+                         float share, const TextureFile* image, bool is_mixed) {
+    const Material& material = surface.material;
+    const float metallic = material.convention == LobeConvention::physical ? 0 : material.metallic;
+    Rgb pigment = metallic > 0 ? material.pigment : material.diffuse;
     float diffuse = metallic > 0 ? diffuse_share(material) : 1;
-    if (glows && pigment == Rgb(0.0f)) {
+    if (surface.glows() && pigment == Rgb(0.0f)) {
         pigment = Rgb(1.0f);
         diffuse = 0;
     }
@@ -94,31 +124,56 @@ PovrayTexture surface_texture(const Surface& surface, const Rgb& colour, const T
     }
     const float dimmest = dimmest_tint * std::max({pigment.x, pigment.y, pigment.z});
     Rgb emission(0.0f);
-    if (glows)
+    if (surface.glows())
         for (int c = 0; c < 3; ++c) {
             pigment[c] = std::max(pigment[c], dimmest);
-            emission[c] = surface.emission[c] / pigment[c];
+            emission[c] = share * surface.emission[c] / pigment[c];
         }
     pigment *= colour;
-    if (!grey)
-        for (int c = 0; c < 3; ++c) {
-            tint[c] = std::max(highlight[c] / strongest, dimmest_tint);
-            pigment[c] /= tint[c];
-        }
-    const bool is_mixed = image && !image->transmission.empty() && (phong > 0 || blinn > 0);
-    std::string text = fmt::format("texture {{ pigment {{ {} }} finish {{ ambient 0 emission {} diffuse {}",
+    Rgb tint = highlights.tint;
+    for (int c = 0; c < 3; ++c) {
+        tint[c] = std::max(tint[c], dimmest_tint);
+        pigment[c] /= tint[c];
+    }
+    std::string text = fmt::format("texture {{ pigment {{ {} }} finish {{ ambient 0 emission {} diffuse {}{}",
                                    pigment_text(pigment, image, is_mixed),
-                                   glows ? "rgb Emission_Share*" + povray_vector(emission) : "0", diffuse);
-    if (phong > 0) text += fmt::format(" phong {} phong_size {}", phong, material.shininess);
-    if (blinn > 0) text += fmt::format(" specular {} roughness {}", blinn, material.roughness);
+                                   surface.glows() ? "rgb Emission_Share*" + povray_vector(emission) : "0",
+                                   share * diffuse, highlights.text(material, share));
     if (metallic > 0) text += fmt::format(" metallic {}", metallic);
     text += " } }";
-    if (!grey)
-        text += fmt::format(
-            "\n  texture {{ pigment {{ rgbf <{}, {}, {}, 1> }} finish {{ ambient 0 emission 0 diffuse 0 }} "
-            "}}",
-            tint.x, tint.y, tint.z);
-    return {text, is_mixed ? image->transmission : std::string()};
+    if (tint != Rgb(1.0f)) text += filter_layer(fmt::format("rgbf <{}, {}, {}, 1>", tint.x, tint.y, tint.z));
+    return text;
+}
+
+/// A surface as a POV-Ray texture.
+///
+/// POV-Ray's highlight has the colour of the light, or of the pigment if it is metallic. To give it another,
+/// it lies under a layer that shines by nothing itself and lets the tint through; what is diffuse below that
+/// layer is divided by the tint. A channel without highlight keeps 1e-4 of the strongest one, so that the
+/// division is defined. Highlights that an image tints are a texture of their own below a layer of the image;
+/// the surface is the mean of that texture and the remainder, each twice as bright.
+///
+/// It would shine where an image lets all light through, too, as on glass: with alpha the surface is a
+/// mixture of an opaque one and of nothing.
+///
+/// colour  of the vertex.
+/// image   of the surface's texture; null if it has none.
+PovrayTexture surface_texture(const Surface& surface, const Rgb& colour, const TextureFile* image) {
+    const Material& material = surface.material;
+    // `metallic` tints by the pigment, which is the image.
+    const float tinted = material.metallic > 0 ? 0 : surface.tinted_highlights;
+    const PovrayHighlights of_image(material, image ? material.specular * colour * tinted : Rgb(0.0f));
+    const Rgb untinted = Rgb(1 - tinted);
+    const PovrayHighlights own(material, material.specular * (image ? untinted : untinted + colour * tinted));
+    PovrayTexture texture;
+    if (image && (own.are_there() || of_image.are_there())) texture.nothing_where = image->transmission;
+    const bool is_mixed = !texture.nothing_where.empty();
+    const bool has_base = material.diffuse != Rgb(0.0f) || surface.glows() || own.are_there();
+    const float share = has_base && of_image.are_there() ? 2 : 1;
+    if (of_image.are_there()) texture.tinted = tinted_texture(material, of_image, share, *image);
+    if (has_base || texture.tinted.empty())
+        texture.text = base_texture(surface, colour, own, share, image, is_mixed);
+    return texture;
 }
 
 /// Whether POV-Ray can show a metallic material: its pigment gives both diffuse and highlights their colour.
@@ -295,12 +350,6 @@ void add_warnings(std::vector<std::string>& warnings, std::span<const ReferenceI
                     "phong {} "
                     "and will be too bright at grazing light",
                     material.shininess, luminance(material.specular) * 0.5f * (material.shininess + 2)));
-    for (const ReferenceInstance& instance : instances)
-        for (const Surface& surface : instance.surfaces)
-            if (surface.texture && surface.tinted_highlights > 0 && surface.material.specular != Rgb(0.0f))
-                said.insert(
-                    fmt::format("{}: POV-Ray can not tint highlights by an image: {}'s have its mean colour",
-                                instance.name, surface.texture->name));
     warnings.assign(said.begin(), said.end());
 }
 

@@ -89,8 +89,8 @@ struct ReferenceFiles {
 /// materials   POV-Ray's own terms: `diffuse`, `phong` and `phong_size`, `specular` (blinn) and `roughness`,
 ///             `metallic`. In the povray convention that is exact. In the physical one the highlight is
 ///             scaled by (n+2)/2 and lacks the cosine: a warning says so. A coloured highlight is
-///             exact: see reference_scene.cpp. Textures, colours of vertices and emission are POV-Ray's own;
-///             highlights that a texture tints have its mean colour, with a warning.
+///             exact: see reference_scene.cpp. Textures, colours of vertices and emission are POV-Ray's own.
+///             An image tints a metal's highlights at each pixel.
 /// scale       the world is magnified, so that POV-Ray's absolute shadow tolerance (1e-3 units) does
 ///             not matter: the median object is 10 to 1000 units.
 /// errors      as write_baked_scene; a material index that `materials` does not have; material values out of

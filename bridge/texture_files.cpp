@@ -11,17 +11,36 @@
 
 namespace haarfield {
 
-std::string multiplied_pigment(const std::string& pigment, const Rgb& colour,
-                               const std::string& transmission) {
-    std::string text = "average pigment_map {";
-    const int pigments = transmission.empty() ? 3 : 4;
+namespace {
+
+/// The entries of a pigment_map whose mean is a declared pigment's colours times one.
+///
+/// entries  of the whole map.
+/// filter   of the colours.
+std::string channel_entries(const std::string& pigment, const Rgb& colour, int entries, int filter) {
+    std::string text;
     for (int c = 0; c < 3; ++c) {
         Rgb channel(0.0f);
-        channel[c] = float(pigments) * colour[c];
-        text +=
-            fmt::format(" [1 function {{ {}_Function(x, y, z).{} }} color_map {{ [0 rgb 0] [1 rgb {}] }}]",
-                        pigment, std::array{"red", "green", "blue"}[std::size_t(c)], povray_vector(channel));
+        channel[c] = float(entries) * colour[c];
+        text += fmt::format(
+            " [1 function {{ {}_Function(x, y, z).{} }} color_map {{ [0 rgbf <0, 0, 0, {}>] "
+            "[1 rgbf <{}, {}, {}, {}>] }}]",
+            pigment, std::array{"red", "green", "blue"}[std::size_t(c)], filter, channel.x, channel.y,
+            channel.z, filter);
     }
+    return text;
+}
+
+}  // namespace
+
+std::string filter_pigment(const std::string& pigment, const Rgb& colour) {
+    return "average pigment_map {" + channel_entries(pigment, colour, 3, 1) + " }";
+}
+
+std::string multiplied_pigment(const std::string& pigment, const Rgb& colour,
+                               const std::string& transmission) {
+    const int pigments = transmission.empty() ? 3 : 4;
+    std::string text = "average pigment_map {" + channel_entries(pigment, colour, pigments, 0);
     if (pigments == 4)
         text += fmt::format(" [1 {} color_map {{ [0 rgb 0] [1 rgbt <0, 0, 0, 4>] }}]", transmission);
     return text + " }";

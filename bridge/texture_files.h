@@ -29,6 +29,9 @@ struct TextureFile {
 std::string multiplied_pigment(const std::string& pigment, const Rgb& colour,
                                const std::string& transmission = {});
 
+/// A pigment that filters light by a declared pigment's colours times one, by PIGMENT_Function.
+std::string filter_pigment(const std::string& pigment, const Rgb& colour);
+
 /// By texture.
 using TextureFiles = std::map<const Texture*, TextureFile>;
 

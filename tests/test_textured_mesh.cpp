@@ -280,6 +280,55 @@ TEST_F(TexturedMesh, TheReferenceShowsImageColoursAndEmission) {
         }
 }
 
+/// The picture of a metal is that of its highlights without an image, tinted at each pixel.
+TEST_F(TexturedMesh, TheReferenceTintsTheHighlightsOfMetalsByImages) {
+    Mesh coloured = mesh;
+    for (const Vec3f& p : mesh.positions) coloured.colours.emplace_back(0.5f + 0.4f * p.x, 1.0f, 0.7f);
+    const auto rendered = [&](const Surface& surface) {
+        const std::vector<Material> materials{surface.material};
+        const ReferenceInstance instance{"square", &coloured, materials, {}, {&surface, 1}};
+        const Result<ReferenceFiles> files = write_reference_scene(
+            folder.path(), "reference", camera, {&instance, 1}, constant_environment(64, Rgb(1, 1, 1)), 400);
+        EXPECT_TRUE(files) << files.error().message();
+        EXPECT_TRUE(files->warnings.empty());
+        return picture(files->scene);
+    };
+    Surface white;
+    white.material.convention = LobeConvention::povray;
+    white.material.diffuse = Rgb(0.0f);
+    white.material.specular = Rgb(1.0f);
+    white.material.shininess = 12;
+    white.material.phong = 3;
+    const Image highlights = rendered(white);
+    for (const bool has_image : {true, false})
+        for (const bool has_colours : {false, true})
+            for (const auto& [tinted, diffuse] : {std::pair(1.0f, 0.0f), std::pair(0.6f, 0.2f)}) {
+                Surface metal = white;
+                if (has_image) metal.texture = texture;
+                metal.coloured = has_colours;
+                metal.tinted_highlights = tinted;
+                metal.material.diffuse = Rgb(diffuse, diffuse / 2, diffuse / 4);
+                metal.material.specular = Rgb(0.9f, 0.6f, 0.3f);
+                metal.emission = Rgb(diffuse, 0, diffuse);
+                const Image image = rendered(metal);
+                ASSERT_EQ(image.pixels.size(), std::size_t(size * size));
+                for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+                    const Vec3d p = point_at(i);
+                    const Vec3d colour = has_colours ? Vec3d(0.5 + 0.4 * p.x, 1, 0.7) : Vec3d(1.0);
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        const double shine = double(metal.material.specular[int(c)]) *
+                                             double(highlights.pixels[i][int(c)]),
+                                     under = (has_image ? image_channel(*texture, p, c) : 1) * colour[int(c)],
+                                     expected = under * (double(metal.material.diffuse[int(c)]) +
+                                                         double(metal.emission[int(c)])) +
+                                                shine * (under * double(tinted) + 1 - double(tinted));
+                        ASSERT_NEAR(image.pixels[i][int(c)], expected, 0.01 * expected + 1e-3)
+                            << i << ", " << has_image << has_colours << ", " << tinted;
+                    }
+                }
+            }
+}
+
 /// In front of nothing: what is seen is as opaque as the image.
 TEST_F(TexturedMesh, TheReferenceHasTheHolesOfItsImages) {
     Texture holed = random_texture(4, 4, true);
