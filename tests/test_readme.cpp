@@ -177,6 +177,8 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         EXPECT_EQ(named.erase(option), 1u) << option << " is named no more";
         EXPECT_NE(scripts.find(std::string(option) + "=*)"), std::string::npos) << option;
     }
+    EXPECT_EQ(named.erase("--mem"), 1u) << "of sbatch";
+    EXPECT_NE(scripts.find("--mem="), std::string::npos);
     for (const std::string& option : named) ADD_FAILURE() << "whose option is " << option << '?';
 }
 
