@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <map>
+#include <optional>
+#include <tuple>
 
 namespace haarfield {
 namespace {
@@ -147,6 +150,138 @@ Mesh mesh_of(const ListedMesh& listed, std::span<const Share> shares, const Mesh
     return mesh;
 }
 
+/// A vertex of the file as one of its materials shows it.
+struct MappedVertex {
+    std::uint32_t listed = 0;
+    std::uint16_t material = 0;
+    Vec2f uv{0, 0};
+
+    auto key() const { return std::tuple(listed, material, uv.x, uv.y); }
+};
+
+/// A mesh with the coordinates of images.
+struct MappedMesh {
+    Mesh mesh;
+    std::vector<std::uint32_t> listed;  ///< By its vertices: those of the file.
+};
+
+/// Makes the mesh for files with images from the baked one, whose vertices know their coordinates.
+class MeshMapper {
+public:
+    /// plain    as mesh_of makes it; its triangles must be those of which the baked mesh was made.
+    /// surface  the baked mesh; with uvs.
+    MeshMapper(const Mesh& plain, std::span<const Share> shares, const Mesh& surface)
+        : plain_(plain), surface_(surface), first_share_(plain.positions.size()) {
+        std::vector<std::uint32_t> listed(surface.positions.size(), none);
+        for (const Share& share : shares) {
+            if (listed[share.baked] == none) listed[share.baked] = share.listed;
+            std::optional<MappedVertex>& first = first_share_[share.listed];
+            if (!first) first = mapped(share.listed, share.baked);
+        }
+        for (const auto& triangle : surface.triangles) {
+            std::array<std::pair<std::uint32_t, std::uint32_t>, 3> corners;
+            for (std::size_t k = 0; k < 3; ++k) corners[k] = {listed[triangle[k]], triangle[k]};
+            std::ranges::sort(corners);
+            baked_.emplace(std::array{corners[0].first, corners[1].first, corners[2].first},
+                           std::array{corners[0].second, corners[1].second, corners[2].second});
+        }
+    }
+
+    MappedMesh made() {
+        std::vector<std::array<MappedVertex, 3>> triangles;
+        for (const auto& triangle : plain_.triangles) triangles.push_back(corners_of(triangle));
+        // The first way in which each vertex of the file is shown has its place.
+        std::vector<std::optional<MappedVertex>> own = first_share_;
+        std::vector<bool> is_used(own.size());
+        for (const auto& triangle : triangles)
+            for (const MappedVertex& corner : triangle)
+                if (!is_used[corner.listed]) {
+                    own[corner.listed] = corner;
+                    is_used[corner.listed] = true;
+                }
+        result_.mesh = plain_;
+        result_.mesh.triangles.clear();
+        result_.mesh.material_names = surface_.material_names;
+        for (std::uint32_t v = 0; v < own.size(); ++v) {
+            const MappedVertex vertex = own[v].value_or(MappedVertex{v});
+            result_.mesh.vertex_materials[v] = vertex.material;
+            result_.mesh.uvs.push_back(vertex.uv);
+            result_.listed.push_back(v);
+            index_.emplace(vertex.key(), v);
+        }
+        for (const auto& [a, b, c] : triangles)
+            result_.mesh.triangles.push_back({index_of(a), index_of(b), index_of(c)});
+        return std::move(result_);
+    }
+
+private:
+    static constexpr std::uint32_t none = ~0u;
+
+    MappedVertex mapped(std::uint32_t listed, std::uint32_t baked) const {
+        return {listed, surface_.vertex_materials[baked], surface_.uvs[baked]};
+    }
+
+    /// By the corners of the baked triangle; of one that was not baked, as its vertices are shown elsewhere.
+    std::array<MappedVertex, 3> corners_of(const std::array<std::uint32_t, 3>& triangle) const {
+        std::array<std::uint32_t, 3> sorted = triangle;
+        std::ranges::sort(sorted);
+        const auto found = baked_.find(sorted);
+        std::array<MappedVertex, 3> corners;
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (found != baked_.end()) {
+                const auto at = std::ranges::find(sorted, triangle[k]) - sorted.begin();
+                corners[k] = mapped(triangle[k], found->second[std::size_t(at)]);
+            } else {
+                corners[k] = first_share_[triangle[k]].value_or(MappedVertex{triangle[k]});
+                corners[k].material = corners[0].material;  // a triangle has one
+            }
+        }
+        return corners;
+    }
+
+    std::uint32_t index_of(const MappedVertex& vertex) {
+        const auto [found, is_new] =
+            index_.emplace(vertex.key(), static_cast<std::uint32_t>(result_.mesh.positions.size()));
+        if (is_new) {
+            result_.mesh.copy_vertex(vertex.listed);
+            result_.mesh.vertex_materials.back() = vertex.material;
+            result_.mesh.uvs.back() = vertex.uv;
+            result_.listed.push_back(vertex.listed);
+        }
+        return found->second;
+    }
+
+    const Mesh& plain_;
+    const Mesh& surface_;
+    std::vector<std::optional<MappedVertex>> first_share_;  ///< By the file's vertices.
+    /// The corners of the baked triangles, by those of the file, in growing order.
+    std::map<std::array<std::uint32_t, 3>, std::array<std::uint32_t, 3>> baked_;
+    std::map<std::tuple<std::uint32_t, std::uint16_t, float, float>, std::uint32_t> index_;
+    MappedMesh result_;
+};
+
+/// The light of a mapped mesh: of each vertex that of the baked ones with its material, as an image
+/// multiplies the light of that material alone; of all where none has it.
+template <class ValueAt>
+std::vector<Rgb> mapped_light(const MappedMesh& mapped, std::span<const Share> shares, const Mesh& baked,
+                              const ValueAt& value_at) {
+    std::map<std::pair<std::uint32_t, std::uint16_t>, std::pair<Vec3d, double>> sums;
+    for (const auto& [listed, vertex, weight] : shares) {
+        auto& [sum, weights] =
+            sums.try_emplace({listed, baked.vertex_materials[vertex]}, Vec3d(0, 0, 0), 0.0).first->second;
+        sum += Vec3d(Vec3f(value_at(vertex))) * weight;
+        weights += weight;
+    }
+    const std::vector<Rgb> of_all = shared_out(shares, mapped.listed.size(), value_at);
+    std::vector<Rgb> light;
+    for (std::size_t v = 0; v < mapped.listed.size(); ++v) {
+        const auto found = sums.find({mapped.listed[v], mapped.mesh.vertex_materials[v]});
+        light.push_back(found == sums.end() ? of_all[mapped.listed[v]]
+                                            : Rgb(Vec3f(found->second.first / found->second.second)));
+    }
+    return light;
+}
+
 std::size_t unvalued(std::span<const Share> shares, std::size_t vertices) {
     std::vector<bool> has_share(vertices);
     for (const Share& share : shares) has_share[share.listed] = true;
@@ -158,15 +293,23 @@ std::size_t unvalued(std::span<const Share> shares, std::size_t vertices) {
 OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedInstance> instances) {
     OriginalBake bake;
     std::vector<std::vector<Share>> shares;
+    std::vector<MappedMesh> mapped;
     for (const auto& entity : entities.entities) {
         shares.push_back(shares_of(*entity));
         bake.meshes.push_back(mesh_of(*entity->listed, shares.back(), entity->mesh.fine));
+        mapped.emplace_back();
+        if (has_textures(entity->surfaces))
+            mapped.back() = MeshMapper(bake.meshes.back(), shares.back(), entity->mesh.fine).made();
+        bake.textured_meshes.push_back(mapped.back().mesh);
     }
     for (std::size_t i = 0; i < instances.size(); ++i) {
         const BakedInstance& baked = instances[i];
         const std::size_t e = entities.entity_of_instance[i], vertices = bake.meshes[e].positions.size();
-        const auto values_of = [&](const auto& value_at) -> std::span<const Rgb> {
-            return bake.values.emplace_back(shared_out(shares[e], vertices, value_at));
+        const auto stored = [&](std::vector<Rgb> values) -> std::span<const Rgb> {
+            return bake.values.emplace_back(std::move(values));
+        };
+        const auto values_of = [&](const auto& value_at) {
+            return stored(shared_out(shares[e], vertices, value_at));
         };
         BakedInstance& original = bake.instances.emplace_back();
         original.name = baked.name;
@@ -179,6 +322,23 @@ OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedI
         original.listed = &*entities.entities[e]->listed;
         bake.vertices += vertices;
         bake.unvalued += unvalued(shares[e], vertices);
+
+        BakedInstance& textured = bake.textured.emplace_back(original);
+        if (!has_textures(baked.surfaces)) continue;
+        const auto light_of = [&](std::span<const Rgb> values) {
+            return stored(
+                mapped_light(mapped[e], shares[e], *baked.mesh, [&](std::uint32_t v) { return values[v]; }));
+        };
+        textured.mesh = &bake.textured_meshes[e];
+        textured.listed = nullptr;
+        textured.surfaces = baked.surfaces;
+        textured.radiance = light_of(baked.radiance);
+        if (!baked.over.empty()) textured.over = light_of(baked.over);
+        for (VertexValues& pass : textured.passes) {
+            std::vector<Rgb> values;
+            for (const std::uint32_t v : mapped[e].listed) values.push_back(pass.values[v]);
+            pass.values = stored(std::move(values));
+        }
     }
     return bake;
 }

@@ -8,9 +8,14 @@ namespace haarfield {
 
 /// Instances whose vertices and faces are those of their files: all of them, in the file's order.
 struct OriginalBake {
-    std::vector<Mesh> meshes;                ///< By SceneEntities::entities.
-    std::vector<std::vector<Rgb>> values;    ///< Of the instances, which refer to them, as to the meshes.
-    std::vector<BakedInstance> instances;    ///< In the bake's order.
+    std::vector<Mesh> meshes;              ///< By SceneEntities::entities.
+    std::vector<Mesh> textured_meshes;     ///< Likewise; without triangles where there is no texture.
+    std::vector<std::vector<Rgb>> values;  ///< Of the instances, which refer to them, as to the meshes.
+    std::vector<BakedInstance> instances;  ///< In the bake's order.
+    /// The same for files with images: of an entity whose surfaces have textures the mesh has coordinates of
+    /// images, and light and images are apart. The vertices of the file come first; a vertex at which these
+    /// coordinates or the materials part follows once more for each of the others.
+    std::vector<BakedInstance> textured;
     std::size_t vertices = 0, unvalued = 0;  ///< Of all instances; those of which no light is known.
 };
 

@@ -4,11 +4,13 @@
 #include "bridge/mesh_file.h"
 #include "fields/mesh/model_file.h"
 #include "fields/mesh/polygon_file.h"
+#include "tests/fixtures/example_textures.h"
 #include "tests/fixtures/test_folder.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <set>
 #include <sstream>
 
 namespace haarfield {
@@ -224,6 +226,76 @@ TEST_F(OriginalVertices, OfLargePolygonsKeepTheirFaces) {
     ASSERT_TRUE(ply) << ply.error().message();
     EXPECT_EQ(ply->face_corners, (std::vector<std::uint32_t>{300, 300}));
     EXPECT_EQ(ply->corners[300 + 7], 307u);
+}
+
+/// Two squares beside each other, the left one with an image; at the edge between the halves of the left one
+/// the image's coordinates part.
+class TexturedOriginalVertices : public testing::Test {
+protected:
+    void SetUp() override {
+        write_png(texture, folder / "a.png");
+        write_text(folder / "a.mtl", "newmtl image\nKd 1 1 1\nmap_Kd a.png\nnewmtl plain\nKd 0.5 0.5 0.5\n");
+        std::string text = "mtllib a.mtl\n";
+        for (const char* z : {"0", "1"})
+            for (const char* x : {"0", "1", "2"}) text += fmt::format("v {} 0 {}\n", x, z);
+        for (const auto& [u, v] : uvs) text += fmt::format("vt {} {}\n", u, v);
+        text += "usemtl image\nf 4/4 5/3 2/2\nf 4/5 2/6 1/1\nusemtl plain\nf 5 6 3 2\n";
+        write_text(folder / "a.obj", text);
+        Scene scene;
+        scene.entities.emplace_back();
+        scene.entities[0].name = "a";
+        scene.entities[0].mesh = folder / "a.obj";
+        scene.instances.push_back({"first", 0, {}, {}});
+        SceneEntityOptions options;
+        options.fields = false;
+        options.original_vertices = true;
+        Result<SceneEntities> prepared = prepare_scene_entities(scene, options);
+        ASSERT_TRUE(prepared) << prepared.error().message();
+        entities = *std::move(prepared);
+    }
+
+    const TestFolder folder;
+    const Texture texture = random_texture(8, 8);
+    const std::vector<std::pair<float, float>> uvs{{0.1f, 0.1f}, {0.4f, 0.1f}, {0.4f, 0.4f},
+                                                   {0.1f, 0.4f}, {0.6f, 0.9f}, {0.9f, 0.6f}};
+    SceneEntities entities;
+};
+
+TEST_F(TexturedOriginalVertices, HaveImagesAndLightApartInFilesWithImages) {
+    const SceneEntity& entity = *entities.entities[0];
+    const Mesh& fine = entity.mesh.fine;
+    std::vector<Rgb> light;
+    for (const Vec3f& p : fine.positions) light.emplace_back(1 + p.x, 2.0f, 1 + p.z);
+    const std::vector<BakedInstance> instances{{"first", &fine, {}, light, {}, entity.surfaces}};
+    const OriginalBake bake = original_bake(entities, instances);
+    ASSERT_EQ(bake.instances[0].mesh->positions.size(), 6u);
+    ASSERT_EQ(bake.textured.size(), 1u);
+    const BakedInstance& textured = bake.textured[0];
+    const Mesh& mesh = *textured.mesh;
+    ASSERT_EQ(mesh.uvs.size(), mesh.positions.size());
+    ASSERT_TRUE(
+        std::equal(bake.meshes[0].positions.begin(), bake.meshes[0].positions.end(), mesh.positions.begin()))
+        << "the file's vertices come first";
+    EXPECT_EQ(mesh.positions.size(), 10u) << "two more of the seam, and two of the materials' edge";
+    EXPECT_EQ(mesh.triangles.size(), 4u);
+    std::multiset<std::pair<float, float>> found;
+    for (const auto& triangle : mesh.triangles)
+        for (const std::uint32_t v : triangle) {
+            const Vec3f& p = mesh.positions[v];
+            EXPECT_EQ(mesh.original_vertices[v], std::int32_t(p.x) + 3 * std::int32_t(p.z));
+            EXPECT_EQ(mesh.vertex_materials[v], mesh.vertex_materials[triangle[0]]);
+            EXPECT_EQ(textured.radiance[v], Rgb(1 + p.x, 2.0f, 1 + p.z)) << "light alone";
+            if (textured.surfaces[mesh.vertex_materials[v]].texture)
+                found.emplace(mesh.uvs[v].x, mesh.uvs[v].y);
+        }
+    EXPECT_EQ(found, (std::multiset<std::pair<float, float>>(uvs.begin(), uvs.end())));
+
+    ASSERT_TRUE(write_baked_glb(folder / "a.glb", bake.textured));
+    const Result<ModelFile> back = ModelFile::open(folder / "a.glb");
+    ASSERT_TRUE(back) << back.error().message();
+    const std::string glb = text_of(folder / "a.glb");
+    EXPECT_NE(glb.find("TEXCOORD_0"), std::string::npos);
+    EXPECT_NE(glb.find(text_of(folder / "a.png")), std::string::npos);
 }
 
 }  // namespace

@@ -159,8 +159,10 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
         const auto write = format == "glb"   ? write_baked_glb
                            : format == "csv" ? write_baked_csv
                                              : write_baked_ply;
-        if (const Result<Done> written = write(mesh, original ? original->instances : instances); !written)
-            return written.error();
+        const std::vector<BakedInstance>& of_file = !original         ? instances
+                                                    : format == "glb" ? original->textured
+                                                                      : original->instances;
+        if (const Result<Done> written = write(mesh, of_file); !written) return written.error();
         context.report["meshes"].push_back(mesh.string());
         context.print("mesh   {}\n", mesh.string());
     }

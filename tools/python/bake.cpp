@@ -34,6 +34,11 @@ struct Bake {
     std::span<const BakedInstance> instances() const {
         return original ? original->instances : baked.instances;
     }
+
+    /// As files of meshes with images have them.
+    std::span<const BakedInstance> textured_instances() const {
+        return original ? original->textured : baked.instances;
+    }
 };
 
 /// One of a bake's instances.
@@ -290,17 +295,21 @@ void add_bake(py::module_& module, py::class_<PythonScene, std::shared_ptr<Pytho
 
 name     the scene's, if empty.
 returns  a dict: scene, includes, objects (what each include declares), images.)");
-    const auto writer = [&made](const char* name, auto write, const char* text) {
+    const auto writer = [&made](const char* name, auto write, auto instances, const char* text) {
         made.def(
             name,
-            [write](const Bake& self, const std::filesystem::path& file) {
-                long_call<Done>(py::none(), [&](const Progress&) { return write(file, self.instances()); });
+            [write, instances](const Bake& self, const std::filesystem::path& file) {
+                long_call<Done>(py::none(),
+                                [&](const Progress&) { return write(file, (self.*instances)()); });
             },
             py::arg("path"), text);
     };
-    writer("write_ply", &write_baked_ply, "Writes all instances as one PLY, in world space.");
-    writer("write_glb", &write_baked_glb, "Writes all instances as glTF, with linear radiance as COLOR_0.");
-    writer("write_csv", &write_baked_csv, "Writes a table of all vertices, in world space.");
+    writer("write_ply", &write_baked_ply, &Bake::instances,
+           "Writes all instances as one PLY, in world space.");
+    writer("write_glb", &write_baked_glb, &Bake::textured_instances,
+           "Writes all instances as glTF, with images and linear light as COLOR_0.");
+    writer("write_csv", &write_baked_csv, &Bake::instances,
+           "Writes a table of all vertices, in world space.");
     made.def(
         "render", &rendered, py::arg("folder"), py::arg("antialiasing") = 3, py::arg("progress") = py::none(),
         "Writes the POV-Ray scene and renders it: baked.exr and baked.png in the folder.\n\n"
