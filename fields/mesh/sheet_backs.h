@@ -11,9 +11,9 @@ namespace haarfield {
 ///
 /// A triangle of an open piece, or of a room whose walls have no thickness (PieceKind::room), has a back
 /// where some of a few rays from it leave the mesh's box sideways or upwards, or reach the inside of a room.
-/// Below is the ground, so that neither a floor nor the inside of what stands on it has any. Triangles next to
-/// visible backs are tested again with more rays, and small groups of triangles among visible backs count as
-/// visible. A triangle that is modelled with a back of its own gets no second one.
+/// Below is the ground, so that neither a floor nor the inside of what stands on it has any. Triangles next
+/// to visible backs are tested again with more rays, and small groups of triangles among visible backs count
+/// as visible. A triangle that is modelled with a back of its own gets no second one.
 ///
 /// mesh      its triangles agree (orient_triangles).
 /// blocking  what of it can not be looked through; the mesh itself, if no image cuts holes into it.

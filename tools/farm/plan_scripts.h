@@ -12,7 +12,8 @@ struct ScriptPaths {
 
 /// job.sh: a job of the other two scripts. It runs the hook, then tasks or the join.
 ///
-/// hook         a shell line; it may set `run` to a command that runs the program, such as that of a container.
+/// hook         a shell line; it may set `run` to a command that runs the program, such as that of a
+///              container.
 /// unsandboxed  passes --unsandboxed to the program.
 std::string job_script(const FarmPlan& plan, const ScriptPaths& paths, const std::string& hook,
                        bool unsandboxed);
