@@ -263,8 +263,8 @@ private:
 /// The light of a mapped mesh: of each vertex that of the baked ones with its material, as an image
 /// multiplies the light of that material alone; of all where none has it.
 template <class ValueAt>
-std::vector<Rgb> mapped_light(const MappedMesh& mapped, std::span<const Share> shares, const Mesh& baked,
-                              const ValueAt& value_at) {
+std::vector<Rgb> mapped_light(const Mesh& mesh, std::span<const std::uint32_t> mesh_listed,
+                              std::span<const Share> shares, const Mesh& baked, const ValueAt& value_at) {
     std::map<std::pair<std::uint32_t, std::uint16_t>, std::pair<Vec3d, double>> sums;
     for (const auto& [listed, vertex, weight] : shares) {
         auto& [sum, weights] =
@@ -272,11 +272,11 @@ std::vector<Rgb> mapped_light(const MappedMesh& mapped, std::span<const Share> s
         sum += Vec3d(Vec3f(value_at(vertex))) * weight;
         weights += weight;
     }
-    const std::vector<Rgb> of_all = shared_out(shares, mapped.listed.size(), value_at);
+    const std::vector<Rgb> of_all = shared_out(shares, mesh_listed.size(), value_at);
     std::vector<Rgb> light;
-    for (std::size_t v = 0; v < mapped.listed.size(); ++v) {
-        const auto found = sums.find({mapped.listed[v], mapped.mesh.vertex_materials[v]});
-        light.push_back(found == sums.end() ? of_all[mapped.listed[v]]
+    for (std::size_t v = 0; v < mesh_listed.size(); ++v) {
+        const auto found = sums.find({mesh_listed[v], mesh.vertex_materials[v]});
+        light.push_back(found == sums.end() ? of_all[mesh_listed[v]]
                                             : Rgb(Vec3f(found->second.first / found->second.second)));
     }
     return light;
@@ -293,14 +293,15 @@ std::size_t unvalued(std::span<const Share> shares, std::size_t vertices) {
 OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedInstance> instances) {
     OriginalBake bake;
     std::vector<std::vector<Share>> shares;
-    std::vector<MappedMesh> mapped;
+    std::vector<std::vector<std::uint32_t>> mapped_vertices;  // by entity: MappedMesh::listed
     for (const auto& entity : entities.entities) {
         shares.push_back(shares_of(*entity));
         bake.meshes.push_back(mesh_of(*entity->listed, shares.back(), entity->mesh.fine));
-        mapped.emplace_back();
+        MappedMesh mapped;
         if (has_textures(entity->surfaces))
-            mapped.back() = MeshMapper(bake.meshes.back(), shares.back(), entity->mesh.fine).made();
-        bake.textured_meshes.push_back(mapped.back().mesh);
+            mapped = MeshMapper(bake.meshes.back(), shares.back(), entity->mesh.fine).made();
+        bake.textured_meshes.push_back(std::move(mapped.mesh));
+        mapped_vertices.push_back(std::move(mapped.listed));
     }
     for (std::size_t i = 0; i < instances.size(); ++i) {
         const BakedInstance& baked = instances[i];
@@ -326,8 +327,8 @@ OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedI
         BakedInstance& textured = bake.textured.emplace_back(original);
         if (!has_textures(baked.surfaces)) continue;
         const auto light_of = [&](std::span<const Rgb> values) {
-            return stored(
-                mapped_light(mapped[e], shares[e], *baked.mesh, [&](std::uint32_t v) { return values[v]; }));
+            return stored(mapped_light(bake.textured_meshes[e], mapped_vertices[e], shares[e], *baked.mesh,
+                                       [&](std::uint32_t v) { return values[v]; }));
         };
         textured.mesh = &bake.textured_meshes[e];
         textured.listed = nullptr;
@@ -336,7 +337,7 @@ OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedI
         if (!baked.over.empty()) textured.over = light_of(baked.over);
         for (VertexValues& pass : textured.passes) {
             std::vector<Rgb> values;
-            for (const std::uint32_t v : mapped[e].listed) values.push_back(pass.values[v]);
+            for (const std::uint32_t v : mapped_vertices[e]) values.push_back(pass.values[v]);
             pass.values = stored(std::move(values));
         }
     }

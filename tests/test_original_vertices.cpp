@@ -16,6 +16,15 @@
 namespace haarfield {
 namespace {
 
+void prepare_with_original_vertices(const Scene& scene, SceneEntities& entities) {
+    SceneEntityOptions options;
+    options.fields = false;
+    options.original_vertices = true;
+    Result<SceneEntities> prepared = prepare_scene_entities(scene, options);
+    ASSERT_TRUE(prepared) << prepared.error().message();
+    entities = *std::move(prepared);
+}
+
 /// A file of vertices and faces, prepared, with what its fine vertices have as radiance.
 class OriginalVertices : public testing::Test {
 protected:
@@ -32,12 +41,7 @@ protected:
         entity.mesh = folder / "a.off";
         scene.instances.push_back({"first", 0, {}, shape});
         scene.instances.push_back({"second", 0, {{3, 0, 0}, 2}, shape});
-        SceneEntityOptions options;
-        options.fields = false;
-        options.original_vertices = true;
-        Result<SceneEntities> prepared = prepare_scene_entities(scene, options);
-        ASSERT_TRUE(prepared) << prepared.error().message();
-        entities = *std::move(prepared);
+        prepare_with_original_vertices(scene, entities);
     }
     const Mesh& fine() const { return entities.entities[0]->mesh.fine; }
 
@@ -246,12 +250,7 @@ protected:
         scene.entities[0].name = "a";
         scene.entities[0].mesh = folder / "a.obj";
         scene.instances.push_back({"first", 0, {}, {}});
-        SceneEntityOptions options;
-        options.fields = false;
-        options.original_vertices = true;
-        Result<SceneEntities> prepared = prepare_scene_entities(scene, options);
-        ASSERT_TRUE(prepared) << prepared.error().message();
-        entities = *std::move(prepared);
+        prepare_with_original_vertices(scene, entities);
     }
 
     const TestFolder folder;

@@ -77,11 +77,15 @@ struct Parts {
     std::uint32_t count = 0;
 };
 
-Parts agreeing_parts(const std::vector<Side>& sides, std::size_t triangle_count) {
-    struct Neighbour {
-        std::uint32_t triangle = none;
-        bool agrees = true;
-    };
+/// A triangle across an edge, and whether it faces the same way there.
+struct Neighbour {
+    std::uint32_t triangle = none;
+    bool agrees = true;
+};
+
+/// By triangle: its neighbours across edges that exactly two triangles share.
+std::vector<std::array<Neighbour, 3>> neighbours_across_edges(const std::vector<Side>& sides,
+                                                              std::size_t triangle_count) {
     std::vector<std::array<Neighbour, 3>> neighbours(triangle_count);
     std::vector<std::uint8_t> filled(triangle_count, 0);
     for_each_edge(sides, [&](const Side* first, const Side* last) {
@@ -90,7 +94,11 @@ Parts agreeing_parts(const std::vector<Side>& sides, std::size_t triangle_count)
         neighbours[first[0].triangle][filled[first[0].triangle]++] = {first[1].triangle, agrees};
         neighbours[first[1].triangle][filled[first[1].triangle]++] = {first[0].triangle, agrees};
     });
+    return neighbours;
+}
 
+Parts agreeing_parts(const std::vector<Side>& sides, std::size_t triangle_count) {
+    const auto neighbours = neighbours_across_edges(sides, triangle_count);
     Parts parts{std::vector<std::uint32_t>(triangle_count, none), std::vector<bool>(triangle_count), 0};
     std::vector<std::uint32_t> open;
     for (std::uint32_t seed = 0; seed < triangle_count; ++seed) {
@@ -315,17 +323,12 @@ std::vector<std::uint8_t> triangles_of_open_pieces(const Mesh& mesh) {
 }
 
 std::vector<std::array<std::uint32_t, 3>> edge_neighbours(const Mesh& mesh) {
-    std::vector<std::array<std::uint32_t, 3>> neighbours(mesh.triangles.size(), {none, none, none});
-    const auto add = [&](std::uint32_t triangle, std::uint32_t neighbour) {
-        *std::find(neighbours[triangle].begin(), neighbours[triangle].end(), none) = neighbour;
-    };
-    for_each_edge(sorted_sides(merged_triangles(mesh, merged_positions(mesh.positions))),
-                  [&](const Side* first, const Side* last) {
-                      if (last - first != 2 || first[0].triangle == first[1].triangle) return;
-                      add(first[0].triangle, first[1].triangle);
-                      add(first[1].triangle, first[0].triangle);
-                  });
-    return neighbours;
+    const std::vector<Side> sides = sorted_sides(merged_triangles(mesh, merged_positions(mesh.positions)));
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    triangles.reserve(mesh.triangles.size());
+    for (const auto& [a, b, c] : neighbours_across_edges(sides, mesh.triangles.size()))
+        triangles.push_back({a.triangle, b.triangle, c.triangle});
+    return triangles;
 }
 
 void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings) {
