@@ -159,13 +159,13 @@ struct MappedVertex {
     auto key() const { return std::tuple(listed, material, uv.x, uv.y); }
 };
 
-/// A mesh with the coordinates of images.
+/// A mesh with texture coordinates.
 struct MappedMesh {
     Mesh mesh;
-    std::vector<std::uint32_t> listed;  ///< By its vertices: those of the file.
+    std::vector<std::uint32_t> listed;  ///< For each vertex of the mesh, the vertex of the file.
 };
 
-/// Makes the mesh for files with images from the baked one, whose vertices know their coordinates.
+/// Adds the texture coordinates of the baked mesh to a mesh with the file's vertices.
 class MeshMapper {
 public:
     /// plain    as mesh_of makes it; its triangles must be those of which the baked mesh was made.
@@ -221,7 +221,8 @@ private:
         return {listed, surface_.vertex_materials[baked], surface_.uvs[baked]};
     }
 
-    /// By the corners of the baked triangle; of one that was not baked, as its vertices are shown elsewhere.
+    /// Takes the corners from the baked triangle. If the triangle was not baked, each corner is as the first
+    /// baked triangle at its vertex has it.
     std::array<MappedVertex, 3> corners_of(const std::array<std::uint32_t, 3>& triangle) const {
         std::array<std::uint32_t, 3> sorted = triangle;
         std::ranges::sort(sorted);
@@ -260,8 +261,8 @@ private:
     MappedMesh result_;
 };
 
-/// The light of a mapped mesh: of each vertex that of the baked ones with its material, as an image
-/// multiplies the light of that material alone; of all where none has it.
+/// The light of a mesh with texture coordinates. Each vertex averages the baked vertices with its material,
+/// because an image multiplies the light of its own material only. Without such vertices, it averages all.
 template <class ValueAt>
 std::vector<Rgb> mapped_light(const Mesh& mesh, std::span<const std::uint32_t> mesh_listed,
                               std::span<const Share> shares, const Mesh& baked, const ValueAt& value_at) {

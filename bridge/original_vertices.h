@@ -12,9 +12,9 @@ struct OriginalBake {
     std::vector<Mesh> textured_meshes;     ///< Likewise; without triangles where there is no texture.
     std::vector<std::vector<Rgb>> values;  ///< Of the instances, which refer to them, as to the meshes.
     std::vector<BakedInstance> instances;  ///< In the bake's order.
-    /// The same for files with images: of an entity whose surfaces have textures the mesh has coordinates of
-    /// images, and light and images are apart. The vertices of the file come first; a vertex at which these
-    /// coordinates or the materials part follows once more for each of the others.
+    /// The same instances for file formats with images. If an entity has textures, its mesh has texture
+    /// coordinates, and its values are light without the images. The vertices of the file come first. A
+    /// vertex at a seam of the texture coordinates or between materials is repeated after them.
     std::vector<BakedInstance> textured;
     std::size_t vertices = 0, unvalued = 0;  ///< Of all instances; those of which no light is known.
 };
