@@ -29,9 +29,10 @@ expect_lines("${python}: pybind11 is missing (python);${tests}"
 expect_lines("${python}: Python with its headers is missing (python);${tests}"
     -DCMAKE_DISABLE_FIND_PACKAGE_Python=ON ${without_tests})
 expect_lines("Test of the sources' format not built: clang-format is missing (tests);\
+Test of the licences not built: reuse is missing (tests);\
 Tests in Blender not built: blender is missing (blender);\
 Test with Slurm not built: Slurm, munge are missing (cluster);\
 Tests of the page of `view` not built: Chromium, chromedriver are missing (view_tests)"
     -UCMAKE_DISABLE_FIND_PACKAGE_* -DCLANG_FORMAT=OFF -DBLENDER=OFF -DSLURMCTLD=OFF -DMUNGED=OFF -DCHROMIUM=OFF
-    -DCHROMEDRIVER=OFF)
+    -DCHROMEDRIVER=OFF -DREUSE=OFF)
 file(REMOVE_RECURSE ${SCRATCH})
