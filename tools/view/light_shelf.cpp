@@ -3,6 +3,7 @@
 #include "fields/base/names.h"
 #include "fields/file/write_file.h"
 #include "scenes/image.h"
+#include "scenes/image_format.h"
 #include "scenes/scene_environment.h"
 #include "shading/scene/exposure.h"
 
@@ -116,27 +117,31 @@ std::string LightShelf::name_of(const std::filesystem::path& image,
 
 Result<std::string> LightShelf::add(std::string_view name, std::string_view bytes) {
     const std::string plain = plain_name(std::filesystem::path(name).filename().string());
-    if (plain.empty() || plain.front() == '.' || plain.size() > 100 || !is_light_file(plain))
-        return Error{"", "the light's name is not as wanted: up to 100 letters that end with .exr or .hdr"};
+    if (plain.empty() || plain.front() == '.' || plain.size() > 100)
+        return Error{"", "found an unsuitable file name; expected 1 to 100 characters, the first not a dot"};
+    if (image_plugin(bytes) == nullptr)
+        return Error{plain, fmt::format("found no image; expected a lat-long image ({})", image_formats)};
     const std::lock_guard lock(mutex_);
     if (const Result<Done> made = make_folder(uploads_); !made) return made.error();
-    std::set<std::string> taken;
-    for (const ShelfLight& light : lights_) taken.insert(light.name);
     std::error_code ignored;
-    for (const auto& entry : std::filesystem::directory_iterator(uploads_, ignored))
-        taken.insert(entry.path().filename().string());
-    const std::filesystem::path parts(plain);
-    const std::string kept = unique_name(parts.stem().string(), taken, "_", "") + parts.extension().string();
-    // A name with its ending may be taken where the one without is not.
-    const std::filesystem::path file = uploads_ / (taken.contains(kept) ? unique_name(kept, taken) : kept);
-    if (!is_light_file(file)) return Error{"", "there are too many lights of this name"};
+    const std::filesystem::path file = uploads_ / free_name(plain);
     if (const Result<Done> written = write_file(file, bytes); !written) return written.error();
     if (const Result<LatLongImage> read = read_environment_image(file); !read) {
         std::filesystem::remove(file, ignored);
-        return Error{"", fmt::format("{} is no light: {}", plain, read.error().what)};
+        return Error{plain, read.error().what};
     }
     put(file.filename().string(), file, {});
     return lights_.back().name;
+}
+
+/// Numbers the stem, so that the file keeps its extension: `sky_2.hdr`.
+std::string LightShelf::free_name(const std::filesystem::path& wanted) const {
+    std::set<std::string> stems;
+    for (const ShelfLight& light : lights_) stems.insert(std::filesystem::path(light.name).stem().string());
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(uploads_, ignored))
+        stems.insert(entry.path().stem().string());
+    return unique_name(wanted.stem().string(), stems) + wanted.extension().string();
 }
 
 Result<std::string> thumbnail_png(const ShelfLight& light) {

@@ -27,14 +27,16 @@ public:
     /// The name of an image or a sky; empty if it is not on the shelf.
     std::string name_of(const std::filesystem::path& image, const std::optional<AnalyticSky>& sky) const;
 
-    /// Keeps a light that a page sends, under a name like the one it has, and returns that name.
+    /// Stores a panorama that a page sends, and returns its name on the shelf.
     ///
-    /// errors  the name's ending is neither .exr nor .hdr; the bytes are no lat-long image (then nothing is
-    ///         kept); what the disk says.
+    /// name    of the file; a number is added to its stem if the shelf has a light of that stem.
+    /// bytes   a lat-long image in one of image_formats. 8 and 16 bit integers are sRGB, floats linear.
+    /// errors  an unsuitable name; no lat-long image (then nothing is stored); errors of the file system.
     Result<std::string> add(std::string_view name, std::string_view bytes);
 
 private:
     void put(std::string name, std::filesystem::path image, std::optional<AnalyticSky> sky);
+    std::string free_name(const std::filesystem::path& wanted) const;
 
     mutable std::mutex mutex_;
     std::vector<ShelfLight> lights_;
