@@ -2,6 +2,7 @@
 
 import base64
 import http.server
+import io
 import math
 import os
 import random
@@ -10,6 +11,7 @@ import threading
 import time
 import unittest
 
+from PIL import Image
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -96,10 +98,19 @@ class PageTest(unittest.TestCase):
         self.drop("broken.exr", b"no picture")
         notice = self.browser.find_element(By.ID, "notice")
         self.page.wait("return !document.getElementById('notice').hidden")
-        self.assertIn("is no light", notice.text)
-        self.drop("script.html", b"<script>")
-        self.page.wait("return document.getElementById('notice').textContent.includes('.exr or .hdr')")
+        self.assertIn("found no image", notice.text)
         self.assertFalse(os.path.exists(os.path.join(self.server.output, "lights", "broken.exr")))
+
+    def test_an_8_bit_panorama_dropped_twice_gets_two_names(self):
+        pixels = io.BytesIO()
+        Image.new("RGB", (64, 32), (90, 120, 160)).save(pixels, "JPEG")
+        for name in ["overcast.jpg", "overcast_2.jpg"]:
+            self.drop("overcast.jpg", pixels.getvalue())
+            self.page.wait("return haarfield.light().light === arguments[0]", name)
+            self.assertIn("8-bit", self.browser.find_element(By.ID, "notice").text)
+        for _ in range(2):
+            self.page.wait_exact(self.page.send("undo"))
+        self.page.wait("return haarfield.light().light === 'interior.exr'")
 
     def drop(self, name, data):
         self.page.js(
@@ -193,6 +204,55 @@ class PageTest(unittest.TestCase):
         self.page.send("redo")
         self.page.wait("return haarfield.stage.objects.size === 4")
         self.page.wait_exact(self.page.send("undo"))
+
+    def test_an_object_deleted_and_restored_at_once_is_visible(self):
+        chair = self.page.objects()["chair_1"]["id"]
+        self.page.send("delete", object=chair)
+        self.page.wait("return !haarfield.stage.objects.has(arguments[0])", chair)
+        self.page.wait_exact(self.page.send("undo"))
+        self.page.wait("return haarfield.stage.objects.get(arguments[0])?.children.length === 1", chair)
+
+    def test_objects_are_chosen_and_moved_by_keys(self):
+        before, eye = self.page.objects(), self.eye()
+        canvas = self.browser.find_element(By.ID, "canvas")
+        self.page.js("haarfield.panel.on.choose(null)")
+        canvas.send_keys("n")
+        chosen = self.page.js("return haarfield.stage.objects.get(haarfield.stage.chosen).userData.name")
+        canvas.send_keys("w", Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.PAGE_UP)
+        step = self.page.js("return haarfield.stage.keyStep()")
+        self.page.settle()
+        moved = [b - a for a, b in zip(before[chosen]["position"], self.page.objects()[chosen]["position"])]
+        self.assertAlmostEqual(moved[1], step, 5)
+        self.assertAlmostEqual(math.hypot(moved[0], moved[2]), 2 * step, 5)
+        canvas.send_keys("e", Keys.ARROW_LEFT)
+        self.page.settle()
+        self.assertAlmostEqual(abs(self.page.objects()[chosen]["rotation"][1]), math.sin(math.radians(2.5)), 4)
+        canvas.send_keys("r", Keys.ARROW_UP)
+        self.page.settle()
+        self.assertAlmostEqual(self.page.objects()[chosen]["scale"], 1.05, 4)
+        self.assertEqual(self.eye(), eye)
+        for _ in range(5):  # a step for each key
+            self.page.wait_exact(self.page.send("undo"))
+        self.assertEqual(self.page.objects(), before)
+
+    def test_the_keys_are_listed(self):
+        self.browser.find_element(By.ID, "canvas").send_keys("?")
+        listed = self.page.wait("const list = document.getElementById('keys'); return list.open && list.innerText")
+        for key in ["Ctrl Shift Z", "Page Up", "Esc", "Del"]:
+            self.assertIn(key, listed)
+        self.page.js("document.getElementById('keys').close()")
+
+    def test_the_status_counts_objects_that_have_not_arrived(self):
+        status = "const pill = document.getElementById('exactness'); return [pill.textContent, pill.className];"
+        text, kind = self.page.js(status)
+        self.assertRegex(text, r"as baked · [\d,]+ vertices")
+        self.assertEqual(kind, "pill exact")
+        shown = self.page.js(
+            "const {stage} = haarfield, chair = [...stage.objects.values()].at(-1), mesh = chair.children[0];"
+            "chair.remove(mesh); haarfield.connection.on.frame({...haarfield.stats.last, objects: new Map()});"
+            "try { " + status + " } finally { chair.add(mesh); }")
+        self.assertEqual(shown, ["loading 1 of 3 objects", "pill moving"])
+        self.page.wait_exact(self.page.send("select", object=None))
 
     def test_materials_change_in_the_panel(self):
         self.page.js("document.getElementById('material').value = 'parquet'; haarfield.panel.showMaterial()")
@@ -388,7 +448,6 @@ class PageTest(unittest.TestCase):
             self.assertEqual(done["files"], ["room_view.png", "room_view.exr"])
             # Of the scene's own size, which is smaller.
             small = os.path.join(self.server.folder, "small.png")
-            from PIL import Image
             with Image.open(shot) as image:
                 self.assertEqual(image.size, (640, 480))
                 image.convert("RGB").resize((160, 120), Image.BOX).save(small)
@@ -456,12 +515,17 @@ class OwnServerTest(unittest.TestCase):
         self.addCleanup(server.stop)
         return server, browser, view.Page(browser, server.url)
 
-    def test_the_page_says_so_when_the_server_is_gone(self):
-        server, _, page = self.opened()
+    def test_the_page_stops_trying_to_reach_a_server_that_has_ended(self):
+        server, browser, page = self.opened()
+        page.js("haarfield.connection.patience = 2")
         self.assertEqual(server.stop(), 0)
         page.wait("return !document.getElementById('lost').hidden")
-        page.wait("return document.getElementById('lost-text').textContent.includes('ended')")
-        self.assertEqual(page.js("return 1 + 1"), 2)
+        page.wait("return document.getElementById('lost-text').textContent.includes('has ended')")
+        page.js("window.lastSocket = haarfield.connection.socket")
+        time.sleep(2.5)
+        self.assertTrue(page.js("return window.lastSocket === haarfield.connection.socket"))
+        browser.find_element(By.ID, "reconnect").click()
+        page.wait("return window.lastSocket !== haarfield.connection.socket")
 
     def compare(self, *options):
         """Makes the reference: how often light bounces in it, whether so in its scene, and what the page says."""
@@ -472,8 +536,21 @@ class OwnServerTest(unittest.TestCase):
                   " document.getElementById('compare-image').naturalWidth === 48")
         with open(os.path.join(server.output, "reference", "room_reference.pov")) as file:
             goes_on = "goes on from surface to surface" in file.read()
-        return (done["bounces"], goes_on,
-                [browser.find_element(By.ID, side + "-light").text for side in ("reference", "view")])
+        said = [browser.find_element(By.ID, side + "-light").text for side in ("reference", "view")]
+        self.assert_compares_one_view(browser, page)
+        return done["bounces"], goes_on, said
+
+    def assert_compares_one_view(self, browser, page):
+        """Its labels are below the toolbar; it ends with the view, and the button returns to it."""
+        label, tools = (browser.find_element(By.ID, id).rect for id in ("reference-light", "tools"))
+        self.assertGreaterEqual(label["y"], tools["y"] + tools["height"])
+        browser.find_element(By.ID, "canvas").send_keys(Keys.SHIFT, Keys.ARROW_RIGHT)
+        page.wait("return document.getElementById('compare').hidden")
+        browser.find_element(By.ID, "compare-button").click()
+        page.wait("return !document.getElementById('compare').hidden &&"
+                  " haarfield.stage.isAt(haarfield.panel.reference.view)")
+        page.send("exposure", stops=1)
+        page.wait("return document.getElementById('reference-light').textContent.includes('earlier state')")
 
     def test_bounces_are_compared_with_a_bounce(self):
         bounces, goes_on, said = self.compare()

@@ -1,14 +1,14 @@
-// The line to the session: messages of PROTOCOL.md out, texts and frames in; tried again where it is lost.
+// The connection to the session: sends messages of PROTOCOL.md, receives texts and frames, and reconnects.
 
 const retryAfter = 1000; // [ms]
 
 export class Connection {
-  // on: {open, text(message), frame(frame), lost(tries)}
+  // on: {open, text(message), frame(frame), lost(seconds, isFinal)}
   constructor(on) {
     this.on = on;
+    this.patience = 30; // [s] after which a lost server counts as ended
     this.number = 0;
     this.gesture = 0;
-    this.tries = 0;
     this.waiting = new Map(); // by kind: what is sent with the next picture
     this.sentAt = new Map(); // by number [ms]
     this.connect();
@@ -20,7 +20,7 @@ export class Connection {
     const socket = (this.socket = new WebSocket(url));
     socket.binaryType = 'arraybuffer';
     socket.onopen = () => {
-      this.tries = 0;
+      this.lostAt = undefined;
       this.sentAt.clear();
       this.on.open();
     };
@@ -30,9 +30,18 @@ export class Connection {
       this.on.frame(frame);
     };
     socket.onclose = () => {
-      this.on.lost(++this.tries);
-      setTimeout(() => this.connect(), retryAfter);
+      this.lostAt ??= performance.now();
+      const seconds = (performance.now() - this.lostAt) / 1000;
+      const isFinal = seconds >= this.patience;
+      this.on.lost(seconds, isFinal);
+      if (!isFinal) setTimeout(() => this.connect(), retryAfter);
     };
+  }
+
+  // Starts again after the last attempt.
+  retry() {
+    this.lostAt = undefined;
+    this.connect();
   }
 
   get isOpen() {

@@ -4,7 +4,13 @@ import { Panel } from './panel.js';
 import { Stage } from './stage.js';
 
 const element = (id) => document.getElementById(id);
-const words = { moving: 'transfer vectors, coarser while moving', quick: 'shaded by fields', exact: 'exact' };
+// What is known of the colours, by exactness. Between vertices nothing is known.
+const words = {
+  moving: ['transfer vectors, coarser while moving', 'The colours follow your hand by precomputed transfer vectors.'],
+  quick: ['shaded by fields', 'Occlusion by other objects is interpolated from visibility fields.'],
+  exact: ['as baked', 'Every vertex has the colour that `haarfield bake` computes for it. ' +
+    'Colours are interpolated between vertices: shadow edges are only as sharp as the mesh is fine.'],
+};
 const jobs = { vectors: 'vectors', shading: 'shading', exact: 'making it exact', ahead: 'preparing' };
 
 let steers = false;
@@ -19,9 +25,13 @@ const connection = new Connection({
   open() {
     element('lost').hidden = true;
   },
-  lost(tries) {
+  lost(seconds, isFinal) {
     element('lost').hidden = false;
-    element('lost-text').textContent = tries > 4 ? 'haarfield view seems to have ended. Still trying …' : 'Trying again …';
+    element('lost-text').textContent = isFinal
+      ? `No answer from ${location.host} for ${Math.round(seconds)} s: haarfield view has ended. ` +
+        'Start it again and open the address that it prints; each run has a new one.'
+      : 'Reconnecting …';
+    element('reconnect').hidden = !isFinal;
     stage.hasColours = false;
   },
   text(message) {
@@ -37,15 +47,27 @@ const connection = new Connection({
       stats.applied.push(took);
       stats.server.push(frame.milliseconds);
     }
-    element('exactness').className = 'pill ' + frame.exactness;
-    element('exactness').textContent = words[frame.exactness];
+    showStatus();
     waiting = frame.frame;
   },
 });
 
+function showStatus() {
+  const missing = stage.missing();
+  const isComplete = stats.last && missing === 0;
+  const [text, title] = isComplete
+    ? words[stats.last.exactness]
+    : [`loading ${missing} of ${stage.objects.size} objects`, 'Meshes and colours are on their way.'];
+  element('exactness').className = 'pill ' + (isComplete ? stats.last.exactness : 'moving');
+  element('exactness').textContent = isComplete ? `${text} · ${stage.vertices().toLocaleString('en')} vertices` : text;
+  element('exactness').title = title;
+}
+
 let waiting = 0; // the frame that is shown with the next picture
 
 const stage = new Stage(element('canvas'), {
+  moved: () => panel.viewMoved(),
+  arrived: showStatus,
   look: (lookGesture) => steers && connection.sendSoon('look', { gesture: lookGesture, ...looking() }),
   gesture: () => (gesture = connection.newGesture()),
   place: (id, change) => connection.sendSoon('place', { object: id, gesture, ...change }),
@@ -103,11 +125,13 @@ function takeState(message) {
   if (message.objects) {
     stage.setObjects(message.objects);
     panel.setObjects(message.objects, stage.chosen);
+    if (stats.last) showStatus();
   }
   if (message.materials) panel.setMaterials(message.materials);
   if (message.lights) panel.setLights(message.lights);
   if (message.light) setLight(message.light);
   element('undo').disabled = !(steers && message.can_undo);
+  panel.setContent(message);
   element('redo').disabled = !(steers && message.can_redo);
 }
 
@@ -160,6 +184,11 @@ const receivers = {
   },
 };
 
+element('reconnect').onclick = () => {
+  element('reconnect').hidden = true;
+  element('lost-text').textContent = 'Reconnecting …';
+  connection.retry();
+};
 element('steer').onclick = () => connection.send('steer');
 
 // Pictures: what hands did since the last one is sent first, and a frame is taken as shown once it is drawn.

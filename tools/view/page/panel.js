@@ -29,6 +29,8 @@ export class Panel {
     this.on = on;
     this.materials = {};
     this.lights = [];
+    this.content = {}; // objects, light and materials as the session has told them
+    this.reference = null; // that is computed or shown: view, and content as text
     this.listenToLight();
     this.listenToObject();
     this.listenToKeep();
@@ -98,6 +100,9 @@ export class Panel {
         return this.notice(trouble);
       }
       this.sendLights(JSON.parse(text).light, '');
+      if (/\.(jpe?g|png|webp|bmp|tga)$/i.test(file.name))
+        this.notice(`${file.name} is an 8-bit image: its values are sRGB, and nothing in it is brighter than 1. ` +
+          'A panorama with the full range of the sun or of lamps gives sharper shadows.', true, 8000);
     }
   }
 
@@ -116,7 +121,7 @@ export class Panel {
       image.alt = '';
       image.src = 'thumbnail/' + encodeURIComponent(name);
       const label = document.createElement('span');
-      label.textContent = name.replace(/\.(exr|hdr)$/i, '');
+      label.textContent = name.replace(/\.[a-z]+$/i, '');
       button.append(image, label);
       button.onclick = () => this.sendLights(name, element('second').value);
       box.append(button);
@@ -177,6 +182,12 @@ export class Panel {
     this.choosesNew = false;
     this.count = objects.length;
     for (const id of ['clone', 'delete', 'frame-object']) element(id).disabled = chosen === null;
+  }
+
+  // Selects the object after the selected one, or before it, in the order of the list.
+  chooseNext(step) {
+    const ids = (this.content.objects ?? []).map(({ id }) => id), at = ids.indexOf(this.on.stage.chosen);
+    if (ids.length > 0) this.on.choose(ids[at < 0 ? (step > 0 ? 0 : ids.length - 1) : (at + step + ids.length) % ids.length]);
   }
 
   choose(id, material) {
@@ -266,12 +277,36 @@ export class Panel {
       element(task).onclick = () => this.on.send('start', { task });
     element('task-cancel').onclick = () => this.on.send('cancel');
     element('compare-button').onclick = () => this.compare(element('compare').hidden);
+    element('reference').addEventListener('click', () => this.beginReference());
     element('compare-slider').oninput = ({ target }) =>
       (element('compare-image').style.clipPath = `inset(0 ${100 - target.value / 10}% 0 0)`);
     window.addEventListener('resize', () => this.placeComparison());
   }
 
+  beginReference() {
+    this.reference = { view: this.on.stage.view(), content: JSON.stringify(this.content) };
+  }
+
+  // Keeps what a reference shows of the scene.
+  setContent({ objects, light, materials }) {
+    for (const [key, value] of Object.entries({ objects, light, materials })) if (value) this.content[key] = value;
+    this.labelReference();
+  }
+
+  labelReference() {
+    if (!this.reference?.light) return;
+    const isStale = this.reference.content !== JSON.stringify(this.content);
+    element('reference-light').textContent =
+      (isStale ? 'reference of an earlier state of the scene: ' : 'reference: ') + this.reference.light;
+  }
+
+  // Ends a comparison whose reference shows another view.
+  viewMoved() {
+    if (!element('compare').hidden && !this.on.stage.isAt(this.reference.view)) this.compare(false);
+  }
+
   compare(isShown) {
+    if (isShown && !this.on.stage.isAt(this.reference.view)) this.on.stage.lookFrom(this.reference.view);
     element('compare').hidden = !isShown;
     element('compare-button').setAttribute('aria-pressed', isShown);
     this.placeComparison();
@@ -279,11 +314,18 @@ export class Panel {
 
   placeComparison() {
     const box = this.on.stage.pictureBox();
-    for (const side of ['left', 'top', 'width', 'height']) element('compare').style[side] = box[side] + 'px';
+    const { style } = element('compare'), { bottom } = element('tools').getBoundingClientRect();
+    for (const side of ['left', 'top', 'width', 'height']) style[side] = box[side] + 'px';
+    // Labels below the toolbar, the slider above the status.
+    const stage = element('stage').getBoundingClientRect(), status = element('status').getBoundingClientRect();
+    style.setProperty('--label-top', Math.max(8, bottom - stage.top + 8 - box.top) + 'px');
+    style.setProperty('--slider-bottom', Math.max(8, box.top + box.height - (status.top - stage.top) + 8) + 'px');
   }
 
   setTask(message) {
     const isRunning = message.state === 'running';
+    // Another page, or a program, may have started it.
+    if (message.task === 'reference' && isRunning && (!this.reference || this.reference.light)) this.beginReference();
     element('task').hidden = !isRunning;
     element('task-name').textContent = message.task + (message.stage ? ': ' + message.stage : '');
     element('task-bar').style.width = 100 * (message.share ?? 0) + '%';
@@ -300,8 +342,12 @@ export class Panel {
     if (message.task === 'reference') {
       element('compare-image').src = 'made/reference.png?' + Date.now();
       element('compare-button').disabled = false;
-      element('reference-light').textContent = 'reference: ' + lightOf(message.bounces);
+      if (!this.reference || this.reference.light) this.beginReference();
+      this.reference.light = lightOf(message.bounces);
+      this.labelReference();
       element('view-light').textContent = 'this view: ' + lightOf(this.bounces);
+      if (!this.on.stage.isAt(this.reference.view))
+        return this.notice('The reference is done. Compare returns to its view.', true, 8000);
       this.compare(true);
     }
     this.notice(`${message.task} is done.`, true);
@@ -310,7 +356,7 @@ export class Panel {
   listenToKeys() {
     const tools = { v: 'look', w: 'translate', e: 'rotate', r: 'scale', l: 'light' };
     window.addEventListener('keydown', (event) => {
-      if (event.target.matches('input, select, textarea')) return;
+      if (event.target.matches('input, select, textarea') || element('keys').open) return;
       const key = event.key.toLowerCase();
       if (event.ctrlKey || event.metaKey) {
         if (key === 'z') this.on.send(event.shiftKey ? 'redo' : 'undo');
@@ -321,9 +367,20 @@ export class Panel {
       } else if (tools[key]) this.on.tool(tools[key]);
       else if (key === 'd') this.clone();
       else if (key === 'delete' || key === 'backspace') this.remove();
+      else if (key === '?') element('keys').showModal();
+      else if (key === 'n') this.chooseNext(event.shiftKey ? -1 : 1);
       else if (key === 'f') this.on.stage.lookAtObject(this.on.stage.chosen);
       else if (key === 'escape') this.on.choose(null);
     });
+    // Before OrbitControls, which pans by arrows.
+    window.addEventListener('keydown', (event) => {
+      if (event.target.matches('input, select, textarea') || element('keys').open) return;
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      if (!this.on.stage.nudge(event.key.toLowerCase(), event.shiftKey, event.repeat)) return;
+      event.preventDefault();
+      event.stopImmediatePropagation();
+    }, true);
+    element('show-keys').onclick = () => element('keys').showModal();
   }
 
   notice(text, isGood = false, time = isGood ? 4000 : 8000) {

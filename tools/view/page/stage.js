@@ -7,7 +7,15 @@ import { backgroundMaterial, shared, surfaceMaterial } from './shaders.js';
 const fadeTime = 250; // [ms], from coarser colours to exact ones
 const keyTurn = 0.08; // [rad] a key press
 const keyZoom = 1.1;
+const keyAngle = (5 * Math.PI) / 180; // [rad] by which a key press turns an object or the light
+const keyScale = 1.05;
 const lookPause = 500; // [ms], after which keys and wheel begin another gesture
+
+// Of a key: to the right, away from the eye, upwards.
+const keyDirections = {
+  arrowleft: [-1, 0, 0], arrowright: [1, 0, 0], arrowup: [0, 1, 0], arrowdown: [0, -1, 0],
+  pageup: [0, 0, 1], pagedown: [0, 0, -1],
+};
 
 async function fetched(path) {
   const response = await fetch(path);
@@ -16,7 +24,8 @@ async function fetched(path) {
 }
 
 export class Stage {
-  // on: {look(gesture), place(id, change), placed(id), turnLight(quaternion), pick(id, part), gesture()}
+  // on: {look(gesture), moved(), place(id, change), placed(id), turnLight(quaternion), pick(id, part), gesture(),
+  //      arrived()}
   constructor(canvas, on) {
     this.canvas = canvas;
     this.on = on;
@@ -30,6 +39,7 @@ export class Stage {
     this.camera = new THREE.PerspectiveCamera(35, 1, 0.01, 1000);
     this.picture = { fov: 35, aspect: 4 / 3 }; // of the scene's camera
     this.objects = new Map(); // by id: THREE.Group
+    this.colours = new Map(); // by id: of the last frame
     this.entities = [];
     this.meshes = []; // by entity: promise of geometry and materials
     this.looks = {}; // isPressed, gesture, time of the last change [ms]
@@ -55,6 +65,7 @@ export class Stage {
     this.orbit.minDistance = 0.01;
     this.orbit.addEventListener('change', () => {
       this.dirty = true;
+      this.on.moved();
       if (!this.isPlacing) this.on.look(this.lookGesture());
     });
     this.canvas.addEventListener('pointerdown', ({ isPrimary }) => {
@@ -136,6 +147,46 @@ export class Stage {
     this.orbit.update();
   }
 
+  // Moves, turns or scales the selected object, or turns the light, by a key. True if the key has this use.
+  nudge(key, isFine, isRepeated) {
+    const [right, away, up] = keyDirections[key] ?? [0, 0, 0];
+    const object = this.tool === 'light' ? this.lightHandle : this.objects.get(this.chosen);
+    if (!keyDirections[key] || this.tool === 'look' || !object || !this.isSteering) return false;
+    if (!isRepeated) {
+      this.on.placed(); // each key press is a step of its own
+      this.on.gesture();
+    }
+    this.gizmo.attach(object);
+    const amount = isFine ? 0.1 : 1, axis = this.floorAxis();
+    const side = new THREE.Vector3(-axis.z, 0, axis.x);
+    if (this.tool === 'translate') {
+      const step = amount * this.keyStep();
+      object.position.addScaledVector(side, right * step).addScaledVector(axis, away * step);
+      object.position.y += up * step;
+    } else if (this.tool === 'scale') {
+      object.scale.multiplyScalar(keyScale ** (amount * (right + away + up)));
+    } else {
+      const turn = new THREE.Quaternion().setFromAxisAngle(new THREE.Vector3(0, 1, 0), amount * (right + up) * keyAngle);
+      turn.multiply(new THREE.Quaternion().setFromAxisAngle(side, -amount * away * keyAngle));
+      object.quaternion.premultiply(turn).normalize();
+    }
+    this.onGizmo();
+    return true;
+  }
+
+  // The horizontal world axis that points away from the eye most.
+  floorAxis() {
+    const { x, z } = this.orbit.target.clone().sub(this.camera.position);
+    return Math.abs(x) > Math.abs(z) ? new THREE.Vector3(Math.sign(x), 0, 0) : new THREE.Vector3(0, 0, Math.sign(z) || 1);
+  }
+
+  // How far a key press moves an object: about 1/50 of the viewing distance, as 1, 2 or 5 times a power of ten. [m]
+  keyStep() {
+    const wanted = this.camera.position.distanceTo(this.orbit.target) / 50;
+    const power = 10 ** Math.floor(Math.log10(wanted));
+    return power * [5, 2, 1].find((digit) => digit * power <= wanted * 1.0001);
+  }
+
   setTool(tool) {
     this.tool = tool;
     this.showGizmo();
@@ -214,7 +265,8 @@ export class Stage {
       let group = this.objects.get(described.id);
       if (!group) {
         group = new THREE.Group();
-        group.userData = { id: described.id, entity: described.entity };
+        // An undone deletion needs no new frame: the last one still has the colours.
+        group.userData = { id: described.id, entity: described.entity, colours: this.colours.get(described.id) };
         this.objects.set(described.id, group);
         this.scene.add(group);
         this.dress(group);
@@ -283,6 +335,7 @@ export class Stage {
   // Shows a frame: at once, or faded in where it is exact and another was there.
   show(frame) {
     const fades = frame.exactness === 'exact' && this.hasColours && !matchMedia('(prefers-reduced-motion: reduce)').matches;
+    this.colours = frame.objects;
     for (const [id, colours] of frame.objects) {
       const group = this.objects.get(id);
       if (!group) continue;
@@ -315,7 +368,9 @@ export class Stage {
         else delete material.defines.OVER;
         material.needsUpdate = true;
       }
-    if (group.children.length === 0) group.add(new THREE.Mesh(geometry, materials));
+    if (group.children.length > 0) return;
+    group.add(new THREE.Mesh(geometry, materials));
+    this.on.arrived();
   }
 
   // What the session says of the light.
@@ -348,6 +403,34 @@ export class Stage {
       THREE.RepeatWrapping, THREE.ClampToEdgeWrapping, THREE.LinearFilter, THREE.LinearFilter);
     texture.needsUpdate = true;
     return texture;
+  }
+
+  // Where the camera is: position and target.
+  view() {
+    return { position: this.camera.position.toArray(), target: this.orbit.target.toArray() };
+  }
+
+  isAt({ position, target }) {
+    const near = 1e-4 * this.camera.position.distanceTo(this.orbit.target);
+    return this.camera.position.distanceTo(new THREE.Vector3().fromArray(position)) < near &&
+      this.orbit.target.distanceTo(new THREE.Vector3().fromArray(target)) < near;
+  }
+
+  lookFrom({ position, target }) {
+    this.looks = {};
+    this.camera.position.fromArray(position);
+    this.orbit.target.fromArray(target);
+    this.orbit.update();
+  }
+
+  // The number of vertices of all objects.
+  vertices() {
+    return [...this.objects.values()].reduce((sum, { userData }) => sum + this.entities[userData.entity].vertices, 0);
+  }
+
+  // The number of objects whose mesh or colours have not arrived.
+  missing() {
+    return [...this.objects.values()].filter((group) => group.children.length === 0).length;
   }
 
   setCamera({ position, target, vertical_fov, width, height }) {
