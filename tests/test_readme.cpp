@@ -1,37 +1,158 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 
 #include "scenes/scene_reader.h"
+#include "scenes/scene_writer.h"
 #include "tests/fixtures/test_folder.h"
 
 namespace haarfield {
 namespace {
 
-std::string readme() {
-    return text_of(std::filesystem::path(HAARFIELD_SOURCE_DIR) / "README.md");
+const std::filesystem::path source = HAARFIELD_SOURCE_DIR;
+
+/// The README and the pages that it links to for users.
+const std::vector<std::string> pages{"README.md",
+                                     "scenes/SCENE_FILE.md",
+                                     "tools/README.md",
+                                     "tools/farm/README.md",
+                                     "tools/python/README.md",
+                                     "tools/blender/README.md",
+                                     "tools/view/README.md",
+                                     "bridge/README.md",
+                                     "fields/field/README.md",
+                                     "tests/bench/RESULTS.md",
+                                     "shading/PAPER.md"};
+
+/// Pages whose commands run as they are written.
+const std::vector<std::string> pages_with_commands{"README.md", "scenes/SCENE_FILE.md", "tools/README.md",
+                                                   "tools/farm/README.md", "tools/view/README.md"};
+
+std::string page(const std::string& name) {
+    return text_of(source / name);
 }
 
-/// The scene file that the README has its readers save.
+/// All pages, one after the other.
+std::string all_pages() {
+    std::string text;
+    for (const std::string& name : pages) text += "\n" + page(name);
+    return text;
+}
+
+/// The scene file that the page of scene files has its readers save.
 std::string first_scene() {
-    const std::string text = readme();
-    const std::size_t start = text.find("    [entities.chair]"), end = text.find("Saved as `first.toml`");
+    const std::string text = page("scenes/SCENE_FILE.md");
+    const std::size_t start = text.find("    [entities.chair]"), end = text.find("Save this as `first.toml`");
     EXPECT_TRUE(start < end && end != std::string::npos);
     return text.substr(start, end - start);
 }
 
+TEST(Readme, IsShort) {
+    std::istringstream text(page("README.md"));
+    const auto words = std::distance(std::istream_iterator<std::string>(text), {});
+    EXPECT_GE(words, 600);
+    EXPECT_LE(words, 900);
+}
+
 TEST(Readme, FirstSceneCanBeRead) {
     const TestFolder folder;
-    std::filesystem::create_directory_symlink(std::filesystem::path(HAARFIELD_SOURCE_DIR) / "scenes",
-                                              folder / "scenes");
+    std::filesystem::create_directory_symlink(source / "scenes", folder / "scenes");
     write_text(folder / "first.toml", first_scene());
     const Result<Scene> scene = read_scene(folder / "first.toml");
     ASSERT_TRUE(scene) << scene.error().message();
     EXPECT_EQ(scene->instances.size(), 1u);
+}
+
+/// A row of a table of keys on the page of scene files.
+struct KeyRow {
+    std::string section;  ///< As in its heading: `[camera]`, `sky`.
+    std::string keys;     ///< The first cell.
+    std::string value;    ///< The default, if it is TOML; else empty.
+};
+
+/// The names in backticks in a text.
+std::vector<std::string> names_in(const std::string& text) {
+    std::vector<std::string> names;
+    const std::regex name("`([a-z_]+)`");
+    for (std::sregex_iterator match(text.begin(), text.end(), name), end; match != end; ++match)
+        names.push_back((*match)[1]);
+    return names;
+}
+
+std::vector<KeyRow> key_rows() {
+    std::vector<KeyRow> rows;
+    std::string section;
+    const std::regex heading("##+ `(.*)`|The table `(pigment)` has .*"),
+        row("\\| (`[a-z_]+`.*?) \\| (?:`([^`]*)`|[^|]*) \\| .*");
+    std::istringstream text(page("scenes/SCENE_FILE.md"));
+    std::smatch match;
+    for (std::string line; std::getline(text, line);) {
+        if (std::regex_match(line, match, heading))
+            section = match[1].str() + match[2].str();
+        else if (std::regex_match(line, match, row))
+            rows.push_back({section, match[1], match[2]});
+    }
+    return rows;
+}
+
+TEST(Readme, ScenePageHasTheKeysThatScenesHave) {
+    std::set<std::string> documented, read;
+    for (const KeyRow& row : key_rows())
+        for (const std::string& key : names_in(row.keys)) documented.insert(key);
+    for (const char* root :
+         {"camera", "environment", "materials", "entities", "instances", "lights", "keyframes"})
+        documented.insert(root);
+    const std::regex key("\\btake\\w*(?:<[^>]*>)?\\((?:\\w+, )?\"(\\w+)\"");
+    for (const char* file : {"scenes/scene_reader.cpp", "scenes/lamp_reader.cpp", "scenes/povray_finish.h"}) {
+        const std::string text = page(file);
+        for (std::sregex_iterator match(text.begin(), text.end(), key), end; match != end; ++match)
+            read.insert((*match)[1]);
+    }
+    EXPECT_GT(read.size(), 60u);
+    EXPECT_EQ(documented, read);
+}
+
+/// A scene with every table; `line` is added to the table of a section.
+std::string scene_with(const std::string& section, const std::string& key, const std::string& line) {
+    const auto added = [&](const char* name) { return section == name ? line + "\n" : std::string(); };
+    const std::string spot = key == "kind" ? "" : "kind = \"spot\"\ntarget = [0, 0, 0]\n";
+    return "[camera]\nposition = [0, 1, 5]\ntarget = [0, 0, 0]\n" + added("[camera]") +  //
+           "[environment]\n" + added("[environment]") +                                  //
+           "[environment.sky]\n" + added("sky") +                                        //
+           "[materials.plain]\n" + added("[materials.NAME]") +                           //
+           "[materials.povray]\npigment = [0.5, 0.5, 0.5]\n" +                           //
+           "[materials.povray.finish]\n" + added("finish") +                             //
+           "[materials.oak.pigment]\nimage = \"oak.png\"\n" + added("pigment") +         //
+           "[entities.box]\nmesh = \"box.obj\"\n" + added("[entities.NAME]") +           //
+           "[[instances]]\nentity = \"box\"\n" + added("[[instances]]") +                //
+           "[[lights]]\nposition = [0, 2, 0]\n" + spot + added("[[lights]]") +           //
+           "[lights.area]\nacross = [1, 0, 0]\nalong = [0, 0, 1]\n" + added("area");
+}
+
+TEST(Readme, ScenePageHasTheDefaultsThatScenesHave) {
+    const TestFolder folder;
+    write_text(folder / "oak.png", "");
+    write_text(folder / "box.obj", "");
+    const auto text = [&](const KeyRow& row, const std::string& key, const std::string& line) {
+        write_text(folder / "scene.toml", scene_with(row.section, key, line));
+        const Result<Scene> scene = read_scene(folder / "scene.toml");
+        EXPECT_TRUE(scene) << key << ": " << scene.error().message();
+        return scene ? scene_text(*scene, folder.path()) : std::string();
+    };
+    int count = 0;
+    for (const KeyRow& row : key_rows()) {
+        const std::string key = names_in(row.keys).front();
+        if (row.value.empty()) continue;
+        EXPECT_EQ(text(row, key, key + " = " + row.value), text(row, key, "")) << row.section;
+        ++count;
+    }
+    EXPECT_GT(count, 35);
 }
 
 /// A scene with few vertices and samples, and a small picture.
@@ -46,11 +167,10 @@ std::string made_small(std::string text) {
                               "$1fine_vertices = 2000\nplanar_samples = 1000\nspherical_samples = 1000\n");
 }
 
-/// Every line of the code blocks that runs the program, as it stands there, in a folder where the project's
-/// scenes are small.
+/// Runs every line of the code blocks that runs the program, as it is written, in a folder where the
+/// project's scenes are small.
 TEST(Readme, CommandsDoWhatTheySay) {
     const TestFolder folder;
-    const std::filesystem::path source = HAARFIELD_SOURCE_DIR;
     std::filesystem::create_directories(folder / "build/release");
     std::filesystem::create_symlink(HAARFIELD_PROGRAM, folder / "build/release/haarfield");
     std::filesystem::create_directory(folder / "scenes");
@@ -58,31 +178,40 @@ TEST(Readme, CommandsDoWhatTheySay) {
     for (const auto& entry : std::filesystem::directory_iterator(source / "scenes"))
         if (entry.path().extension() == ".toml")
             write_text(folder / "scenes" / entry.path().filename(), made_small(text_of(entry.path())));
+    write_text(folder / "first.toml",
+               made_small(std::regex_replace(first_scene(), std::regex("\n    "), "\n")));
 
     std::set<std::string> commands;
-    const std::string text = readme();
     const std::regex line("\n    build/release/haarfield (\\w+) [^\n]*");
-    for (std::sregex_iterator match(text.begin(), text.end(), line), end; match != end; ++match) {
-        commands.insert((*match)[1]);
-        if ((*match)[1] == "view")
-            continue;  // serves until it is interrupted: view/test_view_page.py runs it
-        const std::string command = match->str().substr(5);
-        EXPECT_EQ(std::system(("cd '" + folder.path().string() + "' && " + command + " > said 2>&1").c_str()),
-                  0)
-            << command << '\n'
-            << text_of(folder / "said");
-        if ((*match)[1] == "import")
-            write_text(folder / "out/first/chair.toml", made_small(text_of(folder / "out/first/chair.toml")));
+    for (const std::string& name : pages_with_commands) {
+        const std::string text = page(name);
+        for (std::sregex_iterator match(text.begin(), text.end(), line), end; match != end; ++match) {
+            commands.insert((*match)[1]);
+            if ((*match)[1] == "view")
+                continue;  // serves until it is interrupted: view/test_view_page.py runs it
+            const std::string command = match->str().substr(5);
+            EXPECT_EQ(
+                std::system(("cd '" + folder.path().string() + "' && " + command + " > said 2>&1").c_str()),
+                0)
+                << command << '\n'
+                << text_of(folder / "said");
+            if ((*match)[1] == "import")
+                write_text(folder / "out/first/chair.toml",
+                           made_small(text_of(folder / "out/first/chair.toml")));
+        }
     }
-    EXPECT_EQ(commands, (std::set<std::string>{"bake", "compare", "import", "reference", "relight", "view"}));
+    EXPECT_EQ(commands, (std::set<std::string>{"bake", "compare", "import", "plan", "reference", "relight",
+                                               "status", "view"}));
     for (const char* file :
          {"baked.png", "baked.exr", "chair.pov", "chair_Chair.inc", "chair.ply", "report.html"})
         EXPECT_TRUE(std::filesystem::is_regular_file(folder / "out/first" / file)) << file;
     EXPECT_TRUE(std::filesystem::is_directory(folder / "out/first/fields"));
+    EXPECT_TRUE(std::filesystem::is_regular_file(folder / "out/lacquer/baked.png"));
     EXPECT_TRUE(std::filesystem::is_regular_file(folder / "out/spin/frame_0024.png"));
+    EXPECT_TRUE(std::filesystem::is_regular_file(folder / "out/plan/slurm.sh"));
 }
 
-/// What `haarfield COMMAND --help` says.
+/// Returns what `haarfield COMMAND --help` prints.
 std::string help_of(const std::string& command) {
     const TestFolder folder;
     const std::string file = (folder / "help").string();
@@ -90,7 +219,7 @@ std::string help_of(const std::string& command) {
     return text_of(file);
 }
 
-/// The options that a text names in code, each once.
+/// Returns the options that a text names in code, each once.
 std::set<std::string> options_in(const std::string& text) {
     std::set<std::string> options;
     const std::regex option("[ `](--[a-z][a-z-]+)");
@@ -104,7 +233,7 @@ bool has_option(const std::string& help, const std::string& option) {
 }
 
 TEST(Readme, CommandsHaveTheOptionsThatTheirRowsName) {
-    const std::string text = readme();
+    const std::string text = page("README.md") + page("tools/README.md");
     std::set<std::string> commands;
     // | `info FIELD.vdb`, `verify FIELD.vdb` | what they do |
     const std::regex row("\n\\| ((?:(?:, )?`[a-z]+ [A-Z][^`|]*`)+) \\| ([^\n]*)"), name("`([a-z]+) ");
@@ -122,7 +251,7 @@ TEST(Readme, CommandsHaveTheOptionsThatTheirRowsName) {
                                                "residual", "status", "verify", "view", "work"}));
 }
 
-/// Outside of these rows and of the code blocks, by the commands that the text means.
+/// Outside of these rows and of the code blocks, by the commands that the pages mean.
 TEST(Readme, NamesNoOptionThatItsCommandsLack) {
     const std::set<std::string> all{"bake",    "budget", "compare",    "import",    "info",    "join",
                                     "library", "plan",   "precompute", "reference", "relight", "residual",
@@ -133,6 +262,19 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--report", all},
         {"--quiet", all},
         {"--unsandboxed", all},
+        {"--threads", all},
+        {"--depth", {"bake"}},
+        {"--evaluator", {"bake"}},
+        {"--pass", {"bake"}},
+        {"--original-vertices", {"bake", "precompute"}},
+        {"--radiosity", {"reference"}},
+        {"--rotate", {"relight"}},
+        {"--movie", {"relight"}},
+        {"--json", {"info", "library", "status"}},
+        {"--dry-run", {"library"}},
+        {"--unused-for", {"library"}},
+        {"--shrink-to", {"library"}},
+        {"--task-seconds", {"plan"}},
         {"--frame", {"bake", "budget", "reference", "relight"}},
         {"--visibility-error", make_fields},
         {"--allow-unsealed", {"bake", "budget", "precompute", "relight", "info", "verify"}},
@@ -140,7 +282,6 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--occlusion-error", {"bake"}},
         {"--reach", {"bake", "relight"}},
         {"--refine", {"bake"}},
-        {"--floor", {"import"}},
         {"--format", {"bake", "relight"}},
         {"--colours", {"bake"}},
         {"--vertex-budget", {"bake"}},
@@ -150,7 +291,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--keyframes", {"relight"}},
         {"--fields", make_fields},
         {"--bounces", {"bake", "budget", "reference", "relight", "view"}},
-        {"--lights", {"reference"}},
+        {"--lights", {"reference", "view"}},
         {"--relative-error", {"reference"}},
         {"--listen", {"view"}},
         {"--hook", {"plan"}},
@@ -162,17 +303,16 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
     std::map<std::string, std::string> help;
     for (const std::string& command : all) help[command] = help_of(command);
 
-    std::string text = std::regex_replace(readme(), std::regex("\n    [^\n]*"), "");
+    std::string text = std::regex_replace(all_pages(), std::regex("\n    [^\n]*"), "");
     text = std::regex_replace(text, std::regex("\n\\| `[a-z]+ [A-Z][^\n]*"), "");
-    text = std::regex_replace(text, std::regex("`cmake [^`]*`"), "");
+    text = std::regex_replace(text, std::regex("`(?:cmake|tools/)[^`]*`"), "");
     std::set<std::string> named = options_in(text);
     for (const auto& [option, commands] : meant) {
         EXPECT_EQ(named.erase(option), 1u) << option << " is named no more";
         for (const std::string& command : commands)
             EXPECT_TRUE(has_option(help.at(command), option)) << command << " has no " << option;
     }
-    const std::string scripts =
-        text_of(std::filesystem::path(HAARFIELD_SOURCE_DIR) / "tools/farm/plan_scripts.cpp");
+    const std::string scripts = page("tools/farm/plan_scripts.cpp");
     for (const char* option : {"--tasks-per-job", "--at-once", "--most-jobs"}) {
         EXPECT_EQ(named.erase(option), 1u) << option << " is named no more";
         EXPECT_NE(scripts.find(std::string(option) + "=*)"), std::string::npos) << option;
@@ -182,14 +322,49 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
     for (const std::string& option : named) ADD_FAILURE() << "whose option is " << option << '?';
 }
 
-TEST(Readme, NamesOnlyFilesThatThereAre) {
-    const std::string text = readme();
-    const std::regex file("((?:fields|shading|scenes|bridge|tools|tests)/[a-z0-9_/]+(?:\\.[a-z]+)?)");
+TEST(Readme, PagesNameOnlyFilesThatExist) {
+    const std::regex file("((?:fields|shading|scenes|bridge|tools|tests)/[a-z0-9_/-]+(?:\\.[a-z]+)?)"),
+        link("\\]\\(([^)#]+)\\)");
     int count = 0;
-    for (std::sregex_iterator match(text.begin(), text.end(), file), end; match != end; ++match, ++count)
-        EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(HAARFIELD_SOURCE_DIR) / (*match)[1].str()))
-            << (*match)[1];
-    EXPECT_GE(count, 15);
+    for (const std::string& name : pages) {
+        const std::string text = page(name);
+        const std::filesystem::path folder = (source / name).parent_path();
+        for (std::sregex_iterator match(text.begin(), text.end(), file), end; match != end; ++match, ++count)
+            EXPECT_TRUE(exists(source / (*match)[1].str()) || exists(folder / (*match)[1].str()))
+                << name << ": " << (*match)[1];
+        for (std::sregex_iterator match(text.begin(), text.end(), link), end; match != end; ++match, ++count)
+            EXPECT_TRUE(exists(folder / (*match)[1].str())) << name << ": " << (*match)[1];
+    }
+    EXPECT_GE(count, 60);
+}
+
+/// The names of all tests, `Suite.Test`, from their sources.
+std::set<std::string> test_names() {
+    std::set<std::string> names;
+    const std::regex test("\nTEST(?:_F|_P)?\\((\\w+), (\\w+)\\)");
+    for (const auto& entry : std::filesystem::directory_iterator(source / "tests")) {
+        if (entry.path().extension() != ".cpp") continue;
+        const std::string text = text_of(entry.path());
+        for (std::sregex_iterator match(text.begin(), text.end(), test), end; match != end; ++match)
+            names.insert((*match)[1].str() + "." + (*match)[2].str());
+    }
+    return names;
+}
+
+TEST(Readme, PaperPageNamesOnlyTestsThatExist) {
+    const std::string text = page("shading/PAPER.md");
+    const std::set<std::string> names = test_names();
+    const std::regex name("`([A-Z]\\w+\\.[A-Z]\\w+)`");
+    int count = 0;
+    for (std::sregex_iterator match(text.begin(), text.end(), name), end; match != end; ++match, ++count)
+        EXPECT_TRUE(names.contains((*match)[1])) << (*match)[1];
+    EXPECT_GE(count, 40);
+}
+
+TEST(Readme, LinksToEveryPage) {
+    const std::string text = page("README.md");
+    for (const std::string& name : pages)
+        EXPECT_TRUE(name == "README.md" || text.find("(" + name + ")") != std::string::npos) << name;
 }
 
 }  // namespace

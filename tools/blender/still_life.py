@@ -1,4 +1,4 @@
-"""Makes the README's picture: a still life baked by the add-on, beside what Cycles' path tracer makes of it.
+"""Makes the picture of this folder's README: a still life baked by the add-on, and the same by Cycles' path tracer.
 
     PYTHONPATH=build/release/python blender -b --factory-startup --python tools/blender/still_life.py -- FOLDER
 

@@ -173,7 +173,7 @@ void add_scene(py::module_& module, py::class_<PythonScene, std::shared_ptr<Pyth
     module.def("open", &opened, py::arg("path"), py::arg("changes") = py::none(),
                R"(Opens a scene file.
 
-path     the TOML file; README's table has its keys.
+path     the TOML file; scenes/SCENE_FILE.md has its keys.
 changes  a dict of these keys, which take the place of the file's: {"environment": {"rotation": 90}}. None takes a
          key away. Meshes may be haarfield.Mesh, images arrays, as in haarfield.scene.
 
