@@ -1,41 +1,42 @@
 #pragma once
-/// haarfield::bridge: POV-Ray scenes and pictures. This header is the library's manual, and includes what
-/// users start with.
+/// haarfield::bridge: POV-Ray scenes, pictures and their comparison. This header is the manual of the
+/// library, and includes the headers that users start with.
 ///
-/// What it does
+/// Purpose
 ///
-/// Radiance at vertices becomes a POV-Ray scene without any light: one include file per object, with a mesh2
-/// that glows in its vertices' colours, for a scene of one's own. The same scene becomes one for POV-Ray's
-/// own ray tracer, with the environment as distant lights, to compare with. This library runs POV-Ray, reads
-/// and writes pictures, compares them and writes the report; it draws a quick picture by itself as well. It
-/// is the only one that knows of POV-Ray, of image files and of other programs.
+/// This library writes a bake as a POV-Ray scene without light sources. Each object is an include file with
+/// one mesh2 whose vertex colours emit the radiance, for use in other POV-Ray scenes. It also writes bakes as
+/// PLY, glTF and CSV. It writes the same scene for POV-Ray's ray tracer, with the environment as distant
+/// lights, as a reference. It runs POV-Ray, compares pictures and writes reports. Preview draws a picture
+/// without POV-Ray. No other library writes POV-Ray scenes or runs POV-Ray.
 ///
-/// The way of the data
+/// Data flow
 ///
 ///     radiance --write_baked_scene--> NAME.pov, NAME_<instance>.inc --render_scene--> baked.exr, baked.png
-///     meshes, materials --write_reference_scene--> NAME.pov --rendered_reference--> Image and its own error
+///     meshes, materials --write_reference_scene--> NAME.pov --rendered_reference--> Image and its error
 ///     Image, Image --image_difference--> ImageDifference --write_comparison_report--> report.html
 ///
 /// Where to start
 ///
-/// | declaration | is in |
-/// |---|---|
-/// | BakedInstance, write_baked_scene | bridge/baked_scene.h |
-/// | write_baked_ply, write_baked_csv: the colours for any viewer, as a table | bridge/mesh_file.h |
-/// | write_baked_glb: the objects and their colours for Blender and engines | bridge/glb_file.h |
-/// | original_bake: the same at the vertices that the models' files list | bridge/original_vertices.h |
-/// | run_povray, render_scene | bridge/povray_process.h |
-/// | write_reference_scene | bridge/reference_scene.h |
-/// | rendered_reference | bridge/reference_picture.h |
-/// | light_dome: an environment as distant lights | bridge/light_dome.h |
-/// | image_difference | bridge/image_difference.h |
-/// | write_comparison_report | bridge/comparison_report.h |
-/// | Preview: a picture without POV-Ray | bridge/preview.h |
+/// | declaration | header | purpose |
+/// |---|---|---|
+/// | BakedInstance, write_baked_scene | bridge/baked_scene.h | a bake for POV-Ray |
+/// | write_baked_ply, write_baked_csv | bridge/mesh_file.h | a bake as PLY or as a table |
+/// | write_baked_glb | bridge/glb_file.h | a bake as glTF, with images |
+/// | original_bake | bridge/original_vertices.h | values at the vertices of the model files |
+/// | run_povray, render_scene | bridge/povray_process.h | runs POV-Ray |
+/// | write_reference_scene | bridge/reference_scene.h | the scene for the ray tracer |
+/// | rendered_reference | bridge/reference_picture.h | the reference picture and its error |
+/// | light_dome | bridge/light_dome.h | an environment as distant lights |
+/// | image_difference | bridge/image_difference.h | compares two pictures |
+/// | write_comparison_report | bridge/comparison_report.h | a report as one HTML page |
+/// | write_movie | bridge/movie.h | frames as a movie |
+/// | Preview | bridge/preview.h | a picture without POV-Ray |
 ///
-/// Pictures are linear RGB, from the top; files appear whole or not at all.
+/// Pictures are linear RGB from the top row down. Files appear complete or not at all.
 ///
-/// A complete program: from a scene file to a picture by POV-Ray, whose program has to be installed. Its
-/// argument is a scene, such as the installed scenes/single_chair.toml; linked with haarfield::bridge.
+/// A complete program: renders a scene file with POV-Ray, which must be installed. The argument is a scene
+/// file, such as the installed scenes/single_chair.toml. Link with haarfield::bridge.
 ///
 /// ```cpp
 /// #include "bridge/bridge.h"
@@ -52,7 +53,7 @@
 /// int main(int, char** arguments) {
 ///     Result<Scene> scene = read_scene(arguments[1]);
 ///     if (!scene) return fail(scene.error());
-///     for (Entity& entity : scene->entities) {  // a quick look
+///     for (Entity& entity : scene->entities) {  // coarse, for a quick result
 ///         entity.fine_vertices = 5000;
 ///         entity.planar_samples = 600;
 ///         entity.spherical_samples = 300;

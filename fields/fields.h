@@ -1,50 +1,52 @@
 #pragma once
-/// haarfield::fields: from a mesh to what can be seen past it, as Haar wavelets. This header is the library's
-/// manual, and includes what users start with.
+/// haarfield::fields: visibility fields of meshes, as Haar wavelets. This header is the manual of the
+/// library, and includes the headers that users start with.
 ///
-/// What it does
+/// Purpose
 ///
-/// An object is looked past from thousands of places round it and from every vertex of its own surface. Each
-/// look is a cubemap of visibility, 1 where a direction is open and 0 where the object blocks it, rasterized
-/// on the CPU with eight samples a texel, transformed into six quadtrees of Haar wavelets and truncated. All
-/// of them together are the object's visibility field; it is interpolated between its samples, and kept in an
-/// OpenVDB file that is sealed by checksums. Field and mesh do not depend on light, materials or place.
+/// A visibility field stores which directions a mesh blocks, from thousands of points around the mesh and
+/// from every vertex of its surface. Each sample is a cubemap: 1 where a direction is unoccluded, 0 where the
+/// mesh blocks it. The library rasterizes the cubemaps on the processor with eight samples per texel. It
+/// transforms each one into six quadtrees of Haar wavelets and drops small coefficients. Between samples it
+/// interpolates. A field is stored in an OpenVDB file with checksums. It does not depend on lighting,
+/// materials or placement.
 ///
-/// The way of the data
+/// Data flow
 ///
-///     file --read_mesh--> ImportedMesh --prepare_mesh--> PreparedMesh: fine (baked), coarse (casts shadows)
-///     PreparedMesh --> EntityOcclusion: occluders, where the vertices look from
+///     file --read_mesh--> ImportedMesh --prepare_mesh--> PreparedMesh: fine mesh, coarse occluder
+///     PreparedMesh --> EntityOcclusion: occluders, and the points from which the vertices sample
 ///     both --precompute_field--> VisibilityField --write_field--> file --read_field--> VisibilityField
-///     VisibilityField, a place --interpolated_visibility--> CubemapTree
+///     VisibilityField, a point --interpolated_visibility--> CubemapTree
 ///
-/// or one look by itself:
+/// or one sample by itself:
 ///
-///     mesh --make_occluder--> Occluder --VisibilityRasterizer--> counts of open samples
+///     mesh --make_occluder--> Occluder --VisibilityRasterizer--> unoccluded samples per texel
 ///     texels --haar_cubemap--> CubemapTree
 ///
 /// Where to start
 ///
-/// | declaration | is in |
-/// |---|---|
-/// | read_mesh | fields/mesh/mesh_reader.h |
-/// | prepare_mesh, PreparedMesh | fields/mesh/mesh_preparation.h |
-/// | EntityOcclusion | fields/field/entity_occlusion.h |
-/// | precompute_field | fields/field/field_precompute.h |
-/// | VisibilityField, interpolated_visibility | fields/field/visibility_field.h |
-/// | write_field, read_field | fields/field/field_file.h |
-/// | library_field, library_entries | fields/field/field_library.h |
-/// | make_occluder | fields/mesh/occluder.h |
-/// | VisibilityRasterizer | fields/rasterizer/visibility_rasterizer.h |
-/// | CubemapTree, BasicQuadtree: the wavelets' convention | fields/wavelets/quadtree.h |
-/// | haar_cubemap, Truncation | fields/wavelets/haar_transform.h |
+/// | declaration | header | purpose |
+/// |---|---|---|
+/// | read_mesh | fields/mesh/mesh_reader.h | reads model files |
+/// | prepare_mesh, PreparedMesh | fields/mesh/mesh_preparation.h | repairs, subdivides, simplifies |
+/// | EntityOcclusion | fields/field/entity_occlusion.h | occluders of one entity |
+/// | precompute_field | fields/field/field_precompute.h | computes a field |
+/// | VisibilityField, interpolated_visibility | fields/field/visibility_field.h | a field and its lookup |
+/// | write_field, read_field | fields/field/field_file.h | field files |
+/// | library_field, library_entries | fields/field/field_library.h | folders of fields |
+/// | make_occluder | fields/mesh/occluder.h | a mesh that blocks light |
+/// | VisibilityRasterizer | fields/rasterizer/visibility_rasterizer.h | visibility at a point |
+/// | CubemapTree, BasicQuadtree | fields/wavelets/quadtree.h | wavelets and their normalisation |
+/// | haar_cubemap, Truncation | fields/wavelets/haar_transform.h | texels to wavelets |
 ///
-/// Units are metres; the frame is right-handed with y up (fields/base/vector.h); faces, texels and directions
-/// are those of fields/wavelets/cubemap.h. What may last takes a Progress (fields/base/progress.h) and uses
-/// all of oneTBB's threads; their number changes no bit. Bad input is a value, Result (fields/base/result.h);
-/// a caller's bug is an assert; nothing is printed.
+/// Lengths are in metres. The frame is right-handed with y up (fields/base/vector.h).
+/// fields/wavelets/cubemap.h defines faces, texels and directions. Long-running functions accept a Progress
+/// (fields/base/progress.h) and run in parallel on oneTBB. Results do not depend on the number of threads.
+/// Functions with untrusted input return a Result (fields/base/result.h); a violated precondition is an
+/// assert. The library prints nothing.
 ///
-/// A complete program: the visibility past a chair, a step away from it. Its argument is a mesh, such as the
-/// installed scenes/meshes/chair.obj; linked with haarfield::fields.
+/// A complete program: the visibility at a point next to a chair. The argument is a mesh file, such as the
+/// installed scenes/meshes/chair.obj. Link with haarfield::fields.
 ///
 /// ```cpp
 /// #include "fields/fields.h"
@@ -60,7 +62,7 @@
 ///         prepare_mesh(std::move(*file), {.fine_vertices = 4000, .coarse_triangles = 2000});
 ///     if (!mesh) return std::puts(mesh.error().message().c_str()), 1;
 ///
-///     // Some hundred samples for a quick look; the defaults are thirty thousand.
+///     // A few hundred samples for a quick result; the default is thirty thousand.
 ///     FieldSettings settings;
 ///     settings.planar_samples = 600;
 ///     settings.spherical_samples = 300;

@@ -8,7 +8,7 @@
 
 namespace haarfield {
 
-/// A lamp; the table's keys are in the README. What is wrong is refused in the table.
+/// A lamp; scenes/SCENE_FILE.md has the keys. What is wrong is refused in the table.
 ///
 /// instances  of the scene, with their names.
 /// before     lamps that were read before, whose names are taken.

@@ -6,7 +6,7 @@
 
 namespace haarfield {
 
-/// Reads a scene; the format is in the README. Paths in it are relative to the file's folder and come
+/// Reads a scene; scenes/SCENE_FILE.md describes it. Paths in it are relative to the file's folder and come
 /// back absolute or relative to the working directory, ready to open.
 ///
 /// errors  `file:line:column: ...` for unknown keys, missing keys, wrong types, non-finite numbers,

@@ -1,40 +1,43 @@
 #pragma once
-/// haarfield::scenes: scene files in, and everything that shading needs of them. This header is the library's
-/// manual, and includes what users start with.
+/// haarfield::scenes: scene files, and the preparation of scenes for shading. This header is the manual of
+/// the library, and includes the headers that users start with.
 ///
-/// What it does
+/// Purpose
 ///
-/// A scene file (TOML; the README has its keys) names meshes, materials, where things stand, the camera and
-/// the environment. This library reads it, prepares each entity's meshes, makes its visibility field or takes
-/// the one that lies in a folder if it fits, and hands the parts to shading: for one bake, or for a session
-/// in which light, eye and objects change. It makes the meshes of the shipped scenes, too.
+/// A scene file (TOML, see scenes/SCENE_FILE.md) names meshes, materials, placements, the camera and the
+/// environment. This library reads the file and prepares the meshes of each entity. It computes the
+/// visibility field of each entity, or reuses one from a folder. The result is a ShadedScene, for a bake or
+/// for a relighting session. The library also reads and writes images, and generates the meshes of the
+/// shipped scenes.
 ///
-/// The way of the data
+/// Data flow
 ///
 ///     file --read_scene--> Scene --prepare_scene_entities--> SceneEntities: meshes, occluders, fields
 ///     both, and an environment --shaded_scene--> ShadedScene --scene_radiance--> radiance
-///                              the same --> RelightSession
+///                                                the same --> RelightSession
 ///
 /// Where to start
 ///
-/// | declaration | is in |
-/// |---|---|
-/// | Scene, Entity, Instance, Camera, EnvironmentDescription | scenes/scene.h |
-/// | Shape, linear_parts: what stretches and mirrors | scenes/shape.h |
-/// | read_scene | scenes/scene_reader.h |
-/// | prepare_scene_entities, SceneEntities, SceneEntityOptions | scenes/scene_entities.h |
-/// | shaded_scene | scenes/scene_entities.h |
-/// | scene_text: a scene's file, scene_comments: what it keeps of comments | scenes/scene_writer.h,
-/// scenes/scene_comments.h | | scene_of_models: a scene that shows models | scenes/scene_import.h | |
-/// Surface, seen_radiance: materials with images | scenes/surface.h | | read_image, write_image,
-/// read_environment_image | scenes/image.h | | fine_meshes, surface_meshes | scenes/scene_entities.h | |
-/// scene_camera: the camera, if the file leaves it to be found | scenes/scene_camera.h |
+/// | declaration | header | purpose |
+/// |---|---|---|
+/// | Scene, Entity, Instance, Camera, EnvironmentDescription | scenes/scene.h | the description of a scene |
+/// | Shape, linear_parts | scenes/shape.h | stretched and mirrored instances |
+/// | read_scene | scenes/scene_reader.h | reads scene files |
+/// | scene_text | scenes/scene_writer.h | writes scene files |
+/// | scene_comments | scenes/scene_comments.h | the comments that a rewritten file keeps |
+/// | scene_of_models | scenes/scene_import.h | a scene for model files |
+/// | prepare_scene_entities, SceneEntities | scenes/scene_entities.h | meshes and fields |
+/// | SceneEntityOptions | scenes/scene_entities.h | how they are prepared |
+/// | shaded_scene, fine_meshes, surface_meshes | scenes/scene_entities.h | the scene for shading |
+/// | Surface, seen_radiance | scenes/surface.h | materials with images |
+/// | read_image, write_image, read_environment_image | scenes/image.h | image files |
+/// | scene_camera | scenes/scene_camera.h | places the camera if the file does not |
 ///
-/// A Scene is plain data: a program may as well fill it in itself. Lengths are metres and angles radians; the
-/// file has degrees. Images are read by scenes/image.h.
+/// A Scene is plain data, which a program can also fill in itself. Lengths are in metres and angles in
+/// radians; scene files have degrees.
 ///
-/// A complete program: a scene held open, with its light turned. Its argument is a scene, such as the
-/// installed scenes/single_chair.toml; linked with haarfield::scenes.
+/// A complete program: a relighting session in which the light rotates. The argument is a scene file, such as
+/// the installed scenes/single_chair.toml. Link with haarfield::scenes.
 ///
 /// ```cpp
 /// #include "scenes/scenes.h"
@@ -54,7 +57,7 @@
 /// int main(int, char** arguments) {
 ///     Result<Scene> scene = read_scene(arguments[1]);
 ///     if (!scene) return std::puts(scene.error().message().c_str()), 1;
-///     for (Entity& entity : scene->entities) {  // a quick look
+///     for (Entity& entity : scene->entities) {  // coarse, for a quick result
 ///         entity.fine_vertices = 2000;
 ///         entity.planar_samples = 600;
 ///         entity.spherical_samples = 300;
@@ -65,9 +68,9 @@
 ///
 ///     const Environment sky = sky_environment(scene->environment.sky.value_or(AnalyticSky()), 512);
 ///     RelightSession session(shaded_scene(*scene, *entities, sky), {});
-///     if (const Result<Done> done = session.commit(); !done) return 1;  // in full
+///     if (const Result<Done> done = session.commit(); !done) return 1;  // shades everything
 ///     const double before = brightness(session.radiance());
-///     if (const Result<Done> done = session.vary_light(); !done) return 1;  // makes transfer vectors
+///     if (const Result<Done> done = session.vary_light(); !done) return 1;  // computes transfer vectors
 ///     for (int step = 0; step < 8; ++step) {
 ///         session.turn_environment(rotation_about({0, 1, 0}, step * pi / 4));
 ///         if (const Result<Done> done = session.frame(); !done) return 1;  // milliseconds

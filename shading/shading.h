@@ -1,57 +1,62 @@
 #pragma once
-/// haarfield::shading: integrals of products of functions of direction, and what they make of a scene. This
-/// header is the library's manual, and includes what users start with.
+/// haarfield::shading: integrals of products of functions of direction, and the radiance of scenes. This
+/// header is the manual of the library, and includes the headers that users start with.
 ///
-/// What it does
+/// Purpose
 ///
-/// The radiance that a point sends to the eye is the integral of a product: incident light, BRDF, cosine, the
-/// visibility past the point's own object and past every other. Each factor is given as six quadtrees of Haar
-/// wavelets; the product integral walks down all of them together, and goes on only where at least two vary
-/// and none is zero (Sun and Mukherjee 2006). The function product is the product itself, again as wavelets.
-/// On these two stand the shading of whole scenes and just-in-time radiance transfer, which folds all factors
-/// but one into a sparse vector per vertex. What of a scene's light is concentrated, its suns and lamps, is
-/// taken from it before and served by shadow rays.
+/// The radiance of a surface point towards the eye is the integral of a product: incident radiance, BRDF,
+/// cosine, the visibility around the point's own object, and the visibility around every other object. Each
+/// factor is six quadtrees of Haar wavelets. The product integral walks down all trees together. It descends
+/// only where at least two factors vary and none is zero (Sun and Mukherjee 2006; shading/PAPER.md). The
+/// function product is the product itself, again as wavelets. Both serve to shade whole scenes. Just-in-time
+/// radiance transfer multiplies all factors but one into a sparse vector per vertex. Suns, lamps and bright
+/// windows are separated from the lighting beforehand and evaluated by shadow rays.
 ///
-/// The way of the data
+/// Data flow
 ///
 ///     environment --lighting_tree--> RgbCubemapTree --> LightPyramid
 ///     texels --haar_cubemap--> CubemapTree --> WideCubemapTree --factor--> any number of factors
-///     both --product_integral--> Rgb, a number a channel
+///     both --product_integral--> Rgb, one number per channel
 ///          --function_product--> blocks of wavelets --cubemap_tree--> CubemapTree, to be used as any other
 ///
-/// or a scene at a time:
+/// or a whole scene:
 ///
 ///     meshes, fields, placements, environment: ShadedScene --scene_radiance--> radiance of all vertices
-///                             the same, open --RelightSession--> as light, eye, objects change
+///                                     the same --RelightSession--> radiance as light, eye and objects change
 ///
 /// Where to start
 ///
-/// | declaration | is in |
-/// |---|---|
-/// | product_integral, product_integrals, function_product | shading/walk/product_integral.h |
-/// | WideCubemapTree, WeightedTrees: factors | shading/walk/wide_tree.h |
-/// | LightPyramid: the lighting as a factor | shading/walk/light_pyramid.h |
-/// | cubemap_tree: a function product as quadtrees | shading/walk/wavelet_blocks.h |
-/// | lighting_tree: where the solid angle enters | shading/scene/lighting.h |
-/// | Environment, sky_environment | shading/scene/environment.h, shading/scene/sky.h |
-/// | automatic_exposure: from the light alone | shading/scene/exposure.h |
-/// | lobe_texels, Material: what surfaces do | shading/scene/lobes.h, shading/scene/material.h |
-/// | ShadedScene, RenderSettings | shading/scene/shaded_scene.h |
-/// | scene_radiance, point_radiance | shading/bake/renderer.h |
-/// | RelightSession | shading/transfer/relight_session.h |
+/// | declaration | header | purpose |
+/// |---|---|---|
+/// | product_integral, function_product | shading/walk/product_integral.h | the integral, the product |
+/// | product_integrals | shading/walk/product_integral.h | the integrals of many points |
+/// | WideCubemapTree, WeightedTrees | shading/walk/wide_tree.h | factors |
+/// | LightPyramid | shading/walk/light_pyramid.h | the lighting as a factor |
+/// | cubemap_tree | shading/walk/wavelet_blocks.h | a function product as quadtrees |
+/// | lighting_tree | shading/scene/lighting.h | light as wavelets, with the solid angle |
+/// | Environment | shading/scene/environment.h | light from far away |
+/// | sky_environment | shading/scene/sky.h | the analytic sky |
+/// | split_light | shading/scene/light_sources.h | separates suns and windows from the smooth light |
+/// | automatic_exposure | shading/scene/exposure.h | an exposure from the light alone |
+/// | Material | shading/scene/material.h | diffuse and specular reflection |
+/// | lobe_texels | shading/scene/lobes.h | specular lobes and the cosine as texels |
+/// | ShadedScene, RenderSettings | shading/scene/shaded_scene.h | a scene to shade |
+/// | scene_radiance, point_radiance | shading/bake/renderer.h | radiance of vertices and points |
+/// | refined_radiance | shading/bake/mesh_refinement.h | splits triangles where radiance varies |
+/// | fit_radiance | shading/bake/colour_fit.h | fits colours to radiance between vertices |
+/// | dense_scene_radiance | shading/bake/dense_renderer.h | slow reference: plain sums over texels |
+/// | error_budget | shading/bake/error_budget.h | the error of each approximation |
+/// | RelightSession | shading/transfer/relight_session.h | an open scene whose radiance follows changes |
 ///
-/// Radiance is linear RGB in W/(m^2 sr). Exactly one factor of an integral over directions holds the texels'
-/// solid angles, and that is the lighting. Trees are read only and may be shared by threads; the memory of a
-/// walk is a thread's own. No answer depends on the number of threads.
+/// shading/bake/render_passes.h separates diffuse light, specular light, irradiance and occlusion.
 ///
-/// Included, too: meshes that are refined where radiance needs it (shading/bake/mesh_refinement.h), colours
-/// that fit what lies between the vertices (shading/bake/colour_fit.h), diffuse light, highlights, irradiance
-/// and occlusion apart (shading/bake/render_passes.h), the slow oracle (shading/bake/dense_renderer.h), and
-/// what each approximation costs (shading/bake/error_budget.h).
+/// Radiance is linear RGB in W/(m^2 sr). Exactly one factor of an integral over directions contains the solid
+/// angles of the texels: the lighting. Trees are read-only, and threads may share them. Each thread has its
+/// own WalkMemory. Results do not depend on the number of threads.
 ///
-/// A complete program: the radiance of a glossy point of the floor under a sky, between two chairs, as the
-/// integral of five functions; and the point's answer to any light as a function product. Its argument is a
-/// mesh, such as the installed scenes/meshes/chair.obj; linked with haarfield::shading.
+/// A complete program: the radiance of a glossy point on the floor, under a sky and between two chairs, as
+/// the integral of five functions; then the transfer function of the point as a function product. The
+/// argument is a mesh file, such as the installed scenes/meshes/chair.obj. Link with haarfield::shading.
 ///
 /// ```cpp
 /// #include "shading/shading.h"
@@ -63,12 +68,12 @@
 ///
 /// constexpr int size = 64;  // texels along a cubemap edge
 ///
-/// // A function of direction, given as texels: without the wavelets that make up a hundredth of it.
+/// // A function of direction as a tree, truncated to a relative L2 error of 1 %.
 /// WideCubemapTree tree_of(const std::vector<float>& texels) {
 ///     return WideCubemapTree(haar_cubemap<float>(texels, size, {.relative_l2_error = 0.01f}));
 /// }
 ///
-/// // What can be seen past an object that stands at the origin.
+/// // Visibility around an object at the origin.
 /// WideCubemapTree visibility(const Occluder& object, const Vec3f& point) {
 ///     VisibilityRasterizer rasterizer(size);
 ///     std::vector<float> texels;
@@ -81,7 +86,7 @@
 ///     const Result<ImportedMesh> chair = read_mesh(arguments[1]);
 ///     if (!chair) return std::puts(chair.error().message().c_str()), 1;
 ///
-///     // A diffuse and a glossy term, seen from 45 degrees above.
+///     // A diffuse and a specular term, viewed from 45 degrees above.
 ///     const Vec3f normal(0, 1, 0), mirror = Vec3f(1, 1, 0).normalized();
 ///     std::vector<float> brdf_texels = lobe_texels(50, mirror, size);
 ///     for (float& value : brdf_texels) value = float((0.3 + 0.2 * 26 * double(value)) / pi);
@@ -93,13 +98,13 @@
 ///                           past_front = visibility(object, {0, 0.001f, -0.8f});
 ///     const LightPyramid light(lighting_tree(sky_image({}, 512), size, {.coefficients = 300}), size);
 ///
-///     // Lighting and four more functions: one number a channel.
+///     // The integral of the lighting and four more functions, one number per channel.
 ///     const std::array factors{brdf.factor(), cosine.factor(), past_right.factor(), past_front.factor()};
 ///     WalkMemory<float> memory;
 ///     const Rgb radiance = product_integral(light, factors, full_depth, memory);
 ///     std::printf("radiance %.4f %.4f %.4f\n", double(radiance.x), double(radiance.y), double(radiance.z));
 ///
-///     // The four alone, as a function: what the point makes of any light.
+///     // The product of the four: the response of the point to any light.
 ///     std::vector<WaveletBlock<1>> blocks;
 ///     function_product(size, factors, full_depth, memory, blocks);
 ///     const WideCubemapTree answer(cubemap_tree(blocks));

@@ -361,6 +361,41 @@ TEST(Readme, PaperPageNamesOnlyTestsThatExist) {
     EXPECT_GE(count, 40);
 }
 
+/// A header without its comments.
+std::string code_of(const std::string& file) {
+    return std::regex_replace(page(file), std::regex("//[^\n]*"), "");
+}
+
+bool declares(const std::string& code, const std::string& name) {
+    return std::regex_search(code, std::regex("\\b" + name + "\\b"));
+}
+
+/// Rows of the manuals' tables: | declaration, declaration | header | purpose |
+TEST(Readme, ManualsNameOnlyHeadersAndDeclarationsThatExist) {
+    const std::regex header("[a-z_]+/[a-z_/]+\\.(?:h|md)"), name("\\w+"),
+        row("/// \\| (\\w+(?:, \\w+)*) \\| ([a-z_/]+\\.h) \\| [^|\n]* \\|\n"), arrow("--(\\w+)-->");
+    std::string headers;  // of this manual and of those before
+    for (const char* library : {"fields", "shading", "scenes", "bridge"}) {
+        const std::string manual = page(std::string(library) + "/" + library + ".h"),
+                          prose = manual.substr(0, manual.find("```cpp"));
+        for (std::sregex_iterator match(prose.begin(), prose.end(), header), end; match != end; ++match)
+            EXPECT_TRUE(exists(source / match->str())) << library << ": " << match->str();
+        std::set<std::string> declared;
+        for (std::sregex_iterator match(prose.begin(), prose.end(), row), end; match != end; ++match) {
+            const std::string names = (*match)[1], code = code_of((*match)[2]);
+            headers += code;
+            for (std::sregex_iterator one(names.begin(), names.end(), name); one != end; ++one) {
+                EXPECT_TRUE(declares(code, one->str())) << library << ": " << match->str();
+                declared.insert(one->str());
+            }
+        }
+        EXPECT_GE(declared.size(), 12u) << library;
+        // The functions of the data flow are in these headers.
+        for (std::sregex_iterator match(prose.begin(), prose.end(), arrow), end; match != end; ++match)
+            EXPECT_TRUE(declares(headers, (*match)[1])) << library << ": " << (*match)[1];
+    }
+}
+
 TEST(Readme, LinksToEveryPage) {
     const std::string text = page("README.md");
     for (const std::string& name : pages)
