@@ -32,6 +32,9 @@ public:
 
     const std::filesystem::path& file() const { return file_; }
 
+    /// The mesh that `of` was given; null if a file was opened.
+    const GivenMesh* given() const { return std::get_if<GivenMesh>(&content_); }
+
     /// Pieces that the file places: assimp's nodes with meshes, mesh2 objects; else all of it is one, of the
     /// file's name.
     const ModelParts& parts() const { return parts_; }

@@ -338,8 +338,8 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask*
                                          const Progress& progress) {
     if (std::holds_alternative<std::monostate>(transfer_))
         return Error{"",
-                     "there are no transfer vectors for what the scene is now; wanted vary_light, vary_eye, "
-                     "vary_lamps or vary_instance first"};
+                     "found no transfer vectors for the current scene; expected a call that computes them "
+                     "(vary_light, vary_eye, vary_instance) first"};
     if (std::holds_alternative<MotionTransfer>(transfer_)) geometry_->rays.place(scene_);
     if (const Result<Done> lamps = update_lamps(progress); !lamps) return lamps;
     if (const Result<Done> shaded = shaded_without_lamps(quality, vertices, progress); !shaded) return shaded;

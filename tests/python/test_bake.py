@@ -245,3 +245,10 @@ def test_bakes_leave_no_file_behind(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     haarfield.scene(description()).bake()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_bake_has_the_keys_of_its_instances(scene):
+    bake = scene.bake(bounces=0)
+    assert bake.keys() == scene.instances
+    assert "left" in bake and "nobody" not in bake and 0 not in bake
+    assert dict(bake).keys() == set(scene.instances)

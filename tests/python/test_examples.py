@@ -34,7 +34,9 @@ def test_relight(chair_file, tmp_path):
 
 
 def test_six_functions(tmp_path):
-    assert "integrals of six functions" in run("six_functions.py", tmp_path, tmp_path, 20)
+    said = run("six_functions.py", tmp_path, tmp_path, 20, 4000)
+    assert "integrals of six functions" in said
+    assert "processor time per vertex" in said
     assert is_picture(tmp_path / "six_functions.png")
 
 

@@ -176,3 +176,14 @@ def test_changes_share_what_was_prepared(scene, bake):
     assert not numpy.array_equal(other["floor"].radiance, bake["floor"].radiance)
     back = turned.changed({"environment": {"rotation": 0}}).bake()
     assert numpy.array_equal(back["floor"].radiance, bake["floor"].radiance)
+
+
+def test_a_description_of_arrays_makes_the_same_scene_again(scene):
+    texels = numpy.random.default_rng(3).integers(0, 256, (4, 6, 3), dtype=numpy.uint8)
+    textured = scene.changed({"materials": {"paper": {"diffuse": [1, 1, 1], "image": texels}}})
+    again = haarfield.scene(textured.description, name="again")
+    images = [one.description["materials"]["paper"]["image"] for one in (textured, again)]
+    assert images[0].shape == (4, 6, 3) and (images[0] == images[1]).all()
+    assert (again.environment() == textured.environment()).all()
+    for one, other in zip(textured.bake(bounces=0), again.bake(bounces=0)):
+        assert (one.radiance == other.radiance).all()

@@ -4,6 +4,7 @@ import ast
 import inspect
 import re
 
+import pytest
 from conftest import SOURCE
 
 import haarfield
@@ -70,3 +71,23 @@ def test_arguments_and_defaults_are_those_of_the_module():
                     assert default == in_stub, (part.name, name)
             checked += 1
     assert checked > 30
+
+
+def test_functions_have_the_signatures_that_they_are_documented_with():
+    signature = inspect.signature(haarfield.Scene.bake)
+    assert list(signature.parameters)[:2] == ["self", "refine"]
+    assert signature.parameters["occlusion"].default == "auto"
+    assert str(inspect.signature(haarfield.use_threads)) == "(count: 'int') -> 'None'"
+    assert "triangles" in inspect.signature(haarfield.Mesh).parameters
+
+
+def test_wrong_arguments_are_named_in_one_line(scene):
+    for call, trouble in [
+        (lambda: scene.bake(refin=0.1), "Scene.bake: got an unexpected keyword argument 'refin'"),
+        (lambda: haarfield.use_threads(), "use_threads: missing a required argument: 'count'"),
+        (lambda: haarfield.use_threads("two"), r"use_threads: found \(str\); expected \(count: 'int'\)"),
+        (lambda: haarfield.Mesh(positions=[]), "Mesh: missing a required argument: 'triangles'"),
+    ]:
+        with pytest.raises(TypeError, match=trouble) as raised:
+            call()
+        assert "\n" not in str(raised.value)

@@ -283,6 +283,19 @@ void add_bake(py::module_& module, py::class_<PythonScene, std::shared_ptr<Pytho
     made.def("__len__", [](const Bake& self) { return self.baked.instances.size(); });
     made.def("__getitem__", &mesh_named, py::arg("name"));
     made.def("__getitem__", &mesh_numbered, py::arg("number"));
+    made.def("__contains__", [](const Bake& self, const py::object& name) {
+        return py::isinstance<py::str>(name) &&
+               std::ranges::find(self.instances(), name.cast<std::string>(), &BakedInstance::name) !=
+                   self.instances().end();
+    });
+    made.def(
+        "keys",
+        [](const Bake& self) {
+            std::vector<std::string> names;
+            for (const BakedInstance& instance : self.instances()) names.push_back(instance.name);
+            return names;
+        },
+        "The names of the instances, in order: dict(bake) has them all.");
     made.def("__repr__", [](const Bake& self) {
         return fmt::format("<haarfield.Bake of {} vertices in {} instances>", vertices_of(self),
                            self.baked.instances.size());

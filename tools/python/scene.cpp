@@ -206,8 +206,9 @@ raises       haarfield.Error, in the words that the reader of scene files has; T
         },
         "The names of the instances, in the order of everything that is by instance.");
     scene.def_property_readonly(
-        "description", [](const PythonScene& self) { return dict_of(self.tables()); },
-        "A copy of the tables that the scene was made of; arrays stand in it as names.");
+        "description", [](const PythonScene& self) { return dict_of(self.tables(), self.given()); },
+        "A copy of the tables that the scene was made of; haarfield.scene(description) makes the same scene. "
+        "Meshes\nof arrays are in it as haarfield.Mesh, images as arrays of linear floats.");
     scene.def(
         "camera", [](PythonScene& self) { return camera_of(prepare(self, py::none())->scene.camera); },
         "The camera as a scene file has it, found if the scene leaves that to haarfield: a dict of position "

@@ -35,6 +35,7 @@ public:
 
     const Scene& scene() const { return scene_; }
     const toml::table& tables() const { return tables_; }
+    const GivenFiles& given() const { return *origin_.given; }
 
     /// Chooses how fields are made and where they are kept; what was prepared is void.
     void set_options(const SceneEntityOptions& options);

@@ -138,15 +138,41 @@ private:
     GivenFiles& given_;
 };
 
-py::object object_of(const toml::node& node) {
-    if (const auto* table = node.as_table()) return dict_of(*table);
-    if (const auto* text = node.as_string()) return py::str(text->get());
+/// Texels of an image that PNG bytes hold: linear, with alpha if there is any.
+py::array texels_of(const std::string& bytes, const std::string& name) {
+    const Image image = value_of(read_image_bytes(bytes, name));
+    const std::size_t channels = image.coverage.empty() ? 3 : 4;
+    std::vector<float> texels;
+    texels.reserve(image.pixels.size() * channels);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        for (int c = 0; c < 3; ++c) texels.push_back(image.pixels[i][c]);
+        if (channels == 4) texels.push_back(image.coverage[i]);
+    }
+    return array_of(std::move(texels), {image.height, image.width, static_cast<py::ssize_t>(channels)});
+}
+
+/// The value of a text: what is given under this name, or the text.
+py::object given_or_text(const std::string& key, const std::string& text, const GivenFiles& given) {
+    if (const auto mesh = given.meshes.find(text); key == "mesh" && mesh != given.meshes.end())
+        return py::cast(ArrayMesh{{mesh->second, mesh->second->given()}});
+    if (key != "image") return py::str(text);
+    if (const auto image = given.images.find(text); image != given.images.end())
+        return texels_of(*image->second, text);
+    if (const auto light = given.environments.find(text); light != given.environments.end())
+        return view_of<Rgb>(light->second->pixels, light->second,
+                            {light->second->height, light->second->width});
+    return py::str(text);
+}
+
+py::object object_of(const std::string& key, const toml::node& node, const GivenFiles& given) {
+    if (const auto* table = node.as_table()) return dict_of(*table, given);
+    if (const auto* text = node.as_string()) return given_or_text(key, text->get(), given);
     if (const auto* integer = node.as_integer()) return py::int_(integer->get());
     if (const auto* real = node.as_floating_point()) return py::float_(real->get());
     if (const auto* boolean = node.as_boolean()) return py::bool_(boolean->get());
     py::list list;
     if (const auto* array = node.as_array())
-        for (const toml::node& element : *array) list.append(object_of(element));
+        for (const toml::node& element : *array) list.append(object_of(key, element, given));
     return list;
 }
 
@@ -180,9 +206,12 @@ void change_tables(const py::dict& changes, toml::table& tables, GivenFiles& giv
     TableWriter(given).change(changes, tables, "");
 }
 
-py::dict dict_of(const toml::table& tables) {
+py::dict dict_of(const toml::table& tables, const GivenFiles& given) {
     py::dict dict;
-    for (const auto& [key, value] : tables) dict[py::str(std::string(key.str()))] = object_of(value);
+    for (const auto& [key, value] : tables) {
+        const std::string name(key.str());
+        dict[py::str(name)] = object_of(name, value, given);
+    }
     return dict;
 }
 

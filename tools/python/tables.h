@@ -22,8 +22,9 @@ struct ArrayMesh {
 /// raises  TypeError for what no scene can hold, with its place: `materials.oak.diffuse`.
 void change_tables(const py::dict& changes, toml::table& tables, GivenFiles& given);
 
-/// The tables as a dict; what is given stands in it as its name.
-py::dict dict_of(const toml::table& tables);
+/// The tables as a dict from which the same scene can be made: with a Mesh or an array for each name of
+/// what is given.
+py::dict dict_of(const toml::table& tables, const GivenFiles& given);
 
 /// Adds Mesh to the module.
 void add_mesh(py::module_& module);

@@ -12,3 +12,7 @@ Calls that last let other threads run, take a progress function and end with Ctr
 
 from haarfield._haarfield import *  # noqa: F401,F403
 from haarfield._haarfield import __version__  # noqa: F401
+from haarfield._signatures import add_signatures as _add_signatures
+
+_add_signatures(globals())
+del _add_signatures
