@@ -117,6 +117,43 @@ TEST(LightSources, AreCutAsFinelyAsTheRuleAsks) {
     EXPECT_EQ(count({.share_of_a_light = 1e-6, .most_lights = 33}), 33u);
 }
 
+/// A low sun of one pixel shines past a straight edge: the penumbra spans the pixel, without large steps.
+TEST(LightSources, APixelCastsThePenumbraOfItsArea) {
+    LatLongImage image = even_image();
+    pixel(image, 40, 28) = Rgb(9000);
+    const SplitLight split = split_light({image, {}});
+    ASSERT_EQ(split.sources.size(), 1u);
+    const LightSource& sun = split.sources[0];
+    const double whole = energy(sun.parts).x;
+    // Edges at azimuth and at height: the fraction of the light on one side of each.
+    for (int step = 1; step < 20; ++step) {
+        const double along = step / 20.0;
+        const auto fractions = [&](const std::vector<DirectionalLight>& lights) {
+            Vec2f sides(0.0f);
+            for (const DirectionalLight& light : lights) {
+                double x = 0, y = 0;
+                lat_long_point(Vec3d(light.direction), x, y);
+                if (x * width < 40 + along) sides.x += float(double(light.irradiance.x) / whole);
+                if (y * height < 28 + along) sides.y += float(double(light.irradiance.x) / whole);
+            }
+            return sides;
+        };
+        const Vec2f parts = fractions(sun.parts), lights = fractions(sun.lights);
+        for (int axis = 0; axis < 2; ++axis) {
+            EXPECT_NEAR(parts[axis], along, 0.04) << axis << " at " << along;
+            EXPECT_NEAR(lights[axis], along, 0.1) << axis << " at " << along;
+        }
+    }
+}
+
+TEST(LightSources, DimPixelsStayWhole) {
+    LatLongImage image = even_image(1e-3f);
+    for (int column = 0; column < 100; ++column)
+        for (int row = 30; row < 40; ++row) pixel(image, column, row) = Rgb(1);
+    const SourceRule rule{.threshold = 1, .share_of_a_part = 0.01, .solid_angle_of_a_part = 1};
+    EXPECT_EQ(split_light({image, {}}, rule).sources.at(0).parts.size(), 1000u);
+}
+
 TEST(LightSources, FewLightsStandForMany) {
     std::vector<DirectionalLight> parts;
     for (int i = 0; i < 20; ++i)

@@ -74,6 +74,28 @@ double light_of(const Vec3d& irradiance) {
     return double(luminance(Rgb(Vec3f(irradiance))));
 }
 
+/// Along each edge of a pixel.
+///
+/// share  of the environment's light.
+int pixel_splits(double share, double solid_angle, const SourceRule& rule) {
+    const double parts =
+        std::max({1.0, share / rule.share_of_a_part, solid_angle / rule.solid_angle_of_a_part});
+    return static_cast<int>(std::ceil(std::min(std::sqrt(parts), double(rule.most_splits))));
+}
+
+/// Appends a pixel of even radiance, split into splits x splits parts.
+void append_pixel_parts(const LatLongImage& image, std::size_t pixel, const Rgb& radiance, int splits,
+                        std::vector<DirectionalLight>& parts) {
+    const int width = image.width * splits, height = image.height * splits;
+    const int first_row = int(pixel) / image.width * splits, first_column = int(pixel) % image.width * splits;
+    for (int row = first_row; row < first_row + splits; ++row) {
+        const float solid_angle = float(lat_long_pixel_solid_angle(row, width, height));
+        for (int column = first_column; column < first_column + splits; ++column)
+            parts.push_back({Vec3f(lat_long_direction((column + 0.5) / width, (row + 0.5) / height)),
+                             radiance * solid_angle});
+    }
+}
+
 /// Parts [begin, end) of the whole.
 struct Piece {
     std::size_t begin, end;
@@ -192,11 +214,11 @@ SplitLight split_light(const Environment& environment, const SourceRule& rule) {
             const Rgb above = without_negative(image.pixels[pixel] - level);
             source.solid_angle += solid_angle(pixel);
             if (above == Rgb(0.0f)) continue;
-            const Vec3d direction =
-                lat_long_direction((double(pixel % std::size_t(image.width)) + 0.5) / image.width,
-                                   (double(pixel / std::size_t(image.width)) + 0.5) / image.height);
-            source.parts.push_back({Vec3f(direction), above * float(solid_angle(pixel))});
-            irradiance += Vec3d(source.parts.back().irradiance);
+            const Vec3d of_pixel = Vec3d(above) * solid_angle(pixel);
+            append_pixel_parts(image, pixel, above,
+                               pixel_splits(light_of(of_pixel) / total, solid_angle(pixel), rule),
+                               source.parts);
+            irradiance += of_pixel;
         }
         source.share = light_of(irradiance) / total;
         if (!(source.share >= rule.least_share)) continue;

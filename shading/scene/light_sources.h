@@ -20,8 +20,8 @@ struct DirectionalLight {
 
 /// One sun, lamp or window.
 struct LightSource {
-    std::vector<DirectionalLight> lights;  ///< The few that stand for it,
-    std::vector<DirectionalLight> parts;   ///< and the many: one a pixel of an image, 4,096 of a disc.
+    std::vector<DirectionalLight> lights;  ///< The few that stand for it.
+    std::vector<DirectionalLight> parts;   ///< Pixels of an image or fractions of them; 4,096 of a disc.
     double share = 0;        ///< Of the environment's light: irradiance, summed over all directions.
     double solid_angle = 0;  ///< [sr]
 };
@@ -29,14 +29,19 @@ struct LightSource {
 /// What counts as a source, and into how many directions it is cut.
 ///
 /// Measured over real environments: between 10 and 1,000 the threshold matters little to the picture; fewer
-/// directions than these show as steps in penumbrae.
+/// directions than these show as steps in penumbrae. A bright pixel is split before its source is cut into
+/// directions: as a single point it would cast a hard shadow.
 struct SourceRule {
     double threshold = 100;      ///< Pixels of so many times the environment's mean luminance,
     double least_share = 0.002;  ///< in regions that have so much of its light, above what surrounds them.
     int least_lights = 4;        ///< As many directions as the greatest of these asks for:
-    double share_of_a_light = 0.02;          ///< share / this,
+    double share_of_a_light = 0.005;         ///< share / this,
     double solid_angle_of_a_light = 1.5e-4;  ///< solid angle / this. [sr]
-    int most_lights = 256;                   ///< A source; less where it has fewer pixels.
+    int most_lights = 256;                   ///< A source.
+    /// A pixel is split into squares until each has at most this share of the environment's light
+    double share_of_a_part = 0.0005;
+    double solid_angle_of_a_part = 1.5e-5;  ///< and this solid angle [sr],
+    int most_splits = 16;                   ///< but along each edge into at most so many.
 };
 
 /// An environment, parted.
