@@ -4,6 +4,7 @@
 #include "shading/bake/bounced_radiance.h"
 #include "shading/bake/colour_fit.h"
 #include "shading/bake/dense_renderer.h"
+#include "shading/bake/ray_renderer.h"
 #include "shading/bake/render_passes.h"
 #include "shading/scene/shared_shading.h"
 
@@ -31,7 +32,9 @@ Result<Done> shade_fine(const PointShading& direct, const BakeOptions& options,
         baked.fine = std::move(*radiance);
         return Done{};
     }
-    Result<SceneRadiance> radiance = dense_scene_radiance(direct.scene, direct.settings, progress);
+    Result<SceneRadiance> radiance = options.evaluator == "rays"
+                                         ? ray_scene_radiance(direct.scene, options.samples, progress)
+                                         : dense_scene_radiance(direct.scene, direct.settings, progress);
     if (!radiance) return radiance.error();
     baked.fine = std::move(*radiance);
     if (direct.settings.bounces.most == 0) return Done{};
@@ -186,7 +189,8 @@ Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const
     const bool is_refined = !baked.refined.empty();
     const PassShading bake{
         shading, is_refined ? std::span<const SampledMesh>(shaded.meshes) : std::span<const SampledMesh>(),
-        options.colours == "fitted", options.evaluator == "dense"};
+        options.colours == "fitted", options.evaluator == "dense",
+        options.evaluator == "rays" ? options.samples : 0};
     Result<std::vector<SceneRadiance>> values = render_passes(bake, shaded.radiance, wanted, progress);
     if (!values) return values.error();
     if (has_share_alone()) return Done{};
@@ -224,12 +228,14 @@ std::vector<std::string> pass_names() {
 }
 
 Result<Done> check_bake(const BakeOptions& options) {
-    if (options.evaluator != "tree" && options.evaluator != "dense")
-        return Error{"evaluator", fmt::format("is \"{}\"; wanted tree or dense", options.evaluator)};
+    if (options.evaluator != "tree" && options.evaluator != "dense" && options.evaluator != "rays")
+        return Error{"evaluator", fmt::format("is \"{}\"; expected tree, dense or rays", options.evaluator)};
+    if (options.samples < 1) return Error{"samples", "is 0; expected at least 1"};
     if (options.colours != "sampled" && options.colours != "fitted")
         return Error{"colours", fmt::format("is \"{}\"; wanted sampled or fitted", options.colours)};
-    if (options.evaluator == "dense" && (options.refine || options.colours == "fitted"))
-        return Error{"evaluator dense", "knows vertices only; wanted neither refine nor colours fitted"};
+    if (options.evaluator != "tree" && (options.refine || options.colours == "fitted"))
+        return Error{"evaluator " + options.evaluator,
+                     "knows vertices only; wanted neither refine nor colours fitted"};
     for (auto pass = options.passes.begin(); pass != options.passes.end(); ++pass) {
         if (!render_pass_of.contains(*pass))
             return Error{"pass " + *pass, "is not known; wanted one of: " + quoted_list(pass_names())};

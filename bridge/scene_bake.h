@@ -11,11 +11,14 @@ namespace haarfield {
 
 /// How a bake shades, in the words of the command line.
 struct BakeOptions {
-    std::string evaluator = "tree";  ///< Or dense: plain sums, slow.
-    std::optional<float> refine;     ///< RefinementSettings::tolerance; none: at the fine meshes' vertices.
+    /// Or dense: plain sums, slow; or rays: direct light by Monte Carlo integration. Both add the indirect
+    /// light of `tree`.
+    std::string evaluator = "tree";
+    std::optional<float> refine;  ///< RefinementSettings::tolerance; none: at the fine meshes' vertices.
     std::optional<std::size_t> vertex_budget;  ///< With `refine`; none: usual_vertex_budget.
     std::string colours = "sampled";           ///< Or fitted: see fit_radiance.
     std::vector<std::string> passes;           ///< Of pass_names.
+    std::uint32_t samples = 1024;              ///< At each vertex, by the evaluator rays.
 };
 
 /// The passes that there are: diffuse, indirect, irradiance, occlusion, own-shadow, specular.

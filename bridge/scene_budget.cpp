@@ -27,7 +27,7 @@ std::vector<PreviewInstance> preview_instances(const ShadedScene& scene, const S
 
 Result<SceneBudget> scene_budget(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
                                  const RenderSettings& settings, std::size_t points, Preview& preview,
-                                 const Progress& progress) {
+                                 const Progress& progress, std::uint32_t ray_samples) {
     std::vector<const Mesh*> originals;
     for (const auto& entity : entities.entities) originals.push_back(&blocking_surface(entity->mesh));
     Result<ErrorBudget> budget = error_budget(shaded, originals, settings, points, progress);
@@ -44,6 +44,9 @@ Result<SceneBudget> scene_budget(const Scene& scene, const SceneEntities& entiti
         interpolation_error(shaded, random_points(result.pixels, points), settings, progress);
     if (!interpolation) return interpolation.error();
     result.entries.push_back(*interpolation);
+    const Result<BudgetEntry> rays = ray_difference(shaded, result.vertices, ray_samples, progress);
+    if (!rays) return rays.error();
+    result.entries.push_back(*rays);
     return result;
 }
 

@@ -414,7 +414,9 @@ TEST_F(Commands, ABudgetSaysWhatIsApproximatedAndWhetherTheOracleIsRight) {
     const nlohmann::json made = report("budget.json");
     std::map<std::string, double> error;
     for (const auto& entry : made["budget"]) error[entry["approximation"]] = entry["relative_rmse"];
-    EXPECT_EQ(error.size(), 15u);
+    EXPECT_EQ(error.size(), 16u);
+    EXPECT_GT(error["rays"], 0);
+    EXPECT_LT(error["rays"], 0.2);
     EXPECT_GT(error["no bounces"], error["bounces"]);
     EXPECT_LT(error["sources"], 0.01);
     EXPECT_GT(error["lighting"], 1e-4);

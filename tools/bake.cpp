@@ -39,10 +39,17 @@ Result<BakedFiles> written_scene(const std::filesystem::path& folder, const std:
 /// Adds --evaluator, --refine, --vertex-budget, --colours and --pass.
 void add_bake_options(CLI::App& command, BakeOptions& options) {
     command
-        .add_option("--evaluator", options.evaluator,
-                    "tree: wavelet product integrals; dense: plain sums, slow")
-        ->check(CLI::IsMember({"tree", "dense"}))
+        .add_option(
+            "--evaluator", options.evaluator,
+            "tree: wavelet product integrals; dense: plain sums, slow; rays: direct light by sampling "
+            "the environment and the BRDF, without fields. All add the same indirect light")
+        ->check(CLI::IsMember({"tree", "dense", "rays"}))
         ->capture_default_str();
+    add_number(command, "--samples", options.samples,
+               "Sampled directions per vertex with --evaluator rays: more are slower and less noisy",
+               {1, 1e8})
+        ->capture_default_str()
+        ->type_name("N");
     add_number(command, "--refine", options.refine,
                "Split triangles where interpolated radiance is off by more than this, relative to it "
                "plus the mean radiance",
@@ -138,6 +145,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     context.report["vertices"] = vertices;
     report_time(context.report, "shade", shading);
     context.report["evaluator"] = options.shading.evaluator;
+    if (options.shading.evaluator == "rays") context.report["samples"] = options.shading.samples;
     context.report["occlusion"] = options.occlusion.choice;
     context.print("baked  {} vertices of {} instances in {:.2f} s\n", vertices, instances.size(),
                   shading.wall);

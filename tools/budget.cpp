@@ -23,6 +23,7 @@ struct BudgetOptions {
     BounceOptions bounces;
     std::string output;
     std::size_t points = 400;
+    std::uint32_t samples = 4096;
     std::optional<int> lights;  // of POV-Ray's dome, if the oracle is to be checked
 };
 
@@ -157,8 +158,8 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     apply_bounces(options.bounces, settings);
 
     Preview preview;
-    Result<SceneBudget> budget =
-        scene_budget(*scene, *entities, shaded, settings, options.points, preview, context.progress);
+    Result<SceneBudget> budget = scene_budget(*scene, *entities, shaded, settings, options.points, preview,
+                                              context.progress, options.samples);
     if (!budget) return budget.error();
     report_entries(budget->entries, context);
     context.report["vertices"] = budget->vertices.size();
@@ -203,6 +204,10 @@ Command budget_command(CLI::App& program) {
     add_view_options(*app, options->scene);
     add_number(*app, "--points", options->points, "Random vertices, and pixels, at which errors are measured",
                {1, 1e6})
+        ->capture_default_str()
+        ->type_name("N");
+    add_number(*app, "--samples", options->samples,
+               "Sampled directions per vertex of the check against rays, which use no fields", {8, 1e8})
         ->capture_default_str()
         ->type_name("N");
     add_number(*app, "--lights", options->lights,

@@ -4,9 +4,8 @@
 
 #include "shading/bake/emitter_light.h"
 #include "shading/bake/lamp_light.h"
+#include "shading/bake/vertex_evaluation.h"
 #include "shading/scene/lighting.h"
-#include "shading/scene/shared_shading.h"
-#include "shading/visibility/buried_fill.h"
 
 namespace haarfield {
 
@@ -102,35 +101,16 @@ Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const Rende
     const Result<DenseScene> dense =
         DenseScene::make(scene, settings.face_size, settings.sources, progress.stop);
     if (!dense) return dense.error();
-    std::vector<std::vector<std::uint32_t>> orders;
-    for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
-    const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
-    SceneRadiance radiance;
-    const auto shade = [&](const VertexMask* wanted) {
-        return visit_wanted_runs(
-            scene, order_spans, wanted,
-            [&, wanted]() -> VertexRunVisitor {
-                return [&, wanted, shader = std::make_shared<DenseShader>(*dense)](
-                           std::size_t instance, std::span<const std::uint32_t> vertices) {
-                    const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
-                    for (const std::uint32_t vertex : vertices) {
-                        if (progress.stop.stop_requested()) return;
-                        if (!wanted || (*wanted)[instance][vertex] != 0)
-                            radiance[instance][vertex] =
-                                shader->radiance(instance, surface_point(entity, vertex));
-                    }
-                };
-            },
-            "shading", progress);
-    };
-    if (const Result<Done> shaded = share_vertices(scene, order_spans, radiance, shade); !shaded)
-        return shaded.error();
-    if (has_share_alone()) return radiance;
-    for (std::size_t i = 0; i < radiance.size(); ++i) {
-        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
-        BuriedFill(*entity.mesh, entity.occlusion->samples().buried)(radiance[i]);
-    }
-    return radiance;
+    return evaluated_vertices(
+        scene,
+        [&]() -> VertexEvaluation {
+            return [&, shader = std::make_shared<DenseShader>(*dense)](std::size_t instance,
+                                                                       std::uint32_t vertex) {
+                const ShadedEntity& entity = scene.entities[scene.instances[instance].entity];
+                return shader->radiance(instance, surface_point(entity, vertex));
+            };
+        },
+        progress);
 }
 
 }  // namespace haarfield

@@ -11,6 +11,7 @@
 #include "fields/base/random_choice.h"
 #include "shading/bake/bounced_radiance.h"
 #include "shading/bake/path_tracer.h"
+#include "shading/bake/ray_renderer.h"
 #include "shading/bake/vertex_oracles.h"
 
 namespace haarfield {
@@ -194,7 +195,7 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
     budget.entries = budget_entries(radiances, context);
     for (std::size_t k = 0; k < radiances.size(); ++k) {
         budget.vertices[k].exact = radiances[k].finest;
-        budget.vertices[k].baked = radiances[k].baked;
+        budget.vertices[k].baked = budget.vertices[k].direct = radiances[k].baked;
     }
     if (settings.bounces.most > 0)
         if (const Result<Done> added = add_bounces(scene, context, budget, progress); !added)
@@ -211,6 +212,33 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
         return (v.baked - v.exact).length() > 0.2f * v.exact.length() + floor + 3 * v.deviation.length();
     });
     return budget;
+}
+
+Result<BudgetEntry> ray_difference(const ShadedScene& scene, std::span<const BudgetVertex> vertices,
+                                   std::uint32_t samples, const Progress& progress) {
+    const RayScene rays(scene);
+    std::vector<RayEstimate> estimates(vertices.size());
+    const Result<Done> traced = parallel_loop(
+        {vertices.size()},
+        [&]() -> LoopBody {
+            return [&](std::size_t k) {
+                estimates[k] = ray_estimate(rays, vertices[k].instance, vertices[k].vertex, samples);
+            };
+        },
+        "rays", progress);
+    if (!traced) return traced.error();
+    ErrorSum errors;
+    double noise = 0, energy = 0;
+    for (std::size_t k = 0; k < vertices.size(); ++k) {
+        errors.add(vertices[k].direct, estimates[k].radiance, estimates[k].radiance);
+        noise += squared(estimates[k].deviation);
+        energy += squared(estimates[k].radiance);
+    }
+    return errors.entry(
+        "rays",
+        fmt::format("direct light, against {} rays a vertex, whose standard error is {:.3f} %", samples,
+                    energy > 0 ? 100 * std::sqrt(noise / energy) : 0.0),
+        vertices.size());
 }
 
 Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<const MeshPoint> points,

@@ -20,6 +20,7 @@ struct BudgetEntry {
 struct BudgetVertex {
     std::uint32_t instance = 0, vertex = 0;
     Rgb exact{0.0f}, baked{0.0f};  ///< [W/(m^2 sr)]
+    Rgb direct{0.0f};              ///< The direct light of `baked`. [W/(m^2 sr)]
     Rgb deviation{0.0f};           ///< Standard deviation of `exact`, where paths have found it.
 };
 
@@ -49,6 +50,16 @@ struct ErrorBudget {
 Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh* const> originals,
                                  const RenderSettings& settings, std::size_t vertices,
                                  const Progress& progress = {});
+
+/// The direct light of a bake against rays (ray_renderer.h), which share neither fields nor the splitting of
+/// light into sources with it and its oracle. `meaning` has the rays' own standard error.
+///
+/// vertices  of error_budget.
+/// samples   of each vertex.
+/// cost      some 0.2 us a sample.
+/// errors    interrupted.
+Result<BudgetEntry> ray_difference(const ShadedScene& scene, std::span<const BudgetVertex> vertices,
+                                   std::uint32_t samples, const Progress& progress = {});
 
 /// What interpolating between the vertices costs: the oracle's radiance at the corners, interpolated, less
 /// the oracle at the point. Buried points are left out.

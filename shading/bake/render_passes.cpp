@@ -7,6 +7,7 @@
 #include "shading/bake/bounced_radiance.h"
 #include "shading/bake/colour_fit.h"
 #include "shading/bake/dense_renderer.h"
+#include "shading/bake/ray_renderer.h"
 
 namespace haarfield {
 namespace {
@@ -45,6 +46,7 @@ Result<SceneRadiance> fitted_radiance(const PointShading& shading, std::span<con
 /// shading, meshes  of a scene that is a variation of the bake's.
 Result<SceneRadiance> radiance_as(const PassShading& bake, const PointShading& shading,
                                   std::span<const SampledMesh> meshes, const Progress& progress) {
+    if (bake.ray_samples > 0) return ray_scene_radiance(shading.scene, bake.ray_samples, progress);
     if (bake.dense) return dense_scene_radiance(shading.scene, shading.settings, progress);
     if (meshes.empty()) return scene_radiance(shading, progress);
     Result<SceneRadiance> radiance = vertex_radiance(shading, meshes, {}, progress);
@@ -158,7 +160,7 @@ Result<std::vector<SceneRadiance>> render_passes(const PassShading& bake,
     assert(full.size() == scene.instances.size());
     assert(bake.meshes.empty() || bake.meshes.size() == full.size());
     assert(!bake.fitted || !bake.meshes.empty());
-    assert(!bake.dense || bake.meshes.empty());
+    assert((!bake.dense && bake.ray_samples == 0) || bake.meshes.empty());
     const bool shines = has_highlights(scene);
     std::optional<SceneRadiance> highlights;
     std::vector<SceneRadiance> result;

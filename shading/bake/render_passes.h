@@ -27,7 +27,8 @@ struct PassShading {
     std::span<const SampledMesh> meshes{};
     bool fitted =
         false;           ///< Values are fitted to what lies between the vertices, fit_radiance; needs meshes.
-    bool dense = false;  ///< By dense_scene_radiance; knows no meshes.
+    bool dense = false;  ///< By dense_scene_radiance; without meshes.
+    std::uint32_t ray_samples = 0;  ///< If above 0: by ray_scene_radiance; without meshes.
 };
 
 /// Passes of a bake.

@@ -7,7 +7,7 @@ constexpr float unit = 1.0f / (1 << 24);  // of the 24 bits that a float in [0, 
 
 }  // namespace
 
-Vec2f sobol_point(std::uint32_t index) {
+std::array<std::uint32_t, 2> sobol_digits(std::uint32_t index) {
     // Bit k of the index turns over the digits of its direction numbers: in the first dimension digit k + 1
     // alone, in the second those of (1 + x)^k modulo 2, row k of Pascal's triangle.
     std::uint32_t x = 0, y = 0;
@@ -17,6 +17,11 @@ Vec2f sobol_point(std::uint32_t index) {
             x ^= first;
             y ^= second;
         }
+    return {x, y};
+}
+
+Vec2f sobol_point(std::uint32_t index) {
+    const auto [x, y] = sobol_digits(index);
     return Vec2f(float(x >> 8) * unit, float(y >> 8) * unit);
 }
 

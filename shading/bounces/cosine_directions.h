@@ -1,6 +1,7 @@
 #pragma once
 /// Directions for rays, spread as evenly as can be.
 
+#include <array>
 #include <cstdint>
 
 #include "fields/base/vector.h"
@@ -13,6 +14,9 @@ namespace haarfield {
 ///
 /// source  Sobol 1967, the first two dimensions.
 Vec2f sobol_point(std::uint32_t index);
+
+/// The same point's coordinates as binary fractions of 32 digits.
+std::array<std::uint32_t, 2> sobol_digits(std::uint32_t index);
 
 /// A direction with the density of the cosine above a surface, from a point of the unit square.
 ///

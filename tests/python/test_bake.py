@@ -162,7 +162,7 @@ def test_options_out_of_range_are_value_errors(scene, options):
 @pytest.mark.parametrize(
     "options, said",
     [
-        ({"evaluator": "slow"}, 'evaluator: is "slow"; wanted tree or dense'),
+        ({"evaluator": "slow"}, 'evaluator: is "slow"; expected tree, dense or rays'),
         ({"evaluator": "dense", "refine": 0.1}, "knows vertices only"),
         ({"colours": "red"}, "wanted sampled or fitted"),
         ({"passes": ["depth"]}, "is not known; wanted one of"),

@@ -147,7 +147,8 @@ std::optional<Division> possible_division(const std::vector<std::string>& argume
         if (has_option(arguments, "--refine")) return Division::undivided;
         if (option_number(arguments, "--bounces", 1) == 0) return Division::shading;
         // Colours are fitted with what bounces, which wants the direct light of the whole scene first.
-        return has_value(arguments, "--colours", "fitted") || has_value(arguments, "--evaluator", "dense")
+        return has_value(arguments, "--colours", "fitted") || has_value(arguments, "--evaluator", "dense") ||
+                       has_value(arguments, "--evaluator", "rays")
                    ? Division::undivided
                    : Division::direct;
     }

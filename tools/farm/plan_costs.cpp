@@ -11,10 +11,10 @@ namespace {
 
 // Of one core of an AMD EPYC (Zen 4), rounded. [s]
 constexpr double a_sample = 40e-6, a_vertex = 40e-6, a_vertex_by_fields = 12e-6, a_bounced_vertex = 20e-6,
-                 a_dense_vertex = 2e-3, a_fitted_vertex = 150e-6, a_transfer_vertex = 15e-6,
-                 a_frame_vertex = 0.2e-6, a_frame_pixel = 0.3e-6, a_light_of_a_pixel = 0.15e-6,
-                 a_rendered_pixel = 30e-6, a_written_vertex = 1e-6, a_mesh_byte = 50e-9,
-                 a_prepared_vertex = 4e-6, a_read_sample = 3e-6, at_least = 0.3;
+                 a_dense_vertex = 2e-3, a_ray_sample = 0.3e-6, a_fitted_vertex = 150e-6,
+                 a_transfer_vertex = 15e-6, a_frame_vertex = 0.2e-6, a_frame_pixel = 0.3e-6,
+                 a_light_of_a_pixel = 0.15e-6, a_rendered_pixel = 30e-6, a_written_vertex = 1e-6,
+                 a_mesh_byte = 50e-9, a_prepared_vertex = 4e-6, a_read_sample = 3e-6, at_least = 0.3;
 
 // Measured on the table and chairs and on halls of them, rounded up. [bytes]
 constexpr double program_bytes = 300e6, sample_bytes = 3e3, fine_vertex_bytes = 300, shaded_vertex_bytes = 24,
@@ -132,7 +132,9 @@ JobCost command_cost(const Scene& scene, const std::vector<std::string>& argumen
     const std::string& command = arguments.front();
     const double vertices = all_vertices(scene), pixels = pixels_of(scene);
     if (command == "bake") {
-        const double each = has_value(arguments, "--evaluator", "dense")    ? a_dense_vertex
+        const double each = has_value(arguments, "--evaluator", "dense") ? a_dense_vertex
+                            : has_value(arguments, "--evaluator", "rays")
+                                ? a_ray_sample * option_number(arguments, "--samples", 1024)
                             : has_value(arguments, "--colours", "fitted")   ? a_fitted_vertex
                             : has_value(arguments, "--occlusion", "fields") ? a_vertex_by_fields
                                                                             : a_vertex;

@@ -60,8 +60,8 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refin
                            const std::vector<std::string>& passes, const std::string& evaluator,
                            const std::string& occlusion, float occlusion_error, float reach, int depth,
                            float tolerance, int light_coefficients, std::optional<int> bounces,
-                           bool original_vertices, const py::object& progress) {
-    const BakeOptions options{evaluator, refine, vertex_budget, colours, passes};
+                           bool original_vertices, std::uint32_t samples, const py::object& progress) {
+    const BakeOptions options{evaluator, refine, vertex_budget, colours, passes, samples};
     if (refine && !(*refine >= 1e-4f && *refine <= 1))
         throw py::value_error(fmt::format("refine is {}; wanted [0.0001, 1], or None", *refine));
     if (vertex_budget && !(*vertex_budget >= 1 && *vertex_budget <= 50'000'000))
@@ -337,14 +337,14 @@ returns  a dict: scene, includes, objects (what each include declares), images.)
               py::arg("tolerance") = RenderSettings().tolerance,
               py::arg("light_coefficients") = RenderSettings().light_coefficients,
               py::arg("bounces") = py::none(), py::arg("original_vertices") = false,
-              py::arg("progress") = py::none(),
+              py::arg("samples") = BakeOptions().samples, py::arg("progress") = py::none(),
               R"(Shades every vertex, with the bits of `haarfield bake`, whose options have the same names.
 
 refine             split triangles where interpolated radiance is off by more than this; None: not.
 vertex_budget      at most so many vertices with refine; None: 60,000, or half as many again as the models have.
 colours            "sampled" at the vertices, or "fitted" to what lies between them.
 passes             any of "diffuse", "specular", "irradiance", "occlusion", "own-shadow", "indirect".
-evaluator          "tree", or "dense": plain sums, slow.
+evaluator          "tree"; "dense": plain sums, slow; "rays": direct light by sampling, with `samples` per vertex.
 occlusion          "auto", "fields" or "exact": how vertices see past other objects.
 bounces            how often light goes on from surface to surface; 0: direct light alone; None: as often as it
                    matters.

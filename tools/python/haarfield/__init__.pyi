@@ -65,6 +65,7 @@ class Scene:
         light_coefficients: int = 1000,
         bounces: int | None = None,
         original_vertices: bool = False,
+        samples: int = 1024,
         progress: Progress | None = None,
     ) -> Bake: ...
     def budget(

@@ -1,0 +1,70 @@
+#pragma once
+/// Importance sampling of distant light and of emitters, for rays.
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "fields/base/embree_device.h"
+#include "shading/scene/emitter.h"
+#include "shading/scene/environment.h"
+
+namespace haarfield {
+
+/// A sampled direction towards light.
+struct LightSample {
+    Vec3f direction;  ///< Unit length.
+    Rgb radiance;     ///< From there. [W/(m^2 sr)]
+    double density;   ///< Of the directions. [1/sr]
+    float distance;   ///< To an emitter; far away for distant light. [m]
+    bool is_disc;     ///< Of a sun, which no other technique samples.
+};
+
+/// Draws directions in proportion to an environment's luminance: pixels by their inverse CDF, uniformly within
+/// the solid angle of each; discs uniformly.
+class EnvironmentSampler {
+public:
+    /// The environment must outlive it.
+    explicit EnvironmentSampler(const Environment& environment);
+
+    bool is_black() const { return !(total_ > 0); }
+
+    /// place  in the unit square.
+    LightSample sample(const std::array<double, 2>& place) const;
+
+    /// The radiance of the image's pixel in a direction, and the density with which it is sampled; no discs.
+    void look_up(const Vec3f& direction, Rgb& radiance, double& density) const;
+
+private:
+    const Environment& environment_;
+    std::vector<double> rows_, columns_;  ///< Running sums of luminance * solid angle: of rows; in each row.
+    std::vector<double> discs_;           ///< Running sums, after those of all rows.
+    double total_ = 0;
+};
+
+/// Draws points of emitters in proportion to radiance times area.
+class EmitterSampler {
+public:
+    explicit EmitterSampler(std::vector<Emitter> emitters);
+
+    bool is_black() const { return emitters_.empty(); }
+
+    /// None if the sampled point faces away.
+    std::optional<LightSample> sample(const Vec3f& from, const std::array<double, 2>& place) const;
+
+    /// The nearest emitter in a direction, if its bright side faces the point, with the density with which
+    /// its points are sampled.
+    std::optional<LightSample> look_up(const Vec3f& from, const Vec3f& direction) const;
+
+private:
+    std::optional<LightSample> seen(std::size_t emitter, const Vec3f& from, const Vec3d& to) const;
+
+    std::vector<Emitter> emitters_;
+    std::vector<double> chances_;  ///< Running sums of luminance * area.
+    std::vector<Vec3d> normals_;   ///< Unit length.
+    EmbreeDevice device_;
+    std::shared_ptr<RTCSceneTy> scene_;
+};
+
+}  // namespace haarfield

@@ -1,0 +1,233 @@
+#include "shading/bake/ray_renderer.h"
+
+#include <cassert>
+
+#include "shading/bake/lamp_light.h"
+#include "shading/bake/scrambled_sobol.h"
+#include "shading/bake/source_light.h"
+#include "shading/bake/vertex_evaluation.h"
+#include "shading/bounces/cosine_directions.h"
+
+namespace haarfield {
+namespace {
+
+/// How many samples each technique has.
+struct Counts {
+    std::uint32_t environment = 0, emitters = 0, cosine = 0, phong = 0, blinn = 0;
+};
+
+enum Technique : std::uint32_t { by_environment, by_emitters, by_cosine, by_phong, by_blinn };
+
+/// Light takes twice as many as each term of the BRDF.
+Counts counts_of(const RayScene& rays, const VertexBrdf& brdf, std::uint32_t samples) {
+    Counts counts;
+    const bool shines = brdf.specular != Rgb(0.0f);
+    if (!rays.environment.is_black()) counts.environment = 2;
+    if (!rays.emitters.is_black()) counts.emitters = 2;
+    counts.cosine = brdf.diffuse != Rgb(0.0f);
+    counts.phong = shines && brdf.phong > 0;
+    counts.blinn = shines && brdf.blinn > 0;
+    const std::uint32_t all =
+        counts.environment + counts.emitters + counts.cosine + counts.phong + counts.blinn;
+    for (std::uint32_t* count :
+         {&counts.environment, &counts.emitters, &counts.cosine, &counts.phong, &counts.blinn})
+        if (*count > 0) *count = std::max(1u, std::uint32_t(std::uint64_t(samples) * *count / all));
+    return counts;
+}
+
+/// Sums what rays carry that nothing blocks, sixteen at a time.
+class RayBatch {
+public:
+    RayBatch(const ShadowRays& rays, const Vec3f& from) : rays_(rays) { from_.fill(from); }
+
+    void add(const LightSample& light, const Vec3d& contribution) {
+        constexpr float horizon = 1e6f;  // further than any scene is large [m]
+        ends_[size_] = from_[0] + light.direction * std::min(light.distance, horizon);
+        contributions_[size_] = contribution;
+        if (++size_ == ShadowRays::packet) trace();
+    }
+    Vec3d sum() {
+        trace();
+        return sum_;
+    }
+
+private:
+    void trace() {
+        const auto wanted = std::uint16_t((1u << size_) - 1);
+        const std::uint16_t blocked =
+            rays_.blocked_from(std::span(from_).first(size_), wanted, std::span(ends_).first(size_));
+        for (std::size_t i = 0; i < size_; ++i)
+            if (!(blocked >> i & 1u)) sum_ += contributions_[i];
+        size_ = 0;
+    }
+
+    const ShadowRays& rays_;
+    std::array<Vec3f, ShadowRays::packet> from_, ends_;
+    std::array<Vec3d, ShadowRays::packet> contributions_;
+    std::size_t size_ = 0;
+    Vec3d sum_{0.0};
+};
+
+/// Integrates over the directions above one point.
+class PointIntegral {
+public:
+    PointIntegral(const RayScene& rays, const VertexBrdf& brdf, const Vec3f& from, std::uint32_t samples)
+        : rays_(rays),
+          brdf_(brdf),
+          from_(from),
+          counts_(counts_of(rays, brdf, samples)),
+          eye_(brdf.normal * (2 * brdf.normal.dot(brdf.mirror)) - brdf.mirror),
+          normal_axes_(axes_across(brdf.normal)),
+          mirror_axes_(axes_across(brdf.mirror)),
+          batch_(rays.rays, from) {}
+
+    Vec3d operator()(std::uint32_t seed) {
+        if (counts_.environment == 0 && counts_.emitters == 0) return Vec3d(0.0);
+        for_each(seed, by_environment, counts_.environment, [this](const std::array<double, 2>& place) {
+            const LightSample light = rays_.environment.sample(place);
+            add(light, light.is_disc ? counts_.environment * light.density
+                                     : counts_.environment * light.density + brdf_density(light.direction));
+        });
+        for_each(seed, by_emitters, counts_.emitters, [this](const std::array<double, 2>& place) {
+            if (const std::optional<LightSample> light = rays_.emitters.sample(from_, place))
+                add(*light, counts_.emitters * light->density + brdf_density(light->direction));
+        });
+        for_each(seed, by_cosine, counts_.cosine, [this](const std::array<double, 2>& place) {
+            add_direction(
+                cosine_direction(Vec2f(float(place[0]), float(place[1])), brdf_.normal, normal_axes_));
+        });
+        for_each(seed, by_phong, counts_.phong, [this](const std::array<double, 2>& place) {
+            add_direction(power_direction(Vec2f(float(place[0]), float(place[1])), brdf_.shininess,
+                                          brdf_.mirror, mirror_axes_));
+        });
+        for_each(seed, by_blinn, counts_.blinn, [this](const std::array<double, 2>& place) {
+            const Vec3f half = power_direction(Vec2f(float(place[0]), float(place[1])), brdf_.blinn_exponent,
+                                               brdf_.normal, normal_axes_);
+            add_direction((half * (2 * half.dot(eye_)) - eye_).normalized());
+        });
+        return batch_.sum();
+    }
+
+private:
+    template <class Use>
+    static void for_each(std::uint32_t seed, Technique technique, std::uint32_t count, const Use& use) {
+        const ScrambledSobol points(mixed_seed(seed, technique));
+        for (std::uint32_t i = 0; i < count; ++i) use(points(i));
+    }
+
+    /// densities  of all techniques that sample the direction, each times its count.
+    void add(const LightSample& light, double densities) {
+        if (!(densities > 0)) return;
+        const Vec3d contribution =
+            Vec3d(reflectance(brdf_, light.direction) * light.radiance) * (1 / densities);
+        if (contribution != Vec3d(0.0)) batch_.add(light, contribution);
+    }
+
+    /// A direction that the BRDF sampled: light from far away, and from the nearest emitter.
+    void add_direction(const Vec3f& direction) {
+        if (!(brdf_.normal.dot(direction) > 0)) return;
+        const double by_brdf = brdf_density(direction);
+        if (counts_.environment > 0) {
+            LightSample light{direction, Rgb(0.0f), 0, far_away, false};
+            rays_.environment.look_up(direction, light.radiance, light.density);
+            add(light, counts_.environment * light.density + by_brdf);
+        }
+        if (counts_.emitters > 0)
+            if (const std::optional<LightSample> light = rays_.emitters.look_up(from_, direction))
+                add(*light, counts_.emitters * light->density + by_brdf);
+    }
+
+    double brdf_density(const Vec3f& direction) const {
+        double sum = 0;
+        if (counts_.cosine > 0)
+            sum += counts_.cosine * double(std::max(0.0f, brdf_.normal.dot(direction))) / pi;
+        if (counts_.phong > 0)
+            sum += counts_.phong * power_density(brdf_.mirror.dot(direction), brdf_.shininess);
+        if (counts_.blinn > 0) {
+            const Vec3f half = (eye_ + direction).normalized();
+            const float along = half.dot(eye_);
+            if (along > 0)
+                sum += counts_.blinn * power_density(brdf_.normal.dot(half), brdf_.blinn_exponent) /
+                       (4 * double(along));
+        }
+        return sum;
+    }
+    static double power_density(float cosine, float exponent) {
+        if (!(cosine > 0)) return 0;
+        return (double(exponent) + 1) / (2 * pi) * std::pow(double(cosine), double(exponent));
+    }
+
+    const RayScene& rays_;
+    const VertexBrdf& brdf_;
+    const Vec3f from_;
+    const Counts counts_;
+    const Vec3f eye_;
+    const Axes<Vec3f> normal_axes_, mirror_axes_;
+    RayBatch batch_;
+};
+
+std::uint32_t vertex_seed(std::size_t instance, std::uint32_t vertex) {
+    return mixed_seed(mixed_seed(0, std::uint32_t(instance)), vertex);
+}
+
+const ShadedEntity& entity_of(const ShadedScene& scene, std::size_t instance) {
+    return scene.entities[scene.instances[instance].entity];
+}
+
+}  // namespace
+
+RayScene::RayScene(const ShadedScene& of)
+    : scene(of),
+      environment(of.environment),
+      emitters(scene_emitters(of).triangles),
+      lamps(placed_lamps(of.lamps)) {
+    rays.build(of);
+}
+
+Rgb ray_radiance(const RayScene& rays, std::size_t instance, const SurfacePoint& point, std::uint32_t samples,
+                 std::uint32_t seed) {
+    const ShadedInstance& placed = rays.scene.instances[instance];
+    const Material& material = entity_of(rays.scene, instance).materials[point.material];
+    const VertexView view = vertex_view(rays.scene, placed, point);
+    const Vec3f from = placed.placement.point_to_world(point.sample);
+    const VertexBrdf brdf = vertex_brdf(material, view);
+    return Rgb(Vec3f(PointIntegral(rays, brdf, from, samples)(seed) +
+                     radiance_from_lamps(rays.lamps, rays.rays, from, material, view)));
+}
+
+RayEstimate ray_estimate(const RayScene& rays, std::size_t instance, std::uint32_t vertex,
+                         std::uint32_t samples, std::uint32_t estimates) {
+    assert(estimates >= 2);
+    const SurfacePoint point = surface_point(entity_of(rays.scene, instance), vertex);
+    Vec3d sum(0.0), squares(0.0);
+    for (std::uint32_t i = 0; i < estimates; ++i) {
+        const Vec3d found(ray_radiance(rays, instance, point, std::max(1u, samples / estimates),
+                                       mixed_seed(vertex_seed(instance, vertex), i)));
+        sum += found;
+        squares += found * found;
+    }
+    RayEstimate result;
+    for (int c = 0; c < 3; ++c) {
+        const double mean = sum[c] / estimates,
+                     variance = std::max(0.0, squares[c] / estimates - mean * mean);
+        result.radiance[c] = float(mean);
+        result.deviation[c] = float(std::sqrt(variance / (estimates - 1)));
+    }
+    return result;
+}
+
+Result<SceneRadiance> ray_scene_radiance(const ShadedScene& scene, std::uint32_t samples,
+                                         const Progress& progress) {
+    const RayScene rays(scene);
+    return evaluated_vertices(
+        scene,
+        [&]() -> VertexEvaluation {
+            return [&](std::size_t instance, std::uint32_t vertex) {
+                return ray_radiance(rays, instance, surface_point(entity_of(scene, instance), vertex),
+                                    samples, vertex_seed(instance, vertex));
+            };
+        },
+        progress);
+}
+
+}  // namespace haarfield

@@ -1,0 +1,40 @@
+#include "shading/bake/vertex_evaluation.h"
+
+#include "shading/scene/shared_shading.h"
+#include "shading/visibility/buried_fill.h"
+
+namespace haarfield {
+
+Result<SceneRadiance> evaluated_vertices(const ShadedScene& scene,
+                                         const std::function<VertexEvaluation()>& make,
+                                         const Progress& progress) {
+    std::vector<std::vector<std::uint32_t>> orders;
+    for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
+    const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
+    SceneRadiance radiance;
+    const auto shade = [&](const VertexMask* wanted) {
+        return visit_wanted_runs(
+            scene, order_spans, wanted,
+            [&, wanted]() -> VertexRunVisitor {
+                return [&, wanted, evaluate = make()](std::size_t instance,
+                                                      std::span<const std::uint32_t> vertices) {
+                    for (const std::uint32_t vertex : vertices) {
+                        if (progress.stop.stop_requested()) return;
+                        if (!wanted || (*wanted)[instance][vertex] != 0)
+                            radiance[instance][vertex] = evaluate(instance, vertex);
+                    }
+                };
+            },
+            "shading", progress);
+    };
+    if (const Result<Done> shaded = share_vertices(scene, order_spans, radiance, shade); !shaded)
+        return shaded.error();
+    if (has_share_alone()) return radiance;
+    for (std::size_t i = 0; i < radiance.size(); ++i) {
+        const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
+        BuriedFill(*entity.mesh, entity.occlusion->samples().buried)(radiance[i]);
+    }
+    return radiance;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,22 @@
+#pragma once
+/// Radiance of all vertices by a method that shades them one at a time.
+
+#include <functional>
+
+#include "shading/scene/vertex_loop.h"
+
+namespace haarfield {
+
+/// The radiance of a vertex of an instance.
+using VertexEvaluation = std::function<Rgb(std::size_t instance, std::uint32_t vertex)>;
+
+/// Evaluates the vertices that are not buried, and fills in the others (BuriedFill). Processes share them as
+/// SharedShading has it.
+///
+/// make    makes an evaluation for one thread.
+/// errors  interrupted.
+Result<SceneRadiance> evaluated_vertices(const ShadedScene& scene,
+                                         const std::function<VertexEvaluation()>& make,
+                                         const Progress& progress);
+
+}  // namespace haarfield
