@@ -265,6 +265,7 @@ TEST(Readme, NamesNoOptionThatItsCommandsLack) {
         {"--threads", all},
         {"--depth", {"bake"}},
         {"--evaluator", {"bake"}},
+        {"--samples", {"bake", "budget"}},
         {"--pass", {"bake"}},
         {"--original-vertices", {"bake", "precompute"}},
         {"--radiosity", {"reference"}},

@@ -21,8 +21,8 @@ struct LightSample {
     bool is_disc;     ///< Of a sun, which no other technique samples.
 };
 
-/// Draws directions in proportion to an environment's luminance: pixels by their inverse CDF, uniformly within
-/// the solid angle of each; discs uniformly.
+/// Draws directions in proportion to an environment's luminance: pixels by their inverse CDF, uniformly
+/// within the solid angle of each; discs uniformly.
 class EnvironmentSampler {
 public:
     /// The environment must outlive it.
