@@ -30,9 +30,12 @@ install(FILES ${PROJECT_BINARY_DIR}/haarfieldConfig.cmake ${PROJECT_BINARY_DIR}/
     DESTINATION ${package_folder})
 
 install(TARGETS haarfield haarfield-reader RUNTIME)
+install(FILES ${PROJECT_BINARY_DIR}/pages/haarfield.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES ${PROJECT_BINARY_DIR}/pages/haarfield DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/haarfield/scenes
     FILES_MATCHING PATTERN "*.toml" PATTERN "*.obj")
 if(TARGET haarfield_addon)
     install(FILES ${HAARFIELD_ADDON} DESTINATION ${CMAKE_INSTALL_DATADIR}/haarfield)
 endif()
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE README.md CHANGELOG.md SECURITY.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES .reuse/dep5 DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
