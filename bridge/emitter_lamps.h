@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "bridge/lit_points.h"
 #include "shading/scene/emitter.h"
 #include "shading/scene/lamp.h"
 
@@ -23,9 +24,11 @@ enum class PatchPlace {
 ///
 /// emitters  in the world.
 /// count     wanted, at least 1. Where there are more triangles, some stand for all.
+/// lit       if given, only the first half of the patches is cut by power. The others are cut where the error
+///           of the irradiance of these points is largest, such as right beside them.
 /// lift      by how much they stand off the surface, so that it does not shadow them. [m]
 /// accuracy  of the irradiance of a patch at d times its size: 1 / (2 d^2); right beside it, useless.
 std::vector<Lamp> emitter_lamps(std::span<const Emitter> emitters, std::size_t count, PatchPlace place,
-                                float lift);
+                                float lift, const LitPoints* lit = nullptr);
 
 }  // namespace haarfield

@@ -2,6 +2,8 @@
 
 #include "bridge/povray_scene.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +11,9 @@ namespace haarfield {
 namespace {
 
 /// The mean of two pictures of the same objects, with its error.
-Image mean_picture(const Image& a, const Image& b, std::vector<Rgb>& half_difference) {
+///
+/// common_error  RMS radiance by which both err alike.
+Image mean_picture(const Image& a, const Image& b, double common_error, std::vector<Rgb>& half_difference) {
     Image mean = a;
     half_difference.resize(mean.pixels.size());
     double difference = 0, radiance = 0;
@@ -23,6 +27,7 @@ Image mean_picture(const Image& a, const Image& b, std::vector<Rgb>& half_differ
         for (int c = 0; c < 3; ++c) {
             difference += double(half_difference[i][c]) * double(half_difference[i][c]);
             radiance += double(mean.pixels[i][c]) * double(mean.pixels[i][c]);
+            difference += common_error * common_error;
         }
     }
     mean.relative_error = radiance > 0 ? static_cast<float>(std::sqrt(difference / radiance)) : 0.0f;
@@ -103,9 +108,11 @@ Result<RenderedScene> rendered_half(const ReferenceFiles& scene, std::size_t set
     return direct;
 }
 
-ReferencePicture reference_of_halves(std::array<RenderedScene, 2> halves) {
+ReferencePicture reference_of_halves(const ReferenceFiles& scene, std::array<RenderedScene, 2> halves) {
     ReferencePicture picture;
-    picture.image = mean_picture(halves[0].image, halves[1].image, picture.half_difference);
+    picture.image = mean_picture(halves[0].image, halves[1].image,
+                                 scene.emitter_lamps ? common_lamp_error(*scene.emitter_lamps) : 0,
+                                 picture.half_difference);
     for (std::size_t set = 0; set < 2; ++set) picture.run[set] = std::move(halves[set].run);
     return picture;
 }
@@ -118,7 +125,15 @@ Result<ReferencePicture> rendered_reference(const ReferenceFiles& scene, const P
         if (!half) return half.error();
         halves[set] = *std::move(half);
     }
-    return reference_of_halves(std::move(halves));
+    return reference_of_halves(scene, std::move(halves));
+}
+
+std::string reference_warning(double relative_error) {
+    if (relative_error < large_reference_error) return {};
+    return fmt::format(
+        "the reference has a relative error of {:.1f} % itself: differences from it below that do not count "
+        "against a bake; more --lights reduce it",
+        100 * relative_error);
 }
 
 Result<RenderedScene> radiosity_picture(const std::filesystem::path& scene, const PovrayOptions& options,

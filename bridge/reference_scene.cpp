@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 
 namespace haarfield {
@@ -410,6 +411,19 @@ std::vector<Emitter> world_emitters(std::span<const ReferenceInstance> instances
     return emitters;
 }
 
+/// The objects, with the albedo that the diffuse term has at their vertices.
+WorldSurface world_surface(std::span<const ReferenceInstance> instances) {
+    WorldSurface world;
+    for (const ReferenceInstance& instance : instances) {
+        std::vector<Rgb> albedo = vertex_tints(*instance.mesh, instance.surfaces);
+        albedo.resize(instance.mesh->positions.size(), Rgb(1.0f));
+        for (std::size_t v = 0; v < albedo.size(); ++v)
+            albedo[v] *= instance.materials[instance.mesh->vertex_materials[v]].diffuse;
+        world.add(*instance.mesh, instance.placement, albedo);
+    }
+    return world;
+}
+
 /// Hides an object from radiosity where something else stands for its light: a baked object, or the lamps of
 /// its emitters. The runs that gather bounces have no such lamps, or no emission.
 std::string radiosity_text(const ReferenceInstance& instance, const ReferenceBounces& bounces) {
@@ -531,37 +545,42 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     const std::vector<Emitter> emitters =
         bounces.baked.empty() ? world_emitters(instances) : std::vector<Emitter>();
     files.has_emitters = !emitters.empty();
+    std::optional<LitPoints> lit;
+    if (files.has_emitters) lit.emplace(camera, world_surface(instances));
+    std::array<std::vector<Lamp>, 2> lamp_sets;
     // Beyond POV-Ray's tolerance of shadows.
     const float lift = static_cast<float>(0.01 / files.world_scale);
     for (const auto& [switched_off_by, cut_share, of_patch] :
          {std::tuple(second_lights_alone, 0.5, PatchPlace::middle),
           std::tuple(first_lights_alone, 0.4, PatchPlace::random)}) {
-        const auto set = [&, cut_share = cut_share, of_patch = of_patch](int count,
-                                                                         std::span<const Emitter> glowing) {
+        const auto set = [&, cut_share = cut_share](int count, std::span<const Lamp> glowing) {
             LightSet made;
             for (const DirectionalLight& light :
                  light_dome(environment, {.lights = count, .cut_share = cut_share}))
                 made.add(dome_light(light, distance));
-            for (const Lamp& lamp : emitter_lamps(glowing, std::size_t(count), of_patch, lift))
-                made.add(povray_lamp(lamp, files.world_scale, "Share") + "\n");
+            for (const Lamp& lamp : glowing) made.add(povray_lamp(lamp, files.world_scale, "Share") + "\n");
             return made;
         };
-        const LightSet whole = set(lights / 2, emitters);
+        std::vector<Lamp>& of_emitters = lamp_sets[of_patch == PatchPlace::random];
+        of_emitters = emitter_lamps(emitters, std::size_t(lights / 2), of_patch, lift, lit ? &*lit : nullptr);
+        const LightSet whole = set(lights / 2, of_emitters);
         files.lights += whole.count;
         text += fmt::format("#ifndef ({})\n", switched_off_by);
         // In one half of the reference, radiosity gathers the emitters' bounces without lamps.
         const bool has_lamps = of_patch == PatchPlace::middle;
-        if (files.has_bounces && (lights > few_lights_of_bounces || (files.has_emitters && !has_lamps)))
-            text +=
-                fmt::format("#ifdef ({})\n{}#else\n{}#end\n", few_lights_alone,
-                            set(std::min(lights, few_lights_of_bounces) / 2,
-                                has_lamps ? std::span<const Emitter>(emitters) : std::span<const Emitter>())
-                                .text,
-                            whole.text);
-        else
+        if (files.has_bounces && (lights > few_lights_of_bounces || (files.has_emitters && !has_lamps))) {
+            const int few = std::min(lights, few_lights_of_bounces) / 2;
+            const std::vector<Lamp> few_lamps =
+                has_lamps ? emitter_lamps(emitters, std::size_t(few), of_patch, lift) : std::vector<Lamp>();
+            text += fmt::format("#ifdef ({})\n{}#else\n{}#end\n", few_lights_alone, set(few, few_lamps).text,
+                                whole.text);
+        } else
             text += whole.text;
         text += "#end\n";
     }
+    if (lit)
+        files.emitter_lamps =
+            std::make_shared<const LampSets>(LampSets{*std::move(lit), emitters, std::move(lamp_sets)});
     if (!lamps.empty()) {
         text += fmt::format("\n// Lamps, whichever set is on.\n#ifndef ({})\n", emitters_by_radiosity);
         for (const Lamp& lamp : lamps) text += povray_lamp(lamp, files.world_scale) + "\n";

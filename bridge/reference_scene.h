@@ -7,6 +7,7 @@
 #include "bridge/povray_scene.h"
 #include "scenes/scene_entities.h"
 
+#include <memory>
 #include <span>
 
 namespace haarfield {
@@ -66,15 +67,16 @@ struct ReferenceBounces {
 
 /// What write_reference_scene wrote.
 struct ReferenceFiles {
-    std::filesystem::path scene;                  ///< `NAME.pov`
-    std::vector<std::filesystem::path> includes;  ///< The meshes, one file each.
-    std::vector<std::filesystem::path> images;    ///< Of textures; see write_textures.
-    int lights = 0;                               ///< Written, of both sets; black ones are not.
-    int lamps = 0;                                ///< Of the scene's own.
-    bool has_bounces = false;                     ///< Of lights, gathered under few of them.
-    bool has_emitters = false;                    ///< Surfaces that light others, as lamps.
-    double world_scale = 1;                       ///< POV-Ray units per metre, a power of two.
-    std::vector<std::string> warnings;            ///< Where POV-Ray can not show a material as meant.
+    std::filesystem::path scene;                    ///< `NAME.pov`
+    std::vector<std::filesystem::path> includes;    ///< The meshes, one file each.
+    std::vector<std::filesystem::path> images;      ///< Of textures; see write_textures.
+    int lights = 0;                                 ///< Written, of both sets; black ones are not.
+    int lamps = 0;                                  ///< Of the scene's own.
+    bool has_bounces = false;                       ///< Of lights, gathered under few of them.
+    bool has_emitters = false;                      ///< Surfaces that light others, as lamps.
+    std::shared_ptr<const LampSets> emitter_lamps;  ///< Their direct light; null: no emitters.
+    double world_scale = 1;                         ///< POV-Ray units per metre, a power of two.
+    std::vector<std::string> warnings;              ///< Where POV-Ray can not show a material as meant.
 };
 
 /// Writes `NAME.pov` and `NAME_mesh_<k>.inc`, each atomically, the scene file last.
@@ -83,7 +85,8 @@ struct ReferenceFiles {
 ///             as parallel light sources with shadows, colour irradiance/pi: rendered one at a time, they
 ///             tell how far the reference itself can be trusted (reference_picture.h).
 /// lights      of both domes together, at most; >= 16 (asserted). A black environment has none.
-/// emitters    in each set as so many lamps as its dome has lights: emitter_lamps.
+/// emitters    in each set as so many lamps as its dome has lights, half of them where the points that the
+///             camera shows need them: emitter_lamps.
 /// lamps       beside both: the same light_sources, formula by formula. What one looks like casts no shadow
 ///             of any light, with a warning where there are others: POV-Ray knows no less.
 /// materials   POV-Ray's own terms: `diffuse`, `phong` and `phong_size`, `specular` (blinn) and `roughness`,

@@ -155,6 +155,44 @@ TEST(ReferencePicture, TellsItsOwnError) {
     }
 }
 
+/// A panel lights the wall behind it from a fiftieth of its size; the camera sees the strip beside it.
+TEST(ReferencePicture, TellsTheErrorOfSurfacesCloseToEmitters) {
+    const Mesh wall = upright_square_mesh(1, 1);
+    Mesh panel_mesh = upright_square_mesh(0.5f, 1);
+    for (auto& [a, b, c] : panel_mesh.triangles) std::swap(b, c);
+    for (Vec3f& normal : panel_mesh.normals) normal = -normal;
+    const Material material;
+    Surface panel;
+    panel.material = material;
+    panel.emission = Rgb(5.0f);
+    const std::vector<Emitter> emitters = emitters_of(panel_mesh, {&panel, 1});
+    const std::vector<ReferenceInstance> instances{
+        {"wall", &wall, {&material, 1}, {}},
+        {"panel", &panel_mesh, {&material, 1}, {{0, 0, 0.02f}, 1}, {&panel, 1}, emitters}};
+    Camera camera = frontal_camera(3, 32);
+    camera.position = Vec3f(0.75f, 0, 3);
+    camera.target = Vec3f(0.75f, 0, 0);
+    camera.vertical_fov = 2 * std::atan(0.24f / 3);
+    const TestFolder folder;
+    const auto rendered = [&](int lights) {
+        const Result<ReferenceFiles> scene =
+            write_reference_scene(folder.path(), fmt::format("panel_{}", lights), camera, instances,
+                                  constant_environment(16, Rgb(0.0f)), lights);
+        EXPECT_TRUE(scene) << scene.error().message();
+        PovrayOptions options;
+        options.width = options.height = 32;
+        options.declarations = {without_background};
+        return *rendered_reference(*scene, options);
+    };
+    const ReferencePicture truth = rendered(16384);
+    for (const int lights : {64, 256}) {
+        const ReferencePicture picture = rendered(lights);
+        const double error = relative_difference(picture.image, truth.image);
+        EXPECT_GT(*picture.image.relative_error, 0.9 * error) << lights;
+        EXPECT_LT(*picture.image.relative_error, 2 * error) << lights;
+    }
+}
+
 TEST(ReferencePicture, NeedsAsManyLightsAsTheFallOfTheErrorTells) {
     // Errors of 4 % and 1 % at 256 and 1024 lights fall as 1/n: 0.5 % wants twice as many, and a tenth more.
     const LightEstimate halved = estimated_lights(256, 0.04, 1024, 0.01, 0.005);

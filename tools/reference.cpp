@@ -89,6 +89,7 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
     if (!written) return written.error();
     const double error = double(*picture->image.relative_error);
     context.print("error  {:.4f}, relative, of the reference itself\n", error);
+    if (const std::string warning = reference_warning(error); !warning.empty()) context.warn(warning);
     context.report["lights"] = files->lights;
     context.report["bounces"] = options.bounces;
     context.report["scene"] = files->scene.string();

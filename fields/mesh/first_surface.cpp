@@ -16,7 +16,11 @@ FirstSurface::FirstSurface(const Mesh& mesh) : scene_(rtcNewScene(device_.get())
 std::optional<FirstSurface::Hit> FirstSurface::operator()(const Vec3f& from, const Vec3f& direction) const {
     const std::optional<RTCRayHit> ray = nearest_hit(scene_.get(), embree_ray(from, direction, INFINITY));
     if (!ray) return std::nullopt;
-    return Hit{ray->hit.primID, outwards(*ray).dot(direction) < 0};
+    return Hit{ray->hit.primID, outwards(*ray).dot(direction) < 0, ray->hit.u, ray->hit.v};
+}
+
+bool FirstSurface::is_met(const Vec3f& from, const Vec3f& way) const {
+    return meets_any(scene_.get(), embree_ray(from, way, 1));
 }
 
 }  // namespace haarfield

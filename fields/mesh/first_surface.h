@@ -17,6 +17,7 @@ public:
     struct Hit {
         std::uint32_t triangle;
         bool is_front;  ///< The ray arrives at the front.
+        float u, v;     ///< The triangle's corners weigh 1 - u - v, u and v.
     };
 
     /// Copies what it needs.
@@ -24,6 +25,9 @@ public:
 
     /// The first triangle in a direction, however far.
     std::optional<Hit> operator()(const Vec3f& from, const Vec3f& direction) const;
+
+    /// True if a triangle lies between two points: `from` and `from + way`.
+    bool is_met(const Vec3f& from, const Vec3f& way) const;
 
 private:
     EmbreeDevice device_;

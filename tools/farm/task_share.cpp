@@ -148,7 +148,7 @@ Result<ReferencePicture> shared_reference(const ReferenceFiles& scene, const Pov
             !take_values(share.joined[part], "coverage", coverage_rows_of(image, strip)))
             return wrong_part(part, "pixels");
     }
-    return reference_of_halves(std::move(halves));
+    return reference_of_halves(scene, std::move(halves));
 }
 
 }  // namespace haarfield

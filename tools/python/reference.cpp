@@ -52,6 +52,8 @@ Result<Reference> made_reference(const PreparedScene& prepared, const std::files
     const Result<Done> written = write_with_background(picture->image, reference.files.scene,
                                                        folder / "reference.exr", povray, progress);
     if (!written) return written.error();
+    if (std::string warning = reference_warning(double(*picture->image.relative_error)); !warning.empty())
+        reference.files.warnings.push_back(std::move(warning));
     reference.image = std::make_shared<const Image>(std::move(picture->image));
     return reference;
 }
