@@ -11,6 +11,7 @@
 #include "fields/field/field_library.h"
 #include "fields/file/claim.h"
 #include "fields/file/write_file.h"
+#include "fields/mesh/crossed_vertices.h"
 #include "fields/mesh/facing.h"
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/mesh_topology.h"
@@ -129,6 +130,7 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
         wanted.colours.push_back(surface.coloured);
         preparation.opacity.push_back(surface.texture ? opacity_map(*surface.texture) : OpacityMap());
     }
+    preparation.split_crossed = !originals;
     const bool is_less = wanted.uvs != imported->mapped || wanted.colours != imported->coloured;
     if (is_less) imported->mesh = with_shared_vertices(imported->mesh, wanted);
     if (shape != Shape()) {
@@ -260,6 +262,8 @@ std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vert
         const double share = static_cast<double>(entity->mesh.fine.positions.size()) / fine_vertices;
         meshes.push_back(subdivided(seen_surface(entity->mesh),
                                     static_cast<std::uint32_t>(share * static_cast<double>(vertices))));
+        if (entity->mesh.findings.open_components > 0)
+            split_crossed_vertices(meshes.back(), entity->mesh.original);
         part_thin_sheets(meshes.back(), entity->mesh.original);
     }
     return meshes;

@@ -1,5 +1,6 @@
 #include "fields/mesh/mesh_preparation.h"
 
+#include "fields/mesh/crossed_vertices.h"
 #include "fields/mesh/cut_outs.h"
 #include "fields/mesh/facing.h"
 #include "fields/mesh/mesh_subdivision.h"
@@ -366,6 +367,8 @@ Result<PreparedMesh> prepare_mesh_facing(ImportedMesh imported, const MeshPrepar
     prepared.findings.backs = prepared.backs.triangles.size();
     prepared.fine = subdivided(seen_surface(prepared), wanted.fine_vertices, progress);
     if (progress.stop.stop_requested()) return stopped;
+    if (wanted.split_crossed && prepared.findings.open_components > 0)
+        split_crossed_vertices(prepared.fine, prepared.original);
     prepared.findings.parted_vertices = part_thin_sheets(prepared.fine, prepared.original);
     return prepared;
 }

@@ -16,6 +16,7 @@ struct MeshPreparation {
     std::uint32_t fine_vertices = 0;     ///< Wanted at least; 0: as it is.
     std::uint32_t coarse_triangles = 0;  ///< Wanted at most; 0: as it is.
     std::vector<OpacityMap> opacity{};   ///< By the mesh's materials, or none; see cut_outs.h.
+    bool split_crossed = true;           ///< split_crossed_vertices of the fine mesh, if there are sheets.
 };
 
 /// A mesh, made ready; what was read, and what follows from it.
@@ -40,7 +41,8 @@ Mesh seen_surface(const PreparedMesh& prepared);
 ///
 /// fine      see mesh_subdivision.h: the surface does not change, no T-junctions, deterministic; at least
 ///           fine_vertices, and up to a tenth more where that finishes a round of equal edges. Sheets
-///           without thickness are parted (thin_sheets.h).
+///           without thickness are parted (thin_sheets.h), and vertices are split where sheets cross
+///           (crossed_vertices.h).
 /// coarse    quadric (Garland-Heckbert) edge collapse down to coarse_triangles; scans of more than some
 ///           150,000 triangles are first thinned by their shortest edges. What CGAL can not take as a
 ///           manifold (non-manifold edges) is cut there and still simplified; of the crumbs that this
