@@ -291,13 +291,15 @@ std::size_t unvalued(std::span<const Share> shares, std::size_t vertices) {
 
 }  // namespace
 
-OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedInstance> instances) {
+OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedInstance> instances,
+                           bool with_images) {
     OriginalBake bake;
     std::vector<std::vector<Share>> shares;
     std::vector<std::vector<std::uint32_t>> mapped_vertices;  // by entity: MappedMesh::listed
     for (const auto& entity : entities.entities) {
         shares.push_back(shares_of(*entity));
         bake.meshes.push_back(mesh_of(*entity->listed, shares.back(), entity->mesh.fine));
+        if (!with_images) continue;
         MappedMesh mapped;
         if (has_textures(entity->surfaces))
             mapped = MeshMapper(bake.meshes.back(), shares.back(), entity->mesh.fine).made();
@@ -325,6 +327,7 @@ OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedI
         bake.vertices += vertices;
         bake.unvalued += unvalued(shares[e], vertices);
 
+        if (!with_images) continue;
         BakedInstance& textured = bake.textured.emplace_back(original);
         if (!has_textures(baked.surfaces)) continue;
         const auto light_of = [&](std::span<const Rgb> values) {

@@ -28,8 +28,10 @@ struct OriginalBake {
 /// there; if nothing does its radiance and passes are 0. Normals are found likewise, (0, 1, 0) where there is
 /// nothing. Vertices that are not finite stand at the origin.
 ///
-/// entities   prepared with SceneEntityOptions::original_vertices (asserted).
-/// instances  of a bake of their fine meshes. Both must outlive the result.
-OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedInstance> instances);
+/// entities     prepared with SceneEntityOptions::original_vertices (asserted).
+/// instances    of a bake of their fine meshes. Both must outlive the result.
+/// with_images  false: `textured` and `textured_meshes` stay empty.
+OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedInstance> instances,
+                           bool with_images);
 
 }  // namespace haarfield

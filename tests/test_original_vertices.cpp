@@ -55,7 +55,7 @@ protected:
             instances.push_back({name, &fine(), {}, radiance});
             instances.back().passes = {{"occlusion", radiance, true}};
         }
-        return original_bake(entities, instances);
+        return original_bake(entities, instances, false);
     }
 
     const TestFolder folder;
@@ -266,7 +266,7 @@ TEST_F(TexturedOriginalVertices, HaveImagesAndLightApartInFilesWithImages) {
     std::vector<Rgb> light;
     for (const Vec3f& p : fine.positions) light.emplace_back(1 + p.x, 2.0f, 1 + p.z);
     const std::vector<BakedInstance> instances{{"first", &fine, {}, light, {}, entity.surfaces}};
-    const OriginalBake bake = original_bake(entities, instances);
+    const OriginalBake bake = original_bake(entities, instances, true);
     ASSERT_EQ(bake.instances[0].mesh->positions.size(), 6u);
     ASSERT_EQ(bake.textured.size(), 1u);
     const BakedInstance& textured = bake.textured[0];
@@ -288,6 +288,11 @@ TEST_F(TexturedOriginalVertices, HaveImagesAndLightApartInFilesWithImages) {
                 found.emplace(mesh.uvs[v].x, mesh.uvs[v].y);
         }
     EXPECT_EQ(found, (std::multiset<std::pair<float, float>>(uvs.begin(), uvs.end())));
+
+    const OriginalBake plain = original_bake(entities, instances, false);
+    EXPECT_TRUE(plain.textured.empty() && plain.textured_meshes.empty());
+    EXPECT_EQ(plain.values.size(), 1u) << "no light of files with images";
+    EXPECT_TRUE(std::ranges::equal(plain.instances[0].radiance, bake.instances[0].radiance));
 
     ASSERT_TRUE(write_baked_glb(folder / "a.glb", bake.textured));
     const Result<ModelFile> back = ModelFile::open(folder / "a.glb");

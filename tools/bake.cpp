@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace haarfield {
 
 namespace {
@@ -83,7 +85,8 @@ void add_bake_options(CLI::App& command, BakeOptions& options) {
 
 /// original_bake, with a warning of what has no light, and a word on what is without effect.
 OriginalBake at_original_vertices(const Scene& scene, const SceneEntities& entities,
-                                  const std::vector<BakedInstance>& instances, CommandContext& context) {
+                                  const std::vector<BakedInstance>& instances, bool with_images,
+                                  CommandContext& context) {
     for (std::size_t i = 0; i < instances.size(); ++i) {
         const Entity& entity = scene.entities[scene.instances[i].entity];
         if (instances[i].mesh->positions.size() >= entity.fine_vertices) continue;
@@ -93,7 +96,7 @@ OriginalBake at_original_vertices(const Scene& scene, const SceneEntities& entit
                         entity.name, entity.mesh.string()));
         break;  // one is enough
     }
-    OriginalBake original = original_bake(entities, instances);
+    OriginalBake original = original_bake(entities, instances, with_images);
     if (original.unvalued > 0)
         context.warn(
             fmt::format("{} of the files' {} vertices have no light, and radiance 0: no triangle with "
@@ -161,7 +164,9 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     context.print("scene  {} with {} includes\n", files->scene.string(), files->includes.size());
     std::optional<OriginalBake> original;
     if (options.fields.original_vertices)
-        original = at_original_vertices(*scene, *entities, instances, context);
+        original =
+            at_original_vertices(*scene, *entities, instances,
+                                 std::ranges::find(options.formats, "glb") != options.formats.end(), context);
     for (const std::string& format : options.formats) {
         const std::filesystem::path mesh = output / (file_stem(*scene) + "." + format);
         const auto write = format == "glb"   ? write_baked_glb

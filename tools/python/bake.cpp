@@ -34,11 +34,6 @@ struct Bake {
     std::span<const BakedInstance> instances() const {
         return original ? original->instances : baked.instances;
     }
-
-    /// As files of meshes with images have them.
-    std::span<const BakedInstance> textured_instances() const {
-        return original ? original->textured : baked.instances;
-    }
 };
 
 /// One of a bake's instances.
@@ -85,7 +80,7 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refin
         return baked;
     });
     if (original_vertices) {
-        made->original = original_bake(*prepared.entities, made->baked.instances);
+        made->original = original_bake(*prepared.entities, made->baked.instances, false);
         if (made->original->unvalued > 0)
             warn(
                 {fmt::format("{} of the files' {} vertices have no light, and radiance 0: no triangle with "
@@ -132,6 +127,12 @@ py::dict write_povray(const Bake& bake, const std::filesystem::path& folder, con
     written["objects"] = files.objects;
     written["images"] = files.images;
     return written;
+}
+
+Result<Done> write_glb(const Bake& bake, const std::filesystem::path& file) {
+    if (!bake.original) return write_baked_glb(file, bake.baked.instances);
+    const OriginalBake with_images = original_bake(*bake.prepared->entities, bake.baked.instances, true);
+    return write_baked_glb(file, with_images.textured);
 }
 
 /// Draws what POV-Ray would, without it.
@@ -308,21 +309,27 @@ void add_bake(py::module_& module, py::class_<PythonScene, std::shared_ptr<Pytho
 
 name     the scene's, if empty.
 returns  a dict: scene, includes, objects (what each include declares), images.)");
-    const auto writer = [&made](const char* name, auto write, auto instances, const char* text) {
+    const auto writer = [&made](const char* name, auto write, const char* text) {
         made.def(
             name,
-            [write, instances](const Bake& self, const std::filesystem::path& file) {
-                long_call<Done>(py::none(),
-                                [&](const Progress&) { return write(file, (self.*instances)()); });
+            [write](const Bake& self, const std::filesystem::path& file) {
+                long_call<Done>(py::none(), [&](const Progress&) { return write(self, file); });
             },
             py::arg("path"), text);
     };
-    writer("write_ply", &write_baked_ply, &Bake::instances,
-           "Writes all instances as one PLY, in world space.");
-    writer("write_glb", &write_baked_glb, &Bake::textured_instances,
-           "Writes all instances as glTF, with images and linear light as COLOR_0.");
-    writer("write_csv", &write_baked_csv, &Bake::instances,
-           "Writes a table of all vertices, in world space.");
+    writer(
+        "write_ply",
+        [](const Bake& self, const std::filesystem::path& file) {
+            return write_baked_ply(file, self.instances());
+        },
+        "Writes all instances as one PLY, in world space.");
+    writer("write_glb", &write_glb, "Writes all instances as glTF, with images and linear light as COLOR_0.");
+    writer(
+        "write_csv",
+        [](const Bake& self, const std::filesystem::path& file) {
+            return write_baked_csv(file, self.instances());
+        },
+        "Writes a table of all vertices, in world space.");
     made.def(
         "render", &rendered, py::arg("folder"), py::arg("antialiasing") = 3, py::arg("progress") = py::none(),
         "Writes the POV-Ray scene and renders it: baked.exr and baked.png in the folder.\n\n"
