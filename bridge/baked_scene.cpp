@@ -31,7 +31,7 @@ std::string include_text(const BakedInstance& instance, const std::string& decla
                          const std::string& file_name) {
     std::string text = fmt::format(
         "// {0}: {1}, baked to vertex colours by haarfield.\n"
-        "// {2} vertices, {3} triangles, {4} textures; linear radiance, right-handed, +y up, metres.\n"
+        "// {2} vertices, {3} triangles, {4} textures; linear radiance, {6}, +y up, metres.\n"
         "//\n"
         "// In a scene of your own:\n"
         "//     #version 3.7;\n"
@@ -41,8 +41,7 @@ std::string include_text(const BakedInstance& instance, const std::string& decla
         "// Without adc_bailout 0, POV-Ray drops the dark corners of triangles. The colours are the\n"
         "// light that the object sends to the camera it was baked for: your lights do not change\n"
         "// them. It has its place in the baked scene; translate, rotate and scale it as you like.\n"
-        "// For a left-handed camera (POV-Ray's usual one) add: scale <1, 1, -1>. Do not add it if the\n"
-        "// mesh was read from a POV-Ray file: such a mesh keeps the coordinates of its file.\n"
+        "{7}"
         "// With `#declare {1}_In_Place = 1;` in front of it, the #include places the object by itself,\n"
         "// which takes a third less memory.\n\n"
         "#ifndef ({1}_Included)\n"
@@ -53,7 +52,11 @@ std::string include_text(const BakedInstance& instance, const std::string& decla
         "{5}"
         "#ifndef ({1}_In_Place) #declare {1} = #end\n",
         file_name, object, instance.mesh->positions.size(), instance.mesh->triangles.size(), textures,
-        declarations);
+        declarations, instance.left_handed ? "left-handed" : "right-handed",
+        instance.left_handed
+            ? "// It has the coordinates of the POV-Ray file that its mesh was read from: place it without\n"
+              "// mirroring it.\n"
+            : "// For a left-handed camera (POV-Ray's usual one) add: scale <1, 1, -1>.\n");
     text += mesh;
     if (!is_identity(instance.placement.rotate)) text += povray_rotation(instance.placement.rotate) + "\n";
     fmt::format_to(std::back_inserter(text),

@@ -29,6 +29,7 @@ struct BakedInstance {
     /// Faces in place of the mesh's triangles, of the same vertices, where a file takes any; see
     /// OriginalBake.
     const ListedMesh* listed = nullptr;
+    bool left_handed = false;  ///< Coordinates are those of a left-handed POV-Ray file.
 };
 
 /// The radiance of a vertex, with the colour of its texture there.

@@ -107,6 +107,7 @@ std::vector<BakedInstance> seen_instances(const Scene& scene, const SceneEntitie
         BakedInstance& added =
             instances.emplace_back(BakedInstance{scene.instances[i].name, shaded.meshes[i].mesh,
                                                  scene.instances[i].placement, shaded.radiance[i]});
+        added.left_handed = entity.left_handed;
         if (all_plain(entity.surfaces)) continue;
         seen[i] = seen_radiance(*shaded.meshes[i].mesh, entity.surfaces, shaded.radiance[i], highlights[i]);
         added.radiance = seen[i].under;

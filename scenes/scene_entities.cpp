@@ -141,6 +141,7 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
         prepare_mesh_facing(std::move(*imported), preparation, description.faces, progress);
     if (!prepared) return Error{description.mesh.string(), prepared.error().message()};
     entity.mesh = std::move(*prepared);
+    entity.left_handed = (*model)->is_left_handed() && !mirrors(shape);
     warnings.add_findings(description.mesh, description.part, notable_findings(entity.mesh));
     entity.surfaces = std::move(*surfaces);
     entity.materials = materials_of(entity.surfaces);

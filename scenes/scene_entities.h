@@ -19,6 +19,7 @@ namespace haarfield {
 struct SceneEntity {
     std::string name;  ///< The entity's; of instances that are stretched or mirrored with `~` and shape_name.
     PreparedMesh mesh;
+    bool left_handed = false;  ///< Coordinates of the mesh, which are those of a left-handed file.
     /// Its file's vertices and faces, in that shape: if SceneEntityOptions::original_vertices.
     std::optional<ListedMesh> listed;
     std::optional<EntityOcclusion> occlusion;  ///< Of the mesh; always there once prepared.

@@ -17,10 +17,12 @@
 namespace haarfield {
 namespace {
 
-/// Scales alike along all axes, after turning z upwards if it is so meant.
-AffineMap turned_and_scaled(bool z_up, double scale) {
+/// Scales alike along all axes, after turning z upwards if it is so meant. Left-handed coordinates become
+/// right-handed: their depth is negated.
+AffineMap turned_and_scaled(bool z_up, bool left_handed, double scale) {
     AffineMap map;
     if (z_up) map.axes = {Vec3d(1, 0, 0), Vec3d(0, 0, -1), Vec3d(0, 1, 0)};
+    if (left_handed) map.axes[z_up ? 1 : 2] *= -1;
     for (Vec3d& axis : map.axes) axis *= scale;
     return map;
 }
@@ -122,7 +124,7 @@ public:
         if (!opened) return opened.error();
         const ModelFile& model = *opened;
         const std::size_t file = files_.size();
-        files_.push_back({path.string(), Vec3d(0, 0, 0)});
+        files_.push_back({path.string(), Vec3d(0, 0, 0), model.is_left_handed()});
         const std::string stem = file_name(path.stem().string(), "model");
         const ModelParts& parts = model.parts();
         const bool stands_still =
@@ -220,6 +222,7 @@ private:
     struct File {
         std::string path;
         Vec3d shift;
+        bool left_handed;  ///< Its coordinates.
     };
     struct PlacedLight {
         ModelLight light;
@@ -233,19 +236,20 @@ private:
 
     /// From a file's world to the scene.
     AffineMap world_of(std::size_t file) const {
-        AffineMap world = turned_and_scaled(wanted_.z_up, scale_);
+        AffineMap world = turned_and_scaled(wanted_.z_up, files_[file].left_handed, scale_);
         world.origin = files_[file].shift * scale_;
         return world;
     }
 
     /// By file, in its units, turned upright and shifted. A file without a surface has an empty box.
     std::vector<Bounds> upright_bounds() const {
-        const AffineMap upright = turned_and_scaled(wanted_.z_up, 1);
         std::vector<Bounds> boxes(files_.size());
-        for (const Placed& instance : placed_)
+        for (const Placed& instance : placed_) {
+            const File& file = files_[instance.file];
+            const AffineMap upright = turned_and_scaled(wanted_.z_up, file.left_handed, 1) * instance.place;
             for (const Vec3d& corner : corners_of(extents_[instance.entity].bounds))
-                boxes[instance.file].add(
-                    Vec3f((upright * instance.place).point(corner) + files_[instance.file].shift));
+                boxes[instance.file].add(Vec3f(upright.point(corner) + file.shift));
+        }
         return boxes;
     }
 
@@ -320,7 +324,8 @@ private:
     void find_rooms() {
         std::vector<Vec3d> contents;
         for (const Placed& placed : placed_)
-            contents.push_back(placed.place.point(Vec3d(extents_[placed.entity].bounds.centre())));
+            contents.push_back(
+                (world_of(placed.file) * placed.place).point(Vec3d(extents_[placed.entity].bounds.centre())));
         for (const PlacedLight& light : lights_)
             if (light.light.kind != ModelLight::Kind::parallel)
                 contents.push_back(world_of(light.file).point(Vec3d(light.light.position)));

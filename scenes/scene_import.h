@@ -38,6 +38,9 @@ struct ImportedScene {
 /// photometric units are scaled, with a warning, if they light a white sphere (albedo 0.8) amid the models to
 /// a radiance above 1, or if the models are in a closed room.
 ///
+/// Left-handed coordinates of POV-Ray files (ModelFile::is_left_handed) become right-handed: the instances and
+/// lights of such a file are mirrored, so that a picture shows the models as POV-Ray does.
+///
 /// Models of several files whose boxes overlap are placed side by side along x, on one level, with a warning.
 ///
 /// The floor has two entities: `floor`, a square twice as far to each side as the models are large, and

@@ -83,13 +83,17 @@ Result<LinearParts> linear_parts(const std::array<Vec3d, 3>& row) {
     return parts;
 }
 
+bool mirrors(const Shape& shape) {
+    return matrix_of(shape.row).determinant() < 0;
+}
+
 Mesh shaped_mesh(Mesh mesh, const Shape& shape) {
     if (shape == Shape()) return mesh;
     const M33d matrix = matrix_of(shape.row);
     const Shape of_normals{rows_of(matrix.inverse().transposed())};
     for (Vec3f& position : mesh.positions) position = Vec3f(shape(Vec3d(position)));
     for (Vec3f& normal : mesh.normals) normal = Vec3f(of_normals(Vec3d(normal)).normalized());
-    if (matrix.determinant() < 0)
+    if (mirrors(shape))
         for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
     return mesh;
 }
@@ -97,7 +101,7 @@ Mesh shaped_mesh(Mesh mesh, const Shape& shape) {
 ListedMesh shaped_listing(ListedMesh listed, const Shape& shape) {
     if (shape == Shape()) return listed;
     for (Vec3f& position : listed.positions) position = Vec3f(shape(Vec3d(position)));
-    if (!(matrix_of(shape.row).determinant() < 0)) return listed;
+    if (!mirrors(shape)) return listed;
     auto corner = listed.corners.begin();
     for (const std::uint32_t count : listed.face_corners) {
         if (count > 0) std::reverse(corner + 1, corner + count);

@@ -28,6 +28,9 @@ struct Shape {
 /// How far lengths of equal shapes may differ, relatively: matrices in files have six digits or so.
 inline constexpr double shape_tolerance = 1e-5;
 
+/// Tests whether a shape turns right-handed coordinates into left-handed ones.
+bool mirrors(const Shape& shape);
+
 /// Whether no length differs by more than shape_tolerance.
 bool is_same_shape(const Shape& a, const Shape& b);
 

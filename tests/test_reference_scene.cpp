@@ -1,6 +1,7 @@
 #include "bridge/reference_scene.h"
 
 #include "bridge/povray_process.h"
+#include "scenes/scene_import.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
 namespace haarfield {
@@ -19,6 +20,45 @@ Result<Image> rendered(const TestFolder& folder, const Camera& camera,
     if (Result<PovrayRun> run = run_povray(files->scene, folder / "reference.exr", options); !run)
         return run.error();
     return read_image(folder / "reference.exr");
+}
+
+/// A triangle, and a smaller one in front of it on the right.
+TEST(ReferenceScene, ShowsLeftHandedFilesAsPovrayDoes) {
+    const TestFolder folder;
+    constexpr const char* mesh =
+        "mesh2 { vertex_vectors { 6, <-1, -1, 0>, <1, -1, 0>, <-1, 1, 0>, <0.2, 0, -1>, <0.8, 0, -1>, "
+        "<0.8, 0.7, -1> } face_indices { 2, <0, 1, 2>, <3, 4, 5> } }\n";
+    write_text(folder / "own.inc", mesh);
+    write_text(folder / "own.pov",
+               std::string("#version 3.7;\nglobal_settings { assumed_gamma 1 }\ncamera { location <1, 1, -4> "
+                           "right x up y angle 45 look_at <0, 0, 0> }\nobject { ") +
+                   mesh + "pigment { rgb 1 } finish { emission 1 ambient 0 diffuse 0 } }\n");
+    Camera camera = frontal_camera(4, 48);
+    PovrayOptions options;
+    options.width = options.height = 48;
+    ASSERT_TRUE(run_povray(folder / "own.pov", folder / "own.exr", options));
+    const Result<Image> own = read_image(folder / "own.exr");
+    ASSERT_TRUE(own) << own.error().message();
+
+    const std::filesystem::path model = folder / "own.inc";
+    const Result<ImportedScene> imported = scene_of_models({&model, 1}, folder.path(), {});
+    ASSERT_TRUE(imported) << imported.error().message();
+    const Result<SceneEntities> entities = original_entities(imported->scene);
+    ASSERT_TRUE(entities) << entities.error().message();
+    camera.position = Vec3f(1, 1, 4);
+    camera.target = Vec3f(0, 0, 0);
+    camera.vertical_fov = float(pi) / 4;
+    const std::vector<ReferenceInstance> instances = reference_instances(imported->scene, *entities);
+    const Result<Image> found = rendered(folder, camera, instances, constant_environment(16, Rgb(1.0f)), 64);
+    ASSERT_TRUE(found) << found.error().message();
+    int covered = 0, different = 0;
+    for (std::size_t i = 0; i < own->pixels.size(); ++i) {
+        const bool is_covered = own->pixels[i].x > 0.5f;
+        covered += is_covered;
+        different += is_covered != (found->pixels[i].x > 0.05f);
+    }
+    EXPECT_GT(covered, 300);
+    EXPECT_LT(different, 8);
 }
 
 TEST(ReferenceScene, AWhiteFurnaceReflectsTheAlbedo) {

@@ -214,6 +214,50 @@ TEST_F(SceneImportTest, ModelsThatOverlapArePlacedSideBySide) {
     EXPECT_TRUE(warnings.empty());
 }
 
+/// A mesh at <1, 2, 3> and a light at <4, 5, 6>, as POV-Ray has them.
+std::string povray_file(const std::string& camera) {
+    return "camera { location <0, 1, -3> " + camera +
+           " }\nlight_source { <4, 5, 6> rgb 1 }\nmesh2 { vertex_vectors { 3, <1, 2, 3>, <2, 2, 3>, "
+           "<1, 3, 3> } face_indices { 1, <0, 1, 2> } }\n";
+}
+
+TEST_F(SceneImportTest, LeftHandedFilesAreMirrored) {
+    const auto places = [&](const std::string& text, const SceneImport& wanted) {
+        const Result<ImportedScene> result = imported(written("own.pov", text), wanted);
+        EXPECT_TRUE(result) << result.error().message();
+        const Scene scene = read_back(result->scene);
+        return std::pair(Vec3f(placed(scene.instances.at(0), {1, 2, 3})), scene.lamps.at(0).position);
+    };
+    const std::string usual = povray_file("right x*1.333"), right_handed = povray_file("right -x*1.333");
+    const auto [mesh, light] = places(usual, {});
+    expect_near(mesh, {1, 2, -3}, 1e-5f);
+    expect_near(light, {4, 5, -6}, 1e-5f);
+    const auto [upright_mesh, upright_light] = places(usual, {.z_up = true});
+    expect_near(upright_mesh, {1, 3, 2}, 1e-5f);
+    expect_near(upright_light, {4, 6, 5}, 1e-5f);
+    for (const std::string& text :
+         {right_handed, povray_file("up y right <-1.333, 0, 0>"),
+          "// x.inc: x, baked by haarfield.\n// linear radiance, right-handed, +y up, metres.\n\n" + usual}) {
+        expect_near(places(text, {}).first, {1, 2, 3}, 0);
+        expect_near(places(text, {}).second, {4, 5, 6}, 0);
+    }
+}
+
+TEST_F(SceneImportTest, RoomsEncloseModelsInAnyUnit) {
+    // A cube from 10 to 12 along x that faces inwards, and a triangle in it.
+    const std::vector<std::filesystem::path> files{
+        written("room.obj",
+                "v 10 0 0\nv 12 0 0\nv 12 2 0\nv 10 2 0\nv 10 0 2\nv 12 0 2\nv 12 2 2\nv 10 2 2\n"
+                "f 1 2 3 4\nf 5 8 7 6\nf 1 5 6 2\nf 4 3 7 8\nf 1 4 8 5\nf 2 6 7 3\n"),
+        written("chair.obj", "v 10.9 0.9 1\nv 11.1 0.9 1\nv 11 1.1 1\nf 1 2 3\n")};
+    for (const double unit : {1.0, 10.0}) {
+        const Result<ImportedScene> result =
+            scene_of_models(files, folder.path(), {.unit = unit, .keep_places = true});
+        ASSERT_TRUE(result) << result.error().message();
+        EXPECT_EQ(result->scene.entities[0].faces, ClosedFaces::inwards) << unit;
+    }
+}
+
 TEST_F(SceneImportTest, UnitsThatDoNotFitAreReported) {
     const std::filesystem::path file = written("pair.obj", two_objects);
     const Result<ImportedScene> tiny = imported(file, {.unit = 0.0001});

@@ -289,7 +289,29 @@ private:
 }  // namespace
 
 Result<Mesh2File> read_mesh2(std::string_view text) {
-    return FileParser(text).file();
+    Result<Mesh2File> file = FileParser(text).file();
+    if (file) file->left_handed = is_left_handed(text);
+    return file;
+}
+
+bool is_left_handed(std::string_view text) {
+    if (text.substr(0, text.find("\n\n")).find("radiance, right-handed") != text.npos) return false;
+    PovrayText words(text);
+    bool in_camera = false;
+    while (!words.at_end()) {
+        if (words.next() == '}') in_camera = false;
+        const std::size_t place = words.place();
+        const std::string_view word = words.word();
+        if (word == "camera") {
+            in_camera = true;
+        } else if (word == "right" && in_camera) {
+            words.take('<');
+            if (words.next() == '-') return false;
+        } else if (words.place() == place) {
+            words.pass_over_one();
+        }
+    }
+    return true;
 }
 
 bool mentions_mesh2(std::string_view text) {

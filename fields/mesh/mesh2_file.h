@@ -49,6 +49,7 @@ struct Mesh2File {
     std::vector<PlacedMesh2> placed;  ///< In the order of the file; each mesh at least once.
     std::vector<ModelLight> lights;   ///< That are plain data, and in no union, declaration or condition;
     std::size_t unread_lights = 0;    ///< how many others there are.
+    bool left_handed = true;          ///< is_left_handed of the text.
 };
 
 /// Reads the meshes of a text in POV-Ray's language as plain data; nothing is run and no other file is read.
@@ -57,7 +58,7 @@ struct Mesh2File {
 /// `object { NAME ... }`, `union` and `merge` give to them with scale, rotate, translate and matrix of plain
 /// numbers; and `#ifdef` and `#ifndef` of what this text itself declares. What is declared but stands
 /// nowhere, stands as it was declared. And light_sources: povray_light.h. All else is passed over.
-/// Coordinates are taken as they are written: a scene for a left-handed camera is read as its mirror image.
+/// Coordinates are read as they are written, whatever their handedness.
 ///
 /// errors  (with an empty `where`, and the line) what is not plain data in a mesh or in its place: macros,
 ///         loops, conditions, identifiers, sums; what POV-Ray refuses in a mesh: counts that do not match,
@@ -67,6 +68,10 @@ struct Mesh2File {
 /// source  POV-Ray 3.7, reference, 2.4.2.3 Mesh2; a rotation is about x, then y, then z, each by the matrix
 ///         that turns y towards z, z towards x, x towards y.
 Result<Mesh2File> read_mesh2(std::string_view text);
+
+/// Tests whether a text's coordinates are left-handed, as POV-Ray's are. They are right-handed if a camera of
+/// the text has a negative `right`, or if haarfield wrote the text.
+bool is_left_handed(std::string_view text);
 
 /// Whether the text has a `mesh2` word, outside of comments or not.
 bool mentions_mesh2(std::string_view text);

@@ -52,7 +52,7 @@ struct MeshReaderOptions {
 /// name and a blank if there are several meshes. A face without a texture, and one of a mesh whose only
 /// texture has no name or whose unnamed textures blend (as colours of vertices do), is of the material that
 /// the mesh or the object round it has, or that is named as the mesh if there are several, or "". Coordinates
-/// are taken as they are written: a scene for POV-Ray's usual left-handed camera is read as its mirror image.
+/// are read as they are written, also left-handed ones (ModelFile::is_left_handed).
 ///
 /// errors  no such file, not a mesh that can be read (with its reader's words), no triangle left,
 ///         coordinates beyond 1e6 m, less than 1e-6 m large.

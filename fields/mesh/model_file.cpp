@@ -237,6 +237,11 @@ ModelFile ModelFile::of(GivenMesh mesh, const std::string& name) {
     return model;
 }
 
+bool ModelFile::is_left_handed() const {
+    const auto* meshes = std::get_if<Mesh2File>(&content_);
+    return meshes && meshes->left_handed;
+}
+
 Result<FaceGatherer> ModelFile::faces(std::optional<std::size_t> part) const {
     FaceGatherer gathered;
     try {

@@ -44,6 +44,9 @@ public:
     /// errors  coordinates beyond 1e6 m, too many vertices or materials.
     Result<FaceGatherer> faces(std::optional<std::size_t> part = {}) const;
 
+    /// Tests whether coordinates are left-handed: only those of POV-Ray are (mesh2_file.h).
+    bool is_left_handed() const;
+
     /// Of the materials that meshes of the file have.
     UnusedProperties unused() const;
 
