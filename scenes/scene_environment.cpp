@@ -1,12 +1,18 @@
 #include "scenes/scene_environment.h"
 
+#include "scenes/camera_frame.h"
 #include "scenes/given_files.h"
 #include "scenes/image.h"
+#include "scenes/scene_camera.h"
+#include "scenes/scene_entities.h"
+#include "shading/bake/room_exposure.h"
 #include "shading/scene/exposure.h"
 #include "shading/transfer/mixed_environment.h"
 #include "shading/transfer/turned_light.h"
 
 #include <fmt/format.h>
+
+#include <cmath>
 
 namespace haarfield {
 namespace {
@@ -24,6 +30,20 @@ Result<Environment> read_light(const Scene& scene, const std::filesystem::path& 
         warnings.push_back(fmt::format("{}: {} negative and {} non-finite values clamped", file.string(),
                                        findings.negative_values, findings.non_finite_values));
     return Environment(std::move(*image));
+}
+
+/// Through the middles of a few cells of the picture.
+std::vector<Vec3f> picture_directions(const Camera& camera) {
+    constexpr int columns = 12, rows = 9;
+    const CameraFrame frame = camera_frame(camera);
+    const double up = std::tan(0.5 * double(camera.vertical_fov)), across = up * camera.width / camera.height;
+    std::vector<Vec3f> directions;
+    for (int row = 0; row < rows; ++row)
+        for (int column = 0; column < columns; ++column)
+            directions.emplace_back(frame.forward +
+                                    frame.right * (across * ((2 * column + 1.0) / columns - 1)) +
+                                    frame.up * (up * (1 - (2 * row + 1.0) / rows)));
+    return directions;
 }
 
 }  // namespace
@@ -57,6 +77,12 @@ float found_exposure(const Scene& scene, const Environment& light) {
             local.push_back({arriving.direction, arriving.share * pi * double(luminance(lamp.colour))});
     }
     return automatic_exposure(light, local);
+}
+
+float room_stops(const Scene& scene, const SceneEntities& entities, const Environment& light) {
+    if (scene.environment.exposure || scene.environment.is_black()) return 0;
+    return room_exposure(shaded_scene(scene, entities, light),
+                         picture_directions(scene_camera(scene, entities)));
 }
 
 Result<SceneEnvironment> scene_environment(const Scene& scene) {

@@ -7,6 +7,8 @@
 
 namespace haarfield {
 
+struct SceneEntities;
+
 /// The light, and how it came about.
 struct SceneEnvironment {
     Environment environment;            ///< Clean, turned and exposed.
@@ -28,6 +30,12 @@ Result<Environment> described_environment(const Scene& scene, std::vector<std::s
 ///
 /// light  turned, not exposed.
 float found_exposure(const Scene& scene, const Environment& light);
+
+/// The stops that the exposure of a scene's light needs in addition to found_exposure because its camera stands
+/// in a room: see room_exposure. 0 if the scene names its exposure.
+///
+/// light  exposed.
+float room_stops(const Scene& scene, const SceneEntities& entities, const Environment& light);
 
 /// Reads or makes the light, cleans it, finds its exposure if it is to be found, turns it and exposes it.
 ///

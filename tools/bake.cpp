@@ -117,6 +117,7 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     if (!entities) return entities.error();
     if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
         return placed.error();
+    expose_room(*scene, *entities, *environment, context);
 
     const ShadedScene shaded = shaded_scene(*scene, *entities, std::move(*environment));
     RenderSettings settings = options.settings;

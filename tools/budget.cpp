@@ -145,12 +145,13 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     if (!scene) return scene.error();
     // Before minutes of work: fields may lie elsewhere.
     if (const Result<Done> made = make_folder(output); !made) return made.error();
-    const Result<Environment> environment = opened_environment(*scene, context);
+    Result<Environment> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
     const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
     if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
         return placed.error();
+    expose_room(*scene, *entities, *environment, context);
     const ShadedScene shaded = shaded_scene(*scene, *entities, *environment);
     RenderSettings settings = options.settings;
     settings.face_size = options.fields.face_size;

@@ -202,6 +202,8 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     if (!entities) return entities.error();
     if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
         return placed.error();
+    for (std::size_t i = 0; i < environments->size(); ++i)
+        expose_room(*scene, *entities, (*environments)[i], context, i);
 
     if (const Result<Done> made = make_folder(output); !made) return made.error();
     RelightStage stage{options, std::move(*scene), {}, std::move(*environments), {}, {}, {}, nullptr};

@@ -112,6 +112,17 @@ Result<Environment> opened_environment(const Scene& scene, CommandContext& conte
     return std::move(light->environment);
 }
 
+float expose_room(const Scene& scene, const SceneEntities& entities, Environment& environment,
+                  CommandContext& context, std::size_t number) {
+    const float stops = room_stops(scene, entities, environment);
+    if (stops == 0) return 0;
+    environment = turned_environment(environment, 0, double(stops));
+    auto& exposure = context.report["environments"][number]["exposure"];
+    exposure = exposure.get<float>() + stops;
+    context.print("light  exposure {:.2f} stops, because the camera is in a room\n", exposure.get<float>());
+    return stops;
+}
+
 PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const CommandContext& context) {
     PovrayOptions povray = picture_options(scene.camera, options.antialiasing);
     povray.threads = context.threads;
@@ -316,6 +327,7 @@ Result<TracedScene> opened_for_tracing(Scene& scene, const SceneOptions& options
     if (!entities) return entities.error();
     if (const Result<Done> placed = place_camera(scene, *entities, options, context); !placed)
         return placed.error();
+    expose_room(scene, *entities, *environment, context);
     std::vector<ReferenceInstance> instances = reference_instances(scene, *entities);
     return TracedScene{std::move(*environment), std::move(*entities), std::move(instances)};
 }

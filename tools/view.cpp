@@ -134,9 +134,12 @@ Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
 
     Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
     if (!entities) return entities.error();
-    if (const Result<Environment> light = opened_environment(*scene, context); !light) return light.error();
+    Result<Environment> light = opened_environment(*scene, context);
+    if (!light) return light.error();
     if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
         return placed.error();
+    if (expose_room(*scene, *entities, *light, context) != 0)
+        scene->environment.exposure = context.report["environments"][0]["exposure"].get<float>();
 
     std::filesystem::path lights = options.lights;
     if (lights.empty() && !scene->environment.sky) lights = scene->environment.image.parent_path();

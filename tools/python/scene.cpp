@@ -94,6 +94,10 @@ Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(BakedVertices
     made->entities = shared_entities;
     made->scene.camera = scene_camera(scene_, *made->entities);
     made->scene.finds_camera = false;
+    if (const float stops = room_stops(made->scene, *made->entities, made->light.environment); stops != 0) {
+        made->light.environment = turned_environment(made->light.environment, 0, double(stops));
+        made->light.exposure += stops;
+    }
     for (std::string& trouble : camera_troubles(made->scene, *made->entities))
         made->warnings.push_back(std::move(trouble));
     shared = made;

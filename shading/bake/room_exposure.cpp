@@ -1,0 +1,148 @@
+#include "shading/bake/room_exposure.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "fields/base/embree_rays.h"
+#include "fields/base/spiral.h"
+#include "shading/bounces/cosine_directions.h"
+#include "shading/scene/light_sources.h"
+#include "shading/visibility/instanced_triangles.h"
+
+namespace haarfield {
+namespace {
+
+constexpr double white = 0.8;  // albedo
+constexpr std::uint32_t paths = 2048;
+constexpr int reflections = 3;
+constexpr double albedo = 0.5;            // of all surfaces, for light that they reflect
+constexpr float relative_offset = 1e-4f;  // of the distance that a ray has travelled
+
+/// A point off the surface, on the side from which a ray came.
+struct RoomPoint {
+    Vec3f from, normal;
+};
+
+class Room {
+public:
+    explicit Room(const ShadedScene& scene) : scene_(scene) {
+        for (const ShadedEntity& entity : scene.entities) {
+            const Occluder& original = entity.occlusion->original();
+            triangles_.add_entity(original.positions(), original.triangles());
+        }
+        triangles_.place(scene);
+    }
+
+    bool is_open() const {
+        constexpr std::size_t directions = 1024, fewest_open = directions / 4;
+        std::size_t open = 0;
+        for (std::size_t i = 0; i < directions; ++i) {
+            const Vec3f direction(spiral_direction(i, 1 - (2 * double(i) + 1) / directions));
+            open += !meets_any(triangles_.scene(), embree_ray(scene_.eye, direction, far_away));
+        }
+        return open >= fewest_open;
+    }
+
+    /// Splits the environment into what shadow rays and what paths sample.
+    void split_environment() {
+        SplitLight split = split_light(scene_.environment);
+        smooth_ = std::move(split.smooth);
+        lights_ = all_lights(split.sources);
+        double sum = 0;
+        for (const DirectionalLight& light : lights_)
+            chances_.push_back(sum += double(luminance(light.irradiance)));
+        for (double& chance : chances_) chance /= sum;
+    }
+
+    std::optional<RoomPoint> first_point(const Vec3f& from, const Vec3f& direction) const {
+        const std::optional<RTCRayHit> hit =
+            nearest_hit(triangles_.scene(), embree_ray(from, direction, far_away));
+        if (!hit) return std::nullopt;
+        Vec3f normal =
+            scene_.instances[hit->hit.instID[0]].placement.direction_to_world(outwards(*hit)).normalized();
+        if (normal.dot(direction) > 0) normal = -normal;
+        const float distance = hit->ray.tfar;
+        return RoomPoint{from + direction * distance + normal * (relative_offset * distance), normal};
+    }
+
+    /// The luminance of white paint in the environment's light.
+    double white_luminance(const RoomPoint& point, std::uint32_t seed) const {
+        std::mt19937 random(seed);
+        const auto number = [&random] { return float(random() >> 8) / float(1 << 24); };
+        double sum = 0;
+        for (std::uint32_t path = 0; path < paths; ++path) {
+            RoomPoint at = point;
+            double carried = white;
+            for (int reflection = 0;; ++reflection) {
+                sum += carried * source_luminance(at, double(number()));
+                const Vec2f place = reflection == 0 ? sobol_point(path) : Vec2f(number(), number());
+                const Vec3f direction = cosine_direction(place, at.normal, axes_across(at.normal));
+                const std::optional<RoomPoint> next = first_point(at.from, direction);
+                if (!next) sum += carried * double(luminance(radiance_from(smooth_, Vec3d(direction))));
+                if (!next || reflection == reflections) break;
+                at = *next;
+                carried *= albedo;
+            }
+        }
+        return sum / paths;
+    }
+
+    /// The luminance of white paint in the light of the lamps, without shadows.
+    double lamp_luminance(const RoomPoint& point) const {
+        double sum = 0;
+        for (const Lamp& lamp : scene_.lamps) {
+            const LampLight light = lamp_light(lamp, Vec3d(point.from));
+            sum += white * light.share * double(luminance(lamp.colour)) *
+                   std::max(0.0, Vec3d(point.normal).dot(light.direction));
+        }
+        return sum;
+    }
+
+private:
+    /// Of a surface that reflects all of it, from one light of the sources.
+    double source_luminance(const RoomPoint& point, double drawn) const {
+        if (lights_.empty()) return 0;
+        const auto chosen =
+            std::min(static_cast<std::size_t>(std::ranges::upper_bound(chances_, drawn) - chances_.begin()),
+                     lights_.size() - 1);
+        const DirectionalLight& light = lights_[chosen];
+        const double chance = chances_[chosen] - (chosen > 0 ? chances_[chosen - 1] : 0),
+                     cosine = double(point.normal.dot(light.direction));
+        if (!(cosine > 0 && chance > 0) ||
+            meets_any(triangles_.scene(), embree_ray(point.from, light.direction, far_away)))
+            return 0;
+        return double(luminance(light.irradiance)) * cosine / (pi * chance);
+    }
+
+    const ShadedScene& scene_;
+    InstancedTriangles triangles_;
+    LatLongImage smooth_;
+    std::vector<DirectionalLight> lights_;
+    std::vector<double> chances_;  ///< Of the lights, each with those before it; the last is 1.
+};
+
+}  // namespace
+
+float room_exposure(const ShadedScene& scene, std::span<const Vec3f> directions) {
+    constexpr double least = 1.0 / 16, most_stops = 20, clipped = 0.1;
+    Room room(scene);
+    if (room.is_open()) return 0;
+    room.split_environment();
+    std::vector<double> luminances(directions.size(), -1);  // relative to what lamps leave; -1: no surface
+    tbb::parallel_for(std::size_t(0), directions.size(), [&](std::size_t i) {
+        if (const std::optional<RoomPoint> point = room.first_point(scene.eye, directions[i].normalized()))
+            luminances[i] = room.white_luminance(*point, static_cast<std::uint32_t>(i)) /
+                            std::max(1 - room.lamp_luminance(*point), least);
+    });
+    std::erase(luminances, -1);
+    if (luminances.empty()) return 0;
+    const auto brightest =
+        luminances.begin() + static_cast<std::ptrdiff_t>((1 - clipped) * double(luminances.size() - 1));
+    std::ranges::nth_element(luminances, brightest);
+    return *brightest > 0 ? static_cast<float>(std::clamp(-std::log2(*brightest), 0.0, most_stops)) : 0;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,123 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "scenes/scene_entities.h"
+#include "scenes/scene_environment.h"
+#include "tests/fixtures/test_folder.h"
+
+namespace haarfield {
+namespace {
+
+constexpr float half_window = 0.5f;  // [m]
+
+/// The walls of a room of 4 x 3 x 4 m with a square window in the middle of the wall at z = -2, and a camera
+/// that looks from the window's side at the middle of the opposite wall.
+class RoomExposure : public testing::Test {
+protected:
+    RoomExposure() {
+        scene.environment.sky = AnalyticSky();  // only as a name of the light
+        scene.environment.exposure.reset();
+        scene.camera.position = {0, 1.5f, -1.5f};
+        scene.camera.target = {0, 1.5f, 2};
+        scene.camera.vertical_fov = 0.1f;
+        scene.materials["clay"];
+        Entity room;
+        room.name = "room";
+        room.mesh = folder / "room.obj";
+        room.material = "clay";
+        room.fine_vertices = 0;
+        room.coarse_triangles = 0;
+        write_room(room.mesh, half_window);
+        scene.entities.push_back(room);
+        scene.instances.push_back({"room", 0, {}});
+    }
+
+    static void write_room(const std::filesystem::path& file, float half) {
+        std::string text;
+        for (const float z : {-2.0f, 2.0f})
+            for (const auto& [x, y] : {std::pair(-2.0f, 0.0f), std::pair(2.0f, 0.0f), std::pair(2.0f, 3.0f),
+                                       std::pair(-2.0f, 3.0f)})
+                text += fmt::format("v {} {} {}\n", x, y, z);
+        for (const auto& [x, y] :
+             {std::pair(-half, -half), std::pair(half, -half), std::pair(half, half), std::pair(-half, half)})
+            text += fmt::format("v {} {} -2\n", x, 1.5f + y);
+        text += "f 5 8 7 6\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
+        text += "f 1 2 10 9\nf 2 3 11 10\nf 3 4 12 11\nf 4 1 9 12\n";
+        write_text(file, text);
+    }
+
+    SceneEntities entities() const {
+        SceneEntityOptions meshes_only;
+        meshes_only.fields = false;
+        Result<SceneEntities> prepared = prepare_scene_entities(scene, meshes_only);
+        EXPECT_TRUE(prepared) << prepared.error().message();
+        return std::move(*prepared);
+    }
+    float stops() const { return room_stops(scene, entities(), white_light); }
+
+    TestFolder folder;
+    Scene scene;
+    const Environment white_light{LatLongImage{64, 32, std::vector<Rgb>(64 * 32, Rgb(1.0f))}};
+};
+
+/// The irradiance in the middle of the wall opposite the window, over pi, from the window alone.
+double share_of_window() {
+    constexpr int cells = 200;
+    constexpr double distance = 4, side = 2 * double(half_window) / cells;
+    double sum = 0;
+    for (int i = 0; i < cells; ++i)
+        for (int j = 0; j < cells; ++j) {
+            const double x = (i + 0.5) * side - double(half_window),
+                         y = (j + 0.5) * side - double(half_window),
+                         squared = x * x + y * y + distance * distance;
+            sum += distance * distance / (squared * squared) * side * side;
+        }
+    return sum / pi;
+}
+
+TEST_F(RoomExposure, BringsWhitePaintInTheLightOfAWindowToOne) {
+    // Light that the walls reflect, spread evenly over them: areas in m^2.
+    constexpr double window = 1, walls = 2 * 16 + 4 * 12 - window, once = window / walls;
+    const double direct = share_of_window(), reflected = once * (0.5 + 0.25 + 0.125),
+                 white = 0.8 * (direct + reflected);
+    EXPECT_NEAR(stops(), -std::log2(white), 0.4);
+}
+
+TEST_F(RoomExposure, IsZeroOutdoors) {
+    scene.camera.position = {0, 1.5f, -6};
+    EXPECT_EQ(stops(), 0);
+}
+
+TEST_F(RoomExposure, IsZeroWithAGivenExposureAndInARoomWithoutOpenings) {
+    scene.environment.exposure = 1.0f;
+    EXPECT_EQ(stops(), 0);
+    scene.environment.exposure.reset();
+    write_room(scene.entities[0].mesh, 0);
+    EXPECT_EQ(stops(), 0);
+}
+
+TEST_F(RoomExposure, DoesNotDependOnTheMeshesThatShow) {
+    const float found = stops();
+    EXPECT_GT(found, 3);
+    const Result<SceneEntities> originals = original_entities(scene);
+    ASSERT_TRUE(originals);
+    EXPECT_EQ(room_stops(scene, *originals, white_light), found);
+    scene.entities[0].fine_vertices = 3000;
+    EXPECT_EQ(stops(), found);
+}
+
+TEST_F(RoomExposure, LeavesLampsWhatTheyLight) {
+    const float without = stops();
+    SceneLamp lamp;
+    lamp.position = {0, 1.5f, 0};
+    lamp.colour = Rgb(0.5f / 0.8f);
+    scene.lamps.push_back(lamp);
+    EXPECT_NEAR(stops(), without - 1, 0.1);
+    scene.lamps[0].colour = Rgb(10.0f);
+    EXPECT_NEAR(stops(), without - 4, 0.1) << "a sixteenth";
+}
+
+}  // namespace
+}  // namespace haarfield
