@@ -193,6 +193,7 @@ public:
             instance.shape = parts->shape;
             const double own_area = extents_[placed.entity].area * area_scale(place);
             area += own_area;
+            triangles_ += triangle_counts_[placed.entity];
             areas_[placed.entity] += own_area;
             ++instances_[placed.entity];
             scene.instances.push_back(std::move(instance));
@@ -206,6 +207,7 @@ public:
         set_camera();
         for (const PlacedLight& light : lights_)
             scene.lamps.push_back(placed_lamp(light.light, world_of(light.file), scale_));
+        find_open_room();
         enter_room();
         expose_lights();
         return Done{};
@@ -313,6 +315,8 @@ private:
         const Result<FaceGatherer> as_it_is = model.faces(part);
         if (!as_it_is) return as_it_is.error();
         possible_rooms_.push_back(possible_rooms(as_it_is->mesh));
+        triangle_counts_.push_back(as_it_is->mesh.triangles.size());
+        faces_.push_back(as_it_is->mesh.triangles.size() > most_room_triangles ? Mesh() : as_it_is->mesh);
         emits_light_ |= std::ranges::any_of(
             imported->materials, [](const MeshMaterial& material) { return material.emission != Rgb(0.0f); });
         areas_.push_back(0);
@@ -337,12 +341,131 @@ private:
             std::vector<Vec3f> inside = possible.contents;
             for (std::size_t other = 0; other < contents.size(); ++other)
                 if (other != i) inside.emplace_back(point_before(place, contents[other]));
-            const std::vector<std::size_t> found = rooms(possible.positions, possible.pieces, inside);
+            const Vec3d up = Vec3d(place.axes[0].y, place.axes[1].y, place.axes[2].y).normalized();
+            const std::vector<std::size_t> found = rooms(possible.positions, possible.pieces, inside, up);
             if (found.empty()) continue;
             scene.entities[placed_[i].entity].faces = ClosedFaces::inwards;
-            if (!largest_room_ || room_size(possible.pieces[found[0]], place) > largest_room_->size)
-                largest_room_ = Room{i, found[0], place, room_size(possible.pieces[found[0]], place)};
+            const ClosedPiece& largest = possible.pieces[found[0]];
+            if (const double size = room_size(largest, place); !room_ || size > room_->size) {
+                room_ = Room{placed_[i].entity, size, {}};
+                add_walls(possible.positions, largest.triangles, place, /*are_turned=*/true);
+            }
         }
+    }
+
+    /// Triangles of the room. Those of closed pieces face outwards: they must be turned.
+    void add_walls(std::span<const Vec3f> positions, std::span<const std::array<std::uint32_t, 3>> triangles,
+                   const AffineMap& place, bool are_turned) {
+        const auto& [x, y, z] = place.axes;
+        const bool mirrors = x.cross(y).dot(z) < 0;
+        for (const auto& [a, b, c] : triangles) {
+            const auto corner = [&](std::uint32_t v) { return place.point(Vec3d(positions[v])); };
+            if (are_turned == mirrors)
+                room_->walls.push_back({corner(a), corner(b), corner(c)});
+            else
+                room_->walls.push_back({corner(a), corner(c), corner(b)});
+        }
+    }
+
+    /// Recognizes a room with windows or doors: triangles that surround a place from most sides, facing it.
+    void find_open_room() {
+        if (room_ || camera_ || triangles_ == 0 || triangles_ > most_room_triangles) return;
+        room_ = Room{placed_[0].entity, 0, {}};
+        for (const Placed& placed : placed_)
+            add_walls(faces_[placed.entity].positions, faces_[placed.entity].triangles,
+                      world_of(placed.file) * placed.place, /*are_turned=*/false);
+        if (const std::optional<Vec3d> place = standing_place(); place && is_between_walls(*place)) return;
+        room_.reset();
+    }
+
+    /// Tests whether most horizontal rays meet walls, and those up and down a level floor and a ceiling.
+    bool is_between_walls(const Vec3d& place) const {
+        constexpr int rays = 32;
+        const Vec3d size(bounds.upper - bounds.lower);
+        int walls = 0, floors = 0, ceilings = 0;
+        for (int i = 0; i < rays; ++i) {
+            const double angle = 2 * pi * (i + 0.5) / rays;
+            const Vec3d ahead(std::cos(angle), 0, std::sin(angle));
+            if (const auto wall = first_wall(place, ahead))
+                walls += std::abs(wall->normal.y) < 0.02 && wall->normal.dot(ahead) < 0;
+            const Vec3d aside = place + ahead * (0.02 * std::min(size.x, size.z));
+            if (const auto floor = first_wall(aside, {0, -1, 0})) floors += floor->normal.y > 0.98;
+            if (const auto ceiling = first_wall(aside, {0, 1, 0})) ceilings += ceiling->normal.y < -0.5;
+        }
+        return std::min({walls, floors, ceilings}) >= rays / 2;
+    }
+
+    /// The winding number of the room's walls: below 0 inside.
+    double winding_of_walls(const Vec3d& place) const {
+        std::vector<Vec3f> positions;
+        std::vector<std::array<std::uint32_t, 3>> triangles;
+        for (const std::array<Vec3d, 3>& wall : room_->walls) {
+            const auto first = static_cast<std::uint32_t>(positions.size());
+            for (const Vec3d& corner : wall) positions.emplace_back(corner - place);
+            triangles.push_back({first, first + 1, first + 2});
+        }
+        return winding_number(positions, triangles, Vec3d(0, 0, 0));
+    }
+
+    Bounds room_bounds() const {
+        Bounds box;
+        for (const std::array<Vec3d, 3>& wall : room_->walls)
+            for (const Vec3d& corner : wall) box.add(Vec3f(corner));
+        return box;
+    }
+
+    /// Tests whether a place and those near it are inside.
+    bool is_clear(const Vec3d& place, const Vec3d& size) const {
+        constexpr double inside = -0.6;  // winding number
+        constexpr std::array<std::array<double, 2>, 5> near{{{0, 0}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
+        const double reach = 0.05 * std::min(size.x, size.z);
+        return std::ranges::all_of(near, [&](const auto& aside) {
+            return winding_of_walls(place + Vec3d(aside[0], 0, aside[1]) * reach) < inside;
+        });
+    }
+
+    /// The middle of the room; if that is not clear, the place at half height that is farthest from walls.
+    std::optional<Vec3d> standing_place() const {
+        constexpr int cells = 6, directions = 8;
+        const Bounds box = room_bounds();
+        const Vec3d middle(box.centre()), size(box.upper - box.lower);
+        if (is_clear(middle, size)) return middle;
+        std::optional<Vec3d> best;
+        double farthest = 0;
+        for (int i = 0; i < cells * cells; ++i) {
+            const Vec3d place = middle + Vec3d(size.x * ((i % cells + 0.5) / cells - 0.5), 0,
+                                               size.z * ((i / cells + 0.5) / cells - 0.5));
+            double nearest = size.length();
+            for (int d = 0; d < directions; ++d) {
+                const double angle = 2 * pi * (d + 0.5) / directions;
+                if (const auto wall = first_wall(place, {std::cos(angle), 0, std::sin(angle)}))
+                    nearest = std::min(nearest, wall->distance);
+            }
+            if (nearest > farthest && is_clear(place, size)) {
+                farthest = nearest;
+                best = place;
+            }
+        }
+        return best;
+    }
+
+    /// Where the camera looks from a place: where walls are far, best to the left and ahead.
+    Vec3d viewing_direction(const Vec3d& place) const {
+        const Vec3d usual(-0.57, -0.12, -0.81);
+        const auto depth = [&](const Vec3d& ahead) {
+            return distance_to_wall(place, ahead) + distance_to_wall(place, -ahead);
+        };
+        Vec3d best = usual;
+        double deepest = 1.25 * depth(usual);
+        for (int quarter = 1; quarter < 4; ++quarter) {
+            const double c = std::cos(quarter * pi / 2), s = std::sin(quarter * pi / 2);
+            const Vec3d turned(c * usual.x + s * usual.z, usual.y, c * usual.z - s * usual.x);
+            if (const double here = depth(turned); here > deepest) {
+                deepest = here;
+                best = turned;
+            }
+        }
+        return best;
     }
 
     static double room_size(const ClosedPiece& piece, const AffineMap& place) {
@@ -352,33 +475,38 @@ private:
 
     /// If one room encloses everything: puts the camera into it, and a lamp where nothing emits light.
     void enter_room() {
-        if (!largest_room_) return;
-        const PossibleRooms& possible = possible_rooms_[placed_[largest_room_->placed].entity];
-        const ClosedPiece& piece = possible.pieces[largest_room_->piece];
-        Bounds room;
-        for (const Vec3d& corner : corners_of(piece.bounds))
-            room.add(Vec3f(largest_room_->place.point(corner)));
+        if (!room_) return;
+        const Bounds room = room_bounds();
         constexpr float wall = 0.1f;  // of the room's size
         for (int axis = 0; axis < 3; ++axis) {
             const float most = wall * (room.upper[axis] - room.lower[axis]);
             if (room.lower[axis] - bounds.lower[axis] > most || bounds.upper[axis] - room.upper[axis] > most)
                 return;
         }
+        const std::optional<Vec3d> place = standing_place();
+        if (!place) return;
         is_in_room = true;
-        const Vec3d size(room.upper - room.lower), middle(room.centre());
+        const Vec3d size(room.upper - room.lower);
+        const double winding = winding_of_walls(*place);
         if (scene.finds_camera) {
             scene.finds_camera = false;
-            const Vec3d ahead = Vec3d(-0.57, -0.12, -0.81);
-            const double back = 0.85 * distance_to_wall(middle, -ahead),
-                         front = distance_to_wall(middle, ahead);
-            scene.camera.position = Vec3f(middle - ahead * back);
-            scene.camera.target = Vec3f(middle + ahead * (0.5 * front));
+            const Vec3d ahead = viewing_direction(*place);
+            const double through_opening = 0.4 * std::min(size.x, size.z);
+            const auto free_way = [&](const Vec3d& direction) {
+                const double distance = distance_to_wall(*place, direction);
+                return distance > 0 ? distance : through_opening;
+            };
+            const double back = 0.85 * free_way(-ahead), front = free_way(ahead);
+            scene.camera.position = Vec3f(*place - ahead * back);
+            scene.camera.target = Vec3f(*place + ahead * (0.5 * front));
             scene.camera.vertical_fov = static_cast<float>(60 * pi / 180);
         }
+        constexpr double closed = -0.999;  // winding number: nearly no light comes through openings
+        if (winding > closed) return;
         if (!scene.lamps.empty() || emits_light_) return;
         SceneLamp lamp;
         lamp.name = "ceiling_lamp";
-        lamp.position = Vec3f(middle + Vec3d(0, 0.4 * size.y, 0));
+        lamp.position = Vec3f(*place + Vec3d(0, 0.4 * size.y, 0));
         lamp.colour = Rgb(0.35f);  // indirect light adds as much again, or more
         lamp.fade_distance = static_cast<float>(0.9 * size.y);
         lamp.area = LampArea{Vec3f(static_cast<float>(0.1 * size.x), 0, 0),
@@ -386,7 +514,7 @@ private:
         scene.lamps.push_back(lamp);
         warnings.push_back(
             fmt::format("nothing emits light in the closed room {}: a lamp is added below its ceiling",
-                        scene.entities[placed_[largest_room_->placed].entity].name));
+                        scene.entities[room_->entity].name));
     }
 
     /// Scales the lights of files, whose units say nothing about a picture's, if they are too bright for one,
@@ -406,23 +534,30 @@ private:
                         1 / radiance));
     }
 
-    /// From a point in the largest room.
-    double distance_to_wall(const Vec3d& from, const Vec3d& direction) const {
-        const PossibleRooms& possible = possible_rooms_[placed_[largest_room_->placed].entity];
-        double nearest = INFINITY;
-        for (const auto& [i, j, k] : possible.pieces[largest_room_->piece].triangles) {
-            const auto corner = [&](std::uint32_t vertex) {
-                return largest_room_->place.point(Vec3d(possible.positions[vertex])) - from;
-            };
-            const Vec3d a = corner(i), b = corner(j), c = corner(k);
+    /// What a ray meets first of the room.
+    struct Wall {
+        double distance = INFINITY;  ///< In units of the direction's length.
+        Vec3d normal{0, 0, 0};       ///< Unit length.
+    };
+    std::optional<Wall> first_wall(const Vec3d& from, const Vec3d& direction) const {
+        Wall nearest;
+        for (const std::array<Vec3d, 3>& wall : room_->walls) {
+            const Vec3d a = wall[0] - from, b = wall[1] - from, c = wall[2] - from,
+                        across = (b - a).cross(c - a);
             // the ray passes on one side of all edges
             const double u = direction.dot(a.cross(b)), v = direction.dot(b.cross(c)),
-                         w = direction.dot(c.cross(a)), normal = direction.dot((b - a).cross(c - a));
+                         w = direction.dot(c.cross(a)), normal = direction.dot(across);
             if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) continue;
-            const double distance = normal != 0 ? a.dot((b - a).cross(c - a)) / normal : -1;
-            if (distance > 0) nearest = std::min(nearest, distance);
+            const double distance = normal != 0 ? a.dot(across) / normal : -1;
+            if (distance > 0 && distance < nearest.distance) nearest = {distance, across.normalized()};
         }
-        return std::isfinite(nearest) ? nearest : 0;
+        return std::isfinite(nearest.distance) ? std::optional(nearest) : std::nullopt;
+    }
+
+    /// 0 if no wall is there.
+    double distance_to_wall(const Vec3d& from, const Vec3d& direction) const {
+        const std::optional<Wall> wall = first_wall(from, direction);
+        return wall ? wall->distance : 0;
     }
 
     void share_vertices(double area) {
@@ -516,36 +651,47 @@ private:
     std::vector<File> files_;
     std::vector<PlacedLight> lights_;  ///< Of all files.
     bool emits_light_ = false;         ///< A material of a file does.
-    /// A piece of an instance.
+    /// What surrounds the models, or the camera.
     struct Room {
-        std::size_t placed, piece;
-        AffineMap place;
-        double size;  ///< [m]
+        std::size_t entity;
+        double size;                              ///< [m]
+        std::vector<std::array<Vec3d, 3>> walls;  ///< Its triangles, in the scene, facing inwards.
     };
-    std::optional<Room> largest_room_;
+    std::optional<Room> room_;  ///< The largest.
+    static constexpr std::size_t most_room_triangles = 20000;
+    std::vector<std::size_t> triangle_counts_;  ///< By entity.
+    std::size_t triangles_ = 0;                 ///< Of all instances.
     std::set<std::string> lamp_names_;
     std::vector<Placed> placed_;
     std::set<std::string> names_;
-    std::vector<PossibleRooms> possible_rooms_;  ///< By entity.
+    std::vector<PossibleRooms> possible_rooms_;  ///< By entity, and
+    std::vector<Mesh> faces_;                    ///< the file's triangles, of small meshes.
     std::vector<Extent> extents_;                ///< By entity, and
     std::vector<double> areas_;                  ///< of all of its instances, in the world. [m^2]
     std::vector<std::size_t> instances_;
     std::optional<PlacedCamera> camera_;
 };
 
-/// The floor: a square below the models, and the ground around it as far as the horizon, in rings that double
-/// in size. Few triangles: bakes subdivide the square.
+/// The floor: a square below the models, a wider one around it, and the ground as far as the horizon, in rings
+/// that double in size. Few triangles: bakes subdivide the squares.
 std::string floor_text(const Bounds& bounds) {
-    constexpr int rings = 8, cells = 12;  // cells along a side
+    constexpr int rings = 8, cells = 12;   // cells along a side
+    constexpr float near = 0.8f, far = 2;  // half widths, of the models' longest side
     const Vec3f size = bounds.upper - bounds.lower, middle = bounds.centre();
-    const float half = 2 * std::max({size.x, size.z, size.y});
+    const float longest = std::max({size.x, size.z, size.y}), half = far * longest;
     const auto vertex = [&](float x, float z) {
         return fmt::format("v {} {} {}\n", middle.x + x, bounds.lower.y, middle.z + z);
     };
     std::string text = "o floor\n";
-    for (const auto& [x, z] : {std::pair(-1, -1), std::pair(-1, 1), std::pair(1, 1), std::pair(1, -1)})
-        text += vertex(float(x) * half, float(z) * half);
-    text += "f 1 2 3\nf 1 3 4\no ground\n";
+    for (const float reach : {near * longest, half})
+        for (const auto& [x, z] : {std::pair(-1, -1), std::pair(-1, 1), std::pair(1, 1), std::pair(1, -1)})
+            text += vertex(float(x) * reach, float(z) * reach);
+    text += "f 1 2 3\nf 1 3 4\no apron\n";
+    for (int side = 0; side < 4; ++side) {
+        const int a = 1 + side, b = 1 + (side + 1) % 4;
+        text += fmt::format("f {0} {2} {3}\nf {0} {3} {1}\n", a, b, a + 4, b + 4);
+    }
+    text += "o ground\n";
     constexpr int around = 4 * cells;
     for (int ring = 0; ring < rings; ++ring)
         for (int i = 0; i < around; ++i) {
@@ -558,7 +704,7 @@ std::string floor_text(const Bounds& bounds) {
         }
     for (int ring = 0; ring + 1 < rings; ++ring)
         for (int i = 0; i < around; ++i) {
-            const int inner = 5 + ring * around + i, next = 5 + ring * around + (i + 1) % around;
+            const int inner = 9 + ring * around + i, next = 9 + ring * around + (i + 1) % around;
             text += fmt::format("f {0} {1} {2}\nf {0} {2} {3}\n", inner, inner + around, next + around, next);
         }
     return text;
@@ -601,7 +747,7 @@ void add_floor(const std::filesystem::path& folder, const Rgb& albedo, Scene& sc
     SceneMaterial matt;
     matt.diffuse = albedo;
     scene.materials["floor"] = matt;
-    for (const char* part : {"floor", "ground"}) {
+    for (const char* part : {"floor", "apron", "ground"}) {
         Entity entity;
         entity.name = unique_name(part, taken);
         entity.mesh = folder / "floor.obj";
@@ -640,8 +786,7 @@ Result<ImportedScene> scene_of_models(std::span<const std::filesystem::path> fil
         environment.exposure.reset();
     }
     if (wanted.floor && importer.is_in_room) {
-        imported.warnings.emplace_back(
-            "the models stand in a closed room, which has a floor; --floor adds none");
+        imported.warnings.emplace_back("the models stand in a room, which has a floor; --floor adds none");
     } else if (wanted.floor) {
         imported.floor_obj = floor_text(importer.bounds);
         Rgb albedo(floor_grey);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "fields/mesh/facing.h"
 #include "fields/mesh/mesh_topology.h"
@@ -55,6 +56,20 @@ Boxes room() {
 Boxes furnished() {
     return room().add({-0.5f, 0, -0.5f}, {0.5f, 1, 0.5f});
 }
+
+/// A room in the shape of an L, of which the middle of its box is a corner. Faces point inwards.
+constexpr const char* l_shape =
+    "v 0 0 0\nv 6 0 0\nv 6 0 3\nv 3 0 3\nv 3 0 6\nv 0 0 6\n"
+    "v 0 3 0\nv 6 3 0\nv 6 3 3\nv 3 3 3\nv 3 3 6\nv 0 3 6\n"
+    "f 6 5 4 1\nf 4 3 2 1\nf 7 10 11 12\nf 7 8 9 10\n"
+    "f 1 2 8 7\nf 2 3 9 8\nf 3 4 10 9\nf 4 5 11 10\nf 5 6 12 11\nf 6 1 7 12\n";
+
+/// A room of 4 x 3 x 4 m with a window of 2 x 1 m in the wall at z = -2. Faces point inwards.
+constexpr const char* with_window =
+    "v -2 0 -2\nv 2 0 -2\nv 2 3 -2\nv -2 3 -2\nv -2 0 2\nv 2 0 2\nv 2 3 2\nv -2 3 2\n"
+    "v -1 1 -2\nv 1 1 -2\nv 1 2 -2\nv -1 2 -2\n"
+    "f 5 8 7 6\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n"
+    "f 1 2 10 9\nf 2 3 11 10\nf 3 4 12 11\nf 4 1 9 12\n";
 
 PreparedMesh prepared(const Mesh& mesh, ClosedFaces faces, std::uint32_t coarse_triangles = 0) {
     ImportedMesh imported;
@@ -153,6 +168,8 @@ TEST_F(ImportedRooms, FaceInwards) {
     rooms.add({3, 1, 0}, {3.5f, 1.5f, 1});
     EXPECT_EQ(faces(rooms), inwards) << "one of two rooms is furnished";
 
+    EXPECT_EQ(faces({written("l.obj", l_shape)}).at(0), inwards) << "an empty room in the shape of an L";
+
     EXPECT_EQ(faces(Boxes().add(low, high)), outwards) << "a solid";
     Boxes chair;  // inside out by mistake: no piece of it is a room
     chair.add({-0.5f, 1, -0.5f}, {0.5f, 1.1f, 0.5f}, Facing::inwards);
@@ -197,6 +214,46 @@ TEST_F(ImportedRooms, TheCameraStandsInARoomThatEnclosesEverything) {
     ASSERT_TRUE(outside) << outside.error().message();
     EXPECT_TRUE(outside->scene.finds_camera);
     EXPECT_TRUE(outside->scene.lamps.empty());
+}
+
+TEST_F(ImportedRooms, TheCameraStandsInARoomWithAWindow) {
+    const std::filesystem::path file =
+        written("window.obj", with_window + Boxes().add({-0.5f, 0, 0}, {0.5f, 0.7f, 1}).obj(12));
+    const Result<ImportedScene> imported = scene_of_models({&file, 1}, folder.path(), {.floor = true});
+    ASSERT_TRUE(imported) << imported.error().message();
+    const Scene& scene = imported->scene;
+    EXPECT_FALSE(scene.finds_camera);
+    EXPECT_TRUE(contains({low, high}, {scene.camera.position, scene.camera.position}));
+    EXPECT_TRUE(scene.lamps.empty()) << "the window lets light in";
+    EXPECT_TRUE(scene.environment.sky);
+    EXPECT_EQ(scene.entities.size(), 1u) << "no floor below the room's own";
+
+    std::string outwards = with_window;  // a house, whose front is outside
+    for (const char* face : {"f 5 8 7 6", "f 1 5 6 2", "f 2 6 7 3", "f 3 7 8 4", "f 4 8 5 1", "f 1 2 10 9",
+                             "f 2 3 11 10", "f 3 4 12 11", "f 4 1 9 12"}) {
+        std::istringstream numbers(std::string(face).substr(2));
+        std::array<int, 4> v{};
+        for (int& number : v) numbers >> number;
+        outwards.replace(outwards.find(face), std::string_view(face).size(),
+                         fmt::format("f {} {} {} {}", v[3], v[2], v[1], v[0]));
+    }
+    const std::filesystem::path house = written("house.obj", outwards);
+    const Result<ImportedScene> outside = scene_of_models({&house, 1}, folder.path(), {});
+    ASSERT_TRUE(outside) << outside.error().message();
+    EXPECT_TRUE(outside->scene.finds_camera);
+}
+
+TEST_F(ImportedRooms, TheCameraStandsInARoomWhoseMiddleIsACorner) {
+    const std::filesystem::path file = written("l.obj", l_shape);
+    const Result<ImportedScene> imported = scene_of_models({&file, 1}, folder.path(), {});
+    ASSERT_TRUE(imported) << imported.error().message();
+    const Vec3f eye = imported->scene.camera.position;
+    EXPECT_FALSE(imported->scene.finds_camera);
+    EXPECT_TRUE(eye.x > 0 && eye.z > 0 && eye.x < 6 && eye.z < 6 && (eye.x < 3 || eye.z < 3))
+        << eye.x << " " << eye.z;
+    ASSERT_EQ(imported->scene.lamps.size(), 1u);
+    const Vec3f lamp = imported->scene.lamps[0].position;
+    EXPECT_TRUE(lamp.x < 3 || lamp.z < 3) << lamp.x << " " << lamp.z;
 }
 
 /// A lamp in a room, and the camera.

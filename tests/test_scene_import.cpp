@@ -8,6 +8,7 @@
 #include "scenes/scene_entities.h"
 #include "scenes/scene_reader.h"
 #include "scenes/scene_writer.h"
+#include "tests/fixtures/example_meshes.h"
 #include "tests/fixtures/random_numbers.h"
 #include "tests/fixtures/test_folder.h"
 
@@ -140,7 +141,7 @@ TEST_F(SceneImportTest, TheFloorLiesBelow) {
     const Result<ImportedScene> result =
         imported(written("pair.obj", two_objects), {.z_up = false, .unit = 2, .floor = true});
     ASSERT_TRUE(result) << result.error().message();
-    ASSERT_EQ(result->scene.entities.size(), 3u);
+    ASSERT_EQ(result->scene.entities.size(), 4u);
     write_text(folder / "floor.obj", result->floor_obj);
     SceneEntityOptions options;
     options.fields = false;
@@ -155,7 +156,8 @@ TEST_F(SceneImportTest, TheFloorLiesBelow) {
     EXPECT_GT(floor.upper.x, 13);
     EXPECT_GT(entities->entities[1]->mesh.original.normals[0].y, 0);
     // The ground goes on where the floor ends, up to the horizon.
-    const Mesh& ground = entities->entities[2]->mesh.original;
+    const Mesh ground =
+        joined_meshes(entities->entities[2]->mesh.original, entities->entities[3]->mesh.original);
     const Bounds around = mesh_bounds(ground);
     const float width = floor.upper.x - floor.lower.x;
     EXPECT_GT(around.upper.x - around.lower.x, 100 * width);
@@ -170,6 +172,15 @@ TEST_F(SceneImportTest, TheFloorLiesBelow) {
     const double outer = double(around.upper.x - around.lower.x);
     EXPECT_NEAR(area, outer * outer - double(width) * double(width), 1e-4 * outer * outer)
         << "no hole, no overlap";
+    const auto spacing = [&](std::size_t entity) {
+        const Mesh& fine = entities->entities[entity]->mesh.fine;
+        double longest = 0;
+        for (const auto& [a, b, c] : fine.triangles)
+            longest = std::max(longest, double((fine.positions[b] - fine.positions[a]).length()));
+        return longest;
+    };
+    EXPECT_LT(spacing(1), 0.02 * 12) << "close vertices below the models";
+    EXPECT_LT(spacing(1), 0.5 * spacing(2));
 }
 
 TEST_F(SceneImportTest, TheFloorIsAsBrightAsTheEnvironmentBelowTheHorizon) {

@@ -44,6 +44,27 @@ bool is_visible_from_middle(std::span<const Vec3f> positions, const ClosedPiece&
     });
 }
 
+/// Tests whether all triangles are walls parallel to `up`, or lie in the lowest or the highest plane across
+/// it: floor and ceiling.
+bool is_prism(std::span<const Vec3f> positions, const ClosedPiece& piece, const Vec3d& up) {
+    constexpr double angle = 0.01, level = 0.01;  // sine; of the height
+    double lowest = INFINITY, highest = -INFINITY;
+    for (const Triangle& t : piece.triangles)
+        for (const std::uint32_t corner : t) {
+            lowest = std::min(lowest, up.dot(Vec3d(positions[corner])));
+            highest = std::max(highest, up.dot(Vec3d(positions[corner])));
+        }
+    const double tolerance = level * (highest - lowest);
+    return std::ranges::all_of(piece.triangles, [&](const Triangle& t) {
+        const Vec3d a(positions[t[0]]), b(positions[t[1]]), c(positions[t[2]]);
+        const Vec3d normal = (b - a).cross(c - a);
+        if (std::abs(normal.dot(up)) <= angle * normal.length()) return true;
+        const std::array<double, 3> heights{up.dot(a), up.dot(b), up.dot(c)};
+        return std::ranges::all_of(heights, [&](double h) { return h <= lowest + tolerance; }) ||
+               std::ranges::all_of(heights, [&](double h) { return h >= highest - tolerance; });
+    });
+}
+
 /// Tests whether a box is as large as another that contains it, to a hundredth.
 bool fills(const Bounds& inner, const Bounds& outer) {
     const Vec3f small = inner.upper - inner.lower, large = outer.upper - outer.lower;
@@ -107,10 +128,12 @@ std::vector<std::uint8_t> inward_pieces(std::span<const Vec3f> positions,
 }
 
 std::vector<std::size_t> rooms(std::span<const Vec3f> positions, std::span<const ClosedPiece> pieces,
-                               std::span<const Vec3f> contents) {
+                               std::span<const Vec3f> contents, const Vec3d& up) {
     const Bounds all = bounds_of(positions);
     const auto is_room = [&](const ClosedPiece& room) {
-        if (fills(room.bounds, all) && is_visible_from_middle(positions, room)) return true;
+        if (fills(room.bounds, all) &&
+            (is_visible_from_middle(positions, room) || is_prism(positions, room, up)))
+            return true;
         return std::ranges::any_of(contents,
                                    [&](const Vec3f& point) { return encloses(positions, room, point); }) ||
                std::ranges::any_of(pieces, [&](const ClosedPiece& other) {

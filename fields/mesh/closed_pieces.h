@@ -43,13 +43,15 @@ std::vector<std::uint8_t> inward_pieces(std::span<const Vec3f> positions,
 /// Finds the rooms of a mesh, largest first: closed pieces that face inwards in the file and
 ///  - enclose another closed piece or one of the points; or
 ///  - lie in a closed piece that faces outwards, so that there is a wall between the two; or
-///  - are as large as the mesh, with every triangle visible from the middle: an empty room.
+///  - are as large as the mesh, with every triangle visible from the middle, or with vertical walls between a
+///    level floor and a level ceiling: empty rooms.
 /// Any other piece that faces inwards is considered a solid that is inside out by mistake.
 ///
 /// contents  points of objects, lights and cameras that a room may enclose, in the frame of the mesh.
+/// up        in the frame of the mesh; unit length.
 /// limits    the 64 largest pieces can be rooms.
 std::vector<std::size_t> rooms(std::span<const Vec3f> positions, std::span<const ClosedPiece> pieces,
-                               std::span<const Vec3f> contents);
+                               std::span<const Vec3f> contents, const Vec3d& up = {0, 1, 0});
 
 /// The way in which a triangle blocks light.
 enum class PieceKind : std::uint8_t {
