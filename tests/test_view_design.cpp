@@ -48,6 +48,34 @@ TEST(ViewDesign, AGestureIsOneStep) {
     EXPECT_FALSE(history.can_undo());
 }
 
+TEST(ViewDesign, ARestoredSceneHasNewObjectsAndIsTakenBack) {
+    History history(room());
+    Scene left = room().scene;
+    left.instances.push_back({"chair_3", 1, {{0, 0, 2}, 1, {}}, {}});
+    left.instances.erase(left.instances.begin() + 1);
+    EXPECT_TRUE(is_changed(left, history.now().scene));
+    ASSERT_TRUE(bool(history.make(RestoreScene{left}, 0)));
+    EXPECT_EQ(history.now().ids, (std::vector<std::uint32_t>{4, 5, 6}));
+    EXPECT_EQ(history.now().entities, (std::vector<std::size_t>{0, 1, 1}));
+    EXPECT_FALSE(is_changed(history.now().scene, left));
+    EXPECT_TRUE(history.undo());
+    EXPECT_EQ(history.now().ids, (std::vector<std::uint32_t>{1, 2, 3}));
+}
+
+TEST(ViewDesign, ASceneWithOtherMeshesIsNotRestored) {
+    History history(room());
+    Scene left = room().scene;
+    left.entities[1].fine_vertices = 10;
+    EXPECT_FALSE(history.make(RestoreScene{left}, 0));
+    EXPECT_FALSE(history.can_undo());
+}
+
+TEST(ViewDesign, ACameraIsNoUnsavedChange) {
+    Scene other = room().scene;
+    other.camera.position = {7, 7, 7};
+    EXPECT_FALSE(is_changed(other, room().scene));
+}
+
 TEST(ViewDesign, EqualStampsAreEqualContents) {
     History history(room());
     const std::uint64_t at_first = history.now().material_stamp;

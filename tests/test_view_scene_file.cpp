@@ -47,6 +47,20 @@ TEST(ViewSceneFile, KeepsItsNameAndTheCommentsOnTop) {
     EXPECT_TRUE(text_of(opened.folder / "other.toml").starts_with("# On top.\n\n"));
 }
 
+TEST(ViewSceneFile, IsAutosavedNextToTheSceneUntilItIsSaved) {
+    const Opened opened(plain_scene);
+    const SceneFile file(opened.folder / "room.toml");
+    EXPECT_FALSE(file.left_scene());
+    ASSERT_TRUE(bool(file.autosave(&opened.scene)));
+    EXPECT_TRUE(std::filesystem::exists(opened.folder / "room.autosave.toml"));
+    const std::optional<Result<Scene>> left = SceneFile(opened.folder / "room.toml").left_scene();
+    ASSERT_TRUE(left && *left);
+    EXPECT_EQ((*left)->camera.position, opened.scene.camera.position);
+    ASSERT_TRUE(bool(file.autosave(nullptr)));
+    EXPECT_FALSE(file.left_scene());
+    EXPECT_TRUE(bool(file.autosave(nullptr)));
+}
+
 TEST(ViewSceneFile, ThatHasCommentsFurtherDownStaysAsItIs) {
     const std::string text = fmt::format("{}# Stands free.\n", plain_scene);
     const Opened opened(text);

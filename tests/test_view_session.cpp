@@ -310,6 +310,85 @@ double largest_difference_to_bake(OpenedSession& opened, const SharedBytes& fram
     return largest;
 }
 
+TEST(ViewSession, LampsChangeWhileTheSceneIsOpen) {
+    OpenedSession opened("[[lights]]\nname = \"bulb\"\nposition = [0.5, 1.5, 0.5]\ncolour = [3, 2, 1]\n");
+    opened.session().join(1);
+    const SharedBytes before = opened.exact();
+    ASSERT_TRUE(before);
+    SharedBytes frame = opened.exact(opened.send(
+        1, {{"type", "lamp"}, {"name", "bulb"}, {"colour", {1, 4, 2}}, {"position", {-0.5, 1.25, 0.5}}}));
+    ASSERT_TRUE(frame);
+    Scene scene = opened.scene();
+    scene.lamps[0].colour = {1, 4, 2};
+    scene.lamps[0].position = {-0.5f, 1.25f, 0.5f};
+    EXPECT_LT(largest_difference_to_bake(opened, frame, scene), 2e-3);
+    frame = opened.exact(opened.send(1, {{"type", "undo"}}));
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(colours_of(*frame), colours_of(*before));
+}
+
+TEST(ViewSession, TheSunMovesWhileTheSceneIsOpen) {
+    OpenedSession opened;
+    opened.session().join(1);
+    ASSERT_TRUE(opened.exact());
+    const SharedBytes frame = opened.exact(
+        opened.send(1, {{"type", "sky"}, {"turbidity", 6}, {"sun_elevation", 15}, {"sun_azimuth", -100}}));
+    ASSERT_TRUE(frame);
+    Scene scene = opened.scene();
+    scene.environment.sky->turbidity = 6;
+    scene.environment.sky->sun_elevation = radians(15.0f);
+    scene.environment.sky->sun_azimuth = radians(-100.0f);
+    EXPECT_LT(largest_difference_to_bake(opened, frame, scene), 2e-3);
+    const nlohmann::json state = opened.told(
+        [](PageId, const nlohmann::json& text) { return text["type"] == "state" && text.contains("light"); });
+    EXPECT_EQ(state["light"]["light"], "sky");
+    EXPECT_NEAR(state["light"]["sky"]["sun_elevation"], 15, 1e-4);
+}
+
+TEST(ViewSession, ThePartOfAModelGetsAMaterialThatCanBeEdited) {
+    OpenedSession opened("[entities.stool]\nmesh = \"" HAARFIELD_SOURCE_DIR
+                         "/scenes/meshes/floor.obj\"\nfine_vertices = 300\ncoarse_triangles = 0\n"
+                         "[[instances]]\nentity = \"stool\"\ntranslate = [0, 0.5, 0]\nscale = 0.2\n");
+    opened.session().join(1);
+    const SharedBytes before = opened.exact();
+    ASSERT_TRUE(before);
+    const SharedBytes copied =
+        opened.exact(opened.send(1, {{"type", "own_material"}, {"object", 3}, {"part", 0}}));
+    ASSERT_TRUE(copied);
+    EXPECT_EQ(colours_of(*copied), colours_of(*before));
+    const nlohmann::json state = opened.told([](PageId, const nlohmann::json& text) {
+        return text["type"] == "state" && text.contains("part_materials");
+    });
+    ASSERT_TRUE(state.is_object());
+    const std::string name = state["part_materials"][2][0];
+    ASSERT_TRUE(state["materials"].contains(name));
+    SharedBytes frame = opened.exact(opened.send(
+        1, {{"type", "material"}, {"name", name}, {"diffuse", {0.9, 0.1, 0.1}}, {"emission", {1, 0, 0}}}));
+    ASSERT_TRUE(frame);
+    EXPECT_NE(colours_of(*frame), colours_of(*before));
+    for (int step = 0; step < 2; ++step) frame = opened.exact(opened.send(1, {{"type", "undo"}}));
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(colours_of(*frame), colours_of(*before));
+    // A part that has a material of the scene keeps it.
+    opened.send(1, {{"type", "own_material"}, {"object", 1}, {"part", 0}});
+    EXPECT_TRUE(opened
+                    .told([](PageId, const nlohmann::json& text) {
+                        return text["type"] == "error" && text.value("about", "") == "own_material";
+                    })
+                    .is_object());
+}
+
+TEST(ViewSession, UnsavedChangesAreAutosaved) {
+    OpenedSession opened;
+    opened.session().join(1);
+    ASSERT_TRUE(opened.exact(opened.send(1, {{"type", "place"}, {"object", 2}, {"translate", {0.3, 0, 0}}})));
+    const Result<Scene> left = read_scene(opened.folder() / "room.autosave.toml");
+    ASSERT_TRUE(bool(left));
+    EXPECT_EQ(left->instances[1].placement.translate, Vec3f(0.3f, 0, 0));
+    ASSERT_TRUE(opened.exact(opened.send(1, {{"type", "undo"}})));
+    EXPECT_FALSE(std::filesystem::exists(opened.folder() / "room.autosave.toml"));
+}
+
 TEST(ViewSession, ExposureDoesNotChangeLamps) {
     OpenedSession opened(
         "[[lights]]\nposition = [0.5, 1.5, 0.5]\ncolour = [3, 2, 1]\nlooks_like = \"chair\"\n");

@@ -19,6 +19,14 @@ from selenium.webdriver.common.keys import Keys
 import browser as view
 
 
+LAMP = """
+[[lights]]
+name = "bulb"
+position = [0.5, 1.5, 0.5]
+colour = [1, 1, 1]
+"""
+
+
 class PageTest(unittest.TestCase):
     """One server and one browser for all; each test begins with a page that rests."""
 
@@ -185,6 +193,17 @@ class PageTest(unittest.TestCase):
         self.page.wait_exact(self.page.send("undo"))
         self.assertEqual(self.page.objects(), before)
         self.assert_same(self.page.colours(), colours)
+
+    def test_the_sun_of_a_sky_is_moved(self):
+        self.page.send("light", light="sky")
+        self.page.wait("return !document.getElementById('sky-fields').hidden")
+        self.browser.find_element(By.ID, "sun-elevation").send_keys(Keys.HOME, Keys.ARROW_RIGHT * 20)
+        self.page.wait("return haarfield.light().sky?.sun_elevation === 10")
+        self.page.settle()
+        self.assertEqual(self.page.js("return haarfield.light().light"), "sky")
+        self.assert_bakes_alike("low_sun")
+        while self.page.js("return haarfield.light().light") != "interior.exr":
+            self.page.wait_exact(self.page.send("undo"))
 
     def test_what_is_cloned_and_deleted_comes_back(self):
         before, colours = self.page.objects(), self.page.colours()
@@ -508,12 +527,69 @@ class OwnServerTest(unittest.TestCase):
     """A server and a browser for each test."""
 
     def opened(self, *options):
-        scratch, browser = view.scratch(), view.started_browser()
+        scratch = view.scratch()
         self.addCleanup(scratch.__exit__, None, None, None)
+        return self.opened_scene(view.write_scene(scratch.__enter__(), resolution=[48, 36]), *options)
+
+    def opened_scene(self, scene, *options):
+        browser = view.started_browser()
         self.addCleanup(browser.quit)
-        server = view.Server(view.write_scene(scratch.__enter__(), resolution=[48, 36]), *options)
+        server = view.Server(scene, *options)
         self.addCleanup(server.stop)
         return server, browser, view.Page(browser, server.url)
+
+    def test_lamps_and_model_materials_are_edited(self):
+        scratch = view.scratch()
+        self.addCleanup(scratch.__exit__, None, None, None)
+        scene = view.write_scene(scratch.__enter__(), resolution=[48, 36])
+        with open(scene) as file:
+            text = file.read()
+        with open(scene, "w") as file:
+            file.write(text.replace('material = "walnut"\n', "") + LAMP)
+        server, browser, page = self.opened_scene(scene)
+        self.assertEqual(page.js("return document.getElementById('lamp').value"), "bulb")
+        browser.find_element(By.ID, "lamp-strength").send_keys(Keys.END)
+        page.wait("return haarfield.panel.lamp().colour[0] > 30")
+        page.settle()
+        bright = page.colours()["floor"].mean()
+        browser.find_element(By.ID, "lamp-strength").send_keys(Keys.HOME)
+        page.settle()
+        self.assertLess(page.colours()["floor"].mean(), 0.9 * bright)
+        chair = page.objects()["chair_1"]["id"]
+        page.js("haarfield.panel.on.choose(arguments[0], null, 0)", chair)
+        browser.find_element(By.ID, "own").click()
+        page.wait("return haarfield.stage.materialOf(arguments[0], 0) !== null", chair)
+        page.wait("return document.getElementById('own-row').hidden")
+        before = page.colours()["chair_1"]
+        browser.find_element(By.CSS_SELECTOR, "[data-key='finish.emission'], [data-key='emission.strength']").send_keys(Keys.ARROW_RIGHT * 50)
+        page.settle()
+        self.assertGreater(page.colours()["chair_1"].mean(), before.mean() + 0.5)
+
+    def test_unsaved_changes_are_offered_at_the_next_start(self):
+        server, browser, page = self.opened()
+        chair = page.objects()["chair_1"]["id"]
+        page.wait_exact(page.send("place", object=chair, translate=[0.3, 0.1, 0.2]))
+        moved = page.objects()
+        autosaved = os.path.join(server.folder, "room.autosave.toml")
+        deadline = time.monotonic() + view.PATIENCE
+        while not os.path.exists(autosaved):
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.1)
+        server.process.kill()
+        again = view.Server(server.scene)
+        self.addCleanup(again.stop)
+        page = view.Page(browser, again.url)
+        page.wait("return document.getElementById('autosave').open")
+        self.assertIn("room.autosave.toml", browser.find_element(By.ID, "autosave").text)
+        browser.find_element(By.ID, "restore").click()
+        page.wait("return !document.getElementById('autosave').open")
+        page.settle()
+        place = lambda objects: {name: (each["position"], each["rotation"]) for name, each in objects.items()}
+        self.assertEqual(place(page.objects()), place(moved))
+        # Once saved, nothing is offered.
+        browser.find_element(By.ID, "save").click()
+        page.wait("return haarfield.stats.saved")
+        self.assertFalse(os.path.exists(autosaved))
 
     def test_the_page_stops_trying_to_reach_a_server_that_has_ended(self):
         server, browser, page = self.opened()

@@ -1,10 +1,12 @@
 #include "tools/view/design.h"
 
 #include "fields/base/names.h"
+#include "scenes/scene_writer.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 namespace haarfield {
 namespace {
@@ -29,6 +31,21 @@ std::string copy_name(const Scene& scene, const std::string& name) {
     for (const Instance& instance : scene.instances) taken.insert(instance.name);
     for (const Entity& entity : scene.entities) taken.insert(entity.name);
     return unique_name(without_number(name), taken);
+}
+
+/// An environment with its rotation in `turn`: turning twice would blur the light twice.
+EnvironmentDescription turned_once(EnvironmentDescription light) {
+    if (light.rotation != 0) light.turn = light.turn * rotation_about({0, 1, 0}, double(light.rotation));
+    light.rotation = 0;
+    return light;
+}
+
+bool has_same_mesh(const Entity& a, const Entity& b) {
+    std::error_code ignored;
+    const bool is_one_file = a.mesh == b.mesh || std::filesystem::equivalent(a.mesh, b.mesh, ignored);
+    return a.name == b.name && is_one_file && a.part == b.part && a.faces == b.faces &&
+           a.fine_vertices == b.fine_vertices && a.coarse_triangles == b.coarse_triangles &&
+           a.planar_samples == b.planar_samples && a.spherical_samples == b.spherical_samples;
 }
 
 /// Makes an edit of a design; what it changes in part is of no use if it fails.
@@ -110,6 +127,74 @@ struct EditMaker {
         return Done{};
     }
 
+    Result<Done> operator()(const SetSky& edit) {
+        std::optional<AnalyticSky>& sky = design.scene.environment.sky;
+        if (!sky) return Error{"", "the scene is lit by an image; expected an analytic sky"};
+        sky->turbidity = edit.turbidity;
+        sky->sun_elevation = edit.sun_elevation;
+        sky->sun_azimuth = edit.sun_azimuth;
+        design.light_stamp = stamp;
+        return Done{};
+    }
+
+    Result<Done> operator()(const SetLamp& edit) {
+        const auto lamp = std::ranges::find(design.scene.lamps, edit.name, &SceneLamp::name);
+        if (lamp == design.scene.lamps.end())
+            return Error{"", fmt::format("there is no lamp \"{}\" in the scene", edit.name)};
+        lamp->colour = edit.colour;
+        if (edit.position) lamp->position = *edit.position;
+        design.lamp_stamp = stamp;
+        return Done{};
+    }
+
+    Result<Done> operator()(const OwnMaterial& edit) {
+        Scene& scene = design.scene;
+        Entity& entity = scene.entities[edit.entity];
+        std::set<std::string> taken;
+        for (const auto& [name, material] : scene.materials) taken.insert(name);
+        const std::string name =
+            unique_name(plain_name(edit.part.empty() ? entity.name : entity.name + "_" + edit.part), taken);
+        scene.materials[name] = edit.material;
+        entity.materials[edit.part] = name;
+        design.material_stamp = stamp;
+        return Done{};
+    }
+
+    Result<Done> operator()(const RestoreScene& edit) {
+        const Scene& now = design.scene;
+        std::vector<std::size_t> entities;
+        for (const Instance& instance : edit.scene.instances) {
+            const std::optional<std::size_t> mesh = mesh_of(instance, edit.scene);
+            if (!mesh)
+                return Error{
+                    "", fmt::format("the autosaved scene has another mesh or shape for the object \"{}\" "
+                                    "than {} has now",
+                                    instance.name, now.name)};
+            entities.push_back(*mesh);
+        }
+        Scene restored = edit.scene;
+        restored.name = now.name;
+        restored.environment = turned_once(restored.environment);
+        design.scene = std::move(restored);
+        design.entities = std::move(entities);
+        design.ids.resize(design.entities.size());
+        std::iota(design.ids.begin(), design.ids.end(), id);
+        design.light_stamp = design.material_stamp = design.lamp_stamp = stamp;
+        return Done{};
+    }
+
+    /// The prepared mesh of another scene's instance: that of an instance here with the same entity and shape.
+    std::optional<std::size_t> mesh_of(const Instance& instance, const Scene& other) const {
+        const Scene& now = design.scene;
+        if (instance.entity >= now.entities.size() ||
+            !has_same_mesh(now.entities[instance.entity], other.entities[instance.entity]))
+            return std::nullopt;
+        for (std::size_t i = 0; i < now.instances.size(); ++i)
+            if (now.instances[i].entity == instance.entity && now.instances[i].shape == instance.shape)
+                return design.entities[i];
+        return std::nullopt;
+    }
+
     Result<Done> operator()(const MoveEye& edit) {
         design.scene.camera.position = edit.position;
         design.scene.camera.target = edit.target;
@@ -121,13 +206,16 @@ struct EditMaker {
 
 Design opened_design(const Scene& scene, const SceneEntities& entities) {
     Design design{scene, {}, entities.entity_of_instance};
-    // One turn is enough, and turning twice would blur the light twice.
-    EnvironmentDescription& light = design.scene.environment;
-    if (light.rotation != 0) light.turn = light.turn * rotation_about({0, 1, 0}, double(light.rotation));
-    light.rotation = 0;
+    design.scene.environment = turned_once(design.scene.environment);
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
         design.ids.push_back(static_cast<std::uint32_t>(i + 1));
     return design;
+}
+
+bool is_changed(const Scene& scene, const Scene& from) {
+    Scene seen_alike = scene;
+    seen_alike.camera = from.camera;
+    return scene_text(seen_alike, {}) != scene_text(from, {});
 }
 
 std::optional<std::size_t> place_of(const Design& design, std::uint32_t object) {
@@ -145,7 +233,7 @@ Result<Done> History::make(const Edit& edit, std::uint64_t gesture) {
     if (const Result<Done> done = std::visit(EditMaker{made, last_stamp_ + 1, next_id_}, edit); !done)
         return done;
     ++last_stamp_;
-    if (std::holds_alternative<CloneObject>(edit)) ++next_id_;
+    next_id_ = std::max(next_id_, made.ids.back() + 1);
     const bool goes_on = gesture != 0 && gesture == gesture_ && can_undo();
     if (!goes_on) {
         before_.push_back(std::move(now_));

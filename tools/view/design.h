@@ -17,6 +17,7 @@ struct Design {
     std::vector<std::size_t> entities;  ///< By Scene::instances: place in SceneEntities::entities.
     std::uint64_t light_stamp = 0;      ///< Of scene.environment without `turn`, `exposure` and `share`.
     std::uint64_t material_stamp = 0;   ///< Of scene.materials and of who has which.
+    std::uint64_t lamp_stamp = 0;       ///< Of scene.lamps.
 };
 
 /// @name Edits
@@ -58,12 +59,36 @@ struct SetMaterial {
 struct MoveEye {
     Vec3f position, target;  ///< In different places.
 };
+/// Changes the analytic sky that lights the scene.
+struct SetSky {
+    float turbidity;
+    float sun_elevation, sun_azimuth;  ///< [rad]
+};
+/// Changes a lamp.
+struct SetLamp {
+    std::string name;
+    Rgb colour;
+    std::optional<Vec3f> position;  ///< None: it stays.
+};
+/// Gives a part of a model a material of the scene, which begins as a copy of the model's own.
+struct OwnMaterial {
+    std::size_t entity;  ///< In Scene::entities.
+    std::string part;    ///< The material's name in the model.
+    SceneMaterial material;
+};
+/// Replaces everything but the meshes by a scene that an earlier session has left.
+struct RestoreScene {
+    Scene scene;
+};
 using Edit = std::variant<TurnLight, ChooseLight, MixLights, SetExposure, PlaceObject, CloneObject,
-                          DeleteObject, SetMaterial, MoveEye>;
+                          DeleteObject, SetMaterial, MoveEye, SetSky, SetLamp, OwnMaterial, RestoreScene>;
 /// @}
 
 /// A scene that is opened, with new ids.
 Design opened_design(const Scene& scene, const SceneEntities& entities);
+
+/// Tests whether two scenes differ in more than the camera.
+bool is_changed(const Scene& scene, const Scene& from);
 
 /// The place of an object in Scene::instances; none if there is no such object.
 std::optional<std::size_t> place_of(const Design& design, std::uint32_t object);

@@ -79,6 +79,8 @@ LightShelf::LightShelf(const EnvironmentDescription& scene, const std::filesyste
         if (entry.is_regular_file(ignored) && is_light_file(entry.path())) files.push_back(entry.path());
     std::ranges::sort(files);
     for (const std::filesystem::path& file : files) put(file.filename().string(), file, {});
+    const auto is_sky = [](const ShelfLight& light) { return light.sky.has_value(); };
+    if (std::ranges::none_of(lights_, is_sky)) put("sky", {}, AnalyticSky{});
 }
 
 void LightShelf::put(std::string name, std::filesystem::path image, std::optional<AnalyticSky> sky) {
@@ -101,6 +103,16 @@ std::optional<ShelfLight> LightShelf::find(std::string_view name) const {
     const auto found = std::ranges::find(lights_, name, &ShelfLight::name);
     if (found == lights_.end()) return std::nullopt;
     return *found;
+}
+
+void LightShelf::set_sky(const AnalyticSky& sky) {
+    const std::lock_guard lock(mutex_);
+    if (std::ranges::any_of(
+            lights_, [&](const ShelfLight& light) { return light.sky && is_same_sky(*light.sky, sky); }))
+        return;
+    const auto first =
+        std::ranges::find_if(lights_, [](const ShelfLight& light) { return light.sky.has_value(); });
+    if (first != lights_.end()) first->sky = sky;
 }
 
 std::string LightShelf::name_of(const std::filesystem::path& image,

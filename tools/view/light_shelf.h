@@ -17,13 +17,15 @@ struct ShelfLight {
 /// Lights of the scene, of a folder, and what pages send. From any thread.
 class LightShelf {
 public:
-    /// folder   whose .exr and .hdr files are offered, by name; empty: none.
+    /// folder   whose .exr and .hdr files are offered, by name; empty: none. A sky is always offered.
     /// uploads  where lights go that pages send; made when the first one comes.
     LightShelf(const EnvironmentDescription& scene, const std::filesystem::path& folder,
                std::filesystem::path uploads);
 
     std::vector<ShelfLight> lights() const;  ///< In order.
     std::optional<ShelfLight> find(std::string_view name) const;
+    /// Replaces the shelf's first sky, unless the shelf has this one.
+    void set_sky(const AnalyticSky& sky);
     /// The name of an image or a sky; empty if it is not on the shelf.
     std::string name_of(const std::filesystem::path& image, const std::optional<AnalyticSky>& sky) const;
 

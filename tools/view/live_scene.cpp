@@ -72,6 +72,7 @@ LiveScene::LiveScene(const Scene& scene, SceneEntities entities, const RenderSet
       lights_(settings) {
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
         described_by_[entities_->entity_of_instance[i]] = scene.instances[i].entity;
+    for (const auto& entity : entities_->entities) file_surfaces_.push_back(entity->surfaces);
     exact_.settings = quick_.settings = settings;
     quick_.settings.occlusion = Occlusion::fields;
     quick_.settings.kept_bytes = 0;
@@ -94,9 +95,12 @@ void LiveScene::take_materials(const Design& design) {
             const auto named = description.materials.find(entity.mesh.fine.material_names[m]);
             const std::string& name =
                 named != description.materials.end() ? named->second : description.material;
-            if (name.empty()) continue;
-            const SceneMaterial& material = design.scene.materials.at(name);
             Surface& surface = entity.surfaces[m];
+            if (name.empty()) {
+                surface = file_surfaces_[e][m];
+                continue;
+            }
+            const SceneMaterial& material = design.scene.materials.at(name);
             surface.material = material;
             surface.emission = material.emission;
             surface.tinted_highlights =
@@ -208,8 +212,8 @@ bool LiveScene::follows(const Design& design, const Variation& variation) const 
     const bool by_light = variation.of == Variation::Of::light, by_eye = variation.of == Variation::Of::eye,
                by_object = variation.of == Variation::Of::object;
     const bool same_emitters = !has_emitters() || exposure(of) == exposure(design);
-    return of.material_stamp == design.material_stamp && same_emitters &&
-           (by_light || same_light(of, design)) && (by_eye || same_eye(of, design)) &&
+    return of.material_stamp == design.material_stamp && of.lamp_stamp == design.lamp_stamp &&
+           same_emitters && (by_light || same_light(of, design)) && (by_eye || same_eye(of, design)) &&
            same_objects(of, design, by_object ? variation.object : 0);
 }
 

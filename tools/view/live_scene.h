@@ -123,7 +123,8 @@ private:
     void take_colours(Stage& stage, const Design& design, const VertexMask* chosen = nullptr);
 
     std::unique_ptr<SceneEntities> entities_;
-    std::vector<std::size_t> described_by_;  ///< Entities of the scene, by entities_.
+    std::vector<std::size_t> described_by_;            ///< Entities of the scene, by entities_.
+    std::vector<std::vector<Surface>> file_surfaces_;  ///< By entities_: as they were prepared.
     TransferSettings transfer_settings_;
     Stage quick_, exact_;
     Stage* last_ = nullptr;  ///< Where the colours are from.

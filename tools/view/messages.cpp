@@ -207,6 +207,34 @@ Content material(MessageReader& reader) {
     return edit;
 }
 
+Content sky(MessageReader& reader) {
+    SetSky edit{};
+    for (const char* key : {"turbidity", "sun_elevation", "sun_azimuth"}) reader.require(key);
+    reader.take("turbidity", edit.turbidity, {2, 10});
+    reader.take("sun_elevation", edit.sun_elevation, {0, 90});
+    reader.take("sun_azimuth", edit.sun_azimuth, {-360, 360});
+    edit.sun_elevation = radians(edit.sun_elevation);
+    edit.sun_azimuth = radians(edit.sun_azimuth);
+    return edit;
+}
+
+Content lamp(MessageReader& reader) {
+    SetLamp edit{};
+    for (const char* key : {"name", "colour"}) reader.require(key);
+    reader.take("name", edit.name);
+    reader.take_three("colour", edit.colour, {0, 1e9});
+    if (reader.has("position")) reader.take_three("position", edit.position.emplace(), coordinates);
+    return edit;
+}
+
+Content own_part(MessageReader& reader) {
+    OwnPart part{};
+    for (const char* key : {"object", "part"}) reader.require(key);
+    reader.take("object", part.object);
+    reader.take("part", part.part);
+    return part;
+}
+
 Content look(MessageReader& reader) {
     Look look{};
     for (const char* key : {"position", "target", "vertical_fov", "width", "height"}) reader.require(key);
@@ -271,6 +299,9 @@ const std::map<std::string, ContentReader, std::less<>> content_readers{
     {"clone", &of_object<CloneObject>},
     {"delete", &of_object<DeleteObject>},
     {"material", &material},
+    {"sky", &sky},
+    {"lamp", &lamp},
+    {"own_material", &own_part},
     {"look", &look},
     {"select", &selection},
     {"undo", [](MessageReader&) -> Content { return StepBack{}; }},
@@ -279,6 +310,8 @@ const std::map<std::string, ContentReader, std::less<>> content_readers{
     {"save", &save},
     {"start", &task},
     {"cancel", [](MessageReader&) -> Content { return CancelTask{}; }},
+    {"restore", [](MessageReader&) -> Content { return Restore{}; }},
+    {"discard", [](MessageReader&) -> Content { return Discard{}; }},
     {"steer", [](MessageReader&) -> Content { return Steer{}; }},
 };
 

@@ -45,11 +45,18 @@ struct StartTask {
     TaskKind kind;
 };
 struct CancelTask {};
-struct Steer {};  ///< The page takes over.
+/// A part of a model gets a material of the scene.
+struct OwnPart {
+    std::uint32_t object;
+    std::uint32_t part;  ///< As `entities` lists them.
+};
+struct Restore {};  ///< The autosaved scene of an earlier session.
+struct Discard {};  ///< Deletes it.
+struct Steer {};    ///< The page takes over.
 
-using Content =
-    std::variant<TurnLight, NamedLights, MixLights, SetExposure, PartialPlace, CloneObject, DeleteObject,
-                 SetMaterial, Look, Select, StepBack, StepOn, Shown, Save, StartTask, CancelTask, Steer>;
+using Content = std::variant<TurnLight, NamedLights, MixLights, SetExposure, PartialPlace, CloneObject,
+                             DeleteObject, SetMaterial, SetSky, SetLamp, OwnPart, Look, Select, StepBack,
+                             StepOn, Shown, Save, StartTask, CancelTask, Restore, Discard, Steer>;
 
 /// One message of a page.
 struct Message {

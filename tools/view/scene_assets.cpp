@@ -47,15 +47,24 @@ std::string mesh_bytes(const Mesh& mesh) {
     return bytes;
 }
 
-nlohmann::json json_of(const SceneEntity& entity, std::size_t number, const Entity& description) {
-    nlohmann::json parts = nlohmann::json::array();
-    for (std::size_t m = 0; m < entity.surfaces.size(); ++m) {
-        const std::string& name = entity.mesh.fine.material_names[m];
+nlohmann::json part_materials(const SceneEntity& entity, const Entity& description) {
+    nlohmann::json names = nlohmann::json::array();
+    for (const std::string& name : entity.mesh.fine.material_names) {
         const auto named = description.materials.find(name);
         const std::string& material =
             named != description.materials.end() ? named->second : description.material;
+        names.push_back(material.empty() ? nlohmann::json() : nlohmann::json(material));
+    }
+    return names;
+}
+
+nlohmann::json json_of(const SceneEntity& entity, std::size_t number, const Entity& description) {
+    nlohmann::json parts = nlohmann::json::array();
+    const nlohmann::json materials = part_materials(entity, description);
+    for (std::size_t m = 0; m < entity.surfaces.size(); ++m) {
+        const std::string& name = entity.mesh.fine.material_names[m];
         nlohmann::json part{{"name", name}};
-        part["material"] = material.empty() ? nlohmann::json() : nlohmann::json(material);
+        part["material"] = materials[m];
         const std::shared_ptr<const Texture>& texture = entity.surfaces[m].texture;
         part["texture"] =
             texture ? nlohmann::json(fmt::format("texture/{}/{}", number, m)) : nlohmann::json();

@@ -15,6 +15,9 @@ std::string mesh_bytes(const Mesh& mesh);
 /// What pages are told of an entity: its parts, by material.
 nlohmann::json json_of(const SceneEntity& entity, std::size_t number, const Entity& description);
 
+/// The names of the scene's materials of an entity's parts; null: the part has its model's own.
+nlohmann::json part_materials(const SceneEntity& entity, const Entity& description);
+
 /// How exact colours are.
 enum class Exactness : std::uint32_t {
     moving = 0,  ///< By vectors, coarser.

@@ -4,6 +4,7 @@
 #include "fields/file/input_file.h"
 #include "fields/file/write_file.h"
 #include "scenes/scene_comments.h"
+#include "scenes/scene_reader.h"
 #include "scenes/scene_writer.h"
 
 #include <fmt/format.h>
@@ -35,6 +36,25 @@ std::filesystem::path SceneFile::free_file(const std::filesystem::path& like) co
         const Result<SceneComments> comments = comments_of(file);
         if (comments && !comments->has_others) return file;
     }
+}
+
+std::filesystem::path SceneFile::autosave_file() const {
+    return opened_.parent_path() / (opened_.stem().string() + ".autosave.toml");
+}
+
+std::optional<Result<Scene>> SceneFile::left_scene() const {
+    std::error_code ignored;
+    if (opened_.empty() || !std::filesystem::exists(autosave_file(), ignored)) return std::nullopt;
+    return read_scene(autosave_file());
+}
+
+Result<Done> SceneFile::autosave(const Scene* scene) const {
+    const std::filesystem::path file = autosave_file();
+    if (scene) return write_file(file, scene_text(*scene, file.parent_path()));
+    std::error_code failure;
+    std::filesystem::remove(file, failure);
+    if (failure) return Error{file.string(), failure.message()};
+    return Done{};
 }
 
 Result<SavedScene> SceneFile::save(const Scene& scene, std::string_view name) {

@@ -21,6 +21,20 @@ public:
 
     const std::filesystem::path& opened() const { return opened_; }
 
+    /// The autosave file: `NAME.autosave.toml` next to the scene.
+    std::filesystem::path autosave_file() const;
+
+    /// Reads the autosave file that an earlier session has left; none if there is no such file.
+    ///
+    /// errors  those of read_scene.
+    std::optional<Result<Scene>> left_scene() const;
+
+    /// Writes a scene to the autosave file, or removes that file if the scene is null.
+    ///
+    /// cost    some 1 ms.
+    /// errors  of the file system.
+    Result<Done> autosave(const Scene* scene) const;
+
     /// Writes a scene, with the comments on top of the file that was opened.
     ///
     /// name    of the file, beside that which was opened, with or without `.toml`; empty: into that one.

@@ -14,6 +14,13 @@ namespace {
 constexpr int protocol = 1;
 constexpr auto work_period = std::chrono::milliseconds(100);
 
+nlohmann::json sky_json(const AnalyticSky& sky) {
+    constexpr double degrees = 180 / pi;
+    return {{"turbidity", sky.turbidity},
+            {"sun_elevation", double(sky.sun_elevation) * degrees},
+            {"sun_azimuth", double(sky.sun_azimuth) * degrees}};
+}
+
 nlohmann::json camera_json(const Camera& camera) {
     return {{"position", json_of(camera.position)},
             {"target", json_of(camera.target)},
@@ -62,7 +69,15 @@ nlohmann::json ViewSession::state(bool all) const {
                                     : nlohmann::json();
         lit["share"] = light.blend ? light.blend->share : 0.5f;
         lit["stops"] = live_.exposure(now);
+        lit["sky"] = light.sky ? sky_json(*light.sky) : nlohmann::json();
         lit["exposure"] = light.exposure ? nlohmann::json(*light.exposure) : nlohmann::json("auto");
+    }
+    if (!knows || told_->lamp_stamp != now.lamp_stamp) {
+        nlohmann::json& lamps = message["lamps"] = nlohmann::json::array();
+        for (const SceneLamp& lamp : now.scene.lamps)
+            lamps.push_back({{"name", lamp.name},
+                             {"colour", json_of(Vec3f(lamp.colour.x, lamp.colour.y, lamp.colour.z))},
+                             {"position", json_of(lamp.position)}});
     }
     if (!knows || told_->material_stamp != now.material_stamp) {
         nlohmann::json& materials = message["materials"] = nlohmann::json::object();
@@ -70,6 +85,10 @@ nlohmann::json ViewSession::state(bool all) const {
             materials[name] = json_of(material);
             materials[name]["has_image"] = !material.image.empty();
         }
+        nlohmann::json& parts = message["part_materials"] = nlohmann::json::array();
+        for (std::size_t e = 0; e < live_.entities().entities.size(); ++e)
+            parts.push_back(
+                part_materials(*live_.entities().entities[e], now.scene.entities[live_.described_by(e)]));
     }
     if (!knows || told_->scene.camera.position != now.scene.camera.position ||
         told_->scene.camera.target != now.scene.camera.target ||
@@ -152,10 +171,31 @@ void ViewSession::tell_rest() {
 Result<Done> ViewSession::save(PageId page, const Save& save, const Message& message) {
     const Result<SavedScene> saved = file_.save(history_.now().scene, save.name.value_or(""));
     if (!saved) return saved.error();
+    saved_ = history_.now().scene;
+    if (!left_ && !settings_.scene_file.empty())
+        if (const Result<Done> removed = file_.autosave(nullptr); !removed) return removed;
+    autosaved_ = saved_;
     nlohmann::json answer{{"type", "saved"}, {"number", message.number}, {"file", saved->file.string()}};
     if (!saved->instead_of.empty()) answer["instead_of"] = saved->instead_of.string();
     audience_.tell(page, message_text(answer));
     return Done{};
+}
+
+/// Writes unsaved changes next to the scene, and removes that file once there are none.
+void ViewSession::autosave() {
+    const Scene& now = history_.now().scene;
+    // What an earlier session has left stays until a page decides.
+    if (left_ || settings_.scene_file.empty() || !is_changed(now, autosaved_)) return;
+    autosaved_ = now;
+    const Result<Done> done = file_.autosave(is_changed(now, saved_) ? &now : nullptr);
+    if (!done && !autosave_has_failed_) audience_.tell_all(message_text(error_answer(done.error(), {})));
+    autosave_has_failed_ = !done;
+}
+
+void ViewSession::tell_left_scene(PageId page) const {
+    nlohmann::json message{{"type", "autosave"}, {"file", nullptr}};
+    if (left_) message["file"] = file_.autosave_file().filename().string();
+    audience_.tell(page, message_text(message));
 }
 
 Result<Done> ViewSession::start_task(PageId page, const StartTask& task, const Message&) {

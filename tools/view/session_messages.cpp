@@ -2,12 +2,35 @@
 
 #include "tools/view/view_session.h"
 
+#include "scenes/povray_finish.h"
+
 #include <algorithm>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace haarfield {
+namespace {
+
+/// A model's own material as a scene file can describe it: a physical one as it is, one of the povray
+/// convention as a finish with white highlights.
+SceneMaterial scene_material(const Surface& surface) {
+    SceneMaterial material;
+    static_cast<Material&>(material) = surface.material;
+    material.emission = surface.emission;
+    if (material.convention != LobeConvention::povray) return material;
+    const auto largest = [](const Rgb& colour) { return std::max({colour.x, colour.y, colour.z}); };
+    const float diffuse = largest(material.diffuse), highlights = largest(material.specular);
+    material.pigment = diffuse > 0 ? material.diffuse / diffuse : Rgb(1.0f);
+    material.emission = material.pigment * largest(material.emission);
+    material.phong *= highlights;
+    material.blinn *= highlights;
+    material.specular = Rgb(material.phong > 0 || material.blinn > 0 ? 1.0f : 0.0f);
+    material.shininess = std::min(material.shininess, float(shininesses.highest));
+    return material;
+}
+
+}  // namespace
 
 void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
     for (const Arrival& arrival : arrivals) {
@@ -16,6 +39,7 @@ void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
             case Arrival::What::joined:
                 pages_.push_back(arrival.page);
                 tell_scene(arrival.page);
+                tell_left_scene(arrival.page);
                 if (last_frame_) audience_.show(arrival.page, last_frame_);
                 told_rest_ = {};
                 if (pages_.size() > 1) break;
@@ -44,6 +68,7 @@ void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
     }
     if (failed_light_ != history_.now().light_stamp)
         if (const Result<Done> taken = live_.take_light(history_.now()); !taken) tell_trouble(taken.error());
+    if (const std::optional<AnalyticSky>& sky = history_.now().scene.environment.sky) shelf_.set_sky(*sky);
     tell_state();
 }
 
@@ -87,6 +112,12 @@ Result<Done> ViewSession::take_content(PageId page, const Message& message) {
             } else if constexpr (std::is_same_v<Type, SetMaterial> || std::is_same_v<Type, CloneObject> ||
                                  std::is_same_v<Type, DeleteObject>) {
                 return make_edit(content, message, {});
+            } else if constexpr (std::is_same_v<Type, SetLamp>) {
+                return make_edit(content, message, {});
+            } else if constexpr (std::is_same_v<Type, SetSky>) {
+                return make_edit(content, message, {Of::light, 0});
+            } else if constexpr (std::is_same_v<Type, OwnPart>) {
+                return own_part(content, message);
             } else if constexpr (std::is_same_v<Type, NamedLights>) {
                 return take_lights(content, message);
             } else if constexpr (std::is_same_v<Type, PartialPlace>) {
@@ -106,6 +137,11 @@ Result<Done> ViewSession::take_content(PageId page, const Message& message) {
                 return save(page, content, message);
             } else if constexpr (std::is_same_v<Type, StartTask>) {
                 return start_task(page, content, message);
+            } else if constexpr (std::is_same_v<Type, Restore>) {
+                return restore(message);
+            } else if constexpr (std::is_same_v<Type, Discard>) {
+                decide_left_scene();
+                return file_.autosave(nullptr);
             } else if constexpr (std::is_same_v<Type, CancelTask>) {
                 tasks_.cancel();
             } else if constexpr (std::is_same_v<Type, Steer>) {
@@ -129,6 +165,41 @@ Result<Done> ViewSession::take_lights(const NamedLights& lights, const Message& 
     }
     if (Result<Done> known = live_.lights().know(edit.light); !known) return known;
     return make_edit(edit, message, {Variation::Of::light, 0});
+}
+
+Result<Done> ViewSession::restore(const Message& message) {
+    if (!left_) return Error{"", "there is no autosaved scene"};
+    if (Result<Done> known = live_.lights().know(left_->environment); !known) return known;
+    if (Result<Done> done = make_edit(RestoreScene{*left_}, message, {}); !done) return done;
+    look_as_designed();
+    decide_left_scene();
+    return Done{};
+}
+
+/// A page has restored or discarded what an earlier session has left.
+void ViewSession::decide_left_scene() {
+    left_.reset();
+    for (const PageId page : pages_) tell_left_scene(page);
+}
+
+Result<Done> ViewSession::own_part(const OwnPart& part, const Message& message) {
+    const Design& now = history_.now();
+    const std::optional<std::size_t> at = place_of(now, part.object);
+    if (!at) return Error{"", fmt::format("there is no object {}", part.object)};
+    const SceneEntity& entity = *live_.entities().entities[now.entities[*at]];
+    if (part.part >= entity.surfaces.size())
+        return Error{"", fmt::format("there is no part {} of this object", part.part)};
+    const Surface& surface = entity.surfaces[part.part];
+    const std::size_t described = now.scene.instances[*at].entity;
+    const std::string& name = entity.mesh.fine.material_names[part.part];
+    const Entity& description = now.scene.entities[described];
+    if (!description.material.empty() || description.materials.contains(name))
+        return Error{"", "this part has a material of the scene already"};
+    if (surface.texture || surface.coloured)
+        return Error{"",
+                     "this part has the image or the vertex colours of its model, which a material of the "
+                     "scene would replace"};
+    return make_edit(OwnMaterial{described, name, scene_material(surface)}, message, {});
 }
 
 Result<Done> ViewSession::take_place(const PartialPlace& place, const Message& message) {

@@ -21,9 +21,11 @@ bool job_ends_for(const ViewJob& job, const Content& message, const std::optiona
     }
     if (std::holds_alternative<SetExposure>(message))
         return job.what == What::commit || job.what == What::likely;
-    if (std::holds_alternative<SetMaterial>(message))
+    if (std::holds_alternative<SetSky>(message)) return ends_for({Of::light, 0});
+    if (std::holds_alternative<SetMaterial>(message) || std::holds_alternative<SetLamp>(message))
         return job.what != What::shade && job.what != What::recommit;
     return std::holds_alternative<CloneObject>(message) || std::holds_alternative<DeleteObject>(message) ||
+           std::holds_alternative<Restore>(message) || std::holds_alternative<OwnPart>(message) ||
            std::holds_alternative<StepBack>(message) || std::holds_alternative<StepOn>(message);
 }
 

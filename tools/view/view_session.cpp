@@ -17,7 +17,8 @@ constexpr auto idle = std::chrono::milliseconds(400);
 constexpr std::size_t most_arrivals = 4096;  // that wait
 
 bool same_scene(const Design& a, const Design& b) {
-    if (a.ids != b.ids || a.light_stamp != b.light_stamp || a.material_stamp != b.material_stamp)
+    if (a.ids != b.ids || a.light_stamp != b.light_stamp || a.material_stamp != b.material_stamp ||
+        a.lamp_stamp != b.lamp_stamp)
         return false;
     for (std::size_t i = 0; i < a.ids.size(); ++i)
         if (a.scene.instances[i].placement != b.scene.instances[i].placement) return false;
@@ -44,6 +45,8 @@ ViewSession::ViewSession(const Scene& scene, SceneEntities entities, ViewSetting
                        .time = {}});
              }),
       file_(settings_.scene_file),
+      saved_(history_.now().scene),
+      autosaved_(saved_),
       window_(scene.camera),
       last_input_(Clock::now() - rest),
       last_eye_(scene.camera.position),
@@ -56,6 +59,7 @@ ViewSession::~ViewSession() {
         stop_job_.request_stop();
     }
     thread_.join();
+    autosave();
     tasks_.cancel();
 }
 
@@ -120,6 +124,7 @@ void ViewSession::take_highlights() {
 
 void ViewSession::run(const std::stop_token& stop) {
     take_highlights();
+    if (const std::optional<Result<Scene>> left = file_.left_scene(); left && *left) left_ = **left;
     const std::stop_callback wake(stop, [this] { woken_.notify_all(); });
     while (!stop.stop_requested()) {
         std::deque<Arrival> arrivals;
@@ -128,6 +133,7 @@ void ViewSession::run(const std::stop_token& stop) {
             arrivals.swap(arrivals_);
         }
         take_arrivals(std::move(arrivals));
+        if (Clock::now() - last_input_ >= rest) autosave();  // before work that may be long
         const ViewJob job = next_job();
         if (job.what == ViewJob::For::nothing) {
             if (exactness_ == Exactness::exact && is_shown()) {

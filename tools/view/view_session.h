@@ -83,10 +83,15 @@ private:
     Result<Done> make_edit(const Edit& edit, const Message& message, const Variation& hand);
     Result<Done> take_lights(const NamedLights& lights, const Message& message);
     Result<Done> take_place(const PartialPlace& place, const Message& message);
+    Result<Done> own_part(const OwnPart& part, const Message& message);
     Result<Done> take_look(const Look& look, const Message& message);
     void look_as_designed();
     Result<Done> save(PageId page, const Save& save, const Message& message);
     Result<Done> start_task(PageId page, const StartTask& task, const Message& message);
+    Result<Done> restore(const Message& message);
+    void decide_left_scene();
+    void autosave();
+    void tell_left_scene(PageId page) const;
     void make_picture();
     void steer(PageId page);
 
@@ -115,6 +120,10 @@ private:
     Preview preview_;
     ViewTasks tasks_;
     SceneFile file_;
+    Scene saved_;      ///< The scene as its file, or the file that was saved last, has it.
+    Scene autosaved_;  ///< As the autosave file has it; `saved_` if there is none.
+    bool autosave_has_failed_ = false;
+    std::optional<Scene> left_;  ///< What an earlier session has left unsaved, until a page decides.
 
     // Of the session's thread.
     std::vector<PageId> pages_;                  ///< The first one steers.

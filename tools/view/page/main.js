@@ -19,7 +19,7 @@ let light = null;
 let gain = 1;
 let frames = 0;
 
-const stats = { frames: 0, last: null, applied: [], server: [], exact: 0, errors: [], tasks: [] };
+const stats = { frames: 0, last: null, applied: [], server: [], exact: 0, errors: [], tasks: [], autosave: null };
 
 const connection = new Connection({
   open() {
@@ -76,7 +76,7 @@ const stage = new Stage(element('canvas'), {
     connection.sendSoon('turn_light', { rotation: quaternion.toArray(), gesture });
     panel.showTurn(quaternion);
   },
-  pick: (id, material) => choose(id, material),
+  pick: (id, material, part) => choose(id, material, part),
 });
 
 function looking() {
@@ -87,9 +87,9 @@ function looking() {
   };
 }
 
-function choose(id, material) {
+function choose(id, material, part) {
   stage.choose(id);
-  panel.choose(id, material);
+  panel.choose(id, material, part);
   if (steers) connection.send('select', { object: id });
 }
 
@@ -127,6 +127,8 @@ function takeState(message) {
     panel.setObjects(message.objects, stage.chosen);
     if (stats.last) showStatus();
   }
+  message.part_materials?.forEach((names, e) => names.forEach((name, m) => (stage.entities[e].parts[m].material = name)));
+  if (message.lamps) panel.setLamps(message.lamps);
   if (message.materials) panel.setMaterials(message.materials);
   if (message.lights) panel.setLights(message.lights);
   if (message.light) setLight(message.light);
@@ -159,7 +161,10 @@ const receivers = {
     if (steers) connection.send('look', looking());
   },
   state: takeState,
-  steering: ({ steers: value }) => setSteering(value),
+  steering({ steers: value }) {
+    setSteering(value);
+    panel.offerAutosave(value ? stats.autosave : null);
+  },
   work({ doing, share }) {
     element('work').classList.toggle('busy', doing !== '');
     element('work-name').textContent = jobs[doing] ?? '';
@@ -172,6 +177,10 @@ const receivers = {
   },
   rest(message) {
     stats.rest = message;
+  },
+  autosave({ file }) {
+    stats.autosave = file;
+    panel.offerAutosave(steers ? file : null);
   },
   saved({ file, instead_of: spared }) {
     stats.saved = file;

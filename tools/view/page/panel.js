@@ -14,14 +14,39 @@ function lightOf(bounces) {
   return bounces === 1 ? 'direct light and one bounce' : `direct light and ${bounces} bounces`;
 }
 
+// A radiance is a colour, whose largest component is 1, and a strength.
+const strengthOf = (radiance) => Math.max(...radiance);
+const colourOf = (radiance) => strengthOf(radiance) > 0 ? radiance.map((c) => c / strengthOf(radiance)) : [1, 1, 1];
+const scaled = (colour, strength) => colour.map((c) => c * strength);
+
+function valueOf(material, key) {
+  if (key === 'emission') return colourOf(material.emission);
+  if (key === 'emission.strength') return strengthOf(material.emission);
+  return key.split('.').reduce((value, part) => value[part], material);
+}
+
+function setValue(material, key, value) {
+  if (key === 'emission') material.emission = scaled(value, strengthOf(material.emission) || 1);
+  else if (key === 'emission.strength') material.emission = scaled(colourOf(material.emission), value);
+  else {
+    const parts = key.split('.'), last = parts.pop();
+    parts.reduce((object, part) => object[part], material)[last] = value;
+  }
+}
+
 // What a material has: a key, its name here, and its range; colours have none.
 const plainFields = [
   ['diffuse', 'Colour'], ['specular', 'Highlights'], ['shininess', 'Shininess', 1, 1000, true],
+  ['emission', 'Glow'], ['emission.strength', 'Glow strength', 0, 20],
   ['convention', 'Meant as', ['physical', 'povray']]];
 const finishFields = [
   ['pigment', 'Colour'], ['finish.diffuse', 'Diffuse', 0, 1], ['finish.phong', 'Phong', 0, 2],
   ['finish.phong_size', 'Phong size', 1, 1000, true], ['finish.specular', 'Specular', 0, 2],
+  ['finish.emission', 'Glow strength', 0, 20],
   ['finish.roughness', 'Roughness', 0.0005, 1, true], ['finish.metallic', 'Metallic', 0, 1]];
+
+// What a sky has: a key, its slider, and digits.
+const skyFields = [['sun_elevation', 'sun-elevation', 1], ['sun_azimuth', 'sun-azimuth', 0], ['turbidity', 'turbidity', 1]];
 
 export class Panel {
   // on: {send, sendSoon, gesture, turn, choose, tool, stage}
@@ -68,6 +93,8 @@ export class Panel {
       element('share-value').textContent = Math.round(100 * share) + ' %';
       this.on.sendSoon('mix', { share });
     });
+    this.listenToSky();
+    this.listenToLamps();
     element('second').onchange = ({ target }) => this.sendLights(this.light.light, target.value);
     element('light-file').onchange = ({ target }) => this.upload(target.files);
     for (const type of ['dragenter', 'dragover'])
@@ -83,6 +110,69 @@ export class Panel {
       element('drop').hidden = true;
       this.upload(event.dataTransfer.files);
     });
+  }
+
+  listenToSky() {
+    for (const [key, id, digits] of skyFields)
+      this.slider(id, (value) => {
+        this.light.sky = { ...this.light.sky, [key]: value };
+        element(id + '-value').textContent = value.toFixed(digits);
+        this.on.sendSoon('sky', this.light.sky);
+      });
+  }
+
+  showSky(sky) {
+    element('sky-fields').hidden = !sky;
+    if (!sky) return;
+    for (const [key, id, digits] of skyFields) {
+      if (document.activeElement !== element(id)) element(id).value = sky[key];
+      element(id + '-value').textContent = sky[key].toFixed(digits);
+    }
+  }
+
+  listenToLamps() {
+    element('lamp').onchange = () => this.showLamp();
+    const change = (changed) => {
+      const lamp = Object.assign(this.lamp(), changed);
+      this.on.sendSoon('lamp', { name: lamp.name, colour: lamp.colour, position: lamp.position });
+      this.showLampValues();
+    };
+    element('lamp-colour').onpointerdown = () => this.on.gesture();
+    element('lamp-colour').oninput = ({ target }) =>
+      change({ colour: scaled(colourOf(fromHex(target.value)), strengthOf(this.lamp().colour) || 1) });
+    this.slider('lamp-strength', (x) => change({ colour: scaled(colourOf(this.lamp().colour), x === 0 ? 0 : 1000 ** (x - 0.5)) }));
+    this.slider('lamp-height', (x) => {
+      const { position: [px, , pz] } = this.lamp();
+      change({ position: [px, this.lampReach * x, pz] });
+    });
+  }
+
+  setLamps(lamps) {
+    this.lamps = lamps;
+    element('lamp-section').hidden = lamps.length === 0;
+    const select = element('lamp'), was = select.value;
+    select.replaceChildren(...lamps.map(({ name }) => new Option(name, name)));
+    if (lamps.some(({ name }) => name === was)) select.value = was;
+    if (lamps.length > 0 && !element('lamp-section').contains(document.activeElement)) this.showLamp();
+  }
+
+  lamp() {
+    return this.lamps.find(({ name }) => name === element('lamp').value);
+  }
+
+  showLamp() {
+    const { colour, position } = this.lamp(), strength = strengthOf(colour);
+    this.lampReach = Math.max(3, 2 * position[1]);
+    element('lamp-colour').value = toHex(colourOf(colour));
+    element('lamp-strength').value = strength === 0 ? 0 : 0.5 + Math.log(strength) / Math.log(1000);
+    element('lamp-height').value = position[1] / this.lampReach;
+    this.showLampValues();
+  }
+
+  showLampValues() {
+    const { colour, position } = this.lamp();
+    element('lamp-strength-value').textContent = Number(strengthOf(colour).toPrecision(3));
+    element('lamp-height-value').textContent = position[1].toFixed(2);
   }
 
   sendLights(light, second) {
@@ -144,6 +234,7 @@ export class Panel {
     quiet('share', light.share, Math.round(100 * light.share) + ' %');
     quiet('exposure', light.stops, light.stops.toFixed(1));
     element('auto-exposure').checked = light.exposure === 'auto';
+    this.showSky(light.sky);
     this.showTurn(new THREE.Quaternion().fromArray(light.rotation));
   }
 
@@ -190,14 +281,20 @@ export class Panel {
     if (ids.length > 0) this.on.choose(ids[at < 0 ? (step > 0 ? 0 : ids.length - 1) : (at + step + ids.length) % ids.length]);
   }
 
-  choose(id, material) {
+  choose(id, material, part) {
+    const isOwn = id !== null && material === null && part !== undefined;
+    element('own-row').hidden = !isOwn;
+    element('own').onclick = () => {
+      this.ownPart = { id, part };
+      this.on.send('own_material', { object: id, part });
+    };
+    element('material-fields').hidden = element('material').hidden = isOwn;
+    element('material-section').hidden = !isOwn && Object.keys(this.materials).length === 0;
     element('object').value = id ?? '';
     for (const button of ['clone', 'delete', 'frame-object']) element(button).disabled = id === null;
     if (material && this.materials[material]) {
       element('material').value = material;
       this.showMaterial();
-    } else if (material === null && id !== null) {
-      this.notice('This part has the material of its model file, which stays as it is.');
     }
   }
 
@@ -210,6 +307,11 @@ export class Panel {
     }
     this.materials = materials;
     element('material-section').hidden = names.length === 0;
+    if (this.ownPart) {
+      const { id, part } = this.ownPart;
+      this.ownPart = null;
+      this.on.choose(id, this.on.stage.materialOf(id, part), part);
+    }
     if (!element('material-fields').contains(document.activeElement)) this.showMaterial();
   }
 
@@ -221,12 +323,11 @@ export class Panel {
   }
 
   materialField(name, [key, title, lowest, highest, isLogarithmic]) {
-    const parts = key.split('.');
-    const get = () => parts.reduce((value, part) => value[part], this.materials[name]);
+    const get = () => valueOf(this.materials[name], key);
     const set = (value) => {
       const changed = structuredClone(this.materials[name]);
       delete changed.has_image;
-      parts.slice(0, -1).reduce((object, part) => object[part], changed)[parts[parts.length - 1]] = value;
+      setValue(changed, key, value);
       this.materials[name] = { ...changed, has_image: this.materials[name].has_image };
       this.on.sendSoon('material', { name, ...changed });
     };
@@ -275,6 +376,8 @@ export class Panel {
     };
     for (const task of ['bake', 'picture', 'reference'])
       element(task).onclick = () => this.on.send('start', { task });
+    for (const answer of ['restore', 'discard']) element(answer).onclick = () => this.on.send(answer);
+    element('autosave').oncancel = (event) => event.preventDefault(); // it wants an answer
     element('task-cancel').onclick = () => this.on.send('cancel');
     element('compare-button').onclick = () => this.compare(element('compare').hidden);
     element('reference').addEventListener('click', () => this.beginReference());
@@ -303,6 +406,14 @@ export class Panel {
   // Ends a comparison whose reference shows another view.
   viewMoved() {
     if (!element('compare').hidden && !this.on.stage.isAt(this.reference.view)) this.compare(false);
+  }
+
+  // Asks what is to become of changes that an earlier session left unsaved; null: of none.
+  offerAutosave(file) {
+    const box = element('autosave');
+    if (file === null) return box.close();
+    element('autosave-file').textContent = file;
+    if (!box.open) box.showModal();
   }
 
   compare(isShown) {
@@ -356,7 +467,7 @@ export class Panel {
   listenToKeys() {
     const tools = { v: 'look', w: 'translate', e: 'rotate', r: 'scale', l: 'light' };
     window.addEventListener('keydown', (event) => {
-      if (event.target.matches('input, select, textarea') || element('keys').open) return;
+      if (event.target.matches('input, select, textarea') || document.querySelector('dialog[open]')) return;
       const key = event.key.toLowerCase();
       if (event.ctrlKey || event.metaKey) {
         if (key === 'z') this.on.send(event.shiftKey ? 'redo' : 'undo');
@@ -374,7 +485,7 @@ export class Panel {
     });
     // Before OrbitControls, which pans by arrows.
     window.addEventListener('keydown', (event) => {
-      if (event.target.matches('input, select, textarea') || element('keys').open) return;
+      if (event.target.matches('input, select, textarea') || document.querySelector('dialog[open]')) return;
       if (event.ctrlKey || event.metaKey || event.altKey) return;
       if (!this.on.stage.nudge(event.key.toLowerCase(), event.shiftKey, event.repeat)) return;
       event.preventDefault();

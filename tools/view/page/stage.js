@@ -235,8 +235,13 @@ export class Stage {
     const [hit] = ray.intersectObjects([...this.objects.values()], true);
     if (!hit) return this.on.pick(null);
     const group = hit.object.parent;
-    const parts = this.entities[group.userData.entity].parts;
-    this.on.pick(group.userData.id, parts[hit.face.materialIndex]?.material ?? null);
+    const parts = this.entities[group.userData.entity].parts, part = hit.face.materialIndex;
+    this.on.pick(group.userData.id, parts[part]?.material ?? null, part);
+  }
+
+  // The name of the scene's material of an object's part; null: it has its model's own.
+  materialOf(id, part) {
+    return this.entities[this.objects.get(id)?.userData.entity]?.parts[part].material ?? null;
   }
 
   lookAtObject(id) {
@@ -374,7 +379,7 @@ export class Stage {
   }
 
   // What the session says of the light.
-  async setLight({ light, second, share, rotation }, gain) {
+  async setLight({ light, second, share, rotation, sky }, gain) {
     const { uniforms } = this.background.material;
     if (this.dragged !== this.lightHandle) {
       this.lightTurn.fromArray(rotation);
@@ -382,17 +387,23 @@ export class Stage {
     }
     uniforms.gain.value = gain;
     uniforms.share.value = second ? share : 0;
-    this.lightName = light;
-    const [first, other] = await Promise.all([this.panorama(light), second && this.panorama(second)]);
-    if (this.lightName !== light) return;
+    const current = (this.lightNumber = (this.lightNumber ?? 0) + 1);
+    const [first, other] = await Promise.all([this.panorama(light, sky), second && this.panorama(second)]);
+    if (this.lightNumber !== current) return;
     uniforms.first.value = first;
     uniforms.second.value = other || first;
     this.dirty = true;
   }
 
-  panorama(name) {
-    if (!this.backgrounds.has(name)) this.backgrounds.set(name, this.loadPanorama(name));
-    return this.backgrounds.get(name);
+  // A sky that has been changed is fetched again, and the one before is forgotten.
+  panorama(name, sky = null) {
+    const version = JSON.stringify(sky);
+    const known = this.backgrounds.get(name);
+    if (known?.version === version) return known.texture;
+    known?.texture.then((texture) => texture.dispose());
+    const texture = this.loadPanorama(name);
+    this.backgrounds.set(name, { version, texture });
+    return texture;
   }
 
   async loadPanorama(name) {
