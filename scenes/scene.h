@@ -3,6 +3,7 @@
 
 #include "fields/base/vector.h"
 #include "fields/mesh/closed_pieces.h"
+#include "fields/mesh/mesh_preparation.h"
 #include "scenes/shape.h"
 #include "shading/scene/lamp.h"
 #include "shading/scene/material.h"
@@ -64,7 +65,7 @@ struct Entity {
     std::map<std::string, std::string> materials;  ///< By the material's name in the mesh file.
     ClosedFaces faces = ClosedFaces::outwards;     ///< The visible side of closed pieces.
     std::uint32_t fine_vertices = 25000;
-    std::uint32_t coarse_triangles = 4000;  ///< 0: as it is.
+    std::uint32_t coarse_triangles = chosen_by_distance;  ///< 0: all triangles of the file.
     std::uint32_t planar_samples = 20000;
     std::uint32_t spherical_samples = 10000;
 };

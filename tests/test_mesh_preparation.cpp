@@ -217,6 +217,36 @@ TEST(MeshPreparation, CoarseSphereIsCloseClosedAndOutward) {
     EXPECT_EQ(ready.findings.summary(), "");
 }
 
+/// A sphere of radius 1 with waves of a height along its parallels.
+Mesh wavy_sphere(float height) {
+    Mesh mesh = sphere(90, 180);
+    for (Vec3f& p : mesh.positions) p = p * (1 + height * std::sin(40 * p.y));
+    return mesh;
+}
+
+/// Radii of the wavy sphere's surface are known: how far vertices of a mesh are from it, root mean square.
+double distance_from_wavy_sphere(const Mesh& mesh, float height) {
+    double sum = 0;
+    for (const Vec3f& p : mesh.positions) {
+        const double expected = 1 + height * std::sin(40 * p.y / p.length());
+        sum += (p.length() - expected) * (p.length() - expected);
+    }
+    return std::sqrt(sum / double(mesh.positions.size()));
+}
+
+TEST(MeshPreparation, ChoosesCoarseTrianglesByTheirDistanceFromTheMesh) {
+    const PreparedMesh smooth = prepared(sphere(90, 180), {0, chosen_by_distance});
+    const PreparedMesh wavy = prepared(wavy_sphere(0.02f), {0, chosen_by_distance});
+    EXPECT_LT(smooth.coarse.triangles.size(), wavy.coarse.triangles.size());
+    EXPECT_LE(wavy.coarse.triangles.size(), wavy.original.triangles.size());
+    EXPECT_LT(distance_from_wavy_sphere(wavy.coarse, 0.02f), 3 * coarse_distance);
+}
+
+TEST(MeshPreparation, KeepsFewTrianglesWhereTheyAreChosenByDistance) {
+    const Mesh mesh = sphere(30, 60);
+    EXPECT_EQ(prepared(mesh, {0, chosen_by_distance}).coarse.triangles, mesh.triangles);
+}
+
 TEST(MeshPreparation, SimplifiesPiecesThatPenetrateEachOther) {
     Mesh mesh = sphere(30, 60);
     append_mesh(mesh, sphere(30, 60, {1, 0.3f, 0.1f}));

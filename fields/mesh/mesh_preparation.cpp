@@ -8,6 +8,9 @@
 #include "fields/mesh/sheet_backs.h"
 #include "fields/mesh/thin_sheets.h"
 
+#include <CGAL/AABB_face_graph_triangle_primitive.h>
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
@@ -222,11 +225,76 @@ std::size_t turn_edges_of_fans(Surface& surface, std::size_t most) {
     return largest;
 }
 
+constexpr std::uint32_t fewest_coarse = 4000, most_coarse = 64000;
+
+/// How far some thousand vertices of a mesh are from a surface: root mean square. [m]
+double distance_from(const Mesh& mesh, const Surface& surface) {
+    using Primitive = CGAL::AABB_face_graph_triangle_primitive<Surface>;
+    const CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>> tree(faces(surface).first,
+                                                                     faces(surface).second, surface);
+    constexpr std::size_t most = 5000;
+    const std::size_t step = std::max<std::size_t>(1, mesh.positions.size() / most);
+    double sum = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < mesh.positions.size(); i += step, ++count) {
+        const Vec3f& p = mesh.positions[i];
+        sum += tree.squared_distance(Kernel::Point_3(p.x, p.y, p.z));
+    }
+    return std::sqrt(sum / double(count));
+}
+
+/// Ends the collapsing before the surface is too far from a mesh. At numbers of triangles that fall by a
+/// factor of sqrt(2) it measures the distance, and keeps the surface.
+class NearSurfaces {
+public:
+    NearSurfaces(const Mesh& mesh, const Surface& surface) : mesh_(mesh), surface_(surface) {
+        double count = most_coarse;
+        for (; count > 0.99 * fewest_coarse; count /= std::sqrt(2.0))
+            if (count < double(mesh.triangles.size())) counts_.push_back(std::size_t(count + 0.5));
+        Bounds bounds;
+        for (const Vec3f& p : mesh.positions) bounds.add(p);
+        allowed_ = coarse_distance * double(bounds.radius());
+    }
+
+    bool are_enough() {
+        while (next_ < counts_.size() && surface_.number_of_faces() <= counts_[next_]) {
+            Surface now = surface_;
+            now.collect_garbage();
+            // More than most_coarse are too many, however far the surface is then.
+            const bool is_needed = next_ == 0 && mesh_.triangles.size() > 2 * most_coarse;
+            if (!is_needed && distance_from(mesh_, now) > allowed_) return true;
+            kept_ = std::move(now);
+            ++next_;
+        }
+        return next_ == counts_.size();
+    }
+    const std::optional<Surface>& kept() const { return kept_; }  ///< None: the mesh as it is.
+
+private:
+    const Mesh& mesh_;
+    const Surface& surface_;
+    std::vector<std::size_t> counts_;
+    std::size_t next_ = 0;
+    double allowed_ = 0;
+    std::optional<Surface> kept_;
+};
+
+/// For CGAL, which copies it.
+struct NearEnough {
+    NearSurfaces* surfaces;
+
+    template <class Cost, class Profile>
+    bool operator()(const Cost&, const Profile&, std::size_t, std::size_t) const {
+        return surfaces->are_enough();
+    }
+};
+
 /// Quadrics cost some 12 microseconds per triangle, so that a scan is first thinned by short edges to
 /// a size at which the difference can not be seen in the few thousand triangles that are left. What has fans
 /// that can not be taken apart stays as it is. Throws Interrupted.
 Mesh simplified(const Mesh& mesh, std::size_t wanted, ClosedFaces faces, const Progress& progress) {
-    const std::size_t thinned = std::max<std::size_t>(100000, 8 * wanted);
+    const bool is_by_distance = wanted == chosen_by_distance;
+    const std::size_t thinned = std::max<std::size_t>(100000, is_by_distance ? 2 * most_coarse : 8 * wanted);
     constexpr std::size_t large_fan = 128, largest_fan = 1000;
     Surface surface = surface_from(mesh);
     if (turn_edges_of_fans(surface, large_fan) > largest_fan) return mesh;
@@ -239,15 +307,25 @@ Mesh simplified(const Mesh& mesh, std::size_t wanted, ClosedFaces faces, const P
                                           .visitor(CollapseProgress(thinned, surface, progress)));
     surface.collect_garbage();
     simplification::GarlandHeckbert_plane_policies<Surface, Kernel> quadrics(surface);
-    simplification::edge_collapse(surface, EnoughTriangles{wanted, &surface},
-                                  CGAL::parameters::get_cost(quadrics.get_cost())
-                                      .get_placement(quadrics.get_placement())
-                                      .filter(no_fold)
-                                      .visitor(CollapseProgress(thinned, surface, progress)));
-    surface.collect_garbage();
+    NearSurfaces near(mesh, surface);
+    const auto collapse = [&](const auto& until) {
+        simplification::edge_collapse(surface, until,
+                                      CGAL::parameters::get_cost(quadrics.get_cost())
+                                          .get_placement(quadrics.get_placement())
+                                          .filter(no_fold)
+                                          .visitor(CollapseProgress(thinned, surface, progress)));
+    };
+    if (is_by_distance) {
+        collapse(NearEnough{&near});
+        if (!near.kept()) return mesh;
+        surface = *near.kept();
+    } else {
+        collapse(EnoughTriangles{wanted, &surface});
+        surface.collect_garbage();
+    }
     Mesh coarse = mesh_from(surface);
     remove_empty_triangles(coarse);
-    drop_crumbs(coarse, wanted);
+    if (!is_by_distance) drop_crumbs(coarse, wanted);
     remove_unused_vertices(coarse);
     MeshFindings ignored;
     orient_triangles(coarse, ignored, faces);
@@ -351,11 +429,14 @@ Result<PreparedMesh> prepare_mesh_facing(ImportedMesh imported, const MeshPrepar
             prepared.opaque = without_cut_outs(prepared.original, wanted.opacity, most_cut_triangles);
             if (progress.stop.stop_requested()) return stopped;
         }
+        // What images cut into has no surface to be near to.
+        MeshPreparation cut = wanted;
+        if (cut.coarse_triangles == chosen_by_distance) cut.coarse_triangles = fewest_coarse;
         if (wanted.coarse_triangles == 0 ||
-            blocking_surface(prepared).triangles.size() <= wanted.coarse_triangles)
+            blocking_surface(prepared).triangles.size() <= cut.coarse_triangles)
             prepared.coarse = blocking_surface(prepared);
         else if (prepared.opaque)
-            prepared.coarse = coarse_and_cut(prepared.original, is_cut_out, wanted, faces, progress);
+            prepared.coarse = coarse_and_cut(prepared.original, is_cut_out, cut, faces, progress);
         else
             prepared.coarse = simplified(prepared.original, wanted.coarse_triangles, faces, progress);
     } catch (const Interrupted&) {

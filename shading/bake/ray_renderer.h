@@ -23,8 +23,8 @@ struct RayScene {
 /// Radiance of a point by direct light.
 ///
 /// Directions are sampled by the environment, by the emitters and by the BRDF's cosine and lobes, and
-/// combined by the balance heuristic. Each technique has its own Owen-scrambled Sobol points. Lamps have no size but
-/// that of their places, which all have a ray.
+/// combined by the balance heuristic. Each technique has its own Owen-scrambled Sobol points. Lamps have
+/// no size but that of their places, which all have a ray.
 ///
 /// samples   of all techniques together; at least one each.
 /// seed      different seeds are independent estimates.

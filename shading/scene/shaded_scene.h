@@ -72,7 +72,7 @@ struct RenderSettings {
     int light_coefficients = 1000;  ///< Wavelets kept a face; 0: all.
     SourceRule sources;             ///< What of the light is concentrated, and served by rays.
     Occlusion occlusion = Occlusion::automatic;
-    float occlusion_error = 0.2f;  ///< Tolerance of `automatic`, for SamplerError::band times unevenness().
+    float occlusion_error = 0.1f;  ///< Tolerance of `automatic`, for SamplerError::band times unevenness().
     /// Occluders of at most so many triangles are seen exactly from near.
     std::uint32_t exact_triangles = 64;
     /// How far objects cast shadows: radii of the object from its middle. What is cut off is at most
