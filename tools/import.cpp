@@ -114,12 +114,9 @@ Command import_command(CLI::App& program) {
     app->footer(
         "The scene refers to the models where they are, takes their materials and images, and finds its\n"
         "camera and exposure; edit it as you like. Models of several files that overlap are placed side by\n"
-        "side. Models of POV-Ray files are mirrored, because POV-Ray is left-handed, unless the file's
-        "
-        "camera has a negative `right`. A room whose faces point inwards is recognized: the camera then
-        "
-        "stands inside it.
-        "
+        "side. Models of POV-Ray files are mirrored, because POV-Ray is left-handed, unless the file's\n"
+        "camera has a negative `right`. A room whose faces point inwards is recognized: the camera then\n"
+        "stands inside it.\n"
         "Example:\n  haarfield import scenes/meshes/chair.obj -o out/import --floor\n"
         "  haarfield bake out/import/chair.toml -o out/import");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
