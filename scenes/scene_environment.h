@@ -31,8 +31,8 @@ Result<Environment> described_environment(const Scene& scene, std::vector<std::s
 /// light  turned, not exposed.
 float found_exposure(const Scene& scene, const Environment& light);
 
-/// The stops that the exposure of a scene's light needs in addition to found_exposure because its camera stands
-/// in a room: see room_exposure. 0 if the scene names its exposure.
+/// The stops that the exposure of a scene's light needs in addition to found_exposure because its camera
+/// stands in a room: see room_exposure. 0 if the scene names its exposure.
 ///
 /// light  exposed.
 float room_stops(const Scene& scene, const SceneEntities& entities, const Environment& light);

@@ -672,8 +672,8 @@ private:
     std::optional<PlacedCamera> camera_;
 };
 
-/// The floor: a square below the models, a wider one around it, and the ground as far as the horizon, in rings
-/// that double in size. Few triangles: bakes subdivide the squares.
+/// The floor: a square below the models, a wider one around it, and the ground as far as the horizon, in
+/// rings that double in size. Few triangles: bakes subdivide the squares.
 std::string floor_text(const Bounds& bounds) {
     constexpr int rings = 8, cells = 12;   // cells along a side
     constexpr float near = 0.8f, far = 2;  // half widths, of the models' longest side

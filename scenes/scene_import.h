@@ -38,20 +38,20 @@ struct ImportedScene {
 /// photometric units are scaled, with a warning, if they light a white sphere (albedo 0.8) amid the models to
 /// a radiance above 1, or if the models are in a closed room.
 ///
-/// Left-handed coordinates of POV-Ray files (ModelFile::is_left_handed) become right-handed: the instances and
-/// lights of such a file are mirrored, so that a picture shows the models as POV-Ray does.
+/// Left-handed coordinates of POV-Ray files (ModelFile::is_left_handed) become right-handed: the instances
+/// and lights of such a file are mirrored, so that a picture shows the models as POV-Ray does.
 ///
 /// Models of several files whose boxes overlap are placed side by side along x, on one level, with a warning.
 ///
-/// The floor has three entities: `floor`, a square that reaches 0.8 times the models' longest side to each side
-/// and has vertices close enough for shadows at the models' feet; `apron`, around it, twice the longest side to
-/// each side; and `ground`, which surrounds both as far as the horizon. All have the albedo that makes them as
-/// bright as the environment below the horizon.
+/// The floor has three entities: `floor`, a square that reaches 0.8 times the models' longest side to each
+/// side and has vertices close enough for shadows at the models' feet; `apron`, around it, twice the longest
+/// side to each side; and `ground`, which surrounds both as far as the horizon. All have the albedo that
+/// makes them as bright as the environment below the horizon.
 ///
 /// If one room encloses all models, and no file has a camera, the camera stands inside the room. The room may
-/// have windows and doors if its triangles face inwards and surround a place from most sides, with level floor
-/// and vertical walls. If nothing emits light in a room without openings, a lamp is added below the ceiling,
-/// with a warning.
+/// have windows and doors if its triangles face inwards and surround a place from most sides, with level
+/// floor and vertical walls. If nothing emits light in a room without openings, a lamp is added below the
+/// ceiling, with a warning.
 ///
 /// A part of a file (ModelParts) becomes an entity, of which each of the file's nodes is an instance. A file
 /// whose parts stand where they are and none twice, as in OBJ and PLY, becomes one entity. All have the

@@ -34,8 +34,8 @@ struct PreparedMesh {
     MeshFindings findings;
 };
 
-/// Largest distance (RMS, in radii of the mesh) between a mesh and its coarse version if their number of triangles
-/// is chosen_by_distance.
+/// Largest distance (RMS, in radii of the mesh) between a mesh and its coarse version if their number of
+/// triangles is chosen_by_distance.
 inline constexpr double coarse_distance = 1e-4;
 
 /// What blocks light: the original, or what images leave of it.
@@ -55,10 +55,10 @@ Mesh seen_surface(const PreparedMesh& prepared);
 ///           manifold (non-manifold edges) is cut there and still simplified; of the crumbs that this
 ///           leaves up to a hundredth of the surface is dropped. Many small pieces, or many cuts,
 ///           can leave more than coarse_triangles.
-///           chosen_by_distance: a mesh of at most 4,000 triangles is not changed. Larger meshes are simplified
-///           while the RMS distance of the original's vertices from the coarse mesh is at most
-///           coarse_distance, to at least 4,000 triangles. Meshes of more than 128,000 triangles are simplified
-///           to at most 64,000 at any distance. Meshes that images cut into get 4,000.
+///           chosen_by_distance: a mesh of at most 4,000 triangles is not changed. Larger meshes are
+///           simplified while the RMS distance of the original's vertices from the coarse mesh is at most
+///           coarse_distance, to at least 4,000 triangles. Meshes of more than 128,000 triangles are
+///           simplified to at most 64,000 at any distance. Meshes that images cut into get 4,000.
 /// opaque    at most 100,000 triangles take the place of those that images cut into, or what without_cut_outs
 ///           says. Where that is more than coarse_triangles the coarse mesh is no simplification of them, but
 ///           a coarser cut with at most half of coarse_triangles; the other half is for the rest. All that is

@@ -183,7 +183,8 @@ struct EditMaker {
         return Done{};
     }
 
-    /// The prepared mesh of another scene's instance: that of an instance here with the same entity and shape.
+    /// The prepared mesh of another scene's instance: that of an instance here with the same entity and
+    /// shape.
     std::optional<std::size_t> mesh_of(const Instance& instance, const Scene& other) const {
         const Scene& now = design.scene;
         if (instance.entity >= now.entities.size() ||
