@@ -50,11 +50,7 @@ PathTracer::PathTracer(const ShadedScene& scene, const FineSurface& surface, con
       emitters_(scene_emitters(scene)) {
     SplitLight split = split_light(scene.environment, sources);
     smooth_ = std::move(split.smooth);
-    lights_ = all_lights(split.sources);
-    double sum = 0;
-    for (const DirectionalLight& light : lights_)
-        chances_.push_back(sum += double(luminance(light.irradiance)));
-    for (double& chance : chances_) chance /= sum;
+    sources_ = SourceChoice(split.sources);
 }
 
 Rgb PathTracer::near_light(const Vec3f& from, const Vec3f& normal, const Rgb& reflectance) const {
@@ -92,16 +88,12 @@ PathTracer::Estimate PathTracer::indirect_irradiance(const Vec3f& from, const Ve
             }
             if (hit->is_back) break;
             at = path_vertex(scene_, *hit, at.from + direction * hit->distance);
-            if (!lights_.empty()) {
-                const double drawn = double(number());
-                const auto chosen = std::min(
-                    static_cast<std::size_t>(std::ranges::upper_bound(chances_, drawn) - chances_.begin()),
-                    lights_.size() - 1);
-                const DirectionalLight& light = lights_[chosen];
-                const double chance = chances_[chosen] - (chosen > 0 ? chances_[chosen - 1] : 0);
-                const float cosine = at.normal.dot(light.direction);
-                if (cosine > 0 && chance > 0 && !rays_.is_blocked(at.from, light.direction))
-                    found += carried * at.reflectance * light.irradiance * (cosine / float(chance));
+            if (!sources_.empty()) {
+                const std::optional<SourceChoice::Chosen> chosen = sources_.choose(double(number()));
+                const float cosine = chosen ? at.normal.dot(chosen->light.direction) : 0.0f;
+                if (cosine > 0 && !rays_.is_blocked(at.from, chosen->light.direction))
+                    found += carried * at.reflectance * chosen->light.irradiance *
+                             (cosine / float(chosen->chance));
             }
             found += carried * near_light(at.from, at.normal, at.reflectance);
             carried *= at.reflectance * static_cast<float>(pi);

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "shading/bake/renderer.h"
+#include "shading/bake/source_choice.h"
 
 namespace haarfield {
 
@@ -46,8 +47,7 @@ private:
     std::vector<PlacedLamp> lamps_;
     EmitterTree emitters_;
     LatLongImage smooth_;
-    std::vector<DirectionalLight> lights_;
-    std::vector<double> chances_;  ///< Of the lights, each with those before it; the last is 1.
+    SourceChoice sources_;
 };
 
 }  // namespace haarfield

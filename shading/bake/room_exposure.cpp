@@ -8,6 +8,7 @@
 
 #include "fields/base/embree_rays.h"
 #include "fields/base/spiral.h"
+#include "shading/bake/source_choice.h"
 #include "shading/bounces/cosine_directions.h"
 #include "shading/scene/light_sources.h"
 #include "shading/visibility/instanced_triangles.h"
@@ -50,11 +51,7 @@ public:
     void split_environment() {
         SplitLight split = split_light(scene_.environment);
         smooth_ = std::move(split.smooth);
-        lights_ = all_lights(split.sources);
-        double sum = 0;
-        for (const DirectionalLight& light : lights_)
-            chances_.push_back(sum += double(luminance(light.irradiance)));
-        for (double& chance : chances_) chance /= sum;
+        sources_ = SourceChoice(split.sources);
     }
 
     std::optional<RoomPoint> first_point(const Vec3f& from, const Vec3f& direction) const {
@@ -104,24 +101,18 @@ public:
 private:
     /// Of a surface that reflects all of it, from one light of the sources.
     double source_luminance(const RoomPoint& point, double drawn) const {
-        if (lights_.empty()) return 0;
-        const auto chosen =
-            std::min(static_cast<std::size_t>(std::ranges::upper_bound(chances_, drawn) - chances_.begin()),
-                     lights_.size() - 1);
-        const DirectionalLight& light = lights_[chosen];
-        const double chance = chances_[chosen] - (chosen > 0 ? chances_[chosen - 1] : 0),
-                     cosine = double(point.normal.dot(light.direction));
-        if (!(cosine > 0 && chance > 0) ||
-            meets_any(triangles_.scene(), embree_ray(point.from, light.direction, far_away)))
+        const std::optional<SourceChoice::Chosen> chosen = sources_.choose(drawn);
+        const double cosine = chosen ? double(point.normal.dot(chosen->light.direction)) : 0;
+        if (!(cosine > 0) ||
+            meets_any(triangles_.scene(), embree_ray(point.from, chosen->light.direction, far_away)))
             return 0;
-        return double(luminance(light.irradiance)) * cosine / (pi * chance);
+        return double(luminance(chosen->light.irradiance)) * cosine / (pi * chosen->chance);
     }
 
     const ShadedScene& scene_;
     InstancedTriangles triangles_;
     LatLongImage smooth_;
-    std::vector<DirectionalLight> lights_;
-    std::vector<double> chances_;  ///< Of the lights, each with those before it; the last is 1.
+    SourceChoice sources_;
 };
 
 }  // namespace
