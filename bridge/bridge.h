@@ -20,18 +20,17 @@
 ///
 /// | declaration | header | purpose |
 /// |---|---|---|
-/// | BakedInstance, write_baked_scene | bridge/baked_scene.h | a bake for POV-Ray |
-/// | write_baked_ply, write_baked_csv | bridge/mesh_file.h | a bake as PLY or as a table |
-/// | write_baked_glb | bridge/glb_file.h | a bake as glTF, with images |
-/// | original_bake | bridge/original_vertices.h | values at the vertices of the model files |
-/// | run_povray, render_scene | bridge/povray_process.h | runs POV-Ray |
-/// | write_reference_scene | bridge/reference_scene.h | the scene for the ray tracer |
-/// | rendered_reference | bridge/reference_picture.h | the reference picture and its error |
-/// | light_dome | bridge/light_dome.h | an environment as distant lights |
-/// | image_difference | bridge/image_difference.h | compares two pictures |
-/// | write_comparison_report | bridge/comparison_report.h | a report as one HTML page |
-/// | write_movie | bridge/movie.h | frames as a movie |
-/// | Preview | bridge/preview.h | a picture without POV-Ray |
+/// | write_baked_scene | bridge/povray/baked_scene.h | a bake for POV-Ray |
+/// | write_baked_ply, write_baked_csv | bridge/files/mesh_file.h | a bake as PLY or as a table |
+/// | write_baked_glb | bridge/files/glb_file.h | a bake as glTF, with images |
+/// | run_povray, render_scene | bridge/povray/povray_process.h | runs POV-Ray |
+/// | write_reference_scene | bridge/povray/reference_scene.h | the scene for the ray tracer |
+/// | rendered_reference | bridge/povray/reference_picture.h | the reference picture and its error |
+/// | light_dome | bridge/povray/light_dome.h | an environment as distant lights |
+/// | image_difference | bridge/pictures/image_difference.h | compares two pictures |
+/// | write_comparison_report | bridge/pictures/comparison_report.h | a report as one HTML page |
+/// | write_movie | bridge/files/movie.h | frames as a movie |
+/// | Preview | bridge/pictures/preview.h | a picture without POV-Ray |
 ///
 /// Pictures are linear RGB from the top row down. Files appear complete or not at all.
 ///
@@ -93,16 +92,15 @@
 /// }
 /// ```
 
-#include "bridge/baked_scene.h"
-#include "bridge/budget_report.h"
-#include "bridge/comparison_report.h"
-#include "bridge/glb_file.h"
-#include "bridge/light_dome.h"
-#include "bridge/mesh_file.h"
-#include "bridge/movie.h"
-#include "bridge/original_vertices.h"
-#include "bridge/povray_process.h"
-#include "bridge/preview.h"
-#include "bridge/reference_picture.h"
-#include "bridge/reference_scene.h"
+#include "bridge/files/glb_file.h"
+#include "bridge/files/mesh_file.h"
+#include "bridge/files/movie.h"
+#include "bridge/pictures/budget_report.h"
+#include "bridge/pictures/comparison_report.h"
+#include "bridge/pictures/preview.h"
+#include "bridge/povray/baked_scene.h"
+#include "bridge/povray/light_dome.h"
+#include "bridge/povray/povray_process.h"
+#include "bridge/povray/reference_picture.h"
+#include "bridge/povray/reference_scene.h"
 #include "scenes/scenes.h"

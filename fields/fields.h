@@ -27,14 +27,14 @@
 ///
 /// | declaration | header | purpose |
 /// |---|---|---|
-/// | read_mesh | fields/mesh/mesh_reader.h | reads model files |
-/// | prepare_mesh, PreparedMesh | fields/mesh/mesh_preparation.h | repairs, subdivides, simplifies |
+/// | read_mesh | fields/model/mesh_reader.h | reads model files |
+/// | prepare_mesh, PreparedMesh | fields/preparation/mesh_preparation.h | repairs, subdivides, simplifies |
 /// | EntityOcclusion | fields/field/entity_occlusion.h | occluders of one entity |
 /// | precompute_field | fields/field/field_precompute.h | computes a field |
 /// | VisibilityField, interpolated_visibility | fields/field/visibility_field.h | a field and its lookup |
 /// | write_field, read_field | fields/field/field_file.h | field files |
 /// | library_field, library_entries | fields/field/field_library.h | folders of fields |
-/// | make_occluder | fields/mesh/occluder.h | a mesh that blocks light |
+/// | make_occluder | fields/occluder/occluder.h | a mesh that blocks light |
 /// | VisibilityRasterizer | fields/rasterizer/visibility_rasterizer.h | visibility at a point |
 /// | CubemapTree, BasicQuadtree | fields/wavelets/quadtree.h | wavelets and their normalisation |
 /// | haar_cubemap, Truncation | fields/wavelets/haar_transform.h | texels to wavelets |
@@ -87,7 +87,7 @@
 #include "fields/field/field_file.h"
 #include "fields/field/field_library.h"
 #include "fields/field/field_precompute.h"
-#include "fields/mesh/mesh_reader.h"
+#include "fields/model/mesh_reader.h"
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "fields/rasterizer/visibility_transform.h"
 #include "fields/wavelets/haar_transform.h"

@@ -1,7 +1,7 @@
 #pragma once
 /// The surfaces of an entity's mesh: what its file says, and what the scene puts in its place.
 
-#include "fields/mesh/mesh_reader.h"
+#include "fields/model/mesh_reader.h"
 #include "scenes/model_warnings.h"
 #include "scenes/scene.h"
 #include "scenes/surface.h"

@@ -1,7 +1,7 @@
 #pragma once
 /// What a program gives in place of files: meshes and images that it holds in memory.
 
-#include "fields/mesh/model_file.h"
+#include "fields/model/model_file.h"
 #include "scenes/scene.h"
 
 #include <map>

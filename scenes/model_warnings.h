@@ -1,7 +1,7 @@
 #pragma once
 /// Warnings about model files: each finding once per file, with the names of what it concerns.
 
-#include "fields/mesh/model_file.h"
+#include "fields/model/model_file.h"
 
 #include <filesystem>
 #include <map>

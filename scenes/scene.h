@@ -3,7 +3,7 @@
 
 #include "fields/base/vector.h"
 #include "fields/mesh/closed_pieces.h"
-#include "fields/mesh/mesh_preparation.h"
+#include "fields/preparation/mesh_preparation.h"
 #include "scenes/shape.h"
 #include "shading/scene/lamp.h"
 #include "shading/scene/material.h"

@@ -11,17 +11,15 @@
 #include "fields/field/field_library.h"
 #include "fields/file/claim.h"
 #include "fields/file/write_file.h"
-#include "fields/mesh/crossed_vertices.h"
-#include "fields/mesh/facing.h"
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/shared_vertices.h"
-#include "fields/mesh/thin_sheets.h"
+#include "fields/preparation/crossed_vertices.h"
+#include "fields/preparation/thin_sheets.h"
 #include "scenes/entity_field.h"
 #include "scenes/entity_surfaces.h"
 #include "scenes/given_files.h"
 #include "scenes/model_warnings.h"
-#include "scenes/scene_camera.h"
 
 namespace haarfield {
 namespace {
@@ -111,7 +109,7 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
     const Result<std::optional<std::size_t>> part = part_of(**model, description);
     if (!part) return part.error();
     Result<ImportedMesh> imported =
-        read_mesh_facing(**model, *part, {.appearance = true, .originals = originals}, description.faces);
+        read_mesh(**model, *part, {.appearance = true, .originals = originals, .faces = description.faces});
     if (!imported) return imported.error();
     if (originals) {
         Result<ListedMesh> listed = (*model)->listed(*part);
@@ -131,14 +129,14 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
         preparation.opacity.push_back(surface.texture ? opacity_map(*surface.texture) : OpacityMap());
     }
     preparation.split_crossed = !originals;
+    preparation.faces = description.faces;
     const bool is_less = wanted.uvs != imported->mapped || wanted.colours != imported->coloured;
     if (is_less) imported->mesh = with_shared_vertices(imported->mesh, wanted);
     if (shape != Shape()) {
         imported->mesh = shaped_mesh(std::move(imported->mesh), shape);
         leave_out_bad_triangles(imported->mesh, imported->findings);  // rounded flat
     }
-    Result<PreparedMesh> prepared =
-        prepare_mesh_facing(std::move(*imported), preparation, description.faces, progress);
+    Result<PreparedMesh> prepared = prepare_mesh(std::move(*imported), preparation, progress);
     if (!prepared) return Error{description.mesh.string(), prepared.error().message()};
     entity.mesh = std::move(*prepared);
     entity.left_handed = (*model)->is_left_handed() && !mirrors(shape);
@@ -283,22 +281,6 @@ std::vector<std::vector<bool>> parted_materials(const SceneEntities& entities) {
         for (const Surface& surface : entity->surfaces) parted.back().push_back(surface.parts_highlights());
     }
     return parted;
-}
-
-ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Environment environment) {
-    ShadedScene shaded;
-    for (const auto& entity : entities.entities) {
-        shaded.entities.push_back(
-            {&entity->mesh.fine, &*entity->occlusion, &entity->field, entity->materials, entity->tints});
-        if (std::ranges::any_of(entity->surfaces, &Surface::glows))
-            shaded.entities.back().emitters = emitters_of(seen_surface(entity->mesh), entity->surfaces);
-    }
-    for (std::size_t i = 0; i < scene.instances.size(); ++i)
-        shaded.instances.push_back({entities.entity_of_instance[i], scene.instances[i].placement});
-    shaded.environment = std::move(environment);
-    shaded.eye = scene_camera(scene, entities).position;
-    shaded.lamps = lamps_of(scene.lamps);
-    return shaded;
 }
 
 }  // namespace haarfield

@@ -89,7 +89,4 @@ bool parts_highlights(const SceneEntities& entities);
 /// Of which materials they must be; by SceneEntities::entities and material.
 std::vector<std::vector<bool>> parted_materials(const SceneEntities& entities);
 
-/// Puts the parts together for scene_radiance. `entities` must outlive the result.
-ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Environment environment);
-
 }  // namespace haarfield

@@ -5,10 +5,11 @@
 #include "scenes/image.h"
 #include "scenes/scene_camera.h"
 #include "scenes/scene_entities.h"
+#include "scenes/scene_shading.h"
 #include "shading/bake/room_exposure.h"
 #include "shading/scene/exposure.h"
-#include "shading/transfer/mixed_environment.h"
-#include "shading/transfer/turned_light.h"
+#include "shading/scene/mixed_environment.h"
+#include "shading/scene/turned_light.h"
 
 #include <fmt/format.h>
 

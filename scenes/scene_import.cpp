@@ -7,9 +7,9 @@
 #include <set>
 
 #include "fields/base/names.h"
-#include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_topology.h"
-#include "fields/mesh/model_file.h"
+#include "fields/model/mesh_reader.h"
+#include "fields/model/model_file.h"
 #include "scenes/scene_environment.h"
 #include "scenes/shape.h"
 #include "shading/scene/shaded_scene.h"

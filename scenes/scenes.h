@@ -7,8 +7,7 @@
 /// A scene file (TOML, see scenes/SCENE_FILE.md) names meshes, materials, placements, the camera and the
 /// environment. This library reads the file and prepares the meshes of each entity. It computes the
 /// visibility field of each entity, or reuses one from a folder. The result is a ShadedScene, for a bake or
-/// for a relighting session. The library also reads and writes images, and generates the meshes of the
-/// shipped scenes.
+/// for a relighting session. The library also shades scenes for bakes, and reads and writes images.
 ///
 /// Data flow
 ///
@@ -28,7 +27,12 @@
 /// | scene_of_models | scenes/scene_import.h | a scene for model files |
 /// | prepare_scene_entities, SceneEntities | scenes/scene_entities.h | meshes and fields |
 /// | SceneEntityOptions | scenes/scene_entities.h | how they are prepared |
-/// | shaded_scene, fine_meshes, surface_meshes | scenes/scene_entities.h | the scene for shading |
+/// | fine_meshes, surface_meshes | scenes/scene_entities.h | the meshes to be shaded |
+/// | shaded_scene | scenes/scene_shading.h | the scene for shading |
+/// | baked_scene, BakeOptions | scenes/scene_bake.h | shades a scene with textures and passes |
+/// | BakedInstance | scenes/baked_instance.h | an instance with the radiance of its vertices |
+/// | original_bake | scenes/original_vertices.h | values at the vertices of the model files |
+/// | scene_budget | scenes/scene_budget.h | the error of each approximation |
 /// | Surface, seen_radiance | scenes/surface.h | materials with images |
 /// | read_image, write_image, read_environment_image | scenes/image.h | image files |
 /// | scene_camera | scenes/scene_camera.h | places the camera if the file does not |
@@ -81,11 +85,16 @@
 /// }
 /// ```
 
+#include "scenes/baked_instance.h"
 #include "scenes/image.h"
+#include "scenes/original_vertices.h"
+#include "scenes/scene_bake.h"
+#include "scenes/scene_budget.h"
 #include "scenes/scene_camera.h"
 #include "scenes/scene_comments.h"
 #include "scenes/scene_entities.h"
 #include "scenes/scene_import.h"
 #include "scenes/scene_reader.h"
+#include "scenes/scene_shading.h"
 #include "scenes/scene_writer.h"
 #include "shading/shading.h"

@@ -3,7 +3,7 @@
 
 #include "fields/base/result.h"
 #include "fields/mesh/mesh_material.h"
-#include "fields/mesh/opaque_outline.h"
+#include "fields/preparation/opaque_outline.h"
 
 #include <array>
 #include <cstdint>

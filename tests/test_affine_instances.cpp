@@ -2,6 +2,7 @@
 
 #include <fstream>
 
+#include "scenes/scene_shading.h"
 #include "scenes/scenes.h"
 #include "shading/bake/dense_renderer.h"
 #include "tests/fixtures/example_scene.h"

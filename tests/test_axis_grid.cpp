@@ -1,4 +1,4 @@
-#include "fields/mesh/axis_grid.h"
+#include "fields/occluder/axis_grid.h"
 
 #include <gtest/gtest.h>
 

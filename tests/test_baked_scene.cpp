@@ -1,10 +1,10 @@
-#include "bridge/baked_scene.h"
+#include "bridge/povray/baked_scene.h"
 
-#include "bridge/glb_file.h"
-#include "bridge/mesh_file.h"
-#include "bridge/povray_process.h"
+#include "bridge/files/glb_file.h"
+#include "bridge/files/mesh_file.h"
+#include "bridge/povray/povray_process.h"
 #include "fields/file/write_file.h"
-#include "fields/mesh/mesh_reader.h"
+#include "fields/model/mesh_reader.h"
 #include "scenes/image.h"
 #include "tests/fixtures/bridge_fixtures.h"
 

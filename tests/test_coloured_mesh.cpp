@@ -1,10 +1,10 @@
-#include "bridge/coloured_mesh.h"
+#include "bridge/povray/coloured_mesh.h"
 
 #include <random>
 
-#include "bridge/povray_process.h"
+#include "bridge/povray/povray_process.h"
 #include "fields/file/write_file.h"
-#include "fields/mesh/mesh2_file.h"
+#include "fields/model/mesh2_file.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
 namespace haarfield {

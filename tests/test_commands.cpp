@@ -23,7 +23,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "fields/mesh/polygon_file.h"
+#include "fields/model/polygon_file.h"
 #include "tests/fixtures/library_files.h"
 #include "tools/command.h"
 

@@ -1,4 +1,4 @@
-#include "bridge/comparison_report.h"
+#include "bridge/pictures/comparison_report.h"
 
 #include "tests/fixtures/bridge_fixtures.h"
 

@@ -1,8 +1,9 @@
-#include "fields/mesh/crossed_vertices.h"
+#include "fields/preparation/crossed_vertices.h"
 
 #include <gtest/gtest.h>
 
 #include "scenes/scene_entities.h"
+#include "scenes/scene_shading.h"
 #include "tests/fixtures/example_meshes.h"
 #include "tests/fixtures/test_folder.h"
 

@@ -1,4 +1,4 @@
-#include "fields/mesh/cut_outs.h"
+#include "fields/preparation/cut_outs.h"
 
 #include <gtest/gtest.h>
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <random>
 
-#include "bridge/emitter_lamps.h"
-#include "bridge/povray_process.h"
-#include "bridge/reference_scene.h"
+#include "bridge/povray/emitter_lamps.h"
+#include "bridge/povray/povray_process.h"
+#include "bridge/povray/reference_scene.h"
 #include "shading/bake/emitter_light.h"
 #include "tests/fixtures/bridge_fixtures.h"
 #include "tests/fixtures/example_scene.h"

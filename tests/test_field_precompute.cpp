@@ -4,7 +4,7 @@
 
 #include "fields/field/entity_occlusion.h"
 #include "fields/wavelets/haar_transform.h"
-#include "scenes/furniture.h"
+#include "scenes/furniture/furniture.h"
 #include "tests/fixtures/example_meshes.h"
 #include "tests/fixtures/field_fixtures.h"
 #include "tests/fixtures/unpacked_face.h"

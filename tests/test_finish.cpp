@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "bridge/baked_scene.h"
-#include "bridge/image_difference.h"
-#include "bridge/povray_process.h"
-#include "bridge/reference_scene.h"
+#include "bridge/pictures/image_difference.h"
+#include "bridge/povray/baked_scene.h"
+#include "bridge/povray/povray_process.h"
+#include "bridge/povray/reference_scene.h"
 #include "tests/fixtures/bridge_fixtures.h"
 #include "tests/fixtures/example_scene.h"
 

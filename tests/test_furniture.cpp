@@ -1,10 +1,10 @@
-#include "scenes/furniture.h"
+#include "scenes/furniture/furniture.h"
 
-#include "fields/mesh/mesh_preparation.h"
-#include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_topology.h"
 #include "fields/mesh/surface_rays.h"
-#include "scenes/modelling.h"
+#include "fields/model/mesh_reader.h"
+#include "fields/preparation/mesh_preparation.h"
+#include "scenes/furniture/modelling.h"
 
 #include <gtest/gtest.h>
 #include <fstream>

@@ -1,10 +1,10 @@
-#include "fields/mesh/gltf_nodes.h"
+#include "fields/model/gltf_nodes.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 
-#include "fields/mesh/model_file.h"
+#include "fields/model/model_file.h"
 #include "tests/fixtures/test_folder.h"
 
 namespace haarfield {

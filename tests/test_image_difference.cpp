@@ -1,6 +1,6 @@
-#include "bridge/image_difference.h"
+#include "bridge/pictures/image_difference.h"
 
-#include "bridge/perceptual_error.h"
+#include "bridge/pictures/perceptual_error.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "fields/mesh/mesh_reader.h"
+#include "fields/model/mesh_reader.h"
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "tests/fixtures/example_meshes.h"
 #include "tests/fixtures/random_numbers.h"

@@ -12,7 +12,7 @@
 #include "fields/field/field_seal.h"
 #include "fields/file/mapped_file.h"
 #include "fields/file/section_file.h"
-#include "fields/mesh/mesh_reader.h"
+#include "fields/model/mesh_reader.h"
 #include "scenes/image.h"
 #include "scenes/scene_reader.h"
 #include "tests/fixtures/field_fixtures.h"

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "bridge/povray_process.h"
-#include "bridge/reference_scene.h"
+#include "bridge/povray/povray_process.h"
+#include "bridge/povray/reference_scene.h"
 #include "shading/bake/lamp_light.h"
 #include "tests/fixtures/bridge_fixtures.h"
 #include "tests/fixtures/example_scene.h"

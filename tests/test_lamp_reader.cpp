@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "fields/mesh/povray_light.h"
+#include "fields/model/povray_light.h"
 #include "scenes/scene_import.h"
 #include "scenes/scene_reader.h"
 #include "scenes/scene_writer.h"

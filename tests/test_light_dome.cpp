@@ -1,4 +1,4 @@
-#include "bridge/light_dome.h"
+#include "bridge/povray/light_dome.h"
 
 #include <gtest/gtest.h>
 

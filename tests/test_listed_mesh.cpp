@@ -1,8 +1,8 @@
 #include "fields/mesh/listed_mesh.h"
 
-#include "fields/mesh/mesh_preparation.h"
 #include "fields/mesh/mesh_subdivision.h"
-#include "fields/mesh/model_file.h"
+#include "fields/model/model_file.h"
+#include "fields/preparation/mesh_preparation.h"
 #include "tests/fixtures/example_meshes.h"
 #include "tests/fixtures/test_folder.h"
 

@@ -1,6 +1,6 @@
-#include "fields/mesh/mesh2_file.h"
+#include "fields/model/mesh2_file.h"
 
-#include "fields/mesh/mesh_reader.h"
+#include "fields/model/mesh_reader.h"
 #include "tests/fixtures/test_folder.h"
 #include "tests/fuzz/fuzz_inputs.h"
 

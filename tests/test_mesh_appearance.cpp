@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "fields/base/srgb.h"
-#include "fields/mesh/mesh_preparation.h"
-#include "fields/mesh/mesh_reader.h"
 #include "fields/mesh/mesh_subdivision.h"
-#include "fields/mesh/model_file.h"
-#include "fields/mesh/occluder.h"
 #include "fields/mesh/shared_vertices.h"
+#include "fields/model/mesh_reader.h"
+#include "fields/model/model_file.h"
+#include "fields/occluder/occluder.h"
+#include "fields/preparation/mesh_preparation.h"
 #include "scenes/scene_entities.h"
 #include "tests/fixtures/example_textures.h"
 

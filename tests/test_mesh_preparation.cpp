@@ -1,4 +1,4 @@
-#include "fields/mesh/mesh_preparation.h"
+#include "fields/preparation/mesh_preparation.h"
 
 #include "fields/mesh/mesh_subdivision.h"
 #include "fields/mesh/mesh_topology.h"

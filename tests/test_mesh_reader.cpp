@@ -1,4 +1,4 @@
-#include "fields/mesh/mesh_reader.h"
+#include "fields/model/mesh_reader.h"
 
 #include "fields/mesh/polygon_triangulation.h"
 #include "tests/fixtures/random_numbers.h"

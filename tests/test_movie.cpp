@@ -1,4 +1,4 @@
-#include "bridge/movie.h"
+#include "bridge/files/movie.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

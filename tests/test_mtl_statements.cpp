@@ -1,8 +1,8 @@
-#include "fields/mesh/mtl_statements.h"
+#include "fields/model/mtl_statements.h"
 
 #include <gtest/gtest.h>
 
-#include "fields/mesh/mesh_reader.h"
+#include "fields/model/mesh_reader.h"
 #include "tests/fixtures/test_folder.h"
 
 namespace haarfield {

@@ -1,4 +1,4 @@
-#include "fields/mesh/occluder.h"
+#include "fields/occluder/occluder.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "bridge/oracle_check.h"
+#include "bridge/pictures/oracle_check.h"
 
-#include "bridge/reference_scene.h"
+#include "bridge/povray/reference_scene.h"
 #include "tests/fixtures/bridge_fixtures.h"
 #include "tests/fixtures/example_scene.h"
 

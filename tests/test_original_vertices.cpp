@@ -1,9 +1,9 @@
-#include "bridge/original_vertices.h"
+#include "scenes/original_vertices.h"
 
-#include "bridge/glb_file.h"
-#include "bridge/mesh_file.h"
-#include "fields/mesh/model_file.h"
-#include "fields/mesh/polygon_file.h"
+#include "bridge/files/glb_file.h"
+#include "bridge/files/mesh_file.h"
+#include "fields/model/model_file.h"
+#include "fields/model/polygon_file.h"
 #include "tests/fixtures/example_textures.h"
 #include "tests/fixtures/test_folder.h"
 

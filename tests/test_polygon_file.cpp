@@ -1,4 +1,4 @@
-#include "fields/mesh/polygon_file.h"
+#include "fields/model/polygon_file.h"
 
 #include <gtest/gtest.h>
 

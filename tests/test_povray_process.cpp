@@ -1,4 +1,4 @@
-#include "bridge/povray_process.h"
+#include "bridge/povray/povray_process.h"
 
 #include "fields/file/write_file.h"
 #include "tests/fixtures/bridge_fixtures.h"

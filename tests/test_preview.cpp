@@ -1,4 +1,4 @@
-#include "bridge/preview.h"
+#include "bridge/pictures/preview.h"
 
 #include <gtest/gtest.h>
 

@@ -10,8 +10,8 @@
 #include <atomic>
 #include <thread>
 
-#include "fields/mesh/assimp_content.h"
-#include "fields/mesh/mesh_reader.h"
+#include "fields/model/assimp_content.h"
+#include "fields/model/mesh_reader.h"
 #include "scenes/image.h"
 #include "scenes/image_format.h"
 #include "tests/fixtures/test_folder.h"

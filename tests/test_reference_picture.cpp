@@ -1,6 +1,6 @@
-#include "bridge/reference_picture.h"
+#include "bridge/povray/reference_picture.h"
 
-#include "bridge/reference_scene.h"
+#include "bridge/povray/reference_scene.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
-#include "bridge/reference_scene.h"
+#include "bridge/povray/reference_scene.h"
 
-#include "bridge/povray_process.h"
+#include "bridge/povray/povray_process.h"
 #include "scenes/scene_import.h"
 #include "tests/fixtures/bridge_fixtures.h"
 

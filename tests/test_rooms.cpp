@@ -5,14 +5,16 @@
 #include <algorithm>
 #include <sstream>
 
-#include "fields/mesh/facing.h"
+#include "fields/mesh/closed_pieces.h"
 #include "fields/mesh/mesh_topology.h"
-#include "fields/mesh/occluder.h"
-#include "fields/mesh/sheet_backs.h"
+#include "fields/occluder/occluder.h"
+#include "fields/preparation/mesh_preparation.h"
+#include "fields/preparation/sheet_backs.h"
 #include "scenes/scene_camera.h"
 #include "scenes/scene_entities.h"
 #include "scenes/scene_import.h"
 #include "scenes/scene_reader.h"
+#include "scenes/scene_shading.h"
 #include "scenes/scene_writer.h"
 #include "tests/fixtures/example_meshes.h"
 #include "tests/fixtures/test_folder.h"
@@ -74,7 +76,7 @@ constexpr const char* with_window =
 PreparedMesh prepared(const Mesh& mesh, ClosedFaces faces, std::uint32_t coarse_triangles = 0) {
     ImportedMesh imported;
     imported.mesh = mesh;
-    return *prepare_mesh_facing(std::move(imported), {0, coarse_triangles}, faces);
+    return *prepare_mesh(std::move(imported), {.coarse_triangles = coarse_triangles, .faces = faces});
 }
 
 /// The winding number of a mesh around a point.

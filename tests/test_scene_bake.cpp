@@ -1,4 +1,4 @@
-#include "bridge/scene_bake.h"
+#include "scenes/scene_bake.h"
 
 #include "tests/fixtures/example_meshes.h"
 

@@ -1,4 +1,5 @@
 #include "scenes/scene_entities.h"
+#include "scenes/scene_shading.h"
 
 #include <gtest/gtest.h>
 #include <sys/fsuid.h>

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "fields/mesh/model_file.h"
+#include "fields/model/model_file.h"
 #include "scenes/image.h"
 #include "scenes/scene_entities.h"
 #include "scenes/scene_reader.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "fields/mesh/mesh_reader.h"
+#include "fields/model/mesh_reader.h"
 #include "shading/bake/renderer.h"
 #include "shading/scene/sky.h"
 #include "tests/fixtures/example_scene.h"

@@ -1,4 +1,4 @@
-#include "fields/mesh/sheet_backs.h"
+#include "fields/preparation/sheet_backs.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
-#include "bridge/glb_file.h"
-#include "fields/mesh/mesh_reader.h"
-#include "fields/mesh/model_file.h"
+#include "bridge/files/glb_file.h"
+#include "fields/model/mesh_reader.h"
+#include "fields/model/model_file.h"
 #include "tests/fixtures/bridge_fixtures.h"
 #include "tests/fixtures/example_textures.h"
 

@@ -1,12 +1,12 @@
-#include "bridge/textured_mesh.h"
+#include "bridge/povray/textured_mesh.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "bridge/baked_scene.h"
-#include "bridge/povray_process.h"
-#include "bridge/preview.h"
-#include "bridge/reference_scene.h"
+#include "bridge/pictures/preview.h"
+#include "bridge/povray/baked_scene.h"
+#include "bridge/povray/povray_process.h"
+#include "bridge/povray/reference_scene.h"
 #include "fields/file/write_file.h"
 #include "shading/scene/environment.h"
 #include "tests/fixtures/bridge_fixtures.h"

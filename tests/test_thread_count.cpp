@@ -3,9 +3,10 @@
 #include <mutex>
 #include <set>
 
-#include "bridge/scene_bake.h"
+#include "scenes/scene_bake.h"
 #include "scenes/scene_environment.h"
 #include "scenes/scene_reader.h"
+#include "scenes/scene_shading.h"
 #include "shading/transfer/relight_session.h"
 #include "tests/fixtures/example_scene.h"
 #include "tests/fixtures/test_folder.h"

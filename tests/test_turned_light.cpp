@@ -1,4 +1,4 @@
-#include "shading/transfer/turned_light.h"
+#include "shading/scene/turned_light.h"
 
 #include <gtest/gtest.h>
 

@@ -7,6 +7,7 @@
 
 #include "scenes/scene_environment.h"
 #include "scenes/scene_reader.h"
+#include "scenes/scene_shading.h"
 #include "shading/bake/renderer.h"
 #include "tests/fixtures/test_folder.h"
 #include "tests/fixtures/with_threads.h"

@@ -1,8 +1,10 @@
-#include "bridge/budget_report.h"
-#include "bridge/reference_scene.h"
-#include "bridge/scene_budget.h"
+#include "bridge/pictures/budget_report.h"
+#include "bridge/pictures/preview.h"
+#include "bridge/povray/reference_scene.h"
 #include "fields/file/write_file.h"
 #include "scenes/camera_frame.h"
+#include "scenes/scene_budget.h"
+#include "scenes/scene_shading.h"
 #include "tools/command.h"
 #include "tools/number_option.h"
 #include "tools/scene_options.h"
@@ -159,8 +161,9 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     apply_bounces(options.bounces, settings);
 
     Preview preview;
-    Result<SceneBudget> budget = scene_budget(*scene, *entities, shaded, settings, options.points, preview,
-                                              context.progress, options.samples);
+    const auto pixels = preview.points(scene->camera, preview_instances(shaded));
+    Result<SceneBudget> budget =
+        scene_budget(*entities, shaded, settings, options.points, pixels, context.progress, options.samples);
     if (!budget) return budget.error();
     report_entries(budget->entries, context);
     context.report["vertices"] = budget->vertices.size();
@@ -175,7 +178,7 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     page.entries = budget->entries;
     page.vertices = budget->vertices.size();
     page.preview = &picture;
-    page.worst = worst_marks(shaded, scene->camera, budget->pixels, budget->vertices);
+    page.worst = worst_marks(shaded, scene->camera, pixels, budget->vertices);
     page.commands = {context.command_line};
     if (options.lights) {
         const Result<OracleCheck> check = checked_oracle(options, *scene, *environment, context);

@@ -1,4 +1,4 @@
-#include "bridge/comparison_report.h"
+#include "bridge/pictures/comparison_report.h"
 #include "fields/file/input_file.h"
 #include "fields/file/write_file.h"
 #include "tools/command.h"

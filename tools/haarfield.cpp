@@ -1,6 +1,6 @@
 // haarfield: the program. Each subcommand has a file of its own; this one finds out which is wanted.
 
-#include "fields/mesh/assimp_content.h"
+#include "fields/model/assimp_content.h"
 #include "scenes/image_format.h"
 #include "tools/command.h"
 #include "tools/surroundings.h"

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "fields/mesh/mesh_preparation.h"
-#include "fields/mesh/mesh_reader.h"
-#include "fields/mesh/model_file.h"
+#include "fields/model/mesh_reader.h"
+#include "fields/model/model_file.h"
+#include "fields/preparation/mesh_preparation.h"
 #include "scenes/texture.h"
 
 namespace haarfield {

@@ -7,7 +7,7 @@
 #include <array>
 #include <cstdio>
 
-#include "fields/mesh/assimp_content.h"
+#include "fields/model/assimp_content.h"
 #include "scenes/image_format.h"
 
 int main() {

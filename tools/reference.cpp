@@ -1,4 +1,4 @@
-#include "bridge/reference_lights.h"
+#include "bridge/povray/reference_lights.h"
 #include "tools/command.h"
 #include "tools/farm/task_share.h"
 #include "tools/number_option.h"

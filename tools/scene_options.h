@@ -2,8 +2,8 @@
 /// What commands that take a scene share: the scene, what the command line changes in it, its light, its
 /// fields and how it is shaded.
 
-#include "bridge/povray_process.h"
-#include "bridge/reference_scene.h"
+#include "bridge/povray/povray_process.h"
+#include "bridge/povray/reference_scene.h"
 #include "scenes/scene.h"
 #include "scenes/scene_entities.h"
 #include "tools/command.h"

@@ -1,9 +1,9 @@
 #pragma once
 /// What an entity hides of the world, and of itself: made once per prepared mesh, for precompute and shading.
 
-#include "fields/mesh/local_samples.h"
-#include "fields/mesh/mesh_preparation.h"
-#include "fields/mesh/occluder.h"
+#include "fields/occluder/occluder.h"
+#include "fields/preparation/local_samples.h"
+#include "fields/preparation/mesh_preparation.h"
 
 namespace haarfield {
 

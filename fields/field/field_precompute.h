@@ -9,7 +9,7 @@
 #include "fields/base/result.h"
 #include "fields/field/entity_occlusion.h"
 #include "fields/field/visibility_field.h"
-#include "fields/mesh/mesh_preparation.h"
+#include "fields/preparation/mesh_preparation.h"
 
 namespace haarfield {
 

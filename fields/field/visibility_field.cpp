@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "fields/mesh/local_samples.h"
+#include "fields/preparation/local_samples.h"
 #include "fields/wavelets/haar_transform.h"
 
 namespace haarfield {

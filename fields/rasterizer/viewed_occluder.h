@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "fields/mesh/occluder.h"
+#include "fields/occluder/occluder.h"
 
 namespace haarfield {
 

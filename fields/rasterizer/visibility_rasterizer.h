@@ -1,7 +1,7 @@
 #pragma once
 /// Fractional visibility cubemaps, rasterized on the CPU.
 
-#include "fields/mesh/occluder.h"
+#include "fields/occluder/occluder.h"
 #include "fields/rasterizer/sample_pattern.h"
 #include "fields/wavelets/cubemap.h"
 

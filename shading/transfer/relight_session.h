@@ -17,10 +17,10 @@
 #include <variant>
 
 #include "shading/bake/bounced_radiance.h"
+#include "shading/scene/turned_light.h"
 #include "shading/transfer/lamp_frames.h"
 #include "shading/transfer/light_transfer.h"
 #include "shading/transfer/motion_transfer.h"
-#include "shading/transfer/turned_light.h"
 #include "shading/transfer/view_transfer.h"
 #include "shading/visibility/kept_visibility.h"
 

@@ -8,7 +8,7 @@
 
 #include "fields/base/placement.h"
 #include "fields/base/result.h"
-#include "fields/mesh/occluder.h"
+#include "fields/occluder/occluder.h"
 
 namespace haarfield {
 

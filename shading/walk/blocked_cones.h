@@ -1,7 +1,7 @@
 #pragma once
 /// Occluders of few triangles, such as floors and walls, seen exactly from any point.
 
-#include "fields/mesh/occluder.h"
+#include "fields/occluder/occluder.h"
 
 #include <span>
 

@@ -9,6 +9,7 @@
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "fields/wavelets/haar_transform.h"
 #include "scenes/scene_reader.h"
+#include "scenes/scene_shading.h"
 #include "shading/scene/light_sources.h"
 #include "shading/scene/lighting.h"
 #include "shading/scene/lobes.h"

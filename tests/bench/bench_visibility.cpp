@@ -13,9 +13,9 @@
 
 #include "fields/field/entity_occlusion.h"
 #include "fields/field/samplers.h"
-#include "fields/mesh/mesh_preparation.h"
+#include "fields/preparation/mesh_preparation.h"
 #include "fields/rasterizer/visibility_rasterizer.h"
-#include "scenes/furniture.h"
+#include "scenes/furniture/furniture.h"
 #include "tests/oracles/embree_oracle.h"
 #include "tests/oracles/plain_rasterizer.h"
 

@@ -2,7 +2,7 @@
 /// Visibility by Embree's rays: one ray a sub-sample, any hit blocks. Slow, and independent of the
 /// rasterizer.
 
-#include "fields/mesh/occluder.h"
+#include "fields/occluder/occluder.h"
 
 #include <cstdint>
 #include <memory>

@@ -1,4 +1,4 @@
-#include "bridge/baked_scene.h"
+#include "bridge/povray/baked_scene.h"
 
 haarfield::BakedInstance parent_instance() {
     return {};

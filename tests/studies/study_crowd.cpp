@@ -6,6 +6,7 @@
 #include <random>
 
 #include "scenes/scene_entities.h"
+#include "scenes/scene_shading.h"
 #include "shading/scene/lighting.h"
 #include "shading/transfer/radiance_transfer.h"
 #include "tests/baselines/product_methods.h"

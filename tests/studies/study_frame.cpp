@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "scenes/scene_shading.h"
 #include "shading/scene/lighting.h"
 #include "tests/baselines/product_methods.h"
 #include "tests/studies/study.h"

@@ -4,10 +4,11 @@
 #include <ctime>
 #include <functional>
 
-#include "bridge/image_difference.h"
-#include "bridge/preview.h"
+#include "bridge/pictures/image_difference.h"
+#include "bridge/pictures/preview.h"
 #include "scenes/scene_entities.h"
 #include "scenes/scene_reader.h"
+#include "scenes/scene_shading.h"
 #include "shading/bake/colour_fit.h"
 #include "shading/bake/mesh_refinement.h"
 #include "shading/scene/lighting.h"

@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "scenes/scene_reader.h"
+#include "scenes/scene_shading.h"
 #include "shading/bake/dense_renderer.h"
 #include "shading/scene/lighting.h"
 #include "tests/baselines/product_methods.h"

@@ -9,6 +9,7 @@
 
 #include "scenes/scene_environment.h"
 #include "scenes/scene_reader.h"
+#include "scenes/scene_shading.h"
 #include "shading/transfer/relight_session.h"
 #include "tests/baselines/scene_integrals.h"
 #include "tests/studies/study.h"

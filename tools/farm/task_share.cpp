@@ -1,6 +1,6 @@
 #include "tools/farm/task_share.h"
 
-#include "bridge/povray_scene.h"
+#include "bridge/povray/povray_scene.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// What a command does of a job that is divided: some of its parts, or joining them all.
 
-#include "bridge/reference_picture.h"
+#include "bridge/povray/reference_picture.h"
 #include "fields/file/section_file.h"
 #include "shading/scene/shared_shading.h"
 

@@ -1,14 +1,15 @@
 /// Bakes in Python: Scene.bake and Scene.budget.
 
-#include "bridge/glb_file.h"
-#include "bridge/mesh_file.h"
-#include "bridge/original_vertices.h"
-#include "bridge/povray_process.h"
-#include "bridge/preview.h"
-#include "bridge/scene_bake.h"
-#include "bridge/scene_budget.h"
+#include "bridge/files/glb_file.h"
+#include "bridge/files/mesh_file.h"
+#include "bridge/pictures/preview.h"
+#include "bridge/povray/povray_process.h"
 #include "fields/base/names.h"
-#include "shading/transfer/turned_light.h"
+#include "scenes/original_vertices.h"
+#include "scenes/scene_bake.h"
+#include "scenes/scene_budget.h"
+#include "scenes/scene_shading.h"
+#include "shading/scene/turned_light.h"
 #include "tools/python/arrays.h"
 #include "tools/python/images.h"
 #include "tools/python/scene.h"
@@ -191,10 +192,10 @@ py::list budget(PythonScene& scene, std::size_t points, const std::string& occlu
     const RenderSettings settings = render_settings(*prepared, occlusion, occlusion_error, reach, depth,
                                                     tolerance, light_coefficients, bounces);
     const auto made = long_call<SceneBudget>(progress, [&](const Progress& watched) {
-        Preview preview;
-        return scene_budget(prepared->scene, *prepared->entities,
-                            shaded_scene(prepared->scene, *prepared->entities, prepared->light.environment),
-                            settings, points, preview, watched);
+        const ShadedScene shaded =
+            shaded_scene(prepared->scene, *prepared->entities, prepared->light.environment);
+        return scene_budget(*prepared->entities, shaded, settings, points,
+                            Preview().points(prepared->scene.camera, preview_instances(shaded)), watched);
     });
     py::list entries;
     for (const BudgetEntry& entry : made.entries) {

@@ -1,6 +1,6 @@
 #include "tools/python/images.h"
 
-#include "bridge/image_difference.h"
+#include "bridge/pictures/image_difference.h"
 #include "tools/python/arrays.h"
 #include "tools/python/long_call.h"
 #include "tools/python/scene.h"

@@ -1,6 +1,6 @@
 /// Ray-traced references in Python: Scene.reference.
 
-#include "bridge/reference_lights.h"
+#include "bridge/povray/reference_lights.h"
 #include "fields/base/names.h"
 #include "tools/python/arrays.h"
 #include "tools/python/images.h"

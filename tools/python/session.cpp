@@ -1,7 +1,7 @@
 /// Relighting sessions in Python: Scene.session.
 
-#include "bridge/preview.h"
-#include "bridge/scene_budget.h"
+#include "bridge/pictures/preview.h"
+#include "scenes/scene_shading.h"
 #include "shading/transfer/relight_session.h"
 #include "tools/python/arrays.h"
 #include "tools/python/images.h"

@@ -3,7 +3,7 @@
 #include "fields/wavelets/haar_transform.h"
 #include "scenes/scene_environment.h"
 #include "shading/scene/exposure.h"
-#include "shading/transfer/mixed_environment.h"
+#include "shading/scene/mixed_environment.h"
 
 #include <fmt/format.h>
 

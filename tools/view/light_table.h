@@ -2,8 +2,8 @@
 /// The lights that a design has had, encoded so that they can be turned, mixed and dimmed in every frame.
 
 #include "shading/scene/light_sources.h"
+#include "shading/scene/turned_light.h"
 #include "shading/transfer/sparse_vectors.h"
-#include "shading/transfer/turned_light.h"
 #include "tools/view/design.h"
 
 #include <map>

@@ -1,5 +1,6 @@
 #include "tools/view/live_scene.h"
 
+#include "scenes/scene_shading.h"
 #include "tools/view/seen_vertices.h"
 
 #include <Imath/half.h>

@@ -1,7 +1,7 @@
 #pragma once
 /// The radiance of a design while hands change it: the one place of `view` that knows relighting sessions.
 
-#include "bridge/preview.h"
+#include "bridge/pictures/preview.h"
 #include "tools/seen_session.h"
 #include "tools/view/design.h"
 #include "tools/view/light_table.h"

@@ -1,0 +1,201 @@
+#include "bridge/povray/baked_scene.h"
+
+#include "bridge/povray/textured_mesh.h"
+#include "fields/file/write_file.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+namespace haarfield {
+namespace {
+
+/// Declares the images that an instance shows.
+std::string image_declarations(const BakedInstance& instance, const TextureFiles& textures) {
+    std::string text;
+    std::set<const Texture*> declared;
+    for (const Surface& surface : instance.surfaces)
+        if (surface.texture && declared.insert(surface.texture.get()).second)
+            text += textures.at(surface.texture.get()).text;
+    return text;
+}
+
+/// The include file of one object. The usage comment stands first: it is the manual.
+///
+/// declarations  what stands before the mesh.
+std::string include_text(const BakedInstance& instance, const std::string& declarations,
+                         const std::string& mesh, std::size_t textures, const std::string& object,
+                         const std::string& file_name) {
+    std::string text = fmt::format(
+        "// {0}: {1}, baked to vertex colours by haarfield.\n"
+        "// {2} vertices, {3} triangles, {4} textures; linear radiance, {6}, +y up, metres.\n"
+        "//\n"
+        "// In a scene of your own:\n"
+        "//     #version 3.7;\n"
+        "//     global_settings {{ assumed_gamma 1 adc_bailout 0 }}\n"
+        "//     #include \"{0}\"\n"
+        "//     object {{ {1} }}\n"
+        "// Without adc_bailout 0, POV-Ray drops the dark corners of triangles. The colours are the\n"
+        "// light that the object sends to the camera it was baked for: your lights do not change\n"
+        "// them. It has its place in the baked scene; translate, rotate and scale it as you like.\n"
+        "{7}"
+        "// With `#declare {1}_In_Place = 1;` in front of it, the #include places the object by itself,\n"
+        "// which takes a third less memory.\n\n"
+        "#ifndef ({1}_Included)\n"
+        "#declare {1}_Included = 1;\n"
+        "#declare {1}_Version = version;\n"
+        "#version 3.7;\n\n"
+        "#declare {1}_Finish = finish {{ emission 1 ambient 0 diffuse 0 }}\n"
+        "{5}"
+        "#ifndef ({1}_In_Place) #declare {1} = #end\n",
+        file_name, object, instance.mesh->positions.size(), instance.mesh->triangles.size(), textures,
+        declarations, instance.left_handed ? "left-handed" : "right-handed",
+        instance.left_handed
+            ? "// It has the coordinates of the POV-Ray file that its mesh was read from: place it without\n"
+              "// mirroring it.\n"
+            : "// For a left-handed camera (POV-Ray's usual one) add: scale <1, 1, -1>.\n");
+    text += mesh;
+    if (!is_identity(instance.placement.rotate)) text += povray_rotation(instance.placement.rotate) + "\n";
+    fmt::format_to(std::back_inserter(text),
+                   "scale {:.9g}\n"
+                   "translate {}\n"
+                   "}}\n\n"
+                   "#version {}_Version;\n"
+                   "#end\n",
+                   instance.placement.scale, povray_vector(instance.placement.translate), object);
+    return text;
+}
+
+/// With its atlas, if it has one. Returns how many vertices were clamped.
+Result<std::uint64_t> write_include(const BakedInstance& instance, const std::string& object,
+                                    const std::filesystem::path& file, const TextureFiles& textures) {
+    const std::string name = file.filename().string();
+    if (has_textures(instance.surfaces)) {
+        const TexturedMesh textured =
+            textured_mesh(*instance.mesh, instance.surfaces, instance.radiance, instance.over, textures,
+                          maps_light(instance.radiance, instance.over), object, file.stem().string(),
+                          instance.placement.scale);
+        std::string declarations = image_declarations(instance, textures);
+        if (textured.mapped) {
+            declarations += textured.mapped->declarations();
+            if (Result<Done> written = textured.mapped->write(file.parent_path()); !written)
+                return written.error();
+        }
+        const std::string text =
+            include_text(instance, declarations, textured.text, textured.textures, object, name);
+        if (Result<Done> written = write_file(file, text); !written) return written.error();
+        return textured.clamped_vertices;
+    }
+    const std::filesystem::path atlas = std::filesystem::path(file).replace_extension(".exr");
+    const ColouredMesh coloured =
+        coloured_mesh(*instance.mesh, instance.radiance, colour_storage(instance.radiance),
+                      object + "_Finish", atlas.filename().string());
+    if (!coloured.atlas.pixels.empty())
+        if (Result<Done> written = write_image(coloured.atlas, atlas); !written) return written.error();
+    const std::string text = include_text(instance, "", coloured.text, coloured.textures, object, name);
+    if (Result<Done> written = write_file(file, text); !written) return written.error();
+    return coloured.clamped_vertices;
+}
+
+Result<Done> check_instance(const BakedInstance& instance) {
+    assert(instance.mesh);
+    const std::string where = "instance " + instance.name;
+    if (Result<Done> good = check_povray_mesh(*instance.mesh, where); !good) return good.error();
+    if (instance.radiance.size() != instance.mesh->positions.size())
+        return Error{where, fmt::format("{} radiance values for {} vertices", instance.radiance.size(),
+                                        instance.mesh->positions.size())};
+    for (std::size_t i = 0; i < instance.radiance.size(); ++i)
+        if (!is_finite(instance.radiance[i]))
+            return Error{where, fmt::format("the radiance of vertex {} is not finite", i)};
+    if (!instance.over.empty() && instance.over.size() != instance.radiance.size())
+        return Error{where, fmt::format("{} values over the textures for {} vertices", instance.over.size(),
+                                        instance.radiance.size())};
+    for (std::size_t i = 0; i < instance.over.size(); ++i)
+        if (!is_finite(instance.over[i]))
+            return Error{where, fmt::format("the highlight of vertex {} is not finite", i)};
+    for (const VertexValues& pass : instance.passes) {
+        if (pass.values.size() != instance.mesh->positions.size())
+            return Error{where, fmt::format("{} values of {} for {} vertices", pass.values.size(), pass.name,
+                                            instance.mesh->positions.size())};
+        for (std::size_t i = 0; i < pass.values.size(); ++i)
+            if (!is_finite(pass.values[i]))
+                return Error{where, fmt::format("{} of vertex {} is not finite", pass.name, i)};
+    }
+    if (has_textures(instance.surfaces) && instance.mesh->uvs.size() != instance.mesh->positions.size())
+        return Error{where, "has a texture, but no texture coordinates"};
+    return check_placement(where, instance.placement);
+}
+
+}  // namespace
+
+Result<Done> check_baked_instances(std::span<const BakedInstance> instances) {
+    std::set<std::string_view> names;
+    for (const BakedInstance& instance : instances) {
+        if (Result<Done> good = check_instance(instance); !good) return good.error();
+        assert(std::ranges::equal(instance.passes, instances.front().passes, {}, &VertexValues::name,
+                                  &VertexValues::name));
+        if (!names.insert(instance.name).second)
+            return Error{"instance " + instance.name, "there are two of this name"};
+    }
+    return Done{};
+}
+
+Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const std::string& scene_name,
+                                     const Camera& camera, std::span<const BakedInstance> instances,
+                                     const BackgroundDescription& background) {
+    if (!is_scene_name(scene_name))
+        return Error{scene_name, "is no scene name; wanted letters, digits, _, - and ."};
+    if (Result<Done> good = check_baked_instances(instances); !good) return good.error();
+    const Result<std::string> camera_text = povray_camera(camera);
+    if (!camera_text) return camera_text.error();
+    if (Result<Done> made = make_folder(folder); !made) return made.error();
+    const Result<std::string> background_text = write_background(folder, scene_name, background);
+    if (!background_text) return background_text.error();
+
+    BakedFiles files;
+    std::vector<std::string> names;
+    for (const BakedInstance& instance : instances) names.push_back(instance.name);
+    files.objects = povray_object_names(scene_name, names);
+    const std::size_t prefix = povray_identifier(scene_name).size() + 1;
+    for (const std::string& object : files.objects)
+        files.includes.push_back(folder / (scene_name + "_" + object.substr(prefix) + ".inc"));
+
+    const Result<TextureFiles> textures = write_textures(folder, scene_name, textures_of(instances));
+    if (!textures) return textures.error();
+    files.images = files_of(*textures);
+
+    std::vector<std::optional<Error>> errors(instances.size());
+    std::vector<std::uint64_t> clamped(instances.size());
+    tbb::parallel_for(std::size_t{0}, instances.size(), [&](std::size_t i) {
+        const Result<std::uint64_t> written =
+            write_include(instances[i], files.objects[i], files.includes[i], *textures);
+        if (written)
+            clamped[i] = *written;
+        else
+            errors[i] = written.error();
+    });
+    for (const auto& error : errors)
+        if (error) return *error;
+    for (std::uint64_t count : clamped) files.clamped_vertices += count;
+
+    std::string text = fmt::format(
+        "// {0}: baked by haarfield; no lights are needed.\n"
+        "// povray +I{0}.pov +W{1} +H{2} +A0.0 +AM1 +R3 -J\n"
+        "#version 3.7;\n"
+        "global_settings {{ assumed_gamma 1 adc_bailout 0 max_trace_level 100 }}\n\n{3}\n{4}\n"
+        "#ifndef ({5})\n",
+        scene_name, camera.width, camera.height, *camera_text, *background_text, background_alone);
+    // In place: a declared object is copied, with all its textures, where it is used.
+    for (std::size_t i = 0; i < instances.size(); ++i)
+        text += fmt::format("#declare {1}_In_Place = 1;\n#include \"{0}\"\n",
+                            files.includes[i].filename().string(), files.objects[i]);
+    text += "#end\n";
+    files.scene = folder / (scene_name + ".pov");
+    if (Result<Done> written = write_file(files.scene, text); !written) return written.error();
+    return files;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,114 @@
+#include "bridge/povray/coloured_mesh.h"
+
+#include "bridge/povray/povray_frame.h"
+#include "bridge/povray/triangle_atlas.h"
+
+#include <Imath/half.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <unordered_map>
+
+namespace haarfield {
+namespace {
+
+struct ColourHash {
+    std::size_t operator()(const Colour& c) const {
+        std::size_t hash = 0;
+        for (float channel : c) hash = mixed_hash(hash, std::bit_cast<std::uint32_t>(channel));
+        return hash ^ (hash >> 29);
+    }
+};
+
+/// Each colour once, in the order of their first vertex.
+struct Palette {
+    std::vector<Colour> colours;
+    std::vector<std::uint32_t> of_vertex;
+};
+
+Palette palette(const std::vector<Colour>& of_vertices) {
+    Palette result;
+    result.of_vertex.reserve(of_vertices.size());
+    std::unordered_map<Colour, std::uint32_t, ColourHash> number;
+    for (const Colour& colour : of_vertices) {
+        const auto [entry, is_new] =
+            number.emplace(colour, static_cast<std::uint32_t>(result.colours.size()));
+        if (is_new) result.colours.push_back(colour);
+        result.of_vertex.push_back(entry->second);
+    }
+    return result;
+}
+
+void append_textured_faces(std::string& text, const Mesh& mesh, const Palette& colours, double magnified,
+                           const std::string& finish) {
+    auto out = std::back_inserter(text);
+    fmt::format_to(out, "texture_list {{ {}", colours.colours.size());
+    for (const auto& c : colours.colours)
+        fmt::format_to(out, ",\ntexture{{pigment{{rgb<{:.6g},{:.6g},{:.6g}>}}finish{{{}}}}}", c[0], c[1],
+                       c[2], finish);
+    fmt::format_to(out, " }}\nface_indices {{ {}", mesh.triangles.size());
+    // Three textures a face, or one: with two, POV-Ray 3.7 crashes.
+    for (const auto& triangle : mesh.triangles) {
+        const auto& [a, b, c] = triangle;
+        fmt::format_to(out, ",\n<{},{},{}>,{}", a, b, c, colours.of_vertex[a]);
+        if (!is_sliver(mesh, triangle, magnified))
+            fmt::format_to(out, ",{},{}", colours.of_vertex[b], colours.of_vertex[c]);
+    }
+    text += " }\n";
+}
+
+void append_mapped_faces(std::string& text, const Mesh& mesh, const TriangleAtlas& atlas) {
+    std::vector<Vec2f> uvs;
+    std::vector<std::array<std::uint32_t, 3>> uv_indices;
+    uvs.reserve(3 * mesh.triangles.size());
+    uv_indices.reserve(mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        uv_indices.push_back(append_corner_uvs(uvs, atlas.uvs(t)));
+    append_povray_uvs(text, uvs);
+    append_povray_indices(text, "face_indices", mesh.triangles);
+    append_povray_indices(text, "uv_indices", uv_indices);
+}
+
+}  // namespace
+
+ColourStorage colour_storage(std::span<const Rgb> colours) {
+    constexpr std::size_t most_textures = 200000;
+    if (colours.size() <= most_textures) return ColourStorage::textures;
+    const auto has_hue = [](const Rgb& c) { return c.x != c.y || c.y != c.z; };
+    if (std::none_of(colours.begin(), colours.end(), has_hue)) return ColourStorage::grey_textures;
+    return colours.size() <= most_textured_vertices ? ColourStorage::textures : ColourStorage::atlas;
+}
+
+ColouredMesh coloured_mesh(const Mesh& mesh, std::span<const Rgb> colours, ColourStorage storage,
+                           const std::string& finish, const std::string& atlas_file) {
+    ColouredMesh result;
+    std::vector<Colour> of_vertices = clamped_colours(colours, result.clamped_vertices);
+    const PovrayFrame frame(mesh);
+    std::string& text = result.text;
+    text.reserve(128 * mesh.positions.size() + 32 * mesh.triangles.size());
+    text = "mesh2 {\n";
+    frame.append_vertices(text, mesh);
+    if (storage == ColourStorage::atlas) {
+        const TriangleAtlas atlas(mesh.triangles.size());
+        append_mapped_faces(text, mesh, atlas);
+        frame.append_inverse(text);
+        result.atlas = atlas.image([&](std::size_t t) {
+            const auto& [a, b, c] = mesh.triangles[t];
+            return std::array{rgb(of_vertices[a]), rgb(of_vertices[b]), rgb(of_vertices[c])};
+        });
+        result.textures = 1;
+        text += fmt::format("texture {{\n  uv_mapping {}\n  finish {{ {} }}\n}}\n",
+                            atlas.pigment(fmt::format("exr \"{}\"", atlas_file)), finish);
+        return result;
+    }
+    if (storage == ColourStorage::grey_textures)
+        for (Colour& colour : of_vertices)
+            for (float& channel : colour) channel = Imath::half(channel);
+    const Palette textures = palette(of_vertices);
+    result.textures = textures.colours.size();
+    append_textured_faces(text, mesh, textures, frame.magnified, finish);
+    frame.append_inverse(text);
+    return result;
+}
+
+}  // namespace haarfield

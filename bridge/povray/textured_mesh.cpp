@@ -1,0 +1,211 @@
+#include "bridge/povray/textured_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <unordered_map>
+
+#include "bridge/povray/povray_frame.h"
+
+namespace haarfield {
+namespace {
+
+/// How far either side of a sheet that may be looked through stands off: more than POV-Ray's tolerance, 1e-4
+/// units, from one to the other. [m]
+constexpr float povray_parting = 1.5e-4f;
+
+/// What a corner of a triangle shows.
+struct CornerLook {
+    const TextureFile* image;  ///< Null: none.
+    Colour under, over;
+
+    bool operator==(const CornerLook&) const = default;
+    bool shines() const { return over != Colour{0, 0, 0}; }
+};
+
+struct CornerLookHash {
+    std::size_t operator()(const CornerLook& look) const {
+        std::size_t hash = reinterpret_cast<std::uintptr_t>(look.image);
+        for (const Colour& colour : {look.under, look.over})
+            for (const float channel : colour) hash = mixed_hash(hash, std::bit_cast<std::uint32_t>(channel));
+        return hash ^ (hash >> 29);
+    }
+};
+
+std::string rgb_text(const Colour& colour, float times = 1) {
+    return fmt::format("<{:.6g},{:.6g},{:.6g}>", colour[0] * times, colour[1] * times, colour[2] * times);
+}
+
+std::string texture_text(const CornerLook& look, const std::string& finish) {
+    if (!look.image)
+        return fmt::format("texture{{pigment{{rgb{}}}finish{{{}}}}}", rgb_text(look.under), finish);
+    const auto layer = [&](const std::string& pigment, const Colour& light, float times) {
+        return fmt::format("pigment{{{}}}finish{{{} emission{}}}", pigment, finish, rgb_text(light, times));
+    };
+    if (!look.shines()) return fmt::format("texture{{{}}}", layer(look.image->pigment, look.under, 1));
+    // The mean of the two, of which each is twice as bright.
+    return fmt::format("texture{{average texture_map{{[1 {}][1 {}]}}}}",
+                       layer(look.image->pigment, look.under, 2), layer("rgb 1", look.over, 2));
+}
+
+/// Moves what may be looked through outwards: POV-Ray misses all of a mesh behind a hit that is nearer to the
+/// last one than its tolerance, as that on the back of a sheet would be.
+void part_cut_outs(Mesh& mesh, const std::vector<bool>& is_cut_out, float distance) {
+    std::vector<bool> moves(mesh.positions.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (is_cut_out[t])
+            for (const std::uint32_t corner : mesh.triangles[t]) moves[corner] = true;
+    for (std::size_t v = 0; v < moves.size(); ++v)
+        if (moves[v]) mesh.positions[v] += mesh.normals[v] * distance;
+}
+
+/// The looks that occur, numbered in their order.
+class Looks {
+public:
+    std::uint32_t number_of(const CornerLook& look) {
+        const auto [entry, is_new] = numbers_.emplace(look, static_cast<std::uint32_t>(looks_.size()));
+        if (is_new) looks_.push_back(look);
+        return entry->second;
+    }
+    const std::vector<CornerLook>& all() const { return looks_; }
+
+private:
+    std::unordered_map<CornerLook, std::uint32_t, CornerLookHash> numbers_;
+    std::vector<CornerLook> looks_;
+};
+
+/// Of vertices, unless all triangles are mapped, and three of each mapped one.
+struct UvLists {
+    std::vector<Vec2f> uvs;
+    std::vector<std::array<std::uint32_t, 3>> indices;
+};
+
+/// Whether 16 bits tell where a triangle is in its image: to a quarter of a texel, of the finest image.
+bool is_mappable(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, int finest) {
+    constexpr float most_texels = 8192;
+    const Vec2f &a = mesh.uvs[triangle[0]], &b = mesh.uvs[triangle[1]], &c = mesh.uvs[triangle[2]];
+    float span = 0;
+    for (int axis = 0; axis < 2; ++axis)
+        span = std::max(span, std::max({a[axis], b[axis], c[axis]}) - std::min({a[axis], b[axis], c[axis]}));
+    return span * static_cast<float>(finest) <= most_texels;
+}
+
+/// magnified  as of is_sliver: slivers have the light and the place of their middle.
+UvLists uv_lists(const Mesh& mesh, std::span<const std::uint32_t> mapped, const MappedLight& light,
+                 double magnified) {
+    UvLists lists{{}, mesh.triangles};
+    if (mapped.size() < mesh.triangles.size()) lists.uvs = mesh.uvs;
+    lists.uvs.reserve(lists.uvs.size() + 3 * mapped.size());
+    for (std::size_t k = 0; k < mapped.size(); ++k) {
+        std::array<Vec2f, 3> uvs = light.uvs(k);
+        if (is_sliver(mesh, mesh.triangles[mapped[k]], magnified))
+            uvs.fill((uvs[0] + uvs[1] + uvs[2]) / 3.0f);
+        lists.indices[mapped[k]] = append_corner_uvs(lists.uvs, uvs);
+    }
+    return lists;
+}
+
+}  // namespace
+
+bool maps_light(std::span<const Rgb> under, std::span<const Rgb> over) {
+    constexpr std::size_t most_shining_vertices = 100000;
+    return under.size() > most_textured_vertices || over.size() > most_shining_vertices;
+}
+
+TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces, std::span<const Rgb> under,
+                           std::span<const Rgb> over, const TextureFiles& files, bool maps_all,
+                           const std::string& object, const std::string& stem, float scale) {
+    assert(baked.uvs.size() == baked.positions.size());
+    Mesh mesh = baked;
+    const auto image_of = [&](std::uint32_t vertex) -> const TextureFile* {
+        const Surface& surface = surfaces[mesh.vertex_materials[vertex]];
+        return surface.texture ? &files.at(surface.texture.get()) : nullptr;
+    };
+    int finest = 0;  // [texels]
+    for (const Surface& surface : surfaces)
+        if (surface.texture) finest = std::max({finest, surface.texture->width, surface.texture->height});
+    std::vector<bool> is_cut_out;
+    std::vector<std::uint32_t> mapped;
+    std::vector<const TextureFile*> mapped_images;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto& [a, b, c] = mesh.triangles[t];
+        const Surface& surface = surfaces[mesh.vertex_materials[a]];
+        is_cut_out.push_back(surface.texture &&
+                             surface.texture->is_cut_out({mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]}));
+        if ((!maps_all && !is_cut_out.back()) || !is_mappable(mesh, mesh.triangles[t], finest)) continue;
+        mapped.push_back(t);
+        if (std::ranges::find(mapped_images, image_of(a)) == mapped_images.end())
+            mapped_images.push_back(image_of(a));
+    }
+    part_cut_outs(mesh, is_cut_out, povray_parting / scale);
+
+    TexturedMesh result;
+    const std::vector<Colour> under_light = clamped_colours(under, result.clamped_vertices);
+    std::uint64_t clamped_over = 0;
+    const std::vector<Colour> over_light = clamped_colours(over, clamped_over);
+    if (!mapped.empty()) result.mapped.emplace(mesh, mapped, under_light, over_light, object, stem);
+    const auto look_of = [&](std::uint32_t vertex) {
+        return CornerLook{image_of(vertex), under_light[vertex],
+                          over_light.empty() ? Colour{0, 0, 0} : over_light[vertex]};
+    };
+    const auto mean_look = [&](const std::array<std::uint32_t, 3>& corners) {
+        CornerLook mean = look_of(corners[0]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            float under_sum = 0, over_sum = 0;
+            for (const std::uint32_t corner : corners) {
+                under_sum += look_of(corner).under[c];
+                over_sum += look_of(corner).over[c];
+            }
+            mean.under[c] = under_sum / 3;
+            mean.over[c] = over_sum / 3;
+        }
+        return mean;
+    };
+
+    const PovrayFrame frame(mesh);
+    std::string faces;
+    auto out = std::back_inserter(faces);
+    fmt::format_to(out, "face_indices {{ {}", mesh.triangles.size());
+    // Mapped textures stand first, one an image.
+    Looks looks;
+    const auto number_of = [&](const CornerLook& look) {
+        return mapped_images.size() + looks.number_of(look);
+    };
+    for (std::size_t t = 0, next = 0; t < mesh.triangles.size(); ++t) {
+        const auto& triangle = mesh.triangles[t];
+        const auto& [a, b, c] = triangle;
+        fmt::format_to(out, ",\n<{},{},{}>,", a, b, c);
+        // Three textures a face, or one: with two, POV-Ray 3.7 crashes.
+        if (next < mapped.size() && mapped[next] == t) {
+            fmt::format_to(out, "{}", std::ranges::find(mapped_images, image_of(a)) - mapped_images.begin());
+            ++next;
+        } else if (is_cut_out[t] || is_sliver(mesh, triangle, frame.magnified)) {
+            fmt::format_to(out, "{}", number_of(mean_look(triangle)));
+        } else {
+            fmt::format_to(out, "{},{},{}", number_of(look_of(a)), number_of(look_of(b)),
+                           number_of(look_of(c)));
+        }
+    }
+    faces += " }\n";
+
+    std::string& text = result.text;
+    result.textures = mapped_images.size() + looks.all().size();
+    text.reserve(faces.size() + 200 * mesh.positions.size());
+    text = "mesh2 {\n";
+    frame.append_vertices(text, mesh);
+    const UvLists own = result.mapped ? uv_lists(mesh, mapped, *result.mapped, frame.magnified) : UvLists();
+    append_povray_uvs(text, result.mapped ? own.uvs : mesh.uvs);
+    text += fmt::format("texture_list {{ {}", result.textures);
+    for (const TextureFile* image : mapped_images) text += ",\n" + result.mapped->texture(image);
+    for (const CornerLook& look : looks.all()) text += ",\n" + texture_text(look, object + "_Finish");
+    text += " }\n";
+    text += faces;
+    if (result.mapped) append_povray_indices(text, "uv_indices", own.indices);
+    text += "uv_mapping\n";
+    frame.append_inverse(text);
+    return result;
+}
+
+}  // namespace haarfield

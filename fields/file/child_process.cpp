@@ -1,0 +1,95 @@
+#include "fields/file/child_process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+namespace haarfield {
+namespace {
+
+/// What the child does between fork and its new life: nothing that another thread's lock could stop. Tells
+/// `failure` the error's number if there is none.
+[[noreturn]] void become(const char* program, char* const* arguments, const char* folder, pid_t parent,
+                         int log, int failure) {
+    // Whoever runs it may be killed without a chance to end it.
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    for (const int ignored : {SIGPIPE, SIGXFSZ}) ::signal(ignored, SIG_DFL);
+    sigset_t none;
+    sigemptyset(&none);
+    ::sigprocmask(SIG_SETMASK, &none, nullptr);
+    const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+    if (::getppid() == parent && nothing >= 0 && ::dup2(nothing, STDIN_FILENO) >= 0 &&
+        ::dup2(nothing, STDOUT_FILENO) >= 0 && ::dup2(log, STDERR_FILENO) >= 0 && ::chdir(folder) == 0)
+        ::execvp(program, arguments);
+    const int number = errno;
+    [[maybe_unused]] const ssize_t told = ::write(failure, &number, sizeof number);
+    ::_exit(127);
+}
+
+}  // namespace
+
+ChildProcess::~ChildProcess() {
+    if (log_ >= 0) ::close(log_);
+    if (id_ > 0) {
+        ::kill(id_, SIGKILL);
+        wait();
+    }
+}
+
+int ChildProcess::start(const std::string& program, const std::vector<std::string>& arguments,
+                        const std::filesystem::path& folder) {
+    int ends[2], failure[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) return errno;
+    if (::pipe2(failure, O_CLOEXEC) != 0) {
+        const int number = errno;
+        ::close(ends[0]);
+        ::close(ends[1]);
+        return number;
+    }
+    std::vector<char*> argv{const_cast<char*>(program.c_str())};
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    const pid_t parent = getpid();
+    id_ = fork();
+    if (id_ == 0) become(program.c_str(), argv.data(), folder.c_str(), parent, ends[1], failure[1]);
+    int number = id_ < 0 ? errno : 0;
+    ::close(ends[1]);
+    ::close(failure[1]);
+    log_ = ends[0];
+    if (id_ > 0) {
+        ssize_t size = 0;
+        do size = ::read(failure[0], &number, sizeof number);
+        while (size < 0 && errno == EINTR);
+        if (size == sizeof number)
+            wait();
+        else
+            number = 0;  // closed by what it has become
+    }
+    ::close(failure[0]);
+    return number;
+}
+
+bool ChildProcess::read_some(std::string& text) const {
+    constexpr int milliseconds = 20;
+    pollfd ready{log_, POLLIN, 0};
+    if (::poll(&ready, 1, milliseconds) <= 0) return true;
+    char buffer[4096];
+    const ssize_t count = ::read(log_, buffer, sizeof buffer);
+    if (count > 0) text.append(buffer, static_cast<std::size_t>(count));
+    return count > 0 || (count < 0 && errno == EINTR);
+}
+
+int ChildProcess::wait() {
+    int status = -1;
+    while (::waitpid(id_, &status, 0) < 0 && errno == EINTR) {
+    }
+    id_ = -1;
+    return status;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,451 @@
+#include "fields/preparation/mesh_preparation.h"
+
+#include "fields/mesh/mesh_subdivision.h"
+#include "fields/mesh/mesh_topology.h"
+#include "fields/preparation/crossed_vertices.h"
+#include "fields/preparation/cut_outs.h"
+#include "fields/preparation/sheet_backs.h"
+#include "fields/preparation/thin_sheets.h"
+
+#include <CGAL/AABB_face_graph_triangle_primitive.h>
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Simple_cartesian.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/Surface_mesh_simplification/Edge_collapse_visitor_base.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_filter.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Edge_length_cost.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_policies.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Midpoint_placement.h>
+#include <CGAL/Surface_mesh_simplification/edge_collapse.h>
+#include <CGAL/box_intersection_d.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace haarfield {
+
+namespace {
+
+namespace simplification = CGAL::Surface_mesh_simplification;
+using Kernel = CGAL::Simple_cartesian<double>;
+using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// Ends the collapsing.
+struct EnoughTriangles {
+    std::size_t wanted;
+    const Surface* surface;
+
+    template <class Cost, class Profile>
+    bool operator()(const Cost&, const Profile&, std::size_t, std::size_t) const {
+        return surface->number_of_faces() <= wanted;
+    }
+};
+
+struct Interrupted {};
+
+/// Tells how far the collapsing is, and throws Interrupted when a stop is requested: while the costs of all
+/// edges are found, too.
+struct CollapseProgress : simplification::Edge_collapse_visitor_base<Surface> {
+    std::size_t wanted, initial, selected = 0;
+    const Surface* surface;
+    const Progress* progress;
+
+    CollapseProgress(std::size_t wanted_triangles, const Surface& of, const Progress& to)
+        : wanted(wanted_triangles), initial(of.number_of_faces()), surface(&of), progress(&to) {}
+
+    void OnCollected(const Profile&, const boost::optional<FT>&) { check(); }
+    void OnSelected(const Profile&, const boost::optional<FT>&, std::size_t, std::size_t) {
+        check();
+        if (selected++ % 512 == 0 && progress->report && initial > wanted)
+            progress->report("simplifying",
+                             initial - std::max<std::size_t>(surface->number_of_faces(), wanted),
+                             initial - wanted);
+    }
+    void check() const {
+        if (progress->stop.stop_requested()) throw Interrupted{};
+    }
+};
+
+Surface surface_from(const Mesh& mesh) {
+    const MergedPositions merged = merged_positions(mesh.positions);
+    std::vector<Kernel::Point_3> points;
+    points.reserve(merged.positions.size());
+    for (const Vec3f& p : merged.positions) points.emplace_back(p.x, p.y, p.z);
+    std::vector<std::array<std::size_t, 3>> triangles;
+    triangles.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles)
+        triangles.push_back({merged.index[t[0]], merged.index[t[1]], merged.index[t[2]]});
+    // cuts the surface where it is not a manifold, by doubling points
+    CGAL::Polygon_mesh_processing::orient_polygon_soup(points, triangles);
+    Surface surface;
+    CGAL::Polygon_mesh_processing::polygon_soup_to_polygon_mesh(points, triangles, surface);
+    return surface;
+}
+
+/// Positions and triangles only; the surface must have no garbage.
+Mesh mesh_from(const Surface& surface) {
+    Mesh mesh;
+    mesh.material_names = {""};
+    for (const auto vertex : surface.vertices()) {
+        const Kernel::Point_3& p = surface.point(vertex);
+        mesh.positions.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()),
+                                    static_cast<float>(p.z()));
+    }
+    for (const auto face : surface.faces()) {
+        Triangle triangle{};
+        int corner = 0;
+        for (const auto vertex : CGAL::vertices_around_face(surface.halfedge(face), surface))
+            triangle[corner++] = vertex;
+        mesh.triangles.push_back(triangle);
+    }
+    return mesh;
+}
+
+Vec3d area_vector(const Mesh& mesh, const Triangle& t) {
+    const Vec3d p(mesh.positions[t[0]]);
+    return (Vec3d(mesh.positions[t[1]]) - p).cross(Vec3d(mesh.positions[t[2]]) - p);
+}
+
+/// Area-weighted. Nobody shades a coarse mesh, but a mesh has unit normals.
+void set_smooth_normals(Mesh& mesh) {
+    std::vector<Vec3d> sums(mesh.positions.size(), Vec3d(0, 0, 0));
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3d area = area_vector(mesh, t);
+        for (std::uint32_t corner : t) sums[corner] += area;
+    }
+    for (std::size_t i = 0; i < sums.size(); ++i)
+        mesh.normals[i] = sums[i].length2() > 0 ? Vec3f(sums[i].normalized()) : Vec3f(0, 1, 0);
+}
+
+/// Rounding to float, or a collapse onto a line, may leave triangles without area.
+void remove_empty_triangles(Mesh& mesh) {
+    std::erase_if(mesh.triangles, [&mesh](const Triangle& t) { return area_vector(mesh, t).length2() == 0; });
+}
+
+/// What was cut at non-manifold edges leaves crumbs that no collapse removes. Drops the smallest parts
+/// until there are `wanted` triangles, but never more than a hundredth of the surface.
+void drop_crumbs(Mesh& mesh, std::size_t wanted) {
+    if (mesh.triangles.size() <= wanted) return;
+    MergedPositions as_they_are{{}, mesh.positions};
+    for (std::uint32_t i = 0; i < mesh.positions.size(); ++i) as_they_are.index.push_back(i);
+    const std::vector<std::uint32_t> parts = triangle_pieces(mesh, as_they_are);
+
+    struct Part {
+        double area = 0;
+        std::uint32_t index = 0;
+        std::size_t triangles = 0;
+    };
+    std::vector<Part> by_area(*std::max_element(parts.begin(), parts.end()) + 1);
+    double total = 0;
+    for (std::size_t t = 0; t < parts.size(); ++t) {
+        const double area = area_vector(mesh, mesh.triangles[t]).length();
+        by_area[parts[t]].area += area;
+        by_area[parts[t]].index = parts[t];
+        ++by_area[parts[t]].triangles;
+        total += area;
+    }
+    std::sort(by_area.begin(), by_area.end(), [](const Part& a, const Part& b) {
+        return a.area != b.area ? a.area < b.area : a.index < b.index;
+    });
+    std::vector<bool> dropped(by_area.size(), false);
+    std::size_t left = mesh.triangles.size();
+    double dropped_area = 0;
+    for (const Part& part : by_area) {
+        dropped_area += part.area;
+        if (left <= wanted || dropped_area > 0.01 * total) break;
+        dropped[part.index] = true;
+        left -= part.triangles;
+    }
+    std::size_t kept = 0;
+    for (std::size_t t = 0; t < parts.size(); ++t)
+        if (!dropped[parts[t]]) mesh.triangles[kept++] = mesh.triangles[t];
+    mesh.triangles.resize(kept);
+}
+
+void remove_unused_vertices(Mesh& mesh) {
+    std::vector<std::uint32_t> index(mesh.positions.size(), UINT32_MAX);
+    std::vector<Vec3f> positions;
+    for (Triangle& t : mesh.triangles)
+        for (std::uint32_t& corner : t) {
+            if (index[corner] == UINT32_MAX) {
+                index[corner] = static_cast<std::uint32_t>(positions.size());
+                positions.push_back(mesh.positions[corner]);
+            }
+            corner = index[corner];
+        }
+    mesh.positions = std::move(positions);
+    mesh.normals.assign(mesh.positions.size(), Vec3f(0, 0, 0));
+    mesh.vertex_materials.assign(mesh.positions.size(), 0);
+}
+
+/// A collapse looks at each edge round its vertex, and from each at all of them again: the middle of a fan of
+/// thousands takes minutes. Turns every second edge of such a fan into one between its neighbours, where the
+/// two triangles are about level, until no vertex has `most` edges, or no edge can be turned.
+///
+/// returns  the most edges that are left at a vertex.
+std::size_t turn_edges_of_fans(Surface& surface, std::size_t most) {
+    const auto normal = [&](Surface::Vertex_index a, Surface::Vertex_index b, Surface::Vertex_index c) {
+        return CGAL::cross_product(surface.point(b) - surface.point(a), surface.point(c) - surface.point(a));
+    };
+    // Both new triangles face as both old ones do, within 60 degrees.
+    const auto stays_level = [&](Surface::Halfedge_index h) {
+        const auto from = surface.source(h), to = surface.target(h), left = surface.target(surface.next(h)),
+                   right = surface.target(surface.next(surface.opposite(h)));
+        if (left == right || surface.halfedge(left, right) != Surface::null_halfedge()) return false;
+        const auto old = normal(from, to, left) + normal(to, from, right);
+        for (const auto& turned : {normal(from, right, left), normal(to, left, right)}) {
+            const double along = turned * old;
+            if (!(along > 0 && 4 * along * along >= turned.squared_length() * old.squared_length()))
+                return false;
+        }
+        return true;
+    };
+    std::size_t largest = 0;
+    for (const Surface::Vertex_index vertex : surface.vertices()) {
+        std::size_t edges = surface.degree(vertex);
+        while (edges > most) {
+            std::vector<Surface::Halfedge_index> around;
+            for (const Surface::Halfedge_index h : surface.halfedges_around_target(surface.halfedge(vertex)))
+                around.push_back(h);
+            for (std::size_t i = 0; i < around.size(); i += 2)
+                if (!surface.is_border(surface.edge(around[i])) && stays_level(around[i]))
+                    CGAL::Euler::flip_edge(around[i], surface);
+            const std::size_t left = surface.degree(vertex);
+            if (left == edges) break;
+            edges = left;
+        }
+        largest = std::max(largest, edges);
+    }
+    return largest;
+}
+
+constexpr std::uint32_t fewest_coarse = 4000, most_coarse = 64000;
+
+/// How far some thousand vertices of a mesh are from a surface: root mean square. [m]
+double distance_from(const Mesh& mesh, const Surface& surface) {
+    using Primitive = CGAL::AABB_face_graph_triangle_primitive<Surface>;
+    const CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>> tree(faces(surface).first,
+                                                                     faces(surface).second, surface);
+    constexpr std::size_t most = 5000;
+    const std::size_t step = std::max<std::size_t>(1, mesh.positions.size() / most);
+    double sum = 0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < mesh.positions.size(); i += step, ++count) {
+        const Vec3f& p = mesh.positions[i];
+        sum += tree.squared_distance(Kernel::Point_3(p.x, p.y, p.z));
+    }
+    return std::sqrt(sum / double(count));
+}
+
+/// Ends the collapsing before the surface is too far from a mesh. At numbers of triangles that fall by a
+/// factor of sqrt(2) it measures the distance, and keeps the surface.
+class NearSurfaces {
+public:
+    NearSurfaces(const Mesh& mesh, const Surface& surface) : mesh_(mesh), surface_(surface) {
+        double count = most_coarse;
+        for (; count > 0.99 * fewest_coarse; count /= std::sqrt(2.0))
+            if (count < double(mesh.triangles.size())) counts_.push_back(std::size_t(count + 0.5));
+        Bounds bounds;
+        for (const Vec3f& p : mesh.positions) bounds.add(p);
+        allowed_ = coarse_distance * double(bounds.radius());
+    }
+
+    bool are_enough() {
+        while (next_ < counts_.size() && surface_.number_of_faces() <= counts_[next_]) {
+            Surface now = surface_;
+            now.collect_garbage();
+            // More than most_coarse are too many, however far the surface is then.
+            const bool is_needed = next_ == 0 && mesh_.triangles.size() > 2 * most_coarse;
+            if (!is_needed && distance_from(mesh_, now) > allowed_) return true;
+            kept_ = std::move(now);
+            ++next_;
+        }
+        return next_ == counts_.size();
+    }
+    const std::optional<Surface>& kept() const { return kept_; }  ///< None: the mesh as it is.
+
+private:
+    const Mesh& mesh_;
+    const Surface& surface_;
+    std::vector<std::size_t> counts_;
+    std::size_t next_ = 0;
+    double allowed_ = 0;
+    std::optional<Surface> kept_;
+};
+
+/// For CGAL, which copies it.
+struct NearEnough {
+    NearSurfaces* surfaces;
+
+    template <class Cost, class Profile>
+    bool operator()(const Cost&, const Profile&, std::size_t, std::size_t) const {
+        return surfaces->are_enough();
+    }
+};
+
+/// Quadrics cost some 12 microseconds per triangle, so that a scan is first thinned by short edges to
+/// a size at which the difference can not be seen in the few thousand triangles that are left. What has fans
+/// that can not be taken apart stays as it is. Throws Interrupted.
+Mesh simplified(const Mesh& mesh, std::size_t wanted, ClosedFaces faces, const Progress& progress) {
+    const bool is_by_distance = wanted == chosen_by_distance;
+    const std::size_t thinned = std::max<std::size_t>(100000, is_by_distance ? 2 * most_coarse : 8 * wanted);
+    constexpr std::size_t large_fan = 128, largest_fan = 1000;
+    Surface surface = surface_from(mesh);
+    if (turn_edges_of_fans(surface, large_fan) > largest_fan) return mesh;
+    const simplification::Bounded_normal_change_filter<> no_fold;
+    if (surface.number_of_faces() > thinned + thinned / 2)
+        simplification::edge_collapse(surface, EnoughTriangles{thinned, &surface},
+                                      CGAL::parameters::get_cost(simplification::Edge_length_cost<Surface>())
+                                          .get_placement(simplification::Midpoint_placement<Surface>())
+                                          .filter(no_fold)
+                                          .visitor(CollapseProgress(thinned, surface, progress)));
+    surface.collect_garbage();
+    simplification::GarlandHeckbert_plane_policies<Surface, Kernel> quadrics(surface);
+    NearSurfaces near(mesh, surface);
+    const auto collapse = [&](const auto& until) {
+        simplification::edge_collapse(surface, until,
+                                      CGAL::parameters::get_cost(quadrics.get_cost())
+                                          .get_placement(quadrics.get_placement())
+                                          .filter(no_fold)
+                                          .visitor(CollapseProgress(thinned, surface, progress)));
+    };
+    if (is_by_distance) {
+        collapse(NearEnough{&near});
+        if (!near.kept()) return mesh;
+        surface = *near.kept();
+    } else {
+        collapse(EnoughTriangles{wanted, &surface});
+        surface.collect_garbage();
+    }
+    Mesh coarse = mesh_from(surface);
+    remove_empty_triangles(coarse);
+    if (!is_by_distance) drop_crumbs(coarse, wanted);
+    remove_unused_vertices(coarse);
+    MeshFindings ignored;
+    orient_triangles(coarse, ignored, faces);
+    set_smooth_normals(coarse);
+    return coarse;
+}
+
+/// What images cut into, more coarsely cut, and the rest, simplified. Throws Interrupted.
+Mesh coarse_and_cut(const Mesh& mesh, const std::vector<std::uint8_t>& is_cut_out,
+                    const MeshPreparation& wanted, const Progress& progress) {
+    Mesh cut = mesh, rest = mesh;
+    cut.triangles.clear();
+    rest.triangles.clear();
+    for (std::size_t t = 0; t < is_cut_out.size(); ++t)
+        (is_cut_out[t] ? cut : rest).triangles.push_back(mesh.triangles[t]);
+    const std::uint32_t share =
+        rest.triangles.empty() ? wanted.coarse_triangles : wanted.coarse_triangles / 2;
+    Mesh coarse = without_cut_outs(cut, wanted.opacity, share);
+    if (rest.triangles.size() > share) {
+        rest = simplified(rest, share, wanted.faces, progress);
+    } else {
+        rest.uvs.clear();
+        rest.colours.clear();
+        rest.original_vertices.clear();
+    }
+    append_mesh(coarse, rest);
+    return coarse;
+}
+
+/// Whether two triangles of one piece that share no position meet. Pieces may cross each other: that
+/// is how furniture is joined.
+bool intersects_itself(const Mesh& mesh, const Progress& progress) {
+    using Exact = CGAL::Exact_predicates_inexact_constructions_kernel;
+    using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
+    struct Found {};
+    const MergedPositions merged = merged_positions(mesh.positions);
+    const std::vector<std::uint32_t> pieces = triangle_pieces(mesh, merged);
+    const auto exact = [&](std::uint32_t t) {
+        std::array<Exact::Point_3, 3> p;
+        for (int k = 0; k < 3; ++k) {
+            const Vec3f& q = mesh.positions[mesh.triangles[t][k]];
+            p[k] = Exact::Point_3(q.x, q.y, q.z);
+        }
+        return Exact::Triangle_3(p[0], p[1], p[2]);
+    };
+    const auto share_a_position = [&](std::uint32_t s, std::uint32_t t) {
+        for (std::uint32_t a : mesh.triangles[s])
+            for (std::uint32_t b : mesh.triangles[t])
+                if (merged.index[a] == merged.index[b]) return true;
+        return false;
+    };
+    std::vector<Box> boxes;
+    boxes.reserve(mesh.triangles.size());
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) boxes.emplace_back(exact(t).bbox(), t);
+    try {
+        CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
+            if (pieces[a.info()] != pieces[b.info()] || share_a_position(a.info(), b.info())) return;
+            if (progress.stop.stop_requested()) throw Found{};
+            if (CGAL::do_intersect(exact(a.info()), exact(b.info()))) throw Found{};
+        });
+    } catch (const Found&) {
+        return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+const Mesh& blocking_surface(const PreparedMesh& prepared) {
+    return prepared.opaque ? *prepared.opaque : prepared.original;
+}
+
+Mesh seen_surface(const PreparedMesh& prepared) {
+    Mesh surface = prepared.original;
+    append_mesh(surface, prepared.backs);
+    return surface;
+}
+
+Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& wanted,
+                                  const Progress& progress) {
+    constexpr std::size_t most_triangles_for_self_intersection = 200000, most_cut_triangles = 100000;
+    const Error stopped{"", interrupted};
+    if (imported.mesh.triangles.empty()) return Error{"", "the mesh has no triangles"};
+
+    PreparedMesh prepared;
+    prepared.findings = imported.findings;
+    prepared.original = std::move(imported.mesh);
+    orient_triangles(prepared.original, prepared.findings, wanted.faces);
+    if (prepared.original.triangles.size() <= most_triangles_for_self_intersection)
+        prepared.findings.self_intersecting = intersects_itself(prepared.original, progress);
+    if (progress.stop.stop_requested()) return stopped;
+
+    try {
+        const std::vector<std::uint8_t> is_cut_out = cut_out_triangles(prepared.original, wanted.opacity);
+        if (std::ranges::find(is_cut_out, 1) != is_cut_out.end()) {
+            prepared.opaque = without_cut_outs(prepared.original, wanted.opacity, most_cut_triangles);
+            if (progress.stop.stop_requested()) return stopped;
+        }
+        // What images cut into has no surface to be near to.
+        MeshPreparation cut = wanted;
+        if (cut.coarse_triangles == chosen_by_distance) cut.coarse_triangles = fewest_coarse;
+        if (wanted.coarse_triangles == 0 ||
+            blocking_surface(prepared).triangles.size() <= cut.coarse_triangles)
+            prepared.coarse = blocking_surface(prepared);
+        else if (prepared.opaque)
+            prepared.coarse = coarse_and_cut(prepared.original, is_cut_out, cut, progress);
+        else
+            prepared.coarse = simplified(prepared.original, wanted.coarse_triangles, wanted.faces, progress);
+    } catch (const Interrupted&) {
+        return stopped;
+    }
+
+    if (prepared.findings.open_components > 0 || wanted.faces == ClosedFaces::inwards)
+        prepared.backs = seen_backs(prepared.original, blocking_surface(prepared));
+    prepared.findings.backs = prepared.backs.triangles.size();
+    prepared.fine = subdivided(seen_surface(prepared), wanted.fine_vertices, progress);
+    if (progress.stop.stop_requested()) return stopped;
+    if (wanted.split_crossed && prepared.findings.open_components > 0)
+        split_crossed_vertices(prepared.fine, prepared.original);
+    prepared.findings.parted_vertices = part_thin_sheets(prepared.fine, prepared.original);
+    return prepared;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,282 @@
+#include "scenes/scene_bake.h"
+
+#include "fields/base/names.h"
+#include "shading/bake/bounced_radiance.h"
+#include "shading/bake/colour_fit.h"
+#include "shading/bake/dense_renderer.h"
+#include "shading/bake/ray_renderer.h"
+#include "shading/bake/render_passes.h"
+#include "shading/scene/shared_shading.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+namespace haarfield {
+namespace {
+
+const std::map<std::string, RenderPass> render_pass_of{
+    {"diffuse", RenderPass::diffuse},       {"specular", RenderPass::specular},
+    {"irradiance", RenderPass::irradiance}, {"occlusion", RenderPass::occlusion},
+    {"own-shadow", RenderPass::own_shadow}, {"indirect", RenderPass::indirect}};
+
+/// Of the vertices of fine meshes.
+///
+/// indirect  becomes the scene's, if there are bounces.
+Result<Done> shade_fine(const PointShading& direct, const BakeOptions& options,
+                        std::optional<IndirectLight>& indirect, const Progress& progress, BakedScene& baked) {
+    if (options.evaluator == "tree") {
+        Result<SceneRadiance> radiance = bounced_radiance(direct, indirect, progress);
+        if (!radiance) return radiance.error();
+        baked.fine = std::move(*radiance);
+        return Done{};
+    }
+    Result<SceneRadiance> radiance = options.evaluator == "rays"
+                                         ? ray_scene_radiance(direct.scene, options.samples, progress)
+                                         : dense_scene_radiance(direct.scene, direct.settings, progress);
+    if (!radiance) return radiance.error();
+    baked.fine = std::move(*radiance);
+    if (direct.settings.bounces.most == 0) return Done{};
+    Result<IndirectLight> found = scene_indirect_light(direct, progress);
+    if (!found) return found.error();
+    indirect = std::move(*found);
+    PointShading lit = direct;
+    lit.indirect = &*indirect;
+    return add_indirect_radiance(lit, baked.fine, progress);
+}
+
+/// Of meshes that suit the radiance.
+///
+/// shading  has the indirect light, if there is any.
+Result<Done> shade(const PointShading& shading, const SceneEntities& entities, const BakeOptions& options,
+                   const Progress& progress, BakedScene& baked) {
+    if (options.refine) {
+        const std::size_t budget =
+            options.vertex_budget ? *options.vertex_budget : usual_vertex_budget(entities);
+        const std::vector<Mesh> start = surface_meshes(entities, budget / refinement_share);
+        Result<std::vector<RadiantMesh>> begun = mesh_radiance(shading, start, progress);
+        if (!begun) return begun.error();
+        Result<Refinement> refined =
+            refined_radiance(shading, {*options.refine, budget}, std::move(*begun), progress);
+        if (!refined) return refined.error();
+        baked.refinement =
+            RefinementOutcome{budget, refined->largest_error, refined->shaded_points, refined->rounds};
+        baked.refined = std::move(refined->meshes);
+    } else {
+        Result<std::vector<RadiantMesh>> fine = mesh_radiance(shading, fine_meshes(entities), progress);
+        if (!fine) return fine.error();
+        baked.refined = std::move(*fine);
+    }
+    if (options.colours == "fitted") return fit_radiance(shading, baked.refined, progress);
+    return Done{};
+}
+
+/// What an instance's vertices have before textures are parted from it.
+struct ShadedMeshes {
+    std::vector<SampledMesh> meshes;             ///< By instance.
+    std::vector<std::span<const Rgb>> radiance;  ///< Of their vertices.
+};
+
+ShadedMeshes shaded_meshes(const SceneEntities& entities, const BakedScene& baked) {
+    ShadedMeshes shaded;
+    for (std::size_t i = 0; i < entities.entity_of_instance.size(); ++i) {
+        if (!baked.refined.empty()) {
+            const RadiantMesh& refined = baked.refined[i];
+            shaded.meshes.push_back({&refined.mesh, &refined.samples});
+            shaded.radiance.emplace_back(refined.radiance);
+        } else {
+            const SceneEntity& entity = entities.of_instance(i);
+            shaded.meshes.push_back({&entity.mesh.fine, &entity.occlusion->samples()});
+            shaded.radiance.emplace_back(baked.fine[i]);
+        }
+    }
+    return shaded;
+}
+
+/// The instances as they are seen, whose radiance is parted where there are textures.
+///
+/// seen  by instance; the instances refer to it.
+std::vector<BakedInstance> seen_instances(const Scene& scene, const SceneEntities& entities,
+                                          const ShadedMeshes& shaded, const SceneRadiance& highlights,
+                                          std::vector<SeenRadiance>& seen) {
+    std::vector<BakedInstance> instances;
+    seen.resize(shaded.meshes.size());
+    for (std::size_t i = 0; i < shaded.meshes.size(); ++i) {
+        const SceneEntity& entity = entities.of_instance(i);
+        BakedInstance& added =
+            instances.emplace_back(BakedInstance{scene.instances[i].name, shaded.meshes[i].mesh,
+                                                 scene.instances[i].placement, shaded.radiance[i]});
+        added.left_handed = entity.left_handed;
+        if (all_plain(entity.surfaces)) continue;
+        seen[i] = seen_radiance(*shaded.meshes[i].mesh, entity.surfaces, shaded.radiance[i], highlights[i]);
+        added.radiance = seen[i].under;
+        added.over = seen[i].over;
+        added.surfaces = entity.surfaces;
+    }
+    return instances;
+}
+
+Result<Done> add_instances(const Scene& scene, const SceneEntities& entities, const PointShading& shading,
+                           const Progress& progress, BakedScene& baked) {
+    const ShadedMeshes shaded = shaded_meshes(entities, baked);
+    SceneRadiance highlights(shaded.meshes.size());
+    if (parts_highlights(entities)) {
+        Result<SceneRadiance> found =
+            highlight_radiance(shading, shaded.meshes, parted_materials(entities), progress);
+        if (!found) return found.error();
+        highlights = std::move(*found);
+    }
+    if (has_share_alone()) return Done{};
+    baked.instances = seen_instances(scene, entities, shaded, highlights, baked.seen);
+    return Done{};
+}
+
+/// The instances with values instead of their radiance, and without images, which cut nothing out then.
+std::vector<BakedInstance> valued_instances(const std::vector<BakedInstance>& instances,
+                                            const std::vector<SeenRadiance>& values) {
+    std::vector<BakedInstance> valued;
+    for (std::size_t i = 0; i < instances.size(); ++i)
+        valued.push_back({instances[i].name, instances[i].mesh, instances[i].placement, values[i].under});
+    return valued;
+}
+
+/// A pass as it is written, from what was computed.
+///
+/// highlights  of the pass own-shadow, where surfaces part them; else empty.
+/// shaded      the full picture's.
+BakedPass baked_pass(const std::string& name, SceneRadiance values, const SceneRadiance& highlights,
+                     const Scene& scene, const SceneEntities& entities, ShadedMeshes shaded,
+                     const std::vector<BakedInstance>& instances) {
+    const RenderPass pass = render_pass_of.at(name);
+    BakedPass made{name, std::move(values), {}, {}};
+    if (pass == RenderPass::own_shadow) {
+        shaded.radiance.assign(made.values.begin(), made.values.end());
+        made.instances = seen_instances(scene, entities, shaded, highlights, made.seen);
+        made.has_environment = true;
+        SceneRadiance seen(instances.size());
+        for (std::size_t i = 0; i < instances.size(); ++i)
+            for (std::size_t v = 0; v < made.values[i].size(); ++v)
+                seen[i].push_back(seen_at(made.instances[i], v));
+        // Plain instances refer to these values, which are the same.
+        for (std::size_t i = 0; i < instances.size(); ++i)
+            if (!made.seen[i].under.empty()) made.values[i] = std::move(seen[i]);
+        return made;
+    }
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+        const SceneEntity& entity = entities.of_instance(i);
+        std::vector<Rgb>& here = made.values[i];
+        if (pass == RenderPass::diffuse) here = seen_diffuse(*instances[i].mesh, entity.surfaces, here);
+        if (pass == RenderPass::specular) here = seen_highlights(*instances[i].mesh, entity.surfaces, here);
+        made.seen.push_back({here, {}});
+        // A picture of irradiance is one of white paint.
+        if (pass == RenderPass::irradiance)
+            for (Rgb& value : made.seen.back().under) value *= static_cast<float>(1 / pi);
+    }
+    made.instances = valued_instances(instances, made.seen);
+    return made;
+}
+
+/// The passes, whose values the instances then have.
+Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const PointShading& shading,
+                        const BakeOptions& options, const Progress& progress, BakedScene& baked) {
+    std::vector<RenderPass> wanted;
+    for (const std::string& name : options.passes) {
+        wanted.push_back(render_pass_of.at(name));
+        if (wanted.back() == RenderPass::own_shadow && parts_highlights(entities))
+            wanted.push_back(RenderPass::own_specular);
+    }
+    const ShadedMeshes shaded = shaded_meshes(entities, baked);
+    const bool is_refined = !baked.refined.empty();
+    const PassShading bake{
+        shading, is_refined ? std::span<const SampledMesh>(shaded.meshes) : std::span<const SampledMesh>(),
+        options.colours == "fitted", options.evaluator == "dense",
+        options.evaluator == "rays" ? options.samples : 0};
+    Result<std::vector<SceneRadiance>> values = render_passes(bake, shaded.radiance, wanted, progress);
+    if (!values) return values.error();
+    if (has_share_alone()) return Done{};
+    auto next = values->begin();
+    for (const std::string& name : options.passes) {
+        SceneRadiance own = std::move(*next++), highlights(baked.instances.size());
+        if (render_pass_of.at(name) == RenderPass::own_shadow && parts_highlights(entities))
+            highlights = std::move(*next++);
+        baked.passes.push_back(
+            baked_pass(name, std::move(own), highlights, scene, entities, shaded, baked.instances));
+    }
+    for (const BakedPass& pass : baked.passes) {
+        std::string name = pass.name;
+        std::ranges::replace(name, '-', '_');
+        const bool is_scalar = render_pass_of.at(pass.name) == RenderPass::occlusion;
+        for (std::size_t i = 0; i < baked.instances.size(); ++i)
+            baked.instances[i].passes.push_back({name, pass.values[i], is_scalar});
+    }
+    return Done{};
+}
+
+}  // namespace
+
+std::size_t usual_vertex_budget(const SceneEntities& entities) {
+    std::size_t own = 0;
+    for (std::size_t i = 0; i < entities.entity_of_instance.size(); ++i)
+        own += seen_surface(entities.of_instance(i).mesh).positions.size();
+    return std::max(RefinementSettings().vertex_budget, own + own / 2);
+}
+
+std::vector<std::string> pass_names() {
+    std::vector<std::string> names;
+    for (const auto& [name, pass] : render_pass_of) names.push_back(name);
+    return names;
+}
+
+Result<Done> check_bake(const BakeOptions& options) {
+    if (options.evaluator != "tree" && options.evaluator != "dense" && options.evaluator != "rays")
+        return Error{"evaluator", fmt::format("is \"{}\"; expected tree, dense or rays", options.evaluator)};
+    if (options.samples < 1) return Error{"samples", "is 0; expected at least 1"};
+    if (options.colours != "sampled" && options.colours != "fitted")
+        return Error{"colours", fmt::format("is \"{}\"; wanted sampled or fitted", options.colours)};
+    if (options.evaluator != "tree" && (options.refine || options.colours == "fitted"))
+        return Error{"evaluator " + options.evaluator,
+                     "knows vertices only; wanted neither refine nor colours fitted"};
+    for (auto pass = options.passes.begin(); pass != options.passes.end(); ++pass) {
+        if (!render_pass_of.contains(*pass))
+            return Error{"pass " + *pass, "is not known; wanted one of: " + quoted_list(pass_names())};
+        if (std::find(options.passes.begin(), pass, *pass) != pass)
+            return Error{"pass " + *pass, "is asked for twice"};
+    }
+    return Done{};
+}
+
+Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
+                               const RenderSettings& settings, const BakeOptions& options,
+                               const Progress& progress) {
+    const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, progress);
+    if (!geometry) return geometry.error();
+    const SceneLight light = scene_light(shaded, settings, progress.stop);
+    PointShading shading{shaded, *geometry, light, settings};
+    BakedScene baked;
+    std::optional<IndirectLight> indirect;
+    const bool is_fine = !options.refine && options.colours == "sampled";
+    if (is_fine) {
+        if (const Result<Done> done = shade_fine(shading, options, indirect, progress, baked); !done)
+            return done.error();
+        if (settings.bounces.most > 0 && has_share_alone()) return baked;
+    } else if (settings.bounces.most > 0) {
+        Result<IndirectLight> found = scene_indirect_light(shading, progress);
+        if (!found) return found.error();
+        indirect = std::move(*found);
+    }
+    if (indirect) {
+        shading.indirect = &*indirect;
+        baked.bounces = BounceOutcome{indirect->bounces, indirect->left_out, indirect->transport_bytes};
+    }
+    if (!is_fine)
+        if (const Result<Done> done = shade(shading, entities, options, progress, baked); !done)
+            return done.error();
+    if (const Result<Done> added = add_instances(scene, entities, shading, progress, baked); !added)
+        return added.error();
+    if (const Result<Done> added = add_passes(scene, entities, shading, options, progress, baked); !added)
+        return added.error();
+    return baked;
+}
+
+}  // namespace haarfield

@@ -1,0 +1,78 @@
+#pragma once
+/// A scene, baked: shaded with all that its surfaces want, ready to be written.
+
+#include "scenes/baked_instance.h"
+#include "scenes/scene_entities.h"
+#include "shading/bake/mesh_refinement.h"
+
+#include <optional>
+
+namespace haarfield {
+
+/// How a bake shades, in the words of the command line.
+struct BakeOptions {
+    /// Or dense: plain sums, slow; or rays: direct light by Monte Carlo integration. Both add the indirect
+    /// light of `tree`.
+    std::string evaluator = "tree";
+    std::optional<float> refine;  ///< RefinementSettings::tolerance; none: at the fine meshes' vertices.
+    std::optional<std::size_t> vertex_budget;  ///< With `refine`; none: usual_vertex_budget.
+    std::string colours = "sampled";           ///< Or fitted: see fit_radiance.
+    std::vector<std::string> passes;           ///< Of pass_names.
+    std::uint32_t samples = 1024;              ///< At each vertex, by the evaluator rays.
+};
+
+/// The passes that there are: diffuse, indirect, irradiance, occlusion, own-shadow, specular.
+std::vector<std::string> pass_names();
+
+/// Refuses words that are not known, and what can not be had together.
+Result<Done> check_bake(const BakeOptions& options);
+
+/// The default of RefinementSettings, or half as many vertices again as the models' surfaces have in all
+/// instances: so that fine models leave some for where the radiance changes.
+std::size_t usual_vertex_budget(const SceneEntities& entities);
+
+/// How a refinement ended: see Refinement.
+struct RefinementOutcome {
+    std::size_t vertex_budget = 0;  ///< That it had.
+    float largest_error = 0;
+    std::size_t shaded_points = 0;
+    int rounds = 0;
+};
+
+/// What bounces came to: see IndirectLight.
+struct BounceOutcome {
+    int computed = 0;
+    double left_out = 0;
+    std::size_t matrix_bytes = 0;
+};
+
+/// A pass of a bake.
+struct BakedPass {
+    std::string name;                      ///< Of pass_names.
+    SceneRadiance values;                  ///< For meshes.
+    std::vector<SeenRadiance> seen;        ///< For POV-Ray, of the instances that follow.
+    std::vector<BakedInstance> instances;  ///< As POV-Ray is to show the pass.
+    bool has_environment = false;          ///< Whether the environment is behind it.
+};
+
+/// The scene's instances as they are written, with what they refer to.
+struct BakedScene {
+    std::vector<RadiantMesh> refined;  ///< By instance; empty if the entities' fine meshes serve.
+    SceneRadiance fine;                ///< Of the fine meshes, by instance; or empty.
+    std::vector<SeenRadiance> seen;    ///< By instance; empty where surfaces are plain.
+    std::vector<BakedPass> passes;
+    std::vector<BakedInstance> instances;
+    std::optional<RefinementOutcome> refinement;  ///< If it was asked for.
+    std::optional<BounceOutcome> bounces;         ///< If there are any.
+};
+
+/// Shades a scene.
+///
+/// scene, entities  must outlive the result, and `shaded` is made of them.
+/// options          check_bake finds nothing wrong (asserted).
+/// errors           interrupted.
+Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
+                               const RenderSettings& settings, const BakeOptions& options,
+                               const Progress& progress = {});
+
+}  // namespace haarfield
