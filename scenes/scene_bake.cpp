@@ -6,7 +6,6 @@
 #include "shading/bake/dense_renderer.h"
 #include "shading/bake/ray_renderer.h"
 #include "shading/bake/render_passes.h"
-#include "shading/scene/shared_shading.h"
 
 #include <fmt/format.h>
 
@@ -32,9 +31,10 @@ Result<Done> shade_fine(const PointShading& direct, const BakeOptions& options,
         baked.fine = std::move(*radiance);
         return Done{};
     }
-    Result<SceneRadiance> radiance = options.evaluator == "rays"
-                                         ? ray_scene_radiance(direct.scene, options.samples, progress)
-                                         : dense_scene_radiance(direct.scene, direct.settings, progress);
+    Result<SceneRadiance> radiance =
+        options.evaluator == "rays"
+            ? ray_scene_radiance(direct.scene, options.samples, progress, direct.sharing)
+            : dense_scene_radiance(direct.scene, direct.settings, progress, direct.sharing);
     if (!radiance) return radiance.error();
     baked.fine = std::move(*radiance);
     if (direct.settings.bounces.most == 0) return Done{};
@@ -127,7 +127,7 @@ Result<Done> add_instances(const Scene& scene, const SceneEntities& entities, co
         if (!found) return found.error();
         highlights = std::move(*found);
     }
-    if (has_share_alone()) return Done{};
+    if (is_partial(shading.sharing)) return Done{};
     baked.instances = seen_instances(scene, entities, shaded, highlights, baked.seen);
     return Done{};
 }
@@ -194,7 +194,7 @@ Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const
         options.evaluator == "rays" ? options.samples : 0};
     Result<std::vector<SceneRadiance>> values = render_passes(bake, shaded.radiance, wanted, progress);
     if (!values) return values.error();
-    if (has_share_alone()) return Done{};
+    if (is_partial(shading.sharing)) return Done{};
     auto next = values->begin();
     for (const std::string& name : options.passes) {
         SceneRadiance own = std::move(*next++), highlights(baked.instances.size());
@@ -248,18 +248,18 @@ Result<Done> check_bake(const BakeOptions& options) {
 
 Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
                                const RenderSettings& settings, const BakeOptions& options,
-                               const Progress& progress) {
+                               const Progress& progress, const PointSharing* sharing) {
     const Result<ShadingGeometry> geometry = shading_geometry(shaded, settings, progress);
     if (!geometry) return geometry.error();
     const SceneLight light = scene_light(shaded, settings, progress.stop);
-    PointShading shading{shaded, *geometry, light, settings};
+    PointShading shading{shaded, *geometry, light, settings, nullptr, nullptr, sharing};
     BakedScene baked;
     std::optional<IndirectLight> indirect;
     const bool is_fine = !options.refine && options.colours == "sampled";
     if (is_fine) {
         if (const Result<Done> done = shade_fine(shading, options, indirect, progress, baked); !done)
             return done.error();
-        if (settings.bounces.most > 0 && has_share_alone()) return baked;
+        if (settings.bounces.most > 0 && is_partial(sharing)) return baked;
     } else if (settings.bounces.most > 0) {
         Result<IndirectLight> found = scene_indirect_light(shading, progress);
         if (!found) return found.error();
@@ -267,6 +267,7 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
     }
     if (indirect) {
         shading.indirect = &*indirect;
+        shading.sharing = nullptr;  // a process with indirect light has all points
         baked.bounces = BounceOutcome{indirect->bounces, indirect->left_out, indirect->transport_bytes};
     }
     if (!is_fine)

@@ -70,9 +70,10 @@ struct BakedScene {
 ///
 /// scene, entities  must outlive the result, and `shaded` is made of them.
 /// options          check_bake finds nothing wrong (asserted).
+/// sharing          null: this process shades all points. If it is partial, the result is of no use.
 /// errors           interrupted.
 Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
                                const RenderSettings& settings, const BakeOptions& options,
-                               const Progress& progress = {});
+                               const Progress& progress = {}, const PointSharing* sharing = nullptr);
 
 }  // namespace haarfield

@@ -269,22 +269,25 @@ TEST(Renderer, AShareHasWhatTheWholeHasAndRoomForNoMore) {
     const SceneRadiance whole = example.radiance();
     const std::size_t vertices = whole[0].size(), begin = vertices + vertices / 2, end = 3 * vertices;
     std::vector<Rgb> share;
-    const PointSharing sharing = [&](const SharedLoop& loop) -> Result<Done> {
+    const auto shade_share = [&](const SharedLoop& loop) -> Result<Done> {
         EXPECT_EQ(loop.points, 4 * vertices);
         Result<std::vector<Rgb>> shaded = loop.shaded(begin, end);
         if (!shaded) return shaded.error();
         share = *std::move(shaded);
         return Done{};
     };
-    {
-        const SharedShading shared(sharing, /*has_all=*/false);
-        const SceneRadiance part = example.radiance();
-        EXPECT_TRUE(part[0].empty() && part[3].empty());
-        EXPECT_TRUE(part[2] == whole[2]);
-    }
+    const auto shaded = [&](const PointSharing& sharing) {
+        const RenderSettings settings;
+        const ShadingGeometry geometry = *shading_geometry(example.scene, settings);
+        const SceneLight light = scene_light(example.scene, settings);
+        return *scene_radiance({example.scene, geometry, light, settings, nullptr, nullptr, &sharing});
+    };
+    const SceneRadiance part = shaded({shade_share, /*has_all=*/false});
+    EXPECT_TRUE(part[0].empty() && part[3].empty());
+    EXPECT_TRUE(part[2] == whole[2]);
     ASSERT_EQ(share.size(), end - begin);
-    // The other way round: what was made before is taken, the rest is made.
-    const PointSharing joining = [&](const SharedLoop& loop) -> Result<Done> {
+    // The other process stores the points of the first, and shades the others.
+    const auto join = [&](const SharedLoop& loop) -> Result<Done> {
         loop.take(begin, share);
         for (const auto& [first, last] : {std::pair(std::size_t(0), begin), std::pair(end, loop.points)}) {
             Result<std::vector<Rgb>> shaded = loop.shaded(first, last);
@@ -293,8 +296,7 @@ TEST(Renderer, AShareHasWhatTheWholeHasAndRoomForNoMore) {
         }
         return Done{};
     };
-    const SharedShading shared(joining, /*has_all=*/true);
-    EXPECT_TRUE(example.radiance() == whole);
+    EXPECT_TRUE(shaded({join, /*has_all=*/true}) == whole);
 }
 
 TEST(Renderer, LessDepthIsCoarserButNear) {

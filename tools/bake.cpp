@@ -124,12 +124,12 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     RenderSettings settings = options.settings;
     settings.face_size = options.fields.face_size;
     apply_occlusion(options.occlusion, settings);
-    std::optional<SharedShading> shared;
-    if (context.share) shared.emplace(point_sharing(*context.share), context.share->joins);
     apply_bounces(options.bounces, settings);
     const Stopwatch watch;
-    const Result<BakedScene> baked =
-        baked_scene(*scene, *entities, shaded, settings, options.shading, context.progress);
+    std::optional<PointSharing> sharing;
+    if (context.share) sharing = point_sharing(*context.share);
+    const Result<BakedScene> baked = baked_scene(*scene, *entities, shaded, settings, options.shading,
+                                                 context.progress, sharing ? &*sharing : nullptr);
     if (!baked) return baked.error();
     if (context.share && !context.share->joins) return ExitCode::done;
     if (baked->refinement)

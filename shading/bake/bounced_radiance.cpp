@@ -4,7 +4,6 @@
 #include <cassert>
 
 #include "fields/base/parallel_loop.h"
-#include "shading/scene/shared_shading.h"
 #include "shading/scene/vertex_loop.h"
 #include "shading/visibility/vertex_rows.h"
 
@@ -87,8 +86,7 @@ Result<SceneRadiance> bounced_radiance(const PointShading& direct, std::optional
     if (direct.settings.bounces.most == 0) return scene_radiance(direct, progress);
     Result<RadianceParts> parts = radiance_parts(direct, progress);
     if (!parts) return parts.error();
-    if (has_share_alone()) return std::move(parts->full);
-    end_sharing();  // light that bounces comes from everywhere
+    if (is_partial(direct.sharing)) return std::move(parts->full);
     Result<IndirectLight> found = scene_indirect_light(direct, parts->diffuse, progress);
     if (!found) return found.error();
     indirect = std::move(*found);

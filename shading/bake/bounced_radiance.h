@@ -40,8 +40,8 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Pro
 /// scene_radiance with indirect light, if the settings ask for bounces.
 ///
 /// direct    as above.
-/// indirect  becomes the scene's; nothing if there are no bounces, or the process has only a share of the
-///           shading (has_share_alone). Else a sharing ends with the direct light.
+/// indirect  is set to the scene's indirect light; empty if there are no bounces or the sharing is partial.
+///           Processes share the direct light only.
 Result<SceneRadiance> bounced_radiance(const PointShading& direct, std::optional<IndirectLight>& indirect,
                                        const Progress& progress = {});
 

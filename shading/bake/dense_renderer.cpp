@@ -97,7 +97,7 @@ Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const
 }
 
 Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
-                                           const Progress& progress) {
+                                           const Progress& progress, const PointSharing* sharing) {
     const Result<DenseScene> dense =
         DenseScene::make(scene, settings.face_size, settings.sources, progress.stop);
     if (!dense) return dense.error();
@@ -110,7 +110,7 @@ Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const Rende
                 return shader->radiance(instance, surface_point(entity, vertex));
             };
         },
-        progress);
+        progress, sharing);
 }
 
 }  // namespace haarfield

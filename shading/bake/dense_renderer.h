@@ -73,8 +73,11 @@ Vec3d radiance_from_near(std::span<const PlacedLamp> lamps, const EmitterTree& e
 /// Multiplies visibility by what can be seen past one more occluder.
 void multiply_by_open(std::span<float> visibility, std::span<const std::uint8_t> open_samples);
 
-/// By instance and vertex, as scene_radiance.
+/// Returns radiance by instance and vertex, like scene_radiance.
+///
+/// sharing  null: this process shades all vertices.
 Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
-                                           const Progress& progress = {});
+                                           const Progress& progress = {},
+                                           const PointSharing* sharing = nullptr);
 
 }  // namespace haarfield

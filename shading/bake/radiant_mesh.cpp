@@ -102,9 +102,9 @@ Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<
         for (const std::uint16_t material : meshes[i].mesh->vertex_materials)
             marked.push_back(materials[material]);
     }
-    return vertex_radiance(
-        {shining, shading.geometry, shading.light, shading.settings, nullptr, shading.indirect}, meshes, mask,
-        progress);
+    return vertex_radiance({shining, shading.geometry, shading.light, shading.settings, nullptr,
+                            shading.indirect, shading.sharing},
+                           meshes, mask, progress);
 }
 
 }  // namespace haarfield

@@ -217,7 +217,7 @@ RayEstimate ray_estimate(const RayScene& rays, std::size_t instance, std::uint32
 }
 
 Result<SceneRadiance> ray_scene_radiance(const ShadedScene& scene, std::uint32_t samples,
-                                         const Progress& progress) {
+                                         const Progress& progress, const PointSharing* sharing) {
     const RayScene rays(scene);
     return evaluated_vertices(
         scene,
@@ -227,7 +227,7 @@ Result<SceneRadiance> ray_scene_radiance(const ShadedScene& scene, std::uint32_t
                                     samples, vertex_seed(instance, vertex));
             };
         },
-        progress);
+        progress, sharing);
 }
 
 }  // namespace haarfield

@@ -43,10 +43,13 @@ struct RayEstimate {
 RayEstimate ray_estimate(const RayScene& rays, std::size_t instance, std::uint32_t vertex,
                          std::uint32_t samples, std::uint32_t estimates = 8);
 
-/// By instance and vertex, as scene_radiance. A vertex's samples depend on nothing but its number.
+/// Returns radiance by instance and vertex, like scene_radiance. The samples of a vertex depend only on its
+/// number.
 ///
-/// errors  interrupted.
+/// sharing  null: this process shades all vertices.
+/// errors   interrupted.
 Result<SceneRadiance> ray_scene_radiance(const ShadedScene& scene, std::uint32_t samples,
-                                         const Progress& progress = {});
+                                         const Progress& progress = {},
+                                         const PointSharing* sharing = nullptr);
 
 }  // namespace haarfield

@@ -46,8 +46,9 @@ Result<SceneRadiance> fitted_radiance(const PointShading& shading, std::span<con
 /// shading, meshes  of a scene that is a variation of the bake's.
 Result<SceneRadiance> radiance_as(const PassShading& bake, const PointShading& shading,
                                   std::span<const SampledMesh> meshes, const Progress& progress) {
-    if (bake.ray_samples > 0) return ray_scene_radiance(shading.scene, bake.ray_samples, progress);
-    if (bake.dense) return dense_scene_radiance(shading.scene, shading.settings, progress);
+    if (bake.ray_samples > 0)
+        return ray_scene_radiance(shading.scene, bake.ray_samples, progress, shading.sharing);
+    if (bake.dense) return dense_scene_radiance(shading.scene, shading.settings, progress, shading.sharing);
     if (meshes.empty()) return scene_radiance(shading, progress);
     Result<SceneRadiance> radiance = vertex_radiance(shading, meshes, {}, progress);
     if (!radiance || !bake.fitted) return radiance;
@@ -57,19 +58,20 @@ Result<SceneRadiance> radiance_as(const PassShading& bake, const PointShading& s
 /// The same of the scene with other materials.
 Result<SceneRadiance> radiance_of(const PassShading& bake, const ShadedScene& scene,
                                   const Progress& progress) {
-    const auto& [own, geometry, light, settings, visibility, indirect] = bake.shading;
-    return radiance_as(bake, {scene, geometry, light, settings, visibility, indirect}, bake.meshes, progress);
+    const auto& [own, geometry, light, settings, visibility, indirect, sharing] = bake.shading;
+    return radiance_as(bake, {scene, geometry, light, settings, visibility, indirect, sharing}, bake.meshes,
+                       progress);
 }
 
 /// Under light of radiance 1 from everywhere, white paint has the share of it that is open.
 Result<SceneRadiance> openness(const PassShading& bake, const Progress& progress) {
-    const auto& [own, geometry, own_light, settings, visibility, indirect] = bake.shading;
+    const auto& [own, geometry, own_light, settings, visibility, indirect, sharing] = bake.shading;
     ShadedScene scene = in_white_paint(own);
     scene.lamps.clear();
     scene.environment = LatLongImage{4, 2, std::vector<Rgb>(8, Rgb(1.0f))};
     const SceneLight light = scene_light(scene.environment, settings, progress.stop);
-    Result<SceneRadiance> open =
-        radiance_as(bake, {scene, geometry, light, settings, visibility}, bake.meshes, progress);
+    Result<SceneRadiance> open = radiance_as(
+        bake, {scene, geometry, light, settings, visibility, nullptr, sharing}, bake.meshes, progress);
     if (!open) return open;
     for (std::vector<Rgb>& values : *open)
         for (Rgb& value : values)
@@ -114,7 +116,8 @@ Result<SceneRadiance> radiance_alone(const PassShading& bake, const ShadedScene&
             const auto mesh =
                 bake.meshes.empty() ? std::span<const SampledMesh>() : bake.meshes.subspan(i, 1);
             Result<SceneRadiance> radiance =
-                radiance_as(bake, {alone, *geometry, light, settings}, mesh, progress);
+                radiance_as(bake, {alone, *geometry, light, settings, nullptr, nullptr, bake.shading.sharing},
+                            mesh, progress);
             if (!radiance) return radiance;
             result[i] = std::move(radiance->front());
         }

@@ -8,7 +8,6 @@
 #include "shading/bake/emitter_light.h"
 #include "shading/bake/lamp_light.h"
 #include "shading/bake/source_light.h"
-#include "shading/scene/shared_shading.h"
 #include "shading/scene/vertex_loop.h"
 #include "shading/walk/vertex_shading.h"
 
@@ -139,14 +138,15 @@ Result<Done> shade_vertices(const PointShading& shading, SceneRadiance& radiance
             },
             "shading", progress);
     };
-    if (const Result<Done> shaded = share_vertices(scene, orders, radiance, shade); !shaded)
+    if (const Result<Done> shaded = share_vertices(shading.sharing, scene, orders, radiance, shade); !shaded)
         return shaded.error();
     // The same loop has found the diffuse part, where it has shaded.
     const auto found = [](const VertexMask*) -> Result<Done> { return Done{}; };
     if (diffuse)
-        if (const Result<Done> shared = share_vertices(scene, orders, *diffuse, found); !shared)
+        if (const Result<Done> shared = share_vertices(shading.sharing, scene, orders, *diffuse, found);
+            !shared)
             return shared.error();
-    if (has_share_alone()) return Done{};
+    if (is_partial(shading.sharing)) return Done{};
     for (SceneRadiance* values : {&radiance, diffuse})
         for (std::size_t i = 0; values && i < values->size(); ++i)
             shading.geometry.entities[scene.instances[i].entity].fill((*values)[i]);
@@ -220,7 +220,8 @@ Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<c
             },
             "shading", counted_by(run, last_point - first_point, progress));
     };
-    if (const Result<Done> shaded = share_points(radiance, shade); !shaded) return shaded.error();
+    if (const Result<Done> shaded = share_points(shading.sharing, radiance, shade); !shaded)
+        return shaded.error();
     return radiance;
 }
 

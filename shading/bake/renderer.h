@@ -5,6 +5,7 @@
 #include "fields/base/result.h"
 #include "shading/bounces/indirect_light.h"
 #include "shading/scene/scene_light.h"
+#include "shading/scene/shared_shading.h"
 #include "shading/visibility/kept_visibility.h"
 #include "shading/walk/vertex_shading.h"
 
@@ -25,14 +26,15 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view);
 Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
                                      const Progress& progress = {});
 
-/// What is shaded, and what it is shaded with; all of it must outlive the shading.
+/// The inputs of a shading, all of which must outlive it.
 struct PointShading {
     const ShadedScene& scene;
     const ShadingGeometry& geometry;
     const SceneLight& light;
     const RenderSettings& settings;
-    const KeptVisibility* visibility = nullptr;  ///< Of the scene's vertices; null: they look round anew.
-    const IndirectLight* indirect = nullptr;     ///< Null: direct light alone.
+    const KeptVisibility* visibility = nullptr;  ///< Cached visibility of the vertices; null: it is sampled.
+    const IndirectLight* indirect = nullptr;     ///< Null: direct light only.
+    const PointSharing* sharing = nullptr;       ///< Null: this process shades all points.
 };
 
 /// The same for new light or a new eye, with what does not depend on them made once: with the same bits,

@@ -1,13 +1,12 @@
 #include "shading/bake/vertex_evaluation.h"
 
-#include "shading/scene/shared_shading.h"
 #include "shading/visibility/buried_fill.h"
 
 namespace haarfield {
 
 Result<SceneRadiance> evaluated_vertices(const ShadedScene& scene,
                                          const std::function<VertexEvaluation()>& make,
-                                         const Progress& progress) {
+                                         const Progress& progress, const PointSharing* sharing) {
     std::vector<std::vector<std::uint32_t>> orders;
     for (const ShadedEntity& entity : scene.entities) orders.push_back(spatial_order(entity.mesh->positions));
     const std::vector<std::span<const std::uint32_t>> order_spans(orders.begin(), orders.end());
@@ -27,9 +26,9 @@ Result<SceneRadiance> evaluated_vertices(const ShadedScene& scene,
             },
             "shading", progress);
     };
-    if (const Result<Done> shaded = share_vertices(scene, order_spans, radiance, shade); !shaded)
+    if (const Result<Done> shaded = share_vertices(sharing, scene, order_spans, radiance, shade); !shaded)
         return shaded.error();
-    if (has_share_alone()) return radiance;
+    if (is_partial(sharing)) return radiance;
     for (std::size_t i = 0; i < radiance.size(); ++i) {
         const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
         BuriedFill(*entity.mesh, entity.occlusion->samples().buried)(radiance[i]);

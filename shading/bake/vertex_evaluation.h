@@ -3,20 +3,20 @@
 
 #include <functional>
 
-#include "shading/scene/vertex_loop.h"
+#include "shading/scene/shared_shading.h"
 
 namespace haarfield {
 
 /// The radiance of a vertex of an instance.
 using VertexEvaluation = std::function<Rgb(std::size_t instance, std::uint32_t vertex)>;
 
-/// Evaluates the vertices that are not buried, and fills in the others (BuriedFill). Processes share them as
-/// SharedShading has it.
+/// Evaluates the vertices that are not buried, and fills in the others (BuriedFill).
 ///
-/// make    makes an evaluation for one thread.
-/// errors  interrupted.
+/// make     returns an evaluation for one thread.
+/// sharing  null: this process evaluates all vertices.
+/// errors   interrupted.
 Result<SceneRadiance> evaluated_vertices(const ShadedScene& scene,
                                          const std::function<VertexEvaluation()>& make,
-                                         const Progress& progress);
+                                         const Progress& progress, const PointSharing* sharing);
 
 }  // namespace haarfield

@@ -1,23 +1,11 @@
 #include "shading/scene/shared_shading.h"
 
 #include <algorithm>
-#include <cassert>
-#include <utility>
 
 namespace haarfield {
 namespace {
 
-PointSharing& process_sharing() {
-    static PointSharing sharing;
-    return sharing;
-}
-
-bool& process_has_all() {
-    static bool has_all = true;
-    return has_all;
-}
-
-/// The vertices of a scene in their order.
+/// Numbers of the vertices of a scene.
 class VertexNumbers {
 public:
     VertexNumbers(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders)
@@ -27,7 +15,7 @@ public:
     }
     std::size_t count() const { return first_.back(); }
 
-    /// Calls `visit(instance, vertices)` for runs of them, from number `begin` up to, but not at, `end`.
+    /// Calls `visit(instance, vertices)` for runs of the vertices with numbers in [begin, end).
     template <class Visit>
     void visit(std::size_t begin, std::size_t end, const Visit& visit) const {
         auto instance =
@@ -43,61 +31,39 @@ public:
 private:
     const ShadedScene& scene_;
     std::span<const std::span<const std::uint32_t>> orders_;
-    std::vector<std::size_t> first_{0};  // by instance; behind them the count
+    std::vector<std::size_t> first_{0};  // by instance; the last value is the count
 };
 
 }  // namespace
 
-SharedShading::SharedShading(PointSharing sharing, bool has_all) {
-    assert(!process_sharing());
-    process_sharing() = std::move(sharing);
-    process_has_all() = has_all;
-}
-
-void end_sharing() {
-    assert(!has_share_alone());
-    // Whoever shades beside others may end it, too: but not write where they read.
-    if (process_sharing()) process_sharing() = {};
-}
-
-bool has_share_alone() {
-    return process_sharing() && !process_has_all();
-}
-
-SharedShading::~SharedShading() {
-    process_sharing() = {};
-    process_has_all() = true;
-}
-
-Result<Done> share_points(std::span<Rgb> radiance,
+Result<Done> share_points(const PointSharing* sharing, std::span<Rgb> radiance,
                           const std::function<Result<Done>(std::size_t begin, std::size_t end)>& shade) {
-    const PointSharing& sharing = process_sharing();
     if (!sharing) return shade(0, radiance.size());
-    return sharing({radiance.size(),
-                    [&](std::size_t begin, std::size_t end) -> Result<std::vector<Rgb>> {
-                        if (Result<Done> shaded = shade(begin, end); !shaded) return shaded.error();
-                        const std::span<const Rgb> made = radiance.subspan(begin, end - begin);
-                        return std::vector<Rgb>(made.begin(), made.end());
-                    },
-                    [&](std::size_t begin, std::span<const Rgb> values) {
-                        std::ranges::copy(values, radiance.subspan(begin).begin());
-                    }});
+    return sharing->run({radiance.size(),
+                         [&](std::size_t begin, std::size_t end) -> Result<std::vector<Rgb>> {
+                             if (Result<Done> shaded = shade(begin, end); !shaded) return shaded.error();
+                             const std::span<const Rgb> made = radiance.subspan(begin, end - begin);
+                             return std::vector<Rgb>(made.begin(), made.end());
+                         },
+                         [&](std::size_t begin, std::span<const Rgb> values) {
+                             std::ranges::copy(values, radiance.subspan(begin).begin());
+                         }});
 }
 
-Result<Done> share_vertices(const ShadedScene& scene, std::span<const std::span<const std::uint32_t>> orders,
-                            SceneRadiance& radiance,
+Result<Done> share_vertices(const PointSharing* sharing, const ShadedScene& scene,
+                            std::span<const std::span<const std::uint32_t>> orders, SceneRadiance& radiance,
                             const std::function<Result<Done>(const VertexMask* wanted)>& shade) {
     radiance.resize(scene.instances.size());
     const auto make_room = [&](std::size_t instance) {
         const std::size_t vertices = scene.entities[scene.instances[instance].entity].mesh->positions.size();
         if (radiance[instance].size() != vertices) radiance[instance].assign(vertices, Rgb(0.0f));
     };
-    if (!process_sharing()) {
+    if (!sharing) {
         for (std::size_t i = 0; i < radiance.size(); ++i) make_room(i);
         return shade(nullptr);
     }
     const VertexNumbers numbers(scene, orders);
-    return process_sharing()(
+    return sharing->run(
         {numbers.count(),
          [&](std::size_t begin, std::size_t end) -> Result<std::vector<Rgb>> {
              VertexMask wanted(scene.instances.size());

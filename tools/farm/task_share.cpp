@@ -92,7 +92,7 @@ std::string part_folder(std::size_t k) {
 }
 
 PointSharing point_sharing(TaskShare& share) {
-    return [&share, number = std::make_shared<int>(0)](const SharedLoop& loop) -> Result<Done> {
+    const auto run = [&share, number = std::make_shared<int>(0)](const SharedLoop& loop) -> Result<Done> {
         const std::string name = fmt::format("points of loop {}", (*number)++);
         if (!share.joins) {
             const auto [begin, end] = share.range(loop.points);
@@ -124,6 +124,7 @@ PointSharing point_sharing(TaskShare& share) {
         }
         return Done{};
     };
+    return {run, share.joins};
 }
 
 std::size_t most_reference_parts(int height) {
