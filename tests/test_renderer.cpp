@@ -276,13 +276,14 @@ TEST(Renderer, AShareHasWhatTheWholeHasAndRoomForNoMore) {
         share = *std::move(shaded);
         return Done{};
     };
-    const auto shaded = [&](const PointSharing& sharing) {
-        const RenderSettings settings;
+    const auto radiance_with = [&](const PointSharing& sharing) {
+        RenderSettings settings;
+        settings.face_size = ExampleScene::size;
         const ShadingGeometry geometry = *shading_geometry(example.scene, settings);
         const SceneLight light = scene_light(example.scene, settings);
         return *scene_radiance({example.scene, geometry, light, settings, nullptr, nullptr, &sharing});
     };
-    const SceneRadiance part = shaded({shade_share, /*has_all=*/false});
+    const SceneRadiance part = radiance_with({shade_share, /*has_all=*/false});
     EXPECT_TRUE(part[0].empty() && part[3].empty());
     EXPECT_TRUE(part[2] == whole[2]);
     ASSERT_EQ(share.size(), end - begin);
@@ -296,7 +297,7 @@ TEST(Renderer, AShareHasWhatTheWholeHasAndRoomForNoMore) {
         }
         return Done{};
     };
-    EXPECT_TRUE(shaded({join, /*has_all=*/true}) == whole);
+    EXPECT_TRUE(radiance_with({join, /*has_all=*/true}) == whole);
 }
 
 TEST(Renderer, LessDepthIsCoarserButNear) {

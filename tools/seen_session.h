@@ -34,6 +34,7 @@ public:
     const Vec3f& eye() const { return all_.eye(); }
     const std::vector<ShadedInstance>& instances() const { return all_.instances(); }
     std::size_t transfer_bytes() const;
+    bool lacks_reflections() const { return all_.lacks_reflections(); }
     /// @}
 
     /// Takes over the entities' materials. False if the session is of no use any more: surfaces part their

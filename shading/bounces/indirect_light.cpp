@@ -5,13 +5,11 @@
 #include <algorithm>
 #include <cassert>
 
-#include "shading/bounces/cosine_directions.h"
+#include "shading/bounces/lobe_rays.h"
 #include "shading/scene/vertex_loop.h"
 
 namespace haarfield {
 namespace {
-
-constexpr std::uint32_t lobe_rays = 24;
 
 Rgb between(const std::vector<Rgb>& values, const Mesh& mesh, const SurfaceHit& hit) {
     const std::array<float, 3> weights = hit.weights();
@@ -122,37 +120,12 @@ Rgb IndirectLight::irradiance_at(const ShadedScene& scene, std::size_t instance,
 
 Rgb IndirectLight::highlights(const ShadedScene& scene, const Vec3f& from, const VertexBrdf& brdf) const {
     Rgb sum(0.0f);
-    if (brdf.specular == Rgb(0.0f)) return sum;
-    const Vec3f& normal = brdf.normal;
-    // What the direction adds, where it was drawn with the density of the lobe itself.
-    const auto add = [&](const Vec3f& direction, float weight) {
-        const float cosine = normal.dot(direction);
-        if (!(cosine > 0)) return;
-        const std::optional<SurfaceHit> hit = surface->first_hit(scene, from, direction);
+    visit_lobe_rays(brdf, [&](const LobeRay& ray) {
+        const std::optional<SurfaceHit> hit = surface->first_hit(scene, from, ray.direction);
         if (!hit || hit->is_back) return;
-        if (brdf.cosine_weighted) weight *= cosine;
-        Rgb tint(1.0f);
-        if (brdf.metallic != Rgb(0.0f))
-            tint -= brdf.metallic * (1 - static_cast<float>(metallic_fresnel(double(cosine))));
-        sum += between(radiance[hit->instance], mesh_of(scene, hit->instance), *hit) * tint * weight;
-    };
-    constexpr float round = static_cast<float>(2 * pi) / lobe_rays;
-    if (brdf.phong > 0) {
-        const Axes<Vec3f> axes = axes_across(brdf.mirror);
-        for (std::uint32_t k = 0; k < lobe_rays; ++k)
-            add(power_direction(sobol_point(k), brdf.shininess, brdf.mirror, axes),
-                brdf.phong * round / (brdf.shininess + 1));
-    }
-    if (brdf.blinn > 0) {
-        const Vec3f eye = normal * (2 * normal.dot(brdf.mirror)) - brdf.mirror;
-        const Axes<Vec3f> axes = axes_across(normal);
-        for (std::uint32_t k = 0; k < lobe_rays; ++k) {
-            const Vec3f half = power_direction(sobol_point(k), brdf.blinn_exponent, normal, axes);
-            const float along = half.dot(eye);
-            if (along > 0)
-                add(half * (2 * along) - eye, brdf.blinn * 4 * along * round / (brdf.blinn_exponent + 1));
-        }
-    }
+        const Rgb tint = Rgb(1.0f) - brdf.metallic * ray.metallic;
+        sum += between(radiance[hit->instance], mesh_of(scene, hit->instance), *hit) * tint * ray.weight;
+    });
     return sum * brdf.specular;
 }
 

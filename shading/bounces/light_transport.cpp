@@ -31,17 +31,6 @@ float scattered(std::uint64_t x) {
     return float(x >> 40) / float(1 << 24);
 }
 
-/// Of vertices, by entity: their place in the order of rows.
-std::vector<std::vector<std::uint32_t>> places(const ShadedScene& scene, const ShadingGeometry& geometry) {
-    std::vector<std::vector<std::uint32_t>> result;
-    for (std::size_t e = 0; e < scene.entities.size(); ++e) {
-        const std::vector<std::uint32_t>& order = geometry.entities[e].order;
-        std::vector<std::uint32_t>& place = result.emplace_back(order.size());
-        for (std::uint32_t k = 0; k < order.size(); ++k) place[order[k]] = k;
-    }
-    return result;
-}
-
 }  // namespace
 
 LightTransport::Neighbours LightTransport::neighbours(const ShadedEntity& entity,
@@ -111,7 +100,7 @@ Result<Done> LightTransport::shoot(const ShadedScene& scene, const ShadingGeomet
                                    const FineSurface& surface, std::span<const std::uint16_t> directions,
                                    const Progress& progress) {
     const VertexRows rows(scene, geometry);
-    const std::vector<std::vector<std::uint32_t>> place = places(scene, geometry);
+    const std::vector<std::vector<std::uint32_t>> place = row_places(scene, geometry);
     // Appends what a row meets.
     const auto shoot_row = [&](std::size_t row, std::uint32_t count, std::vector<std::uint32_t>& sources) {
         const InstanceVertex at = rows[row];

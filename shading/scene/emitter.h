@@ -17,6 +17,8 @@ namespace haarfield {
 struct Emitter {
     std::array<Vec3f, 3> corners;  ///< Counter-clockwise, seen from where it shines. [m]
     Rgb radiance{0, 0, 0};         ///< >= 0. [W/(m^2 sr)]
+
+    bool operator==(const Emitter&) const = default;
 };
 
 /// A scene's emitters in the world, so that those which are far from a point can be taken together.

@@ -37,6 +37,8 @@ struct Material {
     float metallic = 0;       ///< In [0, 1].
     Rgb pigment{1, 1, 1};     ///< What metallic highlights are tinted with; diffuse is a multiple of it.
     /// @}
+
+    bool operator==(const Material&) const = default;
 };
 
 /// By how much a metal's highlight has the colour of the light rather than its own: 0 where light comes along

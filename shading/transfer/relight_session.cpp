@@ -12,13 +12,13 @@
 namespace haarfield {
 namespace {
 
-constexpr int lights_while_moving = 4;     ///< A source.
-constexpr float frame_tolerance = 0.01f;   ///< Of bounces.
-constexpr int frame_smoothing = 4;         ///< Steps.
+constexpr int lights_while_moving = 4;     ///< Of a source.
+constexpr float moving_tolerance = 0.01f;  ///< Of bounces.
+constexpr int smoothing_while_moving = 4;  ///< Steps.
 constexpr double step = 0.03, leap = 0.1;  ///< Changes of direct light from one frame to the next.
 
-/// How much of its whole radiance by row differs from another's: of some rows where there are many, of which
-/// neighbours are much alike. Infinite if there is none.
+/// Returns the relative difference between two radiances by row, of a sample of the rows if there are many.
+/// Infinite if one radiance does not exist.
 double relative_change(std::span<const Rgb> radiance, std::span<const Rgb> other) {
     if (radiance.size() != other.size()) return INFINITY;
     constexpr std::size_t many = 1 << 16;
@@ -31,7 +31,7 @@ double relative_change(std::span<const Rgb> radiance, std::span<const Rgb> other
     return whole > 0 ? difference / whole : INFINITY;
 }
 
-/// Acts on all numbers below a count, in parallel.
+/// Calls `act` for all numbers below a count, in parallel.
 template <class Act>
 void for_rows(std::size_t count, const Act& act) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4096), [&](const auto& range) {
@@ -39,82 +39,144 @@ void for_rows(std::size_t count, const Act& act) {
     });
 }
 
+/// True if instances are equal, except the translation and scale of one.
+bool differ_in_place_only(std::span<const ShadedInstance> before, std::span<const ShadedInstance> now,
+                          std::size_t moving) {
+    if (before.size() != now.size()) return false;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+        ShadedInstance moved = before[i];
+        if (i == moving) {
+            moved.placement.translate = now[i].placement.translate;
+            moved.placement.scale = now[i].placement.scale;
+        }
+        if (moved != now[i]) return false;
+    }
+    return true;
+}
+
+bool has_specular(const ShadedScene& scene) {
+    return std::ranges::any_of(scene.entities, [](const ShadedEntity& entity) {
+        return std::ranges::any_of(entity.materials,
+                                   [](const Material& material) { return material.specular != Rgb(0.0f); });
+    });
+}
+
 }  // namespace
 
 RelightSession::RelightSession(ShadedScene scene, const RenderSettings& settings,
                                const TransferSettings& transfer)
-    : settings_(settings),
-      transfer_settings_(transfer),
-      scene_(std::move(scene)),
-      environment_(scene_.environment) {}
+    : transfer_settings_(transfer), cached_occlusion_(settings.occlusion) {
+    inputs_.environment = scene.environment;
+    inputs_.scene = std::move(scene);
+    inputs_.settings = settings;
+}
 
 Result<const DenseCoefficients*> RelightSession::light(const Progress& progress) {
-    if (!light_) {
-        const Result<const RgbCubemapTree*> tree = light_tree(progress);
-        if (!tree) return tree.error();
-        light_ = dense_coefficients(**tree, settings_.face_size);
-    }
-    return &*light_;
+    if (inputs_.shown_light) return &inputs_.shown_light->smooth;
+    if (const DenseCoefficients* known = light_.find(inputs_)) return known;
+    const Result<const RgbCubemapTree*> tree = light_tree(progress);
+    if (!tree) return tree.error();
+    return &light_.store(dense_coefficients(**tree, inputs_.settings.face_size), inputs_);
 }
 
 Result<const RgbCubemapTree*> RelightSession::light_tree(const Progress& progress) {
-    if (!light_tree_) {
-        if (!turnable_) {
-            TurnableLight made = turnable_light(split().smooth, settings_.face_size, progress.stop);
-            if (progress.stop.stop_requested()) return Error{"", interrupted};
-            turnable_ = std::move(made);
-        }
-        light_tree_ = haar_cubemap<Rgb>(turned_lighting_texels(*turnable_, rotation_), settings_.face_size,
-                                        Truncation{settings_.light_coefficients});
+    if (const RgbCubemapTree* known = light_tree_.find(inputs_)) return known;
+    const int face_size = inputs_.settings.face_size;
+    const TurnableLight* turnable = turnable_.find(inputs_);
+    if (!turnable) {
+        TurnableLight made = turnable_light(split().smooth, face_size, progress.stop);
+        if (progress.stop.stop_requested()) return Error{"", interrupted};
+        turnable = &turnable_.store(std::move(made), inputs_);
     }
-    return &*light_tree_;
+    return &light_tree_.store(haar_cubemap<Rgb>(turned_lighting_texels(*turnable, inputs_.rotation),
+                                                face_size, Truncation{inputs_.settings.light_coefficients}),
+                              inputs_);
 }
 
-Environment RelightSession::shown_environment(const std::stop_token& stop) const {
-    return is_identity(rotation_) ? environment_ : turned_environment(environment_, rotation_, stop);
+Environment RelightSession::rotated_environment(const std::stop_token& stop) const {
+    return is_identity(inputs_.rotation) ? inputs_.environment
+                                         : turned_environment(inputs_.environment, inputs_.rotation, stop);
 }
 
 const SplitLight& RelightSession::split() {
-    if (!split_) split_ = split_light(environment_, settings_.sources);
-    return *split_;
+    if (const SplitLight* known = split_.find(inputs_)) return *known;
+    return split_.store(split_light(inputs_.environment, inputs_.settings.sources), inputs_);
+}
+
+double RelightSession::light_unevenness() {
+    if (inputs_.settings.occlusion != Occlusion::automatic) return 1;
+    if (const double* known = unevenness_.find(inputs_)) return *known;
+    return unevenness_.store(unevenness(split().smooth), inputs_);
 }
 
 std::vector<LightSource> RelightSession::turned_sources() {
     std::vector<LightSource> sources = split().sources;
     for (LightSource& source : sources)
         for (auto* lights : {&source.lights, &source.parts})
-            for (DirectionalLight& light : *lights) light.direction = rotation_(light.direction);
+            for (DirectionalLight& light : *lights) light.direction = inputs_.rotation(light.direction);
     return sources;
 }
 
 std::vector<DirectionalLight> RelightSession::source_lights(FrameQuality quality) {
-    if (shown_lights_) return *shown_lights_;
+    if (inputs_.shown_light) return inputs_.shown_light->lights;
     if (quality == FrameQuality::still) return all_lights(turned_sources());
     std::vector<DirectionalLight> lights;
     for (const LightSource& source : split().sources)
         for (DirectionalLight light : few_lights(source.lights, lights_while_moving)) {
-            light.direction = rotation_(light.direction);
+            light.direction = inputs_.rotation(light.direction);
             lights.push_back(light);
         }
     return lights;
 }
 
+void RelightSession::adapt_geometry() {
+    adapt_to_light(scene(), inputs_.settings, light_unevenness(), *geometry_);
+}
+
 Result<const ShadingGeometry*> RelightSession::current_geometry(const Progress& progress) {
-    const bool is_automatic = settings_.occlusion == Occlusion::automatic;
-    if (is_automatic && !unevenness_) unevenness_ = unevenness(split().smooth);
     if (!geometry_) {
         Result<ShadingGeometry> made =
-            shading_geometry(scene_, settings_, is_automatic ? *unevenness_ : 1, progress);
+            shading_geometry(scene(), inputs_.settings, light_unevenness(), progress);
         if (!made) return made.error();
         geometry_ = std::move(*made);
     } else {
-        if (!is_placed_)
-            if (const Result<Done> placed = place_instances(scene_, *geometry_, progress); !placed)
+        if (!placed_.find(inputs_))
+            if (const Result<Done> placed = place_instances(scene(), *geometry_, progress); !placed)
                 return placed.error();
-        if (is_automatic) adapt_to_light(scene_, settings_, *unevenness_, *geometry_);
+        adapt_geometry();
     }
-    is_placed_ = true;
+    placed_.store({}, inputs_);
     return &*geometry_;
+}
+
+Result<const BounceRays*> RelightSession::current_rays(const Progress& progress) {
+    if (const BounceRays* known = rays_.find(inputs_)) return known;
+    Result<BounceRays> made = bounce_rays(scene(), *geometry_, inputs_.settings, progress, rays_.last());
+    if (!made) return made.error();
+    return &rays_.store(std::move(*made), inputs_);
+}
+
+Result<const SpecularHits*> RelightSession::current_hits(const Progress& progress) {
+    if (const SpecularHits* known = hits_.find(inputs_)) return known;
+    const Result<const BounceRays*> rays = current_rays(progress);
+    if (!rays) return rays.error();
+    Result<SpecularHits> made = SpecularHits::make(scene(), *geometry_, *(*rays)->surface, nullptr, progress);
+    if (!made) return made.error();
+    return &hits_.store(std::move(*made), inputs_);
+}
+
+Result<const KeptVisibility*> RelightSession::cached_visibility(const Progress& progress) {
+    const RenderSettings& settings = inputs_.settings;
+    if (settings.occlusion != cached_occlusion_ || settings.kept_bytes == 0) return nullptr;
+    if (const KeptVisibility* known = cached_visibility_.find(inputs_)) return known;
+    Result<KeptVisibility> made = KeptVisibility::make(scene(), *geometry_, settings.kept_bytes, progress);
+    if (!made) return made.error();
+    return &cached_visibility_.store(std::move(*made), inputs_);
+}
+
+LampFrames& RelightSession::lamp_frames() {
+    if (LampFrames* known = lamp_frames_.find(inputs_)) return *known;
+    return lamp_frames_.store({}, inputs_);
 }
 
 Result<Done> RelightSession::prepare(const Progress& progress) {
@@ -126,36 +188,36 @@ Result<Done> RelightSession::prepare(const Progress& progress) {
 }
 
 Result<Done> RelightSession::vary_light(const Progress& progress) {
+    const RenderSettings& settings = inputs_.settings;
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
     const Result<const DenseCoefficients*> typical = light(progress);
     if (!typical) return typical.error();
     Result<LightTransfer> made =
-        light_transfer(scene_, **geometry, settings_, transfer_settings_, **typical, progress);
+        light_transfer(scene(), **geometry, settings, transfer_settings_, **typical, progress);
     if (!made) return made.error();
-    std::optional<LightTransport> refined;
-    if (settings_.bounces.most > 0) {
+    LightFrames frames{std::move(*made), {}, {}, {}, {}, {}, {}, {}};
+    if (settings.bounces.most > 0) {
         const Result<const BounceRays*> rays = current_rays(progress);
         if (!rays) return rays.error();
         std::vector<Rgb> radiance, diffuse;
         const Result<Done> shaded =
-            shade_rows(*made, (*geometry)->rays, **typical, source_lights(FrameQuality::still),
+            shade_rows(frames.transfer, (*geometry)->rays, **typical, source_lights(FrameQuality::still),
                        FrameQuality::still, radiance, &diffuse, progress);
         if (!shaded) return shaded;
-        diffuse = tinted_rows(scene_, VertexRows(scene_, **geometry), std::move(diffuse));
-        std::vector<Rgb> reflectances = row_reflectances(scene_, **geometry);
-        refined = (*rays)->transport;
+        diffuse = tinted_rows(scene(), VertexRows(scene(), **geometry), std::move(diffuse));
+        frames.reflectances = row_reflectances(scene(), **geometry);
+        frames.transport = (*rays)->transport;
         Result<BouncedLight> bounced =
-            bounced_light(*refined, reflectances, diffuse, settings_.bounces, progress);
+            bounced_light(*frames.transport, frames.reflectances, diffuse, settings.bounces, progress);
         if (!bounced) return bounced.error();
-        const Result<Done> done =
-            refined->refine(scene_, **geometry, *(*rays)->surface, bounced->radiance, reflectances, progress);
+        const Result<Done> done = frames.transport->refine(scene(), **geometry, *(*rays)->surface,
+                                                           bounced->radiance, frames.reflectances, progress);
         if (!done) return done;
-        reflectances_ = std::move(reflectances);
-        last_ = {std::move(diffuse), std::move(bounced->irradiance), 0};
+        if (const auto hits = current_hits(progress); !hits) return hits.error();
+        frames.last = {std::move(diffuse), std::move(bounced->irradiance), {}, 0};
     }
-    refined_ = std::move(refined);
-    transfer_ = std::move(*made);
+    transfer_.emplace<ByLight>().store(std::move(frames), inputs_);
     return Done{};
 }
 
@@ -164,156 +226,148 @@ Result<Done> RelightSession::vary_eye(const Progress& progress) {
     if (!geometry) return geometry.error();
     const Result<const RgbCubemapTree*> light = light_tree(progress);
     if (!light) return light.error();
-    const std::vector<LightSource> sources = turned_sources();
-    Result<ViewTransfer> made =
-        view_transfer(scene_, **geometry, settings_, transfer_settings_, **light, sources, progress);
+    Result<ViewTransfer> made = view_transfer(scene(), **geometry, inputs_.settings, transfer_settings_,
+                                              **light, turned_sources(), progress);
     if (!made) return made.error();
-    if (settings_.bounces.most > 0) {
+    Bounced indirect;
+    if (inputs_.settings.bounces.most > 0) {
         const Result<const BounceRays*> rays = current_rays(progress);
         if (!rays) return rays.error();
-        Result<SceneRadiance> bounced =
-            bounced_radiance((*rays)->transport, made->diffuse, settings_.bounces, progress);
-        if (!bounced) return bounced.error();
-        bounced_ = std::move(*bounced);
+        Result<Bounced> found =
+            bounced((*rays)->transport, made->diffuse, inputs_.settings.bounces, progress);
+        if (!found) return found.error();
+        indirect = std::move(*found);
     }
-    transfer_ = std::move(*made);
+    transfer_.emplace<ByEye>().store({std::move(*made), std::move(indirect)}, inputs_);
     return Done{};
 }
 
 Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress& progress) {
-    assert(instance < scene_.instances.size());
+    const RenderSettings& settings = inputs_.settings;
+    assert(instance < instances().size());
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
     const Result<const RgbCubemapTree*> light = light_tree(progress);
     if (!light) return light.error();
-    Result<MotionTransfer> made = motion_transfer(scene_, **geometry, settings_, transfer_settings_, **light,
+    Result<MotionTransfer> made = motion_transfer(scene(), **geometry, settings, transfer_settings_, **light,
                                                   all_lights(turned_sources()), instance, progress);
     if (!made) return made.error();
-    if (settings_.bounces.most > 0) {
-        if (!resting_) {
-            const SceneLight now = scene_light(shown_environment(progress.stop), settings_, progress.stop);
+    SceneRadiance indirect;
+    if (settings.bounces.most > 0) {
+        if (!resting_.find(inputs_)) {
+            const SceneLight now = scene_light(rotated_environment(progress.stop), settings, progress.stop);
             const Result<RadianceParts> parts =
-                radiance_parts({scene_, **geometry, now, settings_}, progress);
+                radiance_parts({scene(), **geometry, now, settings}, progress);
             if (!parts) return parts.error();
-            const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, now, progress);
-            if (!indirect) return indirect.error();
-            resting_ = radiance_by(row_values(VertexRows(scene_, **geometry), indirect->irradiance));
+            const Result<IndirectLight> found = indirect_at_rest(parts->diffuse, now, progress);
+            if (!found) return found.error();
+            Result<SceneRadiance> resting = radiance_at_rest(*found, now, progress);
+            if (!resting) return resting.error();
+            resting_.store(std::move(*resting), inputs_);
         }
         if (const Result<Done> lamps = update_lamps(progress); !lamps) return lamps;
-        bounced_ = *resting_;
+        indirect = *resting_.find(inputs_);
     }
-    transfer_ = std::move(*made);
+    transfer_.emplace<ByMotion>().store({std::move(*made), instances(), std::move(indirect)}, inputs_);
     return Done{};
 }
 
 Result<Done> RelightSession::vary_lamps(const Progress& progress) {
-    Result<SceneRadiance> steady =
-        full_radiance(scene_light(shown_environment(progress.stop), settings_, progress.stop), progress);
+    Result<SceneRadiance> steady = full_radiance(
+        scene_light(rotated_environment(progress.stop), inputs_.settings, progress.stop), progress);
     if (!steady) return steady.error();
     if (const Result<Done> made = update_lamps(progress); !made) return made;
-    transfer_ = SteadyLight{std::move(*steady)};
+    transfer_.emplace<ByLamps>().store({std::move(*steady)}, inputs_);
     return Done{};
 }
 
-void RelightSession::light_changes() {
-    shown_lights_.reset();
-    light_tree_.reset();
-    light_.reset();
-    resting_.reset();
-    if (!std::holds_alternative<LightTransfer>(transfer_)) transfer_ = {};
-}
-
-void RelightSession::instances_change() {
-    are_rays_current_ = false;
-    is_placed_ = false;
-    transfer_ = {};
-    resting_.reset();
-    kept_.reset();
-    lamp_frames_.forget();
+void RelightSession::drop_outdated() {
+    if (!has_vectors()) transfer_ = {};
+    cached_visibility_.drop_outdated(inputs_);
 }
 
 void RelightSession::set_environment(Environment environment) {
-    environment_ = std::move(environment);
-    split_.reset();
-    unevenness_.reset();
-    // How far out vertices see exactly may change with the light.
-    if (settings_.occlusion == Occlusion::automatic) kept_.reset();
-    turnable_.reset();
-    rotation_ = {};
-    light_changes();
+    inputs_.environment = std::move(environment);
+    inputs_.changed(I::environment);
+    if (cached_occlusion_ == Occlusion::automatic) inputs_.changed(I::exact_distances);
+    turn_environment({});
 }
 
 void RelightSession::show_light(DenseCoefficients light, std::vector<DirectionalLight> lights) {
-    assert(light.face_size == settings_.face_size);
-    light_changes();
-    light_ = std::move(light);
-    shown_lights_ = std::move(lights);
+    assert(light.face_size == inputs_.settings.face_size);
+    inputs_.shown_light = {std::move(light), std::move(lights)};
+    inputs_.changed(I::shown_light);
+    drop_outdated();
 }
 
 void RelightSession::turn_environment(const Rotation& rotation) {
-    rotation_ = rotation;
-    light_changes();
+    if (inputs_.shown_light) inputs_.changed(I::shown_light);
+    inputs_.shown_light.reset();
+    inputs_.set(I::rotation, inputs_.rotation, rotation);
+    drop_outdated();
 }
 
 void RelightSession::set_lamps(std::vector<Lamp> lamps) {
     assert(std::ranges::all_of(
-        lamps, [&](const Lamp& lamp) { return lamp.looks_like.value_or(0) < scene_.instances.size(); }));
-    scene_.lamps = std::move(lamps);
+        lamps, [&](const Lamp& lamp) { return lamp.looks_like.value_or(0) < instances().size(); }));
+    inputs_.set(I::lamps, inputs_.scene.lamps, std::move(lamps));
 }
 
 void RelightSession::set_eye(const Vec3f& eye) {
-    scene_.eye = eye;
-    if (!std::holds_alternative<ViewTransfer>(transfer_)) transfer_ = {};
+    inputs_.set(I::eye, inputs_.scene.eye, eye);
+    drop_outdated();
 }
 
 void RelightSession::place(std::size_t instance, const Placement& placement) {
-    assert(instance < scene_.instances.size() && placement.scale > 0);
-    ShadedInstance& placed = scene_.instances[instance];
-    const auto* motion = std::get_if<MotionTransfer>(&transfer_);
-    if (!motion || motion->instance != instance || placed.placement.rotate != placement.rotate)
-        transfer_ = {};
-    are_rays_current_ = false;
-    is_placed_ = false;
-    resting_.reset();
-    kept_.reset();
-    lamp_frames_.forget();
-    placed.placement = placement;
+    assert(instance < instances().size() && placement.scale > 0);
+    inputs_.set(I::instances, inputs_.scene.instances[instance].placement, placement);
+    drop_outdated();
 }
 
 void RelightSession::set_materials(std::size_t entity, std::vector<Material> materials) {
-    assert(materials.size() == scene_.entities[entity].materials.size());
-    scene_.entities[entity].materials = std::move(materials);
-    transfer_ = {};
-    resting_.reset();
-    lamp_frames_.forget();
+    assert(materials.size() == scene().entities[entity].materials.size());
+    inputs_.set(I::materials, inputs_.scene.entities[entity].materials, std::move(materials));
+    drop_outdated();
+}
+
+void RelightSession::set_emitters(std::size_t entity, std::vector<Emitter> emitters) {
+    inputs_.set(I::emitters, inputs_.scene.entities[entity].emitters, std::move(emitters));
+}
+
+void RelightSession::set_occlusion(Occlusion occlusion) {
+    inputs_.settings.occlusion = occlusion;
 }
 
 std::size_t RelightSession::add(const ShadedInstance& instance) {
-    assert(instance.entity < scene_.entities.size());
-    instances_change();
-    scene_.instances.push_back(instance);
-    return scene_.instances.size() - 1;
+    assert(instance.entity < scene().entities.size());
+    inputs_.scene.instances.push_back(instance);
+    inputs_.changed(I::instances);
+    drop_outdated();
+    return instances().size() - 1;
 }
 
 std::size_t RelightSession::clone(std::size_t instance) {
-    assert(instance < scene_.instances.size());
-    return add(ShadedInstance(scene_.instances[instance]));
+    assert(instance < instances().size());
+    return add(ShadedInstance(instances()[instance]));
 }
 
 void RelightSession::remove(std::size_t instance) {
-    assert(instance < scene_.instances.size());
-    instances_change();
-    for (Lamp& lamp : scene_.lamps) {
+    assert(instance < instances().size());
+    std::vector<Lamp> lamps = scene().lamps;
+    for (Lamp& lamp : lamps) {
         if (lamp.looks_like == instance) lamp.looks_like.reset();
         if (lamp.looks_like && *lamp.looks_like > instance) --*lamp.looks_like;
     }
-    scene_.instances.erase(scene_.instances.begin() + static_cast<std::ptrdiff_t>(instance));
+    inputs_.set(I::lamps, inputs_.scene.lamps, std::move(lamps));
+    inputs_.scene.instances.erase(inputs_.scene.instances.begin() + static_cast<std::ptrdiff_t>(instance));
+    inputs_.changed(I::instances);
+    drop_outdated();
 }
 
 void RelightSession::rotate(std::size_t instance, const Vec3d& axis, double angle) {
-    assert(instance < scene_.instances.size());
+    assert(instance < instances().size());
     constexpr double not_turned = 1e-9;
-    Placement placement = scene_.instances[instance].placement;
+    Placement placement = instances()[instance].placement;
     placement.rotate = rotation_about(axis, angle) * placement.rotate;
     double largest = 0;
     for (std::size_t i = 0; i < 3; ++i)
@@ -322,67 +376,99 @@ void RelightSession::rotate(std::size_t instance, const Vec3d& axis, double angl
     place(instance, placement);
 }
 
+bool RelightSession::has_vectors() const {
+    if (std::holds_alternative<ByLight>(transfer_)) return std::get<ByLight>(transfer_).find(inputs_);
+    if (std::holds_alternative<ByEye>(transfer_)) return std::get<ByEye>(transfer_).find(inputs_);
+    if (std::holds_alternative<ByLamps>(transfer_)) return std::get<ByLamps>(transfer_).find(inputs_);
+    const auto* by_motion = std::get_if<ByMotion>(&transfer_);
+    const MotionFrames* frames = by_motion ? by_motion->find(inputs_) : nullptr;
+    return frames && differ_in_place_only(frames->instances, instances(), frames->transfer.instance);
+}
+
 Result<Done> RelightSession::frame(FrameQuality quality, const Progress& progress) {
     return transferred(quality, nullptr, progress);
 }
 
 Result<Done> RelightSession::frame_of(VertexMask vertices, FrameQuality quality, const Progress& progress) {
-    assert(vertices.size() == scene_.instances.size());
+    assert(vertices.size() == instances().size());
     if (geometry_)
         for (std::size_t i = 0; i < vertices.size(); ++i)
-            geometry_->entities[scene_.instances[i].entity].fill.add_sources(vertices[i]);
+            geometry_->entities[instances()[i].entity].fill.add_sources(vertices[i]);
     return transferred(quality, &vertices, progress);
 }
 
 Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask* vertices,
                                          const Progress& progress) {
-    if (std::holds_alternative<std::monostate>(transfer_))
+    if (!has_vectors())
         return Error{"",
                      "found no transfer vectors for the current scene; expected a call that computes them "
-                     "(vary_light, vary_eye, vary_instance) first"};
-    if (std::holds_alternative<MotionTransfer>(transfer_)) geometry_->rays.place(scene_);
+                     "(vary_light, vary_eye, vary_lamps, vary_instance) first"};
+    if (std::holds_alternative<ByMotion>(transfer_)) {
+        geometry_->rays.place(scene());
+        adapt_geometry();
+    }
     if (const Result<Done> lamps = update_lamps(progress); !lamps) return lamps;
-    if (const Result<Done> shaded = shaded_without_lamps(quality, vertices, progress); !shaded) return shaded;
-    lamp_frames_.add_to(radiance_, vertices);
-    add_to_radiance(lamps_bounced_, vertices);
+    lacks_reflections_ = false;
+    const Result<Done> shaded = std::visit(
+        [&](auto& memo) -> Result<Done> {
+            if constexpr (requires { memo.last(); })
+                return shade(*memo.last(), quality, vertices, progress);
+            else
+                return Done{};
+        },
+        transfer_);
+    if (!shaded) return shaded;
+    lamp_frames().add_to(radiance_, vertices);
+    if (const Bounced* lamps = lamps_bounced_.last()) add_to_radiance(lamps->reflected, vertices);
+    if (const auto* by_eye = std::get_if<ByEye>(&transfer_))
+        return add_reflections(*by_eye->last(), quality, vertices, progress);
+    if (const SceneRadiance* reflected = lamps_reflected_.last()) add_to_radiance(*reflected, vertices);
     return Done{};
 }
 
-Result<Done> RelightSession::shaded_without_lamps(FrameQuality quality, const VertexMask* vertices,
-                                                  const Progress& progress) {
-    if (const auto* by_light = std::get_if<LightTransfer>(&transfer_)) {
-        const Result<const DenseCoefficients*> now = light(progress);
-        if (!now) return now.error();
-        if (settings_.bounces.most == 0)
-            return shade_frame(*by_light, scene_, *geometry_, **now, source_lights(quality), quality,
-                               radiance_, progress);
-        auto& radiance = scratch_.radiance;
-        auto& direct = scratch_.direct;
-        auto& irradiance = scratch_.irradiance;
-        const Result<Done> shaded = shade_rows(*by_light, geometry_->rays, **now, source_lights(quality),
-                                               quality, radiance, &direct, progress);
-        if (!shaded) return shaded;
-        direct = tinted_rows(scene_, VertexRows(scene_, *geometry_), std::move(direct));
-        if (const Result<Done> found = find_irradiance(quality, progress); !found) return found;
-        for_rows(radiance.size(), [&](std::size_t row) {
-            const Rgb reflected = by_light->colours[by_light->colour_of_row[row]][0] * irradiance[row];
-            radiance[row] = without_negative(radiance[row]) + reflected;
-        });
-        store_radiance(scene_, *geometry_, radiance, radiance_);
-        return Done{};
-    }
-    if (const auto* by_eye = std::get_if<ViewTransfer>(&transfer_)) {
-        const Result<Done> shaded = shade_frame(*by_eye, scene_, *geometry_, radiance_, vertices, progress);
-        if (shaded) add_to_radiance(bounced_, vertices);
-        return shaded;
-    }
-    if (const auto* by_motion = std::get_if<MotionTransfer>(&transfer_)) {
-        const Result<Done> shaded =
-            shade_frame(*by_motion, scene_, *geometry_, settings_, quality, radiance_, progress);
-        if (shaded) add_to_radiance(bounced_, nullptr);
-        return shaded;
-    }
-    radiance_ = std::get<SteadyLight>(transfer_).radiance;
+Result<Done> RelightSession::shade(LightFrames& frames, FrameQuality quality, const VertexMask* /*vertices*/,
+                                   const Progress& progress) {
+    const Result<const DenseCoefficients*> now = light(progress);
+    if (!now) return now.error();
+    if (inputs_.settings.bounces.most == 0)
+        return shade_frame(frames.transfer, scene(), *geometry_, **now, source_lights(quality), quality,
+                           radiance_, progress);
+    std::vector<Rgb>& radiance = frames.radiance;
+    const Result<Done> shaded = shade_rows(frames.transfer, geometry_->rays, **now, source_lights(quality),
+                                           quality, radiance, &frames.direct, progress);
+    if (!shaded) return shaded;
+    frames.direct = tinted_rows(scene(), VertexRows(scene(), *geometry_), std::move(frames.direct));
+    if (const Result<Done> found = find_irradiance(frames, quality, progress); !found) return found;
+    const bool reflects = !frames.last.reflected.empty();
+    for_rows(radiance.size(), [&](std::size_t row) {
+        const Rgb diffuse =
+            frames.transfer.colours[frames.transfer.colour_of_row[row]][0] * frames.irradiance[row];
+        radiance[row] = without_negative(radiance[row]) + diffuse;
+        if (reflects) radiance[row] += frames.last.reflected[row];
+    });
+    store_radiance(scene(), *geometry_, radiance, radiance_);
+    return Done{};
+}
+
+Result<Done> RelightSession::shade(EyeFrames& frames, FrameQuality /*quality*/, const VertexMask* vertices,
+                                   const Progress& progress) {
+    const Result<Done> shaded =
+        shade_frame(frames.transfer, scene(), *geometry_, radiance_, vertices, progress);
+    if (shaded) add_to_radiance(frames.indirect.reflected, vertices);
+    return shaded;
+}
+
+Result<Done> RelightSession::shade(MotionFrames& frames, FrameQuality quality, const VertexMask* /*vertices*/,
+                                   const Progress& progress) {
+    const Result<Done> shaded =
+        shade_frame(frames.transfer, scene(), *geometry_, inputs_.settings, quality, radiance_, progress);
+    if (shaded) add_to_radiance(frames.indirect, nullptr);
+    return shaded;
+}
+
+Result<Done> RelightSession::shade(SteadyLight& frames, FrameQuality /*quality*/,
+                                   const VertexMask* /*vertices*/, const Progress& /*progress*/) {
+    radiance_ = frames.radiance;
     return Done{};
 }
 
@@ -390,32 +476,31 @@ Result<SceneRadiance> RelightSession::full_radiance(const SceneLight& light, con
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
     if (progress.stop.stop_requested()) return Error{"", interrupted};
-    if (!kept_ && settings_.kept_bytes > 0) {
-        Result<KeptVisibility> made =
-            KeptVisibility::make(scene_, **geometry, settings_.kept_bytes, progress);
-        if (!made) return made.error();
-        kept_ = std::move(*made);
-    }
-    PointShading shading{scene_, **geometry, light, settings_, kept_ ? &*kept_ : nullptr};
-    if (settings_.bounces.most == 0) return scene_radiance(shading, progress);
+    const Result<const KeptVisibility*> visibility = cached_visibility(progress);
+    if (!visibility) return visibility.error();
+    const PointShading shading{scene(), **geometry, light, inputs_.settings, *visibility};
+    if (inputs_.settings.bounces.most == 0) return scene_radiance(shading, progress);
     Result<RadianceParts> parts = radiance_parts(shading, progress);
     if (!parts) return parts.error();
     const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, light, progress);
     if (!indirect) return indirect.error();
-    if (light.lamps.empty() && light.emitters.empty())
-        resting_ = radiance_by(row_values(VertexRows(scene_, **geometry), indirect->irradiance));
-    shading.indirect = &*indirect;
-    if (const Result<Done> added = add_indirect_radiance(shading, parts->full, progress); !added)
-        return added.error();
+    Result<SceneRadiance> resting = radiance_at_rest(*indirect, light, progress);
+    if (!resting) return resting.error();
+    for (std::size_t i = 0; i < resting->size(); ++i) {
+        for_rows((*resting)[i].size(), [&](std::size_t v) { parts->full[i][v] += (*resting)[i][v]; });
+        (*geometry)->entities[instances()[i].entity].fill(parts->full[i]);
+    }
+    if (light.lamps.empty() && light.emitters.empty()) resting_.store(std::move(*resting), inputs_);
     return std::move(parts->full);
 }
 
 Result<Done> RelightSession::commit(const Progress& progress) {
-    Environment environment = shown_environment(progress.stop);
+    Environment environment = rotated_environment(progress.stop);
     Result<SceneRadiance> full =
-        full_radiance(scene_light(scene_, environment, settings_, progress.stop), progress);
+        full_radiance(scene_light(scene(), environment, inputs_.settings, progress.stop), progress);
     if (!full) return full.error();
-    scene_.environment = std::move(environment);
+    inputs_.scene.environment = std::move(environment);
+    lacks_reflections_ = false;
     keep(std::move(*full));
     return Done{};
 }
@@ -429,99 +514,152 @@ void RelightSession::keep(SceneRadiance radiance) {
             radiance_[i] = std::move(radiance[i]);
 }
 
-Result<const BounceRays*> RelightSession::current_rays(const Progress& progress) {
-    if (!are_rays_current_) {
-        Result<BounceRays> made =
-            bounce_rays(scene_, *geometry_, settings_, progress, rays_ ? &*rays_ : nullptr);
-        if (!made) return made.error();
-        rays_ = std::move(*made);
-        are_rays_current_ = true;
-    }
-    return &*rays_;
-}
-
 Result<IndirectLight> RelightSession::indirect_at_rest(const SceneRadiance& diffuse, const SceneLight& light,
                                                        const Progress& progress) {
     const Result<const BounceRays*> rays = current_rays(progress);
     if (!rays) return rays.error();
-    return scene_indirect_light({scene_, *geometry_, light, settings_}, diffuse, **rays, progress);
+    return scene_indirect_light({scene(), *geometry_, light, inputs_.settings}, diffuse, **rays, progress);
 }
 
-BounceSettings RelightSession::frame_bounces() const {
-    BounceSettings settings = settings_.bounces;
-    settings.tolerance = std::max(settings.tolerance, frame_tolerance);
-    return settings;
-}
-
-Result<SceneRadiance> RelightSession::bounced_radiance(const LightTransport& transport,
-                                                       std::vector<Rgb> diffuse,
-                                                       const BounceSettings& bounces,
+Result<SceneRadiance> RelightSession::radiance_at_rest(const IndirectLight& indirect, const SceneLight& light,
                                                        const Progress& progress) const {
-    const std::vector<Rgb> direct = tinted_rows(scene_, VertexRows(scene_, *geometry_), std::move(diffuse));
-    Result<BouncedLight> bounced =
-        bounced_light(transport, row_reflectances(scene_, *geometry_), direct, bounces, progress);
-    if (!bounced) return bounced.error();
-    transport.smooth(bounced->irradiance);
-    return radiance_by(bounced->irradiance);
+    SceneRadiance radiance = black_vertices(scene());
+    const Result<Done> added = add_indirect_radiance(
+        {scene(), *geometry_, light, inputs_.settings, nullptr, &indirect}, radiance, progress);
+    if (!added) return added.error();
+    return radiance;
 }
 
-Result<Done> RelightSession::find_irradiance(FrameQuality quality, const Progress& progress) {
-    auto& direct = scratch_.direct;
-    auto& sent = scratch_.sent;
-    auto& irradiance = scratch_.irradiance;
-    const bool may_lag = quality == FrameQuality::moving && settings_.bounces.most == any_bounces;
-    if (const double change = relative_change(direct, last_.direct); may_lag && change < leap) {
-        sent.resize(direct.size());
-        for_rows(sent.size(), [&](std::size_t row) {
-            sent[row] = direct[row] + reflectances_[row] * last_.arriving[row];
+Result<RelightSession::Bounced> RelightSession::bounced(const LightTransport& transport,
+                                                        std::vector<Rgb> diffuse,
+                                                        const BounceSettings& bounces,
+                                                        const Progress& progress) const {
+    const std::vector<Rgb> direct = tinted_rows(scene(), VertexRows(scene(), *geometry_), std::move(diffuse));
+    Result<BouncedLight> found =
+        bounced_light(transport, row_reflectances(scene(), *geometry_), direct, bounces, progress);
+    if (!found) return found.error();
+    transport.smooth(found->irradiance);
+    return Bounced{radiance_by(found->irradiance), std::move(found->radiance)};
+}
+
+Result<Done> RelightSession::find_irradiance(LightFrames& frames, FrameQuality quality,
+                                             const Progress& progress) {
+    auto& last = frames.last;
+    const LightTransport& transport = *frames.transport;
+    const bool may_lag = quality == FrameQuality::moving && inputs_.settings.bounces.most == any_bounces;
+    const double change = may_lag ? relative_change(frames.direct, last.direct) : INFINITY;
+    // In the first frame the irradiance is that of rays which have been refined since.
+    const bool by_halves = change < step && last.frames > 0;
+    const auto outgoing = [&] {
+        frames.sent.resize(frames.direct.size());
+        for_rows(frames.sent.size(), [&](std::size_t row) {
+            frames.sent[row] = frames.direct[row] + frames.reflectances[row] * last.arriving[row];
         });
-        if (change < step &&
-            last_.frames > 0)  // before, all was gathered by rays that have been refined since
-            refined_->update_irradiance(sent, last_.frames % 2, last_.arriving);
+    };
+    if (change < leap) {
+        outgoing();
+        if (by_halves)
+            transport.update_irradiance(frames.sent, last.frames % 2, last.arriving);
         else
-            last_.arriving = refined_->irradiance(sent);
+            last.arriving = transport.irradiance(frames.sent);
     } else {
-        Result<BouncedLight> bounced =
-            bounced_light(*refined_, reflectances_, direct, frame_bounces(), progress);
-        if (!bounced) return bounced.error();
-        last_.arriving = std::move(bounced->irradiance);
+        BounceSettings bounces = inputs_.settings.bounces;
+        if (quality == FrameQuality::moving)
+            bounces.tolerance = std::max(bounces.tolerance, moving_tolerance);
+        Result<BouncedLight> found =
+            bounced_light(transport, frames.reflectances, frames.direct, bounces, progress);
+        if (!found) return found.error();
+        last.arriving = std::move(found->irradiance);
     }
-    ++last_.frames;
-    irradiance = last_.arriving;
-    std::swap(last_.direct, direct);
-    refined_->smooth(irradiance, frame_smoothing);
+    const Result<const SpecularHits*> hits = current_hits(progress);
+    if (!hits) return hits.error();
+    if (!(*hits)->is_empty()) {
+        outgoing();
+        last.reflected.resize(frames.sent.size(), Rgb(0.0f));
+        if (by_halves)
+            (*hits)->reflect(frames.sent, last.reflected, last.frames % 2, 2);
+        else
+            (*hits)->reflect(frames.sent, last.reflected);
+    }
+    ++last.frames;
+    frames.irradiance = last.arriving;
+    std::swap(last.direct, frames.direct);
+    transport.smooth(frames.irradiance, quality == FrameQuality::moving ? smoothing_while_moving
+                                                                        : transport.most_smoothing_steps);
     return Done{};
 }
 
 Result<Done> RelightSession::update_lamps(const Progress& progress) {
-    const bool bounces = settings_.bounces.most > 0;
-    const Result<bool> differ = lamp_frames_.update(scene_, *geometry_, bounces, progress);
-    if (!differ) return differ.error();
-    if (!bounces) return Done{};
-    is_lamps_bounced_current_ = is_lamps_bounced_current_ && !*differ;
-    // While an instance moves, what bounced before stays until there are rays for where it stands.
-    const bool moves = std::holds_alternative<MotionTransfer>(transfer_) && !are_rays_current_;
-    if (is_lamps_bounced_current_ || moves) return Done{};
-    SceneRadiance by_lamps;
-    if (!lamp_frames_.is_dark()) {
+    LampFrames& lamps = lamp_frames();
+    const bool bounces = inputs_.settings.bounces.most > 0;
+    if (const auto updated = lamps.update(scene(), *geometry_, bounces, progress); !updated)
+        return updated.error();
+    // While an instance moves, indirect light stays as it was.
+    const bool moves = std::holds_alternative<ByMotion>(transfer_) && !rays_.find(inputs_);
+    if (!bounces || moves) return Done{};
+    if (!lamps_bounced_.find(inputs_)) {
+        Bounced by_lamps;
+        if (!lamps.is_dark()) {
+            const Result<const BounceRays*> rays = current_rays(progress);
+            if (!rays) return rays.error();
+            const VertexRows rows(scene(), *geometry_);
+            Result<Bounced> found = bounced((*rays)->transport, row_values(rows, lamps.diffuse(scene())),
+                                            inputs_.settings.bounces, progress);
+            if (!found) return found.error();
+            by_lamps = std::move(*found);
+        }
+        lamps_bounced_.store(std::move(by_lamps), inputs_);
+    }
+    if (std::holds_alternative<ByEye>(transfer_) || lamps_reflected_.find(inputs_)) return Done{};
+    Result<SceneRadiance> reflected = reflections(lamps_bounced_.last()->diffuse, nullptr, progress);
+    if (!reflected) return reflected.error();
+    lamps_reflected_.store(std::move(*reflected), inputs_);
+    return Done{};
+}
+
+Result<SceneRadiance> RelightSession::reflections(std::span<const Rgb> diffuse, const VertexMask* vertices,
+                                                  const Progress& progress) {
+    SceneRadiance radiance;
+    if (diffuse.empty() || !has_specular(scene())) return radiance;
+    const SpecularHits* hits = hits_.find(inputs_);
+    std::optional<SpecularHits> some;
+    if (!hits && vertices) {
         const Result<const BounceRays*> rays = current_rays(progress);
         if (!rays) return rays.error();
-        const VertexRows rows(scene_, *geometry_);
-        Result<SceneRadiance> bounced = bounced_radiance(
-            (*rays)->transport, row_values(rows, lamp_frames_.diffuse(scene_)), frame_bounces(), progress);
-        if (!bounced) return bounced.error();
-        by_lamps = std::move(*bounced);
+        Result<SpecularHits> made =
+            SpecularHits::make(scene(), *geometry_, *(*rays)->surface, vertices, progress);
+        if (!made) return made.error();
+        hits = &some.emplace(std::move(*made));
+    } else if (!hits) {
+        const Result<const SpecularHits*> made = current_hits(progress);
+        if (!made) return made.error();
+        hits = *made;
     }
-    lamps_bounced_ = std::move(by_lamps);
-    is_lamps_bounced_current_ = true;
+    std::vector<Rgb> by_row(diffuse.size(), Rgb(0.0f));
+    hits->reflect(diffuse, by_row);
+    store_radiance(scene(), *geometry_, by_row, radiance);
+    return radiance;
+}
+
+Result<Done> RelightSession::add_reflections(const EyeFrames& frames, FrameQuality quality,
+                                             const VertexMask* vertices, const Progress& progress) {
+    if (frames.indirect.diffuse.empty() || !has_specular(scene())) return Done{};
+    lacks_reflections_ = quality == FrameQuality::moving && !hits_.find(inputs_);
+    if (lacks_reflections_) return Done{};
+    std::vector<Rgb> diffuse = frames.indirect.diffuse;
+    if (const Bounced* lamps = lamps_bounced_.last(); lamps && !lamps->diffuse.empty())
+        for_rows(diffuse.size(), [&](std::size_t row) { diffuse[row] += lamps->diffuse[row]; });
+    const Result<SceneRadiance> reflected = reflections(diffuse, vertices, progress);
+    if (!reflected) return reflected.error();
+    add_to_radiance(*reflected, vertices);
     return Done{};
 }
 
 SceneRadiance RelightSession::radiance_by(std::span<const Rgb> irradiance) const {
-    const VertexRows rows(scene_, *geometry_);
+    const VertexRows rows(scene(), *geometry_);
     std::vector<Rgb> outgoing(irradiance.begin(), irradiance.end());
-    for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
-        const ShadedEntity& entity = scene_.entities[scene_.instances[i].entity];
+    for (std::size_t i = 0; i < instances().size(); ++i) {
+        const ShadedEntity& entity = scene().entities[instances()[i].entity];
         const std::span<const std::uint32_t> vertices = rows.vertices(i);
         const std::span<Rgb> values = std::span(outgoing).subspan(rows.first(i), vertices.size());
         for_rows(values.size(), [&](std::size_t k) {
@@ -530,7 +668,7 @@ SceneRadiance RelightSession::radiance_by(std::span<const Rgb> irradiance) const
         });
     }
     SceneRadiance radiance;
-    store_radiance(scene_, *geometry_, outgoing, radiance);
+    store_radiance(scene(), *geometry_, outgoing, radiance);
     return radiance;
 }
 
@@ -542,14 +680,17 @@ void RelightSession::add_to_radiance(const SceneRadiance& part, const VertexMask
 }
 
 std::size_t RelightSession::transfer_bytes() const {
-    return lamp_frames_.bytes() + std::visit(
-                                      [](const auto& transfer) -> std::size_t {
-                                          if constexpr (requires { transfer.bytes(); })
-                                              return transfer.bytes();
-                                          else
-                                              return 0;
-                                      },
-                                      transfer_);
+    const LampFrames* lamps = lamp_frames_.find(inputs_);
+    const SpecularHits* hits = hits_.find(inputs_);
+    return (lamps ? lamps->bytes() : 0) + (hits ? hits->bytes() : 0) +
+           std::visit(
+               [](const auto& memo) -> std::size_t {
+                   if constexpr (requires { memo.last(); })
+                       return memo.last()->bytes();
+                   else
+                       return 0;
+               },
+               transfer_);
 }
 
 }  // namespace haarfield

@@ -41,6 +41,17 @@ void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, s
                       [&](std::size_t i) { geometry.entities[scene.instances[i].entity].fill(radiance[i]); });
 }
 
+std::vector<std::vector<std::uint32_t>> row_places(const ShadedScene& scene,
+                                                   const ShadingGeometry& geometry) {
+    std::vector<std::vector<std::uint32_t>> result;
+    for (std::size_t e = 0; e < scene.entities.size(); ++e) {
+        const std::vector<std::uint32_t>& order = geometry.entities[e].order;
+        std::vector<std::uint32_t>& place = result.emplace_back(order.size());
+        for (std::uint32_t k = 0; k < order.size(); ++k) place[order[k]] = k;
+    }
+    return result;
+}
+
 std::vector<Rgb> row_values(const VertexRows& rows, const SceneRadiance& values) {
     std::vector<Rgb> by_row;
     by_row.reserve(rows.count());

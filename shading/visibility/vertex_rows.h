@@ -39,7 +39,10 @@ private:
 void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,
                     SceneRadiance& radiance, const VertexMask* wanted = nullptr);
 
-/// The values of rows, from those of vertices.
+/// Returns the places of vertices among the rows of their instance, by entity and vertex.
+std::vector<std::vector<std::uint32_t>> row_places(const ShadedScene& scene, const ShadingGeometry& geometry);
+
+/// Returns the values of rows, from those of vertices.
 std::vector<Rgb> row_values(const VertexRows& rows, const SceneRadiance& values);
 
 }  // namespace haarfield

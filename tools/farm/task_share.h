@@ -40,8 +40,8 @@ struct TaskShare {
 /// The folder below a command's output in which it writes the files of the share's k-th part.
 std::string part_folder(std::size_t k);
 
-/// Divides loops over points: the points of the share's parts are shaded together and stored in `made`, or all
-/// points are read from `joined`. The share must outlive the result.
+/// Divides loops over points: the points of the share's parts are shaded together and stored in `made`, or
+/// all points are read from `joined`. The share must outlive the result.
 PointSharing point_sharing(TaskShare& share);
 
 /// Strips are of so many rows: POV-Ray's blocks, by which it decides where it takes more rays.

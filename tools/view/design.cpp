@@ -205,6 +205,27 @@ struct EditMaker {
 
 }  // namespace
 
+float second_share(const Design& design) {
+    return design.scene.environment.blend ? design.scene.environment.blend->share : 0;
+}
+
+DesignDifference difference(const Design& a, const Design& b, std::uint32_t moving) {
+    DesignDifference found;
+    const EnvironmentDescription &one = a.scene.environment, &other = b.scene.environment;
+    found.environment = a.light_stamp != b.light_stamp || second_share(a) != second_share(b);
+    found.rotation = one.turn != other.turn;
+    found.lamps = a.lamp_stamp != b.lamp_stamp;
+    found.materials = a.material_stamp != b.material_stamp;
+    found.objects = a.ids != b.ids || a.entities != b.entities;
+    for (std::size_t i = 0; i < a.ids.size() && !found.objects; ++i) {
+        const Placement &before = a.scene.instances[i].placement, &now = b.scene.instances[i].placement;
+        found.objects = a.ids[i] == moving ? before.rotate != now.rotate : before != now;
+    }
+    found.eye = a.scene.camera.position != b.scene.camera.position;
+    found.exposure = one.exposure != other.exposure;
+    return found;
+}
+
 Design opened_design(const Scene& scene, const SceneEntities& entities) {
     Design design{scene, {}, entities.entity_of_instance};
     design.scene.environment = turned_once(design.scene.environment);

@@ -84,6 +84,25 @@ using Edit = std::variant<TurnLight, ChooseLight, MixLights, SetExposure, PlaceO
                           DeleteObject, SetMaterial, MoveEye, SetSky, SetLamp, OwnMaterial, RestoreScene>;
 /// @}
 
+/// The inputs of radiance in which two designs differ.
+struct DesignDifference {
+    bool environment = false;  ///< The light or the mixture, not its rotation.
+    bool rotation = false;     ///< Of the environment.
+    bool lamps = false, materials = false;
+    bool objects = false;  ///< Another set of objects, or an object in another place.
+    bool eye = false, exposure = false;
+
+    bool scene() const { return environment || rotation || lamps || materials || objects; }
+};
+
+/// Compares two designs.
+///
+/// moving  an object whose translation and scale are ignored; 0: none.
+DesignDifference difference(const Design& a, const Design& b, std::uint32_t moving = 0);
+
+/// The fraction of the second light in a design's environment; 0 if there is none.
+float second_share(const Design& design);
+
 /// A scene that is opened, with new ids.
 Design opened_design(const Scene& scene, const SceneEntities& entities);
 

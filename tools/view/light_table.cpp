@@ -15,10 +15,6 @@ namespace {
 constexpr std::size_t most_known = 4;   ///< Each has some 2 MB of directions, and its image.
 constexpr int lights_while_moving = 4;  ///< A source.
 
-float share_of(const Design& design) {
-    return design.scene.environment.blend ? design.scene.environment.blend->share : 0;
-}
-
 /// Tells lights apart.
 std::string light_key(const std::filesystem::path& image, const std::optional<AnalyticSky>& sky) {
     if (!sky) return "image " + image.string();
@@ -81,7 +77,7 @@ Result<Done> LightTable::take(const Design& design) {
 
 MomentaryLight LightTable::momentary(const Design& design, bool few) const {
     const Rotation& turn = design.scene.environment.turn;
-    const float share = share_of(design);
+    const float share = second_share(design);
     std::vector<Rgb> texels;
     std::vector<DirectionalLight> lights;
     for (const auto& [light, of] : {std::pair(first_.get(), 1 - share), std::pair(second_.get(), share)}) {
@@ -106,7 +102,7 @@ MomentaryLight LightTable::momentary(const Design& design, bool few) const {
 }
 
 const Environment& LightTable::mixed(const Design& design) {
-    const float share = share_of(design);
+    const float share = second_share(design);
     if (!second_ || share <= 0) return first_->environment;
     if (!mixed_ || mixed_share_ != share) {
         mixed_ = mixed_environment(first_->environment, second_->environment, share);
@@ -119,7 +115,7 @@ float LightTable::exposure(const Design& design) const {
     const std::optional<float>& given = design.scene.environment.exposure;
     if (given) return *given;
     if (!first_) return 0;
-    const float share = share_of(design);
+    const float share = second_share(design);
     if (!second_ || share <= 0)
         return design.scene.lamps.empty() ? first_->automatic_exposure
                                           : found_exposure(design.scene, first_->environment);

@@ -3,7 +3,7 @@
 
 #include "shading/scene/light_sources.h"
 #include "shading/scene/turned_light.h"
-#include "shading/transfer/sparse_vectors.h"
+#include "shading/transfer/session_inputs.h"
 #include "tools/view/design.h"
 
 #include <map>
@@ -16,12 +16,6 @@ struct EncodedLight {
     TurnableLight smooth;              ///< What wavelets serve of it,
     std::vector<LightSource> sources;  ///< and what rays do.
     float automatic_exposure = 0;      ///< [stops]
-};
-
-/// A light of a moment, as RelightSession::show_light takes it.
-struct MomentaryLight {
-    DenseCoefficients smooth;
-    std::vector<DirectionalLight> lights;
 };
 
 /// Reads and encodes lights, and keeps the last few.

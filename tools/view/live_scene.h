@@ -91,6 +91,9 @@ public:
     /// The exposure that a design has, found or given. Its light has been taken. [stops]
     float exposure(const Design& design) const;
 
+    /// True if the colours lack indirect light in specular reflections, because the eye moves.
+    bool lacks_reflections() const { return last_ && last_->session && last_->session->lacks_reflections(); }
+
     LightTable& lights() { return lights_; }
 
     /// The picture of a design whose colours are these, by the preview renderer.

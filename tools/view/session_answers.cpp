@@ -154,7 +154,8 @@ void ViewSession::tell_work(const char* doing, std::string_view stage, double sh
                                      {"doing", doing},
                                      {"stage", stage},
                                      {"share", share},
-                                     {"vector_bytes", is_end ? live_.transfer_bytes() : 0}}));
+                                     {"vector_bytes", is_end ? live_.transfer_bytes() : 0},
+                                     {"lacks_reflections", live_.lacks_reflections()}}));
 }
 
 void ViewSession::tell_trouble(const Error& error) {

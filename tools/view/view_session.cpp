@@ -16,17 +16,6 @@ constexpr auto rest = std::chrono::milliseconds(150);
 constexpr auto idle = std::chrono::milliseconds(400);
 constexpr std::size_t most_arrivals = 4096;  // that wait
 
-bool same_scene(const Design& a, const Design& b) {
-    if (a.ids != b.ids || a.light_stamp != b.light_stamp || a.material_stamp != b.material_stamp ||
-        a.lamp_stamp != b.lamp_stamp)
-        return false;
-    for (std::size_t i = 0; i < a.ids.size(); ++i)
-        if (a.scene.instances[i].placement != b.scene.instances[i].placement) return false;
-    const EnvironmentDescription &one = a.scene.environment, &other = b.scene.environment;
-    return one.turn == other.turn &&
-           (one.blend ? one.blend->share : 0) == (other.blend ? other.blend->share : 0);
-}
-
 }  // namespace
 
 ViewSession::ViewSession(const Scene& scene, SceneEntities entities, ViewSettings settings, LightShelf& shelf,
@@ -170,13 +159,10 @@ void ViewSession::run(const std::stop_token& stop) {
     }
 }
 
-bool ViewSession::same_eye(const Design& a, const Design& b) const {
-    return !has_highlights_ || a.scene.camera.position == b.scene.camera.position;
-}
-
-bool ViewSession::is_shown() const {
-    return shown_ && same_scene(*shown_, history_.now()) && same_eye(*shown_, history_.now()) &&
-           shown_->scene.environment.exposure == history_.now().scene.environment.exposure;
+bool ViewSession::is_shown(bool with_exposure) const {
+    if (!shown_) return false;
+    const DesignDifference found = difference(*shown_, history_.now());
+    return !found.scene() && !(found.eye && has_highlights_) && !(found.exposure && with_exposure);
 }
 
 ViewJob ViewSession::next_job() const {
@@ -185,8 +171,7 @@ ViewJob ViewSession::next_job() const {
     const auto pause = Clock::now() - last_input_;
     if (failed_light_ == now.light_stamp) return {};
     if (!is_shown()) {
-        if (shown_ && same_scene(*shown_, now) && same_eye(*shown_, now) && live_.can_expose(now))
-            return {What::frame, {}};
+        if (is_shown(/*with_exposure=*/false) && live_.can_expose(now)) return {What::frame, {}};
         if (live_.follows(now, live_.varied())) return {What::frame, live_.varied()};
         const bool is_gone = hand_.of == Variation::Of::object && !place_of(now, hand_.object);
         if (shown_ && hand_.of != Variation::Of::nothing && !is_gone) return {What::vectors, hand_};

@@ -102,8 +102,8 @@ private:
     Result<Done> guarded_work(const ViewJob& job, const Progress& progress);
     Result<Done> work(const ViewJob& job, const Progress& progress);
     void show_colours(Exactness exactness);
-    bool is_shown() const;
-    bool same_eye(const Design& a, const Design& b) const;
+    /// True if the colours are those of the present design.
+    bool is_shown(bool with_exposure = true) const;
     void tell_trouble(const Error& error);
     void tell_rest();
 

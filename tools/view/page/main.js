@@ -7,6 +7,8 @@ const element = (id) => document.getElementById(id);
 // What is known of the colours, by exactness. Between vertices nothing is known.
 const words = {
   moving: ['transfer vectors, coarser while moving', 'The colours follow your hand by precomputed transfer vectors.'],
+  orbiting: ['transfer vectors, no indirect light in reflections', 'While the camera moves, specular reflections show ' +
+    'direct light only. Indirect light in them follows when the camera rests.'],
   quick: ['shaded by fields', 'Occlusion by other objects is interpolated from visibility fields.'],
   exact: ['as baked', 'Every vertex has the colour that `haarfield bake` computes for it. ' +
     'Colours are interpolated between vertices: shadow edges are only as sharp as the mesh is fine.'],
@@ -55,8 +57,9 @@ const connection = new Connection({
 function showStatus() {
   const missing = stage.missing();
   const isComplete = stats.last && missing === 0;
+  const known = stats.last?.exactness === 'moving' && stats.lacksReflections ? 'orbiting' : stats.last?.exactness;
   const [text, title] = isComplete
-    ? words[stats.last.exactness]
+    ? words[known]
     : [`loading ${missing} of ${stage.objects.size} objects`, 'Meshes and colours are on their way.'];
   element('exactness').className = 'pill ' + (isComplete ? stats.last.exactness : 'moving');
   element('exactness').textContent = isComplete ? `${text} · ${stage.vertices().toLocaleString('en')} vertices` : text;
@@ -165,11 +168,13 @@ const receivers = {
     setSteering(value);
     panel.offerAutosave(value ? stats.autosave : null);
   },
-  work({ doing, share }) {
+  work({ doing, share, lacks_reflections: lacksReflections }) {
     element('work').classList.toggle('busy', doing !== '');
     element('work-name').textContent = jobs[doing] ?? '';
     element('work-bar').style.width = 100 * share + '%';
     stats.doing = doing;
+    stats.lacksReflections = lacksReflections;
+    showStatus();
   },
   error(message) {
     stats.errors.push(message);
