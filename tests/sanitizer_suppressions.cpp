@@ -11,7 +11,7 @@ extern "C" const char* __lsan_default_suppressions() {
 // instrumented, either: these free what threads of theirs have made.
 extern "C" const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() {
-    return "race:fold_tree\nrace:libembree3\nrace:libOpenImageIO\n";
+    return "race:fold_tree\nrace:libembree\nrace:libOpenImageIO\n";
 }
 
 // Tests fork, with oneTBB's threads about.

@@ -1,6 +1,5 @@
 #include "fields/base/embree_device.h"
 
-#include <embree3/rtcore.h>
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <tbb/blocked_range.h>

@@ -1,6 +1,5 @@
 #include "bridge/pictures/preview.h"
 
-#include <embree3/rtcore.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include <cmath>
 
 #include "fields/base/embree_device.h"
+#include "fields/base/embree_rays.h"
 #include "scenes/camera_frame.h"
 
 namespace haarfield {
@@ -300,10 +300,7 @@ private:
             rays.ray.id[i] = rays.ray.flags[i] = 0;
             rays.hit.geomID[i] = rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
         }
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-        rtcIntersect16(valid.data(), scene_, &context, &rays);
+        find_hits(scene_, valid.data(), rays, Coherence::high);
         for (std::size_t i = 0; i < count; ++i)
             if (rays.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
                 result.points[i] =

@@ -1,11 +1,11 @@
 #include "fields/base/embree_device.h"
 
-#include <embree3/rtcore.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
 
+#include "fields/base/embree_rays.h"
 #include "fields/base/instruction_set.h"
 
 namespace haarfield {

@@ -1,7 +1,11 @@
 #pragma once
-/// Single rays through Embree's scenes. Not a part of the libraries' interface: it needs Embree's headers.
+/// Rays in scenes of Embree 3 or 4. The only include of Embree's headers, and not for users of the libraries.
 
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 
 #include <optional>
 
@@ -9,7 +13,46 @@
 
 namespace haarfield {
 
-/// A ray from `from` along `direction`, as far as `range` times it; every mask lets it pass. [m]
+/// Similarity of the directions in a packet. It changes the speed, not the hits.
+enum class Coherence { none, high };
+
+#if RTC_VERSION_MAJOR < 4
+/// The arguments that Embree 3 has for all rays of a query.
+inline RTCIntersectContext embree_context(Coherence coherence) {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    if (coherence == Coherence::high) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    return context;
+}
+#endif
+
+/// Sets `tfar` of each ray with a nonzero `valid` that hits something to a negative number.
+inline void test_occlusion(RTCScene scene, const int* valid, RTCRay16& rays, Coherence coherence) {
+#if RTC_VERSION_MAJOR < 4
+    RTCIntersectContext context = embree_context(coherence);
+    rtcOccluded16(valid, scene, &context, &rays);
+#else
+    RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    if (coherence == Coherence::high) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    rtcOccluded16(valid, scene, &rays, &arguments);
+#endif
+}
+
+/// Sets the nearest hit of each ray with a nonzero `valid`.
+inline void find_hits(RTCScene scene, const int* valid, RTCRayHit16& rays, Coherence coherence) {
+#if RTC_VERSION_MAJOR < 4
+    RTCIntersectContext context = embree_context(coherence);
+    rtcIntersect16(valid, scene, &context, &rays);
+#else
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    if (coherence == Coherence::high) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    rtcIntersect16(valid, scene, &rays, &arguments);
+#endif
+}
+
+/// Returns a ray from `from` to `from + range * direction`, with all bits of its mask set. [m]
 inline RTCRay embree_ray(const Vec3f& from, const Vec3f& direction, float range) {
     RTCRay ray{};
     ray.org_x = from.x;
@@ -23,26 +66,32 @@ inline RTCRay embree_ray(const Vec3f& from, const Vec3f& direction, float range)
     return ray;
 }
 
-/// Whether a ray meets anything that the scene's filters leave it.
+/// Tests whether a ray hits anything that the filters of the scene accept.
 inline bool meets_any(RTCScene scene, RTCRay ray) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+#if RTC_VERSION_MAJOR < 4
+    RTCIntersectContext context = embree_context(Coherence::none);
     rtcOccluded1(scene, &context, &ray);
+#else
+    rtcOccluded1(scene, &ray);
+#endif
     return ray.tfar < 0;  // Embree's mark of a hit
 }
 
-/// The first that a ray meets.
+/// Returns the nearest hit of a ray, if there is one.
 inline std::optional<RTCRayHit> nearest_hit(RTCScene scene, const RTCRay& ray) {
     RTCRayHit result{ray, {}};
     result.hit.geomID = result.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+#if RTC_VERSION_MAJOR < 4
+    RTCIntersectContext context = embree_context(Coherence::none);
     rtcIntersect1(scene, &context, &result);
+#else
+    rtcIntersect1(scene, &result);
+#endif
     if (result.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     return result;
 }
 
-/// The normal of the triangle that is met, in the frame of its own mesh: outwards, of any length.
+/// Returns the normal of the hit triangle in the frame of its own mesh: outwards, of any length.
 inline Vec3f outwards(const RTCRayHit& ray) {
     return Vec3f(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
 }

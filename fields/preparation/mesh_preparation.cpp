@@ -8,7 +8,6 @@
 #include "fields/preparation/thin_sheets.h"
 
 #include <CGAL/AABB_face_graph_triangle_primitive.h>
-#include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
@@ -22,6 +21,11 @@
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Midpoint_placement.h>
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 #include <CGAL/box_intersection_d.h>
+#if __has_include(<CGAL/AABB_traits_3.h>)  // CGAL 6
+#include <CGAL/AABB_traits_3.h>
+#else
+#include <CGAL/AABB_traits.h>
+#endif
 
 #include <algorithm>
 #include <optional>
@@ -58,8 +62,13 @@ struct CollapseProgress : simplification::Edge_collapse_visitor_base<Surface> {
     CollapseProgress(std::size_t wanted_triangles, const Surface& of, const Progress& to)
         : wanted(wanted_triangles), initial(of.number_of_faces()), surface(&of), progress(&to) {}
 
-    void OnCollected(const Profile&, const boost::optional<FT>&) { check(); }
-    void OnSelected(const Profile&, const boost::optional<FT>&, std::size_t, std::size_t) {
+    // Costs are boost::optional in CGAL 5 and std::optional in CGAL 6.
+    template <class Cost>
+    void OnCollected(const Profile&, const Cost&) {
+        check();
+    }
+    template <class Cost>
+    void OnSelected(const Profile&, const Cost&, std::size_t, std::size_t) {
         check();
         if (selected++ % 512 == 0 && progress->report && initial > wanted)
             progress->report("simplifying",
@@ -229,8 +238,12 @@ constexpr std::uint32_t fewest_coarse = 4000, most_coarse = 64000;
 /// How far some thousand vertices of a mesh are from a surface: root mean square. [m]
 double distance_from(const Mesh& mesh, const Surface& surface) {
     using Primitive = CGAL::AABB_face_graph_triangle_primitive<Surface>;
-    const CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>> tree(faces(surface).first,
-                                                                     faces(surface).second, surface);
+#if __has_include(<CGAL/AABB_traits_3.h>)
+    using Traits = CGAL::AABB_traits_3<Kernel, Primitive>;
+#else
+    using Traits = CGAL::AABB_traits<Kernel, Primitive>;
+#endif
+    const CGAL::AABB_tree<Traits> tree(faces(surface).first, faces(surface).second, surface);
     constexpr std::size_t most = 5000;
     const std::size_t step = std::max<std::size_t>(1, mesh.positions.size() / most);
     double sum = 0;

@@ -30,8 +30,8 @@ constexpr double half = 127.5;
 /// Which vertex goes first must not depend on where CGAL's lists lie in memory, as it does among equals.
 struct DistinctCost {
     template <class Iterator>
-    boost::optional<double> operator()(const Outlines& outlines, Iterator vertex) const {
-        boost::optional<double> cost = simplification::Squared_distance_cost()(outlines, vertex);
+    auto operator()(const Outlines& outlines, Iterator vertex) const {
+        auto cost = simplification::Squared_distance_cost()(outlines, vertex);
         const Point& p = (*vertex)->point();
         if (cost) *cost += 1e-9 * (0.6180339887 * p.x() + p.y());
         return cost;

@@ -1,9 +1,9 @@
 #include "shading/visibility/instanced_triangles.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cassert>
+
+#include "fields/base/embree_rays.h"
 
 namespace haarfield {
 namespace {

@@ -41,10 +41,8 @@ std::uint16_t hits(RTCScene scene, std::span<const Vec3f> points, std::uint16_t 
         rays.id[i] = 0;
         rays.flags[i] = 0;
     }
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    // Not flagged as coherent: with that, packets do not always come back from robust scenes of instances.
-    rtcOccluded16(valid.data(), scene, &context, &rays);
+    // Coherent packets do not always return from robust scenes of instances in Embree 3.
+    test_occlusion(scene, valid.data(), rays, Coherence::none);
     std::uint16_t result = 0;
     for (std::size_t i = 0; i < ShadowRays::packet; ++i)
         if (valid[i] != 0 && rays.tfar[i] < 0) result = static_cast<std::uint16_t>(result | 1u << i);

@@ -1,11 +1,11 @@
 #include "tests/baselines/ray_casting.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <random>
+
+#include "fields/base/embree_rays.h"
 
 namespace haarfield::baseline {
 namespace {
@@ -202,10 +202,7 @@ Rgb RayCaster::sum_of_open(const Vec3f& origin) const {
             rays.dir_z[k] = direction.z;
             rays.tfar[k] = INFINITY;
         }
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-        rtcOccluded16(valid, static_cast<RTCScene>(scene_.get()), &context, &rays);
+        test_occlusion(static_cast<RTCScene>(scene_.get()), valid, rays, Coherence::high);
         for (std::size_t k = 0; k < count; ++k)
             if (rays.tfar[k] > 0) sum += samples_[first + k].value;
     }

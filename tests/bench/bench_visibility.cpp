@@ -1,7 +1,6 @@
 /// Visibility cubemaps: the rasterizer against Embree's packets and against the plain loop, all in one run.
 
 #include <benchmark/benchmark.h>
-#include <embree3/rtcore.h>
 #include <hwy/targets.h>
 
 #include <algorithm>
@@ -11,6 +10,7 @@
 #include <map>
 #include <string>
 
+#include "fields/base/embree_rays.h"
 #include "fields/field/entity_occlusion.h"
 #include "fields/field/samplers.h"
 #include "fields/preparation/mesh_preparation.h"
@@ -55,10 +55,7 @@ public:
                 rays.mask[k] = ~0u;
                 rays.flags[k] = 0;
             }
-            RTCIntersectContext context;
-            rtcInitIntersectContext(&context);
-            context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-            rtcOccluded16(valid, static_cast<RTCScene>(oracle_.scene()), &context, &rays);
+            test_occlusion(static_cast<RTCScene>(oracle_.scene()), valid, rays, Coherence::high);
             for (std::size_t texel = 0; texel < 2; ++texel) {
                 int open = 0;
                 for (std::size_t s = 0; s < 8; ++s) open += rays.tfar[8 * texel + s] > 0;

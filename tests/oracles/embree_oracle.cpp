@@ -1,10 +1,9 @@
 #include "tests/oracles/embree_oracle.h"
 
-#include <embree3/rtcore.h>
-
 #include <cmath>
 #include <cstring>
 
+#include "fields/base/embree_rays.h"
 #include "fields/rasterizer/visibility_rasterizer.h"
 
 namespace haarfield {
@@ -45,19 +44,7 @@ EmbreeOracle::EmbreeOracle(const Occluder& occluder, const char* device_settings
 }
 
 bool EmbreeOracle::is_open(const Vec3f& origin, const Vec3d& direction) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRay ray{};
-    ray.org_x = origin.x;
-    ray.org_y = origin.y;
-    ray.org_z = origin.z;
-    ray.dir_x = static_cast<float>(direction.x);
-    ray.dir_y = static_cast<float>(direction.y);
-    ray.dir_z = static_cast<float>(direction.z);
-    ray.tfar = INFINITY;
-    ray.mask = ~0u;
-    rtcOccluded1(static_cast<RTCScene>(scene_.get()), &context, &ray);
-    return ray.tfar > 0;
+    return !meets_any(static_cast<RTCScene>(scene_.get()), embree_ray(origin, Vec3f(direction), INFINITY));
 }
 
 std::vector<std::uint8_t> EmbreeOracle::open_samples(const Vec3f& view_point, int face_size) const {
