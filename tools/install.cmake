@@ -29,7 +29,10 @@ write_basic_package_version_file(haarfieldConfigVersion.cmake COMPATIBILITY Same
 install(FILES ${PROJECT_BINARY_DIR}/haarfieldConfig.cmake ${PROJECT_BINARY_DIR}/haarfieldConfigVersion.cmake
     DESTINATION ${package_folder})
 
-install(TARGETS haarfield haarfield-reader RUNTIME)
+install(TARGETS haarfield RUNTIME)
+if(TARGET haarfield-reader)
+    install(TARGETS haarfield-reader RUNTIME)
+endif()
 install(FILES ${PROJECT_BINARY_DIR}/pages/haarfield.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(FILES ${PROJECT_BINARY_DIR}/pages/haarfield DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/haarfield/scenes

@@ -1,5 +1,6 @@
 #include "fields/base/instruction_set.h"
 #include "fields/base/names.h"
+#include "fields/file/this_process.h"
 #include "fields/file/write_file.h"
 #include "tools/farm/job_run.h"
 #include "tools/farm/plan_costs.h"
@@ -267,8 +268,7 @@ Result<ExitCode> run(const PlanOptions& options, CommandContext& context) {
                      fmt::format("would have {} tasks; wanted at most {}: longer ones, or several plans",
                                  plan->task_count(), most_plan_tasks)};
     if (Result<Done> made = make_folder(folder / "parts"); !made) return made.error();
-    const ScriptPaths paths{std::filesystem::read_symlink("/proc/self/exe", none).string(),
-                            absolute(options.folder)};
+    const ScriptPaths paths{running_program().string(), absolute(options.folder)};
     for (const auto& [name, text] :
          {std::pair("job.sh", job_script(*plan, paths, options.hook, context.unsandboxed)),
           std::pair("slurm.sh", slurm_script(*plan, paths)),

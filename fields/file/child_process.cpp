@@ -3,11 +3,12 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+
+#include "fields/file/this_process.h"
 
 namespace haarfield {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 [[noreturn]] void become(const char* program, char* const* arguments, const char* folder, pid_t parent,
                          int log, int failure) {
     // Whoever runs it may be killed without a chance to end it.
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    end_with_parent();
     for (const int ignored : {SIGPIPE, SIGXFSZ}) ::signal(ignored, SIG_DFL);
     sigset_t none;
     sigemptyset(&none);

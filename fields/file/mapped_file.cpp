@@ -51,9 +51,11 @@ Result<Done> load_pages(const MappedFile& file, const std::string& where) {
     if (file.bytes.size() > machine_memory())
         return Error{where, fmt::format("has {} bytes; this machine has memory for {}", file.bytes.size(),
                                         machine_memory())};
+#ifdef MADV_POPULATE_READ
     // Only for speed: pages that are not loaded here are loaded on access.
     if (!file.bytes.empty())
         madvise(const_cast<char*>(file.bytes.data()), file.bytes.size(), MADV_POPULATE_READ);
+#endif
     return Done{};
 }
 

@@ -66,6 +66,11 @@ Result<Done> fork_reader_process(std::span<const ReaderTask> tasks);
 /// is read.
 void allow_unsandboxed_readers();
 
+/// The remedy in errors about untrusted files that cannot be read in a sandbox.
+inline constexpr const char* unsandboxed_remedy =
+    "to read it without a sandbox, if you trust it, use the option --unsandboxed (in C++ "
+    "allow_unsandboxed_readers(), in Python haarfield.allow_unsandboxed_readers())";
+
 /// Returns true if a reader process reads untrusted files, and false if this process may read them itself.
 /// Starts the reader process if necessary.
 ///

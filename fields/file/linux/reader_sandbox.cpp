@@ -1,4 +1,4 @@
-#include "fields/file/reader_sandbox.h"
+#include "fields/file/linux/reader_sandbox.h"
 
 #include <fcntl.h>
 #include <linux/landlock.h>

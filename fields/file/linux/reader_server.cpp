@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "fields/file/reader_message.h"
-#include "fields/file/reader_sandbox.h"
+#include "fields/file/linux/reader_message.h"
+#include "fields/file/linux/reader_sandbox.h"
 
 namespace haarfield {
 namespace {

@@ -6,7 +6,6 @@
 #include <signal.h>
 #include <spawn.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -24,7 +23,8 @@
 #include <mutex>
 #include <thread>
 
-#include "fields/file/reader_message.h"
+#include "fields/file/linux/reader_message.h"
+#include "fields/file/this_process.h"
 
 #if defined(__SANITIZE_THREAD__)
 #define HAARFIELD_THREAD_SANITIZER
@@ -108,10 +108,8 @@ std::filesystem::path found_program(bool& is_named) {
     const char* const named = std::getenv(variable);
     is_named = named && *named;
     if (named) return named;
-    std::error_code ignored;
-    const std::filesystem::path running = std::filesystem::read_symlink("/proc/self/exe", ignored);
     for (const std::filesystem::path& folder :
-         {running.parent_path(), own_folder(), std::filesystem::path(HAARFIELD_PROGRAM_FOLDER)}) {
+         {running_program().parent_path(), own_folder(), std::filesystem::path(HAARFIELD_PROGRAM_FOLDER)}) {
         std::filesystem::path program = folder / "haarfield-reader";
         if (!folder.empty() && ::access(program.c_str(), X_OK) == 0) return program;
     }
@@ -145,11 +143,6 @@ int spawned(const std::filesystem::path& program) {
 int memory_file() {
     return memfd_create("haarfield", MFD_CLOEXEC | MFD_ALLOW_SEALING);
 }
-
-/// The remedy, for messages about a missing sandbox.
-constexpr const char* remedy =
-    "to read it without a sandbox, if you trust it, use the option --unsandboxed (in C++ "
-    "allow_unsandboxed_readers(), in Python haarfield.allow_unsandboxed_readers())";
 
 /// errors  what the system says of the reader process.
 Result<Done> send(int socket, const ReaderRequest& head, std::string_view details,
@@ -188,7 +181,7 @@ std::string failure_of(const ReaderOutcome& outcome, const ReaderLimits& limits)
     if (WIFSIGNALED(outcome.status) && WTERMSIG(outcome.status) == SIGXCPU)
         return fmt::format("took longer than {:.0f} s of processor time to read", limits.seconds);
     if (WIFEXITED(outcome.status) && WEXITSTATUS(outcome.status) == int(WorkerExit::unsandboxed))
-        return fmt::format("its reader cannot be sandboxed on this system; {}", remedy);
+        return fmt::format("its reader cannot be sandboxed on this system; {}", unsandboxed_remedy);
     if (outcome.status == -1) return "there is no process to read it: the system has too many";
     if (WIFSIGNALED(outcome.status))
         return fmt::format("its reader ended by signal {} ({}): the file is damaged",
@@ -260,7 +253,7 @@ Result<bool> reads_apart() {
         return Error{"",
                      fmt::format("there is no reader process for untrusted files (haarfield-reader was not "
                                  "found); {}",
-                                 remedy)};
+                                 unsandboxed_remedy)};
     return made.socket >= 0;
 }
 
