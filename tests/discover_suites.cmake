@@ -1,16 +1,17 @@
-# haarfield_discover_suites(TARGET SECONDS N [EACH SUITE...])
+# haarfield_discover_suites(TARGET SECONDS N [EACH SUITE...] [SLOW NAME...])
 #
 # Adds one ctest entry for each suite of a GoogleTest program, or one for each test of the suites in EACH. Suites are
 # the default because the program needs a quarter of a second to start.
 #
 # SECONDS  the time limit of each entry
 # EACH     suites whose tests take long, as they start many processes; ctest starts these entries first
+# SLOW     regular expressions; entries whose whole name matches one get the label `slow`
 function(haarfield_discover_suites target)
-    cmake_parse_arguments(PARSE_ARGV 1 wanted "" "SECONDS" "EACH")
+    cmake_parse_arguments(PARSE_ARGV 1 wanted "" "SECONDS" "EACH;SLOW")
     set(listed ${CMAKE_CURRENT_BINARY_DIR}/${target}_suites.cmake)
     add_custom_command(TARGET ${target} POST_BUILD BYPRODUCTS ${listed}
         COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:${target}> -DLISTED=${listed} -DSECONDS=${wanted_SECONDS}
-            "-DEACH=${wanted_EACH}" -P ${CMAKE_CURRENT_FUNCTION_LIST_FILE}
+            "-DEACH=${wanted_EACH}" "-DSLOW=${wanted_SLOW}" -P ${CMAKE_CURRENT_FUNCTION_LIST_FILE}
         VERBATIM)
     set(included ${CMAKE_CURRENT_BINARY_DIR}/${target}_tests.cmake)
     file(WRITE ${included} "if(EXISTS [==[${listed}]==])\n  include([==[${listed}]==])\nelse()\n"
@@ -51,8 +52,14 @@ if(CMAKE_SCRIPT_MODE_FILE)
             set(filter "${name}.*")
             set(cost 0)
         endif()
+        set(labels "")
+        foreach(slow ${SLOW})
+            if(name MATCHES "^(${slow})$")
+                set(labels " LABELS slow")
+            endif()
+        endforeach()
         string(APPEND tests "add_test([==[${name}]==] [==[${PROGRAM}]==] [==[--gtest_filter=${filter}]==])\n"
-            "set_tests_properties([==[${name}]==] PROPERTIES TIMEOUT ${SECONDS} COST ${cost})\n")
+            "set_tests_properties([==[${name}]==] PROPERTIES TIMEOUT ${SECONDS} COST ${cost}${labels})\n")
     endforeach()
     file(WRITE ${LISTED} "${tests}")
 endif()
