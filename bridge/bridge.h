@@ -71,12 +71,13 @@
 ///     const ShadedScene shaded = shaded_scene(*scene, *entities, sky);
 ///     const Result<SceneRadiance> radiance = scene_radiance(shaded, {});
 ///     if (!radiance) return fail(radiance.error());
+///     const SceneColours colours = total(*radiance);
 ///
 ///     std::vector<BakedInstance> instances;
 ///     for (std::size_t i = 0; i < scene->instances.size(); ++i)
 ///         instances.push_back({scene->instances[i].name,
 ///                              shaded.entities[shaded.instances[i].entity].mesh,
-///                              shaded.instances[i].placement, (*radiance)[i]});
+///                              shaded.instances[i].placement, colours[i]});
 ///     const LatLongImage background = image_with_suns(shaded.environment);
 ///     const Result<BakedFiles> files =
 ///         write_baked_scene("bridge_picture", scene->name, scene->camera, instances, {&background});

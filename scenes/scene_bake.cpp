@@ -72,10 +72,10 @@ Result<Done> shade(const PointShading& shading, const SceneEntities& entities, c
     return Done{};
 }
 
-/// What an instance's vertices have before textures are parted from it.
+/// The meshes of the instances with their radiance, without textures.
 struct ShadedMeshes {
-    std::vector<SampledMesh> meshes;             ///< By instance.
-    std::vector<std::span<const Rgb>> radiance;  ///< Of their vertices.
+    std::vector<SampledMesh> meshes;                  ///< By instance.
+    std::vector<std::span<const Outgoing>> radiance;  ///< Of their vertices.
 };
 
 ShadedMeshes shaded_meshes(const SceneEntities& entities, const BakedScene& baked) {
@@ -94,42 +94,23 @@ ShadedMeshes shaded_meshes(const SceneEntities& entities, const BakedScene& bake
     return shaded;
 }
 
-/// The instances as they are seen, whose radiance is parted where there are textures.
+/// Returns the instances as they are displayed.
 ///
-/// seen  by instance; the instances refer to it.
+/// seen  becomes the radiance by instance; the instances refer to it.
 std::vector<BakedInstance> seen_instances(const Scene& scene, const SceneEntities& entities,
-                                          const ShadedMeshes& shaded, const SceneRadiance& highlights,
-                                          std::vector<SeenRadiance>& seen) {
+                                          const ShadedMeshes& shaded, std::vector<SeenRadiance>& seen) {
     std::vector<BakedInstance> instances;
     seen.resize(shaded.meshes.size());
     for (std::size_t i = 0; i < shaded.meshes.size(); ++i) {
         const SceneEntity& entity = entities.of_instance(i);
+        seen[i] = seen_radiance(*shaded.meshes[i].mesh, entity.surfaces, shaded.radiance[i]);
         BakedInstance& added =
             instances.emplace_back(BakedInstance{scene.instances[i].name, shaded.meshes[i].mesh,
-                                                 scene.instances[i].placement, shaded.radiance[i]});
+                                                 scene.instances[i].placement, seen[i].under, seen[i].over});
+        if (!all_plain(entity.surfaces)) added.surfaces = entity.surfaces;
         added.left_handed = entity.left_handed;
-        if (all_plain(entity.surfaces)) continue;
-        seen[i] = seen_radiance(*shaded.meshes[i].mesh, entity.surfaces, shaded.radiance[i], highlights[i]);
-        added.radiance = seen[i].under;
-        added.over = seen[i].over;
-        added.surfaces = entity.surfaces;
     }
     return instances;
-}
-
-Result<Done> add_instances(const Scene& scene, const SceneEntities& entities, const PointShading& shading,
-                           const Progress& progress, BakedScene& baked) {
-    const ShadedMeshes shaded = shaded_meshes(entities, baked);
-    SceneRadiance highlights(shaded.meshes.size());
-    if (parts_highlights(entities)) {
-        Result<SceneRadiance> found =
-            highlight_radiance(shading, shaded.meshes, parted_materials(entities), progress);
-        if (!found) return found.error();
-        highlights = std::move(*found);
-    }
-    if (is_partial(shading.sharing)) return Done{};
-    baked.instances = seen_instances(scene, entities, shaded, highlights, baked.seen);
-    return Done{};
 }
 
 /// The instances with values instead of their radiance, and without images, which cut nothing out then.
@@ -141,32 +122,30 @@ std::vector<BakedInstance> valued_instances(const std::vector<BakedInstance>& in
     return valued;
 }
 
-/// A pass as it is written, from what was computed.
+/// Returns a pass as it is written, from its values.
 ///
-/// highlights  of the pass own-shadow, where surfaces part them; else empty.
-/// shaded      the full picture's.
-BakedPass baked_pass(const std::string& name, SceneRadiance values, const SceneRadiance& highlights,
-                     const Scene& scene, const SceneEntities& entities, ShadedMeshes shaded,
+/// shaded  of the full picture.
+BakedPass baked_pass(const std::string& name, const SceneRadiance& values, const Scene& scene,
+                     const SceneEntities& entities, ShadedMeshes shaded,
                      const std::vector<BakedInstance>& instances) {
     const RenderPass pass = render_pass_of.at(name);
-    BakedPass made{name, std::move(values), {}, {}};
+    BakedPass made{name, {}, {}, {}};
     if (pass == RenderPass::own_shadow) {
-        shaded.radiance.assign(made.values.begin(), made.values.end());
-        made.instances = seen_instances(scene, entities, shaded, highlights, made.seen);
+        shaded.radiance.assign(values.begin(), values.end());
+        made.instances = seen_instances(scene, entities, shaded, made.seen);
         made.has_environment = true;
-        SceneRadiance seen(instances.size());
-        for (std::size_t i = 0; i < instances.size(); ++i)
-            for (std::size_t v = 0; v < made.values[i].size(); ++v)
-                seen[i].push_back(seen_at(made.instances[i], v));
-        // Plain instances refer to these values, which are the same.
-        for (std::size_t i = 0; i < instances.size(); ++i)
-            if (!made.seen[i].under.empty()) made.values[i] = std::move(seen[i]);
+        for (const BakedInstance& instance : made.instances) {
+            std::vector<Rgb>& seen = made.values.emplace_back();
+            for (std::size_t v = 0; v < instance.radiance.size(); ++v) seen.push_back(seen_at(instance, v));
+        }
         return made;
     }
+    made.values = total(values);
     for (std::size_t i = 0; i < instances.size(); ++i) {
         const SceneEntity& entity = entities.of_instance(i);
         std::vector<Rgb>& here = made.values[i];
-        if (pass == RenderPass::diffuse) here = seen_diffuse(*instances[i].mesh, entity.surfaces, here);
+        if (pass == RenderPass::diffuse)
+            here = seen_radiance(*instances[i].mesh, entity.surfaces, values[i]).under;
         if (pass == RenderPass::specular) here = seen_highlights(*instances[i].mesh, entity.surfaces, here);
         made.seen.push_back({here, {}});
         // A picture of irradiance is one of white paint.
@@ -179,14 +158,10 @@ BakedPass baked_pass(const std::string& name, SceneRadiance values, const SceneR
 
 /// The passes, whose values the instances then have.
 Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const PointShading& shading,
-                        const BakeOptions& options, const Progress& progress, BakedScene& baked) {
+                        const BakeOptions& options, const ShadedMeshes& shaded, const Progress& progress,
+                        BakedScene& baked) {
     std::vector<RenderPass> wanted;
-    for (const std::string& name : options.passes) {
-        wanted.push_back(render_pass_of.at(name));
-        if (wanted.back() == RenderPass::own_shadow && parts_highlights(entities))
-            wanted.push_back(RenderPass::own_specular);
-    }
-    const ShadedMeshes shaded = shaded_meshes(entities, baked);
+    for (const std::string& name : options.passes) wanted.push_back(render_pass_of.at(name));
     const bool is_refined = !baked.refined.empty();
     const PassShading bake{
         shading, is_refined ? std::span<const SampledMesh>(shaded.meshes) : std::span<const SampledMesh>(),
@@ -195,14 +170,9 @@ Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const
     Result<std::vector<SceneRadiance>> values = render_passes(bake, shaded.radiance, wanted, progress);
     if (!values) return values.error();
     if (is_partial(shading.sharing)) return Done{};
-    auto next = values->begin();
-    for (const std::string& name : options.passes) {
-        SceneRadiance own = std::move(*next++), highlights(baked.instances.size());
-        if (render_pass_of.at(name) == RenderPass::own_shadow && parts_highlights(entities))
-            highlights = std::move(*next++);
+    for (std::size_t p = 0; p < options.passes.size(); ++p)
         baked.passes.push_back(
-            baked_pass(name, std::move(own), highlights, scene, entities, shaded, baked.instances));
-    }
+            baked_pass(options.passes[p], (*values)[p], scene, entities, shaded, baked.instances));
     for (const BakedPass& pass : baked.passes) {
         std::string name = pass.name;
         std::ranges::replace(name, '-', '_');
@@ -273,9 +243,12 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
     if (!is_fine)
         if (const Result<Done> done = shade(shading, entities, options, progress, baked); !done)
             return done.error();
-    if (const Result<Done> added = add_instances(scene, entities, shading, progress, baked); !added)
-        return added.error();
-    if (const Result<Done> added = add_passes(scene, entities, shading, options, progress, baked); !added)
+    const ShadedMeshes shaded_instances = shaded_meshes(entities, baked);
+    if (!is_partial(shading.sharing))
+        baked.instances = seen_instances(scene, entities, shaded_instances, baked.seen);
+    if (const Result<Done> added =
+            add_passes(scene, entities, shading, options, shaded_instances, progress, baked);
+        !added)
         return added.error();
     return baked;
 }

@@ -49,7 +49,7 @@ struct BounceOutcome {
 /// A pass of a bake.
 struct BakedPass {
     std::string name;                      ///< Of pass_names.
-    SceneRadiance values;                  ///< For meshes.
+    SceneColours values;                   ///< For meshes.
     std::vector<SeenRadiance> seen;        ///< For POV-Ray, of the instances that follow.
     std::vector<BakedInstance> instances;  ///< As POV-Ray is to show the pass.
     bool has_environment = false;          ///< Whether the environment is behind it.
@@ -59,7 +59,7 @@ struct BakedPass {
 struct BakedScene {
     std::vector<RadiantMesh> refined;  ///< By instance; empty if the entities' fine meshes serve.
     SceneRadiance fine;                ///< Of the fine meshes, by instance; or empty.
-    std::vector<SeenRadiance> seen;    ///< By instance; empty where surfaces are plain.
+    std::vector<SeenRadiance> seen;    ///< By instance.
     std::vector<BakedPass> passes;
     std::vector<BakedInstance> instances;
     std::optional<RefinementOutcome> refinement;  ///< If it was asked for.

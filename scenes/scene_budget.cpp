@@ -27,7 +27,7 @@ Result<SceneBudget> scene_budget(const SceneEntities& entities, const ShadedScen
     Result<SceneRadiance> radiance = scene_radiance(shaded, settings, progress);
     if (!radiance) return radiance.error();
     SceneBudget result{std::move(budget->entries), std::move(budget->vertices), std::move(budget->wrong),
-                       std::move(*radiance)};
+                       total(*radiance)};
     const Result<BudgetEntry> interpolation =
         interpolation_error(shaded, random_points(pixels, points), settings, progress);
     if (!interpolation) return interpolation.error();

@@ -10,7 +10,7 @@ namespace haarfield {
 struct SceneBudget {
     std::vector<BudgetEntry> entries;           ///< Those of error_budget, then of interpolation, of rays.
     std::vector<BudgetVertex> vertices, wrong;  ///< As error_budget has them.
-    SceneRadiance radiance;                     ///< Of the bake, by instance.
+    SceneColours radiance;                      ///< Of the bake, by instance.
 };
 
 /// Measures the error of each approximation alone: error_budget, and interpolation_error at random pixels.

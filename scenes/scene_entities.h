@@ -83,10 +83,10 @@ std::vector<Mesh> fine_meshes(const SceneEntities& entities);
 /// together, shared out as those of the fine meshes are. A mesh that has more in its file keeps them.
 std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vertices);
 
-/// Whether highlights must be known apart from the rest of the radiance: Surface::parts_highlights.
+/// True if a surface adds specular radiance on top of its texture: Surface::parts_highlights.
 bool parts_highlights(const SceneEntities& entities);
 
-/// Of which materials they must be; by SceneEntities::entities and material.
+/// True for the materials of such surfaces; by SceneEntities::entities and material.
 std::vector<std::vector<bool>> parted_materials(const SceneEntities& entities);
 
 }  // namespace haarfield

@@ -51,7 +51,7 @@
 /// using namespace haarfield;
 ///
 /// // Mean luminance of all vertices.
-/// double brightness(const SceneRadiance& radiance) {
+/// double brightness(const SceneColours& radiance) {
 ///     double sum = 0, vertices = 0;
 ///     for (const std::vector<Rgb>& instance : radiance)
 ///         for (const Rgb& colour : instance) sum += double(luminance(colour)), ++vertices;

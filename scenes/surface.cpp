@@ -53,34 +53,23 @@ Surface surface_of(const MeshMaterial& material) {
     return surface;
 }
 
-SeenRadiance seen_radiance(const Mesh& mesh, std::span<const Surface> surfaces, std::span<const Rgb> radiance,
-                           std::span<const Rgb> highlights) {
+SeenRadiance seen_radiance(const Mesh& mesh, std::span<const Surface> surfaces,
+                           std::span<const Outgoing> radiance) {
     assert(radiance.size() == mesh.positions.size());
-    assert(highlights.empty() || highlights.size() == radiance.size());
-    SeenRadiance seen{{radiance.begin(), radiance.end()}, {}};
-    const bool parts = !highlights.empty() &&
-                       std::ranges::any_of(surfaces, [](const Surface& s) { return s.parts_highlights(); });
-    if (parts) seen.over.assign(radiance.size(), Rgb(0.0f));
+    SeenRadiance seen;
+    seen.under.reserve(radiance.size());
+    if (std::ranges::any_of(surfaces, &Surface::parts_highlights))
+        seen.over.assign(radiance.size(), Rgb(0.0f));
     for (std::size_t v = 0; v < radiance.size(); ++v) {
         const Surface& surface = surfaces[mesh.vertex_materials[v]];
-        if (surface.is_plain()) continue;
-        Rgb over(0.0f);
-        if (parts && surface.parts_highlights()) over = highlights[v] * (1 - surface.tinted_highlights);
-        Rgb under = without_negative(radiance[v] - over) + surface.emission;
+        const float tinted = surface.parts_highlights() ? surface.tinted_highlights : 1;
+        const Rgb over = radiance[v].specular * (1 - tinted);
+        Rgb under = radiance[v].diffuse + radiance[v].specular * tinted + surface.emission;
         if (surface.coloured) under *= mesh.colours[v];
-        if (surface.texture) {
-            seen.under[v] = under;
-            if (parts) seen.over[v] = over;
-        } else {
-            seen.under[v] = under + over;
-        }
+        seen.under.push_back(surface.texture ? under : under + over);
+        if (surface.texture && !seen.over.empty()) seen.over[v] = over;
     }
     return seen;
-}
-
-std::vector<Rgb> seen_diffuse(const Mesh& mesh, std::span<const Surface> surfaces,
-                              std::span<const Rgb> diffuse) {
-    return seen_radiance(mesh, surfaces, diffuse, {}).under;
 }
 
 std::vector<Rgb> seen_highlights(const Mesh& mesh, std::span<const Surface> surfaces,

@@ -5,6 +5,7 @@
 #include "scenes/texture.h"
 #include "shading/scene/emitter.h"
 #include "shading/scene/material.h"
+#include "shading/scene/outgoing.h"
 
 #include <span>
 
@@ -54,20 +55,14 @@ struct SeenRadiance {
     std::vector<Rgb> over;  ///< As many, or none if there is nothing.
 };
 
-/// Parts radiance into what lies under and over the textures.
+/// Splits radiance into the factor of the textures and the summand on top of them.
 ///
-/// surfaces    by the mesh's materials.
-/// radiance    of the vertices, as the materials make it.
-/// highlights  what of it is highlights; empty if no surface parts them.
-SeenRadiance seen_radiance(const Mesh& mesh, std::span<const Surface> surfaces, std::span<const Rgb> radiance,
-                           std::span<const Rgb> highlights);
+/// surfaces  by the material indices of the mesh.
+/// radiance  of the vertices, without textures.
+SeenRadiance seen_radiance(const Mesh& mesh, std::span<const Surface> surfaces,
+                           std::span<const Outgoing> radiance);
 
-/// Radiance without highlights as it is seen where every image is white: with emission and the vertices'
-/// colours.
-std::vector<Rgb> seen_diffuse(const Mesh& mesh, std::span<const Surface> surfaces,
-                              std::span<const Rgb> diffuse);
-
-/// The same of highlights: of what is tinted, with the vertices' colours. Both add up to what is seen.
+/// Multiplies the tinted fraction of specular radiance by the colours of the vertices. Images count as white.
 std::vector<Rgb> seen_highlights(const Mesh& mesh, std::span<const Surface> surfaces,
                                  std::span<const Rgb> highlights);
 

@@ -125,7 +125,7 @@ materials.wood = { diffuse = [0.4, 0.2, 0.1], specular = [0.2, 0.2, 0.2], shinin
 
     /// Expects the same at the same places, where sides face alike, at all but a few vertices: next to an
     /// edge a sample may be on its other side.
-    static void expect_same(const SceneRadiance& found, const SceneRadiance& wanted, float tolerance) {
+    static void expect_same(const SceneColours& found, const SceneColours& wanted, float tolerance) {
         std::size_t count = 0, different = 0;
         for (std::size_t i = 0; i < wanted.size(); ++i) {
             const Mesh &a = *affine->shaded.entities[affine->shaded.instances[i].entity].mesh,
@@ -162,13 +162,13 @@ AffineInstances::Prepared* AffineInstances::affine = nullptr;
 AffineInstances::Prepared* AffineInstances::world = nullptr;
 
 TEST_F(AffineInstances, TheOracleSeesThemAsMeshesMadeByHand) {
-    expect_same(*dense_scene_radiance(affine->shaded, settings()),
-                *dense_scene_radiance(world->shaded, settings()), 1e-3f);
+    expect_same(total(*dense_scene_radiance(affine->shaded, settings())),
+                total(*dense_scene_radiance(world->shaded, settings())), 1e-3f);
 }
 
 TEST_F(AffineInstances, AreBakedAsTheOracleBakesMeshesMadeByHand) {
-    expect_same(*scene_radiance(affine->shaded, settings()), *dense_scene_radiance(world->shaded, settings()),
-                4e-3f);
+    expect_same(total(*scene_radiance(affine->shaded, settings())),
+                total(*dense_scene_radiance(world->shaded, settings())), 4e-3f);
 }
 
 TEST_F(AffineInstances, MoveInASession) {
@@ -179,12 +179,12 @@ TEST_F(AffineInstances, MoveInASession) {
     placement.translate += step;
     session.place(1, placement);
     ASSERT_TRUE(session.frame());
-    const SceneRadiance frame = session.radiance();
+    const SceneColours frame = session.radiance();
     ASSERT_TRUE(session.commit());
 
     ShadedScene moved = world->shaded;
     moved.instances[1].placement.translate += step;
-    const SceneRadiance wanted = *dense_scene_radiance(moved, settings());
+    const SceneColours wanted = total(*dense_scene_radiance(moved, settings()));
     expect_same(session.radiance(), wanted, 4e-3f);
     expect_same(frame, wanted, 0.04f);
 }

@@ -9,7 +9,7 @@ namespace haarfield {
 namespace {
 
 /// Radiance in the middles of the floor's triangles.
-std::vector<Rgb> middles(const LitBox& lit, const Mesh& floor) {
+std::vector<Outgoing> middles(const LitBox& lit, const Mesh& floor) {
     std::vector<InstancePoint> points;
     for (std::uint32_t t = 0; t < floor.triangles.size(); ++t) {
         const auto& [a, b, c] = floor.triangles[t];
@@ -25,17 +25,18 @@ std::vector<Rgb> middles(const LitBox& lit, const Mesh& floor) {
 struct Misfit {
     double square = 0, mean = 0;
 };
-Misfit misfit(const RadiantMesh& floor, const std::vector<Rgb>& sampled, const std::vector<Rgb>& middles) {
+Misfit misfit(const RadiantMesh& floor, const std::vector<Outgoing>& sampled,
+              const std::vector<Outgoing>& middles) {
     Misfit result;
     for (std::size_t t = 0; t < middles.size(); ++t) {
         double mean = 0;
         for (const std::uint32_t v : floor.mesh.triangles[t]) {
-            const double off = double(floor.radiance[v].x) - double(sampled[v].x);
-            mean += double(floor.radiance[v].x) / 3;
+            const double off = double(floor.radiance[v].diffuse.x) - double(sampled[v].diffuse.x);
+            mean += double(floor.radiance[v].diffuse.x) / 3;
             result.square += off * off / 12;
             result.mean += off / 12;
         }
-        const double off = mean - double(middles[t].x);
+        const double off = mean - double(middles[t].diffuse.x);
         result.square += 0.75 * off * off;
         result.mean += 0.75 * off;
     }
@@ -46,7 +47,7 @@ TEST(ColourFit, HasTheLeastSquaredErrorAndNoMeanError) {
     const LitBox lit;
     auto meshes = lit.radiant(16);
     RadiantMesh& floor = meshes[LitBox::floor];
-    const std::vector<Rgb> sampled = floor.radiance, exact = middles(lit, floor.mesh);
+    const std::vector<Outgoing> sampled = floor.radiance, exact = middles(lit, floor.mesh);
     const Misfit before = misfit(floor, sampled, exact);
     ASSERT_TRUE(fit_radiance(lit.shading, meshes));
     const Misfit after = misfit(floor, sampled, exact);
@@ -55,9 +56,9 @@ TEST(ColourFit, HasTheLeastSquaredErrorAndNoMeanError) {
     EXPECT_LT(std::abs(after.mean), 1e-4);
     for (std::size_t v = 0; v < floor.radiance.size(); ++v)
         for (const float step : {-0.02f, 0.02f}) {
-            floor.radiance[v].x += step;
+            floor.radiance[v].diffuse.x += step;
             EXPECT_GT(misfit(floor, sampled, exact).square, after.square) << v;
-            floor.radiance[v].x -= step;
+            floor.radiance[v].diffuse.x -= step;
         }
 }
 
@@ -70,7 +71,7 @@ TEST(ColourFit, IsNeverNegativeAndHasTheSameBitsForAnyNumberOfThreads) {
     }
     for (std::size_t i = 0; i < results[0].size(); ++i) {
         EXPECT_EQ(results[0][i].radiance, results[1][i].radiance);
-        for (const Rgb& value : results[0][i].radiance) EXPECT_GE(std::min({value.x, value.y, value.z}), 0);
+        for (const Outgoing& value : results[0][i].radiance) EXPECT_EQ(value, without_negative(value));
     }
 }
 

@@ -78,7 +78,7 @@ TEST(CrossedVertices, AreHalfInShadow) {
     for (std::size_t v = 0; v < fine.positions.size(); ++v)
         if (is_on_axis(fine.positions[v]) && std::abs(fine.positions[v].y) < 0.8f) {
             ++crossed;
-            EXPECT_NEAR((*radiance)[0][v].x / albedo, 0.5f, 0.1f) << fine.positions[v];
+            EXPECT_NEAR((*radiance)[0][v].total().x / albedo, 0.5f, 0.1f) << fine.positions[v];
         }
     EXPECT_GT(crossed, 20u);
 }

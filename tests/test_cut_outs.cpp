@@ -311,7 +311,7 @@ TEST(CutOuts, OfWhichNothingIsLeftAreLitAndBlockNoLight) {
     const ExampleScene scene = over_floor(sheet);
     ExampleScene floor = over_floor(sheet);
     floor.scene.instances.pop_back();
-    const SceneRadiance radiance = scene.radiance();
+    const SceneColours radiance = scene.radiance();
     EXPECT_EQ(radiance[0], floor.radiance()[0]);
     for (const Rgb& value : radiance[1]) EXPECT_TRUE(is_finite(value));
 }

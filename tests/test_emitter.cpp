@@ -178,7 +178,7 @@ TEST(Emitter, ANeedleShedsWhatItsPiecesDoByLambertsFormula) {
 
 TEST(Emitter, LightsOthersInTheBakeAsPovraysLampsDo) {
     const GlowingSquare example;
-    const SceneRadiance tree = example.radiance(), dense = example.dense();
+    const SceneColours tree = example.radiance(), dense = example.dense();
     double error = 0, energy = 0;
     for (std::size_t v = 0; v < tree[0].size(); ++v) {
         error += squared(tree[0][v] - dense[0][v]);

@@ -120,7 +120,7 @@ TEST(ErrorBudget, ChargesNoFieldForWhatIsSeenExactly) {
 /// The ends of the chain are what the program bakes, and what the oracle says with finer texels.
 TEST(ErrorBudget, AllTogetherIsTheBakeAgainstTheFinestOracle) {
     const ErrorBudget budget = room().budget(room().settings());
-    const auto baked = *scene_radiance(room().scene, room().settings());
+    const auto baked = total(*scene_radiance(room().scene, room().settings()));
     RenderSettings fine = room().settings();
     fine.face_size *= 4;
     const DenseScene dense = *DenseScene::make(room().scene, fine.face_size);
@@ -131,7 +131,7 @@ TEST(ErrorBudget, AllTogetherIsTheBakeAgainstTheFinestOracle) {
     for (const BudgetVertex& at : budget.vertices) {
         EXPECT_EQ(at.baked, baked[at.instance][at.vertex]);
         const ShadedEntity& entity = room().scene.entities[room().scene.instances[at.instance].entity];
-        const Rgb exact = shader.radiance(at.instance, surface_point(entity, at.vertex));
+        const Rgb exact = shader.radiance(at.instance, surface_point(entity, at.vertex)).total();
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(at.exact[c], exact[c], 1e-5 * exact[c]);
         const Vec3f difference = at.baked - at.exact;
         EXPECT_LE(difference.length(), worst_before) << "the worst come first";
@@ -174,9 +174,9 @@ TEST(InterpolationError, IsThatBetweenTheCorners) {
     const DenseScene dense = *DenseScene::make(plain.scene, settings.face_size);
     DenseShader shader(dense);
     const auto corner = [&](std::size_t c) {
-        return shader.radiance(0, surface_point(entity, entity.mesh->triangles[0][c]));
+        return shader.radiance(0, surface_point(entity, entity.mesh->triangles[0][c])).total();
     };
-    const Rgb exact = shader.radiance(0, *surface_point(entity, at)),
+    const Rgb exact = shader.radiance(0, *surface_point(entity, at)).total(),
               found = corner(0) * 0.5f + corner(1) * 0.5f;
     const BudgetEntry some = *interpolation_error(plain.scene, {&at, 1}, settings);
     EXPECT_GT(some.relative_rmse, 0.5);

@@ -75,7 +75,7 @@ TEST(Finish, EachTermAndAllTogetherAreWhatPovrayComputes) {
             for (int x = 0; x < 40; ++x) {
                 const Vec3d point((x + 0.5) / 20 - 1, 1 - (y + 0.5) / 20, 0);
                 const Vec3d mirror = (Vec3d(0, 0, double(distance)) + point).normalized();
-                const Vec3d expected = reflectance(material, Vec3d(0, 0, 1), mirror, light);
+                const Vec3d expected = reflectance(material, Vec3d(0, 0, 1), mirror, light).total();
                 const Rgb& found = image.pixels[std::size_t(40 * y + x)];
                 for (int c = 0; c < 3; ++c)
                     EXPECT_NEAR(found[c], expected[c], 1e-3 * expected[c] + 1e-6)

@@ -25,8 +25,8 @@ struct Prepared {
         geometry = std::move(*shading_geometry(room.scene, settings));
         light = scene_light(room.scene.environment, settings);
     }
-    SceneRadiance radiance(const KeptVisibility* kept = nullptr) const {
-        return *scene_radiance({room.scene, *geometry, *light, settings, kept});
+    SceneColours radiance(const KeptVisibility* kept = nullptr) const {
+        return total(*scene_radiance({room.scene, *geometry, *light, settings, kept}));
     }
     std::size_t kept_vertices(const KeptVisibility& kept) const {
         std::size_t count = 0;
@@ -58,12 +58,12 @@ INSTANTIATE_TEST_SUITE_P(Occlusion, KeptVisibilityBy,
 TEST_P(KeptVisibilityBy, RadianceHasTheSameBitsUnderNewLightAndFromANewEye) {
     Prepared prepared(GetParam());
     const KeptVisibility kept = *KeptVisibility::make(prepared.room.scene, *prepared.geometry, plenty);
-    const SceneRadiance first = prepared.radiance(&kept);
+    const SceneColours first = prepared.radiance(&kept);
     EXPECT_EQ(first, prepared.radiance());
     prepared.room.scene.environment = furnished::sky(2);
     prepared.light = scene_light(prepared.room.scene.environment, prepared.settings);
     prepared.room.scene.eye = {-2, 1, 0.5f};
-    const SceneRadiance second = prepared.radiance(&kept);
+    const SceneColours second = prepared.radiance(&kept);
     EXPECT_EQ(second, prepared.radiance());
     EXPECT_NE(first, second);
 }
@@ -79,7 +79,7 @@ TEST_P(KeptVisibilityBy, KeepsWhatThereIsRoomFor) {
     EXPECT_LT(prepared.kept_vertices(some), prepared.kept_vertices(all) / 2);
     EXPECT_LE(some.bytes(), room + none.bytes());
     EXPECT_GT(all.bytes(), some.bytes());
-    const SceneRadiance radiance = prepared.radiance();
+    const SceneColours radiance = prepared.radiance();
     EXPECT_EQ(prepared.radiance(&some), radiance);
     EXPECT_EQ(prepared.radiance(&none), radiance);
 }

@@ -130,10 +130,9 @@ struct WallAndPost : ExampleScene {
         view.mirror = mirrored_view(scene.eye, point, view.normal);
         const Vec3f from = point + Vec3f(0, 0, 1e-5f);
         const SourceReceiver receiver{from, vertex_brdf(material, view), point};
-        std::array<Rgb, 2> result{Rgb(0.0f), Rgb(0.0f)};
-        add_lamp_light(rays, lamps, {&receiver, 1}, {result.data(), 1});
-        result[1] = Rgb(Vec3f(radiance_from_lamps(lamps, rays, from, material, view)));
-        return result;
+        Outgoing found;
+        add_lamp_light(rays, lamps, {&receiver, 1}, {&found, 1});
+        return {found.total(), Outgoing(radiance_from_lamps(lamps, rays, from, material, view)).total()};
     }
 
     ShadowRays rays;
@@ -265,16 +264,16 @@ TEST(Lamp, WhatItLooksLikeCastsNoShadowOfIt) {
 /// What the bake makes of lamps beside an environment is the sum of both, and the dense oracle agrees.
 TEST(Lamp, AddsToTheEnvironment) {
     WallAndPost example(true);
-    const SceneRadiance dark = example.radiance();
+    const SceneColours dark = example.radiance();
     for (const std::vector<Rgb>& values : dark)
         for (const Rgb& value : values) EXPECT_EQ(value, Rgb(0.0f));
     example.scene.lamps = {lamp_at(LampKind::point, {-0.4f, 0.3f, 0.9f}, Vec3f(0.0f)),
                            with_area(lamp_at(LampKind::spot, {0.6f, -0.3f, 1.5f}, Vec3f(0.0f)), 3, 3)};
-    const SceneRadiance lamps = example.radiance(), lamps_dense = example.dense();
+    const SceneColours lamps = example.radiance(), lamps_dense = example.dense();
     example.scene.environment = constant_environment(4, Rgb(0.5f));
-    const SceneRadiance all = example.radiance();
+    const SceneColours all = example.radiance();
     example.scene.lamps.clear();
-    const SceneRadiance sky = example.radiance();
+    const SceneColours sky = example.radiance();
     double sum = 0;
     for (std::size_t i = 0; i < all.size(); ++i)
         for (std::size_t v = 0; v < all[i].size(); ++v)

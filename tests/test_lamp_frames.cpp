@@ -43,15 +43,15 @@ struct LampLitRoom : ExampleScene {
         settings.exact_triangles = 2;
         settings.occlusion = Occlusion::fields;
     }
-    SceneRadiance fresh_bake(const RelightSession& session) const {
+    SceneColours fresh_bake(const RelightSession& session) const {
         ShadedScene fresh = session.scene();
-        return *scene_radiance(fresh, settings);
+        return total(*scene_radiance(fresh, settings));
     }
 
     RenderSettings settings;
 };
 
-double relative_difference(const SceneRadiance& found, const SceneRadiance& wanted) {
+double relative_difference(const SceneColours& found, const SceneColours& wanted) {
     double error = 0, energy = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t v = 0; v < wanted[i].size(); ++v) {
@@ -72,7 +72,7 @@ TEST(LampFrames, LampsAreDimmedColouredMovedAndSwitchedFromFrameToFrame) {
         EXPECT_LT(relative_difference(session.radiance(), room.fresh_bake(session)), 1e-5) << after;
     };
     frame_equals_a_bake("nothing");
-    const SceneRadiance before = session.radiance();
+    const SceneColours before = session.radiance();
     lamps[0].colour = Rgb(0.1f, 0.5f, 2);
     frame_equals_a_bake("a colour");
     EXPECT_GT(relative_difference(session.radiance(), before), 0.05);

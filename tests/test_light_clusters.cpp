@@ -55,7 +55,7 @@ double relative_rmse(std::span<const Rgb> found, std::span<const Rgb> wanted) {
     return std::sqrt(error / energy);
 }
 
-double relative_rmse(const SceneRadiance& found, const SceneRadiance& wanted) {
+double relative_rmse(const SceneColours& found, const SceneColours& wanted) {
     std::vector<Rgb> all_found, all_wanted;
     for (const auto& values : found) all_found.insert(all_found.end(), values.begin(), values.end());
     for (const auto& values : wanted) all_wanted.insert(all_wanted.end(), values.begin(), values.end());
@@ -97,9 +97,11 @@ TEST(LightClusters, ShedTheLightOfAllRays) {
     const std::vector<LightCluster> clusters = light_clusters(lights);
     ASSERT_LT(clusters.size() * 4, lights.size());
     const std::vector<SourceReceiver> receivers = floor_receivers();
-    std::vector<Rgb> wanted(receivers.size(), Rgb(0.0f)), wanted_diffuse = wanted, found = wanted,
-                                                          found_diffuse = wanted;
-    add_source_light(rays, lights, receivers, wanted, wanted_diffuse);
+    std::vector<Outgoing> wanted_components(receivers.size());
+    add_source_light(rays, lights, receivers, wanted_components);
+    const std::vector<Rgb> wanted = total({wanted_components})[0],
+                           wanted_diffuse = diffuse_component({wanted_components})[0];
+    std::vector<Rgb> found(receivers.size(), Rgb(0.0f)), found_diffuse = found;
     add_clustered_light(rays, clusters, receivers, found, found_diffuse);
     EXPECT_LT(relative_rmse(found, wanted), 5e-3);
     EXPECT_LT(relative_rmse(found_diffuse, wanted_diffuse), 4e-3);
@@ -118,8 +120,10 @@ TEST(LightClusters, ShedTheLightThatIsPartlyBelowTheHorizon) {
         receiver.from = {0, 3, 0};  // above all
         receiver.brdf.normal = Vec3f(Vec3d(cluster.axis.cross(Vec3f(0, 0, 1))).normalized());
         receiver.brdf.diffuse = Rgb(0.3f);
-        Rgb wanted(0.0f), found(0.0f);
-        add_source_light(rays, lights, {&receiver, 1}, {&wanted, 1});
+        Rgb found(0.0f);
+        Outgoing by_sources;
+        add_source_light(rays, lights, {&receiver, 1}, {&by_sources, 1});
+        const Rgb wanted = by_sources.total();
         add_clustered_light(rays, clusters, {&receiver, 1}, {&found, 1});
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], wanted[c], 1e-5f * wanted[c]) << cluster.axis;
     }
@@ -167,7 +171,7 @@ protected:
     }
     static double error_against_commit(RelightSession& session) {
         EXPECT_TRUE(session.frame(GetParam()));
-        const SceneRadiance found = session.radiance();
+        const SceneColours found = session.radiance();
         EXPECT_TRUE(session.commit());
         return relative_rmse(found, session.radiance());
     }

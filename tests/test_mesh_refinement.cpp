@@ -39,12 +39,13 @@ double area(const Mesh& mesh) {
     return sum;
 }
 
-double channel_sum(const Rgb& c) {
+double channel_sum(const Outgoing& radiance) {
+    const Rgb c = radiance.total();
     return double(c.x) + double(c.y) + double(c.z);
 }
 
 /// Interpolated on the floor.
-Rgb radiance_at(const RadiantMesh& floor, float x, float z) {
+Outgoing radiance_at(const RadiantMesh& floor, float x, float z) {
     for (const auto& triangle : floor.mesh.triangles) {
         std::array<double, 3> weight;
         double sum = 0;
@@ -55,13 +56,13 @@ Rgb radiance_at(const RadiantMesh& floor, float x, float z) {
             sum += weight[k];
         }
         if (std::any_of(weight.begin(), weight.end(), [&](double w) { return w / sum < -1e-6; })) continue;
-        Rgb radiance(0.0f);
+        Outgoing radiance;
         for (std::size_t k = 0; k < 3; ++k)
             radiance += floor.radiance[triangle[k]] * static_cast<float>(weight[k] / sum);
         return radiance;
     }
     ADD_FAILURE() << "no triangle at " << x << ", " << z;
-    return Rgb(0.0f);
+    return {};
 }
 
 double rms_error_on_floor(const LitBox& lit, const RadiantMesh& floor) {
@@ -86,7 +87,7 @@ TEST(MeshRefinement, HoldsItsToleranceInTheMiddleOfEveryLongestEdge) {
     const auto start = lit.radiant(10);
     double mean = 0, vertices = 0;
     for (const RadiantMesh& mesh : start) {
-        for (const Rgb& value : mesh.radiance) mean += channel_sum(value);
+        for (const Outgoing& value : mesh.radiance) mean += channel_sum(value);
         vertices += double(mesh.radiance.size());
     }
     mean /= vertices;
@@ -97,7 +98,7 @@ TEST(MeshRefinement, HoldsItsToleranceInTheMiddleOfEveryLongestEdge) {
         const RadiantMesh& floor = refined.meshes[LitBox::floor];
         EXPECT_GT(floor.radiance.size(), start[LitBox::floor].radiance.size());
         std::vector<InstancePoint> middles;
-        std::vector<Rgb> interpolated;
+        std::vector<Outgoing> interpolated;
         for (std::uint32_t t = 0; t < floor.mesh.triangles.size(); ++t) {
             std::pair<float, std::size_t> longest{0, 0};
             for (std::size_t k = 0; k < 3; ++k)
@@ -127,14 +128,14 @@ TEST(MeshRefinement, VerticesAreSeenFromWhereTheyWereShaded) {
     const Refinement refined = *refined_radiance(lit.shading, {0.05f, 3000}, lit.radiant(4));
     std::vector<SampledMesh> meshes;
     for (const RadiantMesh& mesh : refined.meshes) meshes.push_back({&mesh.mesh, &mesh.samples});
-    const SceneRadiance again = *vertex_radiance(lit.shading, meshes, {});
+    const SceneColours again = total(*vertex_radiance(lit.shading, meshes, {}));
     std::size_t shaded = 0;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
         ASSERT_EQ(meshes[i].samples->buried.size(), again[i].size());
         for (std::size_t v = 0; v < again[i].size(); ++v) {
             if (meshes[i].samples->buried[v]) continue;
             ++shaded;
-            EXPECT_NEAR(again[i][v].x, refined.meshes[i].radiance[v].x, 1e-5f) << i << ", " << v;
+            EXPECT_NEAR(again[i][v].x, refined.meshes[i].radiance[v].total().x, 1e-5f) << i << ", " << v;
         }
     }
     EXPECT_GT(shaded, 500u);

@@ -26,7 +26,7 @@ TEST(LightTransfer, UnprunedEqualsTheProductIntegralUnderAnyLight) {
                                                    dense_coefficients(scene.light(), scene.size));
     for (const double turn : {0.4, 2.0, 4.0}) {
         scene.scene.environment = sky(turn);
-        SceneRadiance found;
+        SceneColours found;
         ASSERT_TRUE(shade_frame(transfer, scene.scene, scene.geometry(),
                                 dense_coefficients(scene.light(), scene.size), {}, FrameQuality::still,
                                 found));
@@ -43,7 +43,7 @@ TEST(LightTransfer, PruningIsWithinTheErrorItIsGiven) {
                                                        dense_coefficients(scene.light(), scene.size));
         for (const double turn : {0.4, 3.0}) {
             scene.scene.environment = sky(turn);
-            SceneRadiance found;
+            SceneColours found;
             ASSERT_TRUE(shade_frame(transfer, scene.scene, scene.geometry(),
                                     dense_coefficients(scene.light(), scene.size), {}, FrameQuality::still,
                                     found));
@@ -78,7 +78,7 @@ TEST(LightTransfer, MeetsTheCosineOfASunWhereverItStands) {
         const ShadingGeometry geometry = *shading_geometry(ball.scene, settings());
         const LightTransfer transfer = *light_transfer(ball.scene, geometry, settings(), {0.003f}, typical);
         for (int i = 0; i < 8; ++i) {
-            SceneRadiance found;
+            SceneColours found;
             const DenseCoefficients light =
                 ball.light_with_sun_at(rotation_about({1, 2, -1}, 0.7 * i)(Vec3d(0, 0.6, 0.8)));
             ASSERT_TRUE(shade_frame(transfer, ball.scene, geometry, light,
@@ -95,7 +95,7 @@ TEST(ViewTransfer, FollowsTheEye) {
         *view_transfer(scene.scene, scene.geometry(), settings(), {0.003f}, scene.light(), {});
     for (const Vec3f& eye : {Vec3f(2, 2, 3), Vec3f(-3, 1, 0.5f), Vec3f(0, 5, -1)}) {
         scene.scene.eye = eye;
-        SceneRadiance found;
+        SceneColours found;
         ASSERT_TRUE(shade_frame(transfer, scene.scene, scene.geometry(), found));
         EXPECT_LT(relative_rmse(found, scene.full()), 0.01) << eye;
     }
@@ -108,7 +108,7 @@ TEST(MotionTransfer, FollowsTheInstanceAlongUpAndDown) {
     for (const Vec3f& place :
          {Vec3f(0.6f, 0, -0.9f), Vec3f(-0.4f, 0, 1.1f), Vec3f(0.2f, 0.9f, 0.3f), Vec3f(40, 0, 0)}) {
         scene.scene.instances[3].placement.translate = place;
-        SceneRadiance found;
+        SceneColours found;
         ASSERT_TRUE(
             shade_frame(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
         // From beyond the field's samples frames have it too large and too faint.
@@ -125,7 +125,7 @@ TEST(MotionTransfer, PruningIsWithinTheErrorItIsGiven) {
     EXPECT_LT(transfer.vectors.bytes() * 2, exact.vectors.bytes());
     for (const Vec3f& place : {Vec3f(0.6f, 0, -0.9f), Vec3f(-0.4f, 0, 1.1f), Vec3f(0.2f, 0.9f, 0.3f)}) {
         scene.scene.instances[3].placement.translate = place;
-        SceneRadiance found;
+        SceneColours found;
         ASSERT_TRUE(
             shade_frame(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
         EXPECT_LT(relative_rmse(found, scene.full()), 0.02) << place;
@@ -136,7 +136,7 @@ TEST(RadianceTransfer, DoesNotDependOnTheNumberOfThreads) {
     Room& scene = furnished_room();
     const auto frames = [&] {
         const RgbCubemapTree light = scene.light();
-        std::array<SceneRadiance, 3> radiance;
+        std::array<SceneColours, 3> radiance;
         const DenseCoefficients dense = dense_coefficients(light, scene.size);
         EXPECT_TRUE(shade_frame(*light_transfer(scene.scene, scene.geometry(), settings(), {0.01f}, dense),
                                 scene.scene, scene.geometry(), dense, {}, FrameQuality::still, radiance[0]));
@@ -147,7 +147,7 @@ TEST(RadianceTransfer, DoesNotDependOnTheNumberOfThreads) {
                         scene.scene, scene.geometry(), settings(), FrameQuality::moving, radiance[2]));
         return radiance;
     };
-    std::optional<std::array<SceneRadiance, 3>> wanted;
+    std::optional<std::array<SceneColours, 3>> wanted;
     for (const std::size_t threads : {1u, 2u, 8u}) {
         const auto found = with_threads(threads, frames);
         if (!wanted) wanted = found;

@@ -16,7 +16,7 @@ struct Plane : ExampleScene {
         scene.eye = {0, 100, 0};
     }
     Rgb at(std::uint32_t samples, std::uint32_t seed = 1) const {
-        return ray_radiance(RayScene(scene), 0, surface_point(scene.entities[0], 0), samples, seed);
+        return ray_radiance(RayScene(scene), 0, surface_point(scene.entities[0], 0), samples, seed).total();
     }
 };
 
@@ -25,7 +25,7 @@ TEST(RayRenderer, FurnaceGivesTheAlbedo) {
     example.scene.instances = {
         {example.add_entity(sphere_mesh({0, 0, 0}, 1, 6), matte(0.6f)), {{3, 1, 2}, 2}}};
     example.scene.environment = environment([](const Vec3d&) { return 1.0; });
-    const SceneRadiance radiance = *ray_scene_radiance(example.scene, 4096);
+    const SceneColours radiance = total(*ray_scene_radiance(example.scene, 4096));
     for (const Rgb& r : radiance[0])
         for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(r[channel], 0.6, 0.002);
 }
@@ -72,7 +72,8 @@ TEST(RayRenderer, AWallBlocksHalfOfAUniformSky) {
         {example.add_entity(box_mesh({0.01f, -1, -1000}, {1, 1000, 1000}), matte(1.0f)), {}}};
     example.scene.environment = environment([](const Vec3d&) { return 1.0; });
     const Rgb found =
-        ray_radiance(RayScene(example.scene), 0, surface_point(example.scene.entities[0], 0), 1 << 15, 3);
+        ray_radiance(RayScene(example.scene), 0, surface_point(example.scene.entities[0], 0), 1 << 15, 3)
+            .total();
     EXPECT_NEAR(found.x, 0.5, 2e-3);
 }
 
@@ -90,11 +91,12 @@ TEST(RayRenderer, AnEmitterHasLambertsIrradiance) {
     for (std::size_t k = 0; k < 3; ++k) exact_corners[k] = Vec3d(facing[k]);
     const double irradiance = triangle_irradiance(exact_corners, Vec3d(point.sample), Vec3d(0, 1, 0));
     ASSERT_GT(irradiance, 0.1);
-    EXPECT_NEAR(ray_radiance(RayScene(example.scene), 0, point, 1 << 14, 5).x / (0.5 / pi * 3 * irradiance),
-                1, 3e-3);
+    EXPECT_NEAR(
+        ray_radiance(RayScene(example.scene), 0, point, 1 << 14, 5).total().x / (0.5 / pi * 3 * irradiance),
+        1, 3e-3);
     std::swap(example.scene.entities[0].emitters[0].corners[1],
               example.scene.entities[0].emitters[0].corners[2]);
-    EXPECT_EQ(ray_radiance(RayScene(example.scene), 0, point, 1 << 10, 5).x, 0) << "its back is dark";
+    EXPECT_EQ(ray_radiance(RayScene(example.scene), 0, point, 1 << 10, 5).total().x, 0) << "its back is dark";
 }
 
 /// Boxes on a floor, in light with a sun of a few pixels.
@@ -126,7 +128,7 @@ TEST(RayRenderer, AgreesWithDenseSums) {
         const ShadedEntity& entity = boxes.scene.entities[boxes.scene.instances[i].entity];
         for (std::uint32_t v = 0; v < entity.mesh->positions.size(); v += 4) {
             if (entity.occlusion->samples().buried[v]) continue;
-            const Rgb exact = shader.radiance(i, surface_point(entity, v)),
+            const Rgb exact = shader.radiance(i, surface_point(entity, v)).total(),
                       found = ray_estimate(rays, i, v, 1 << 15).radiance;
             error += squared(exact - found);
             energy += squared(exact);
@@ -142,8 +144,9 @@ TEST(RayRenderer, ErrsLessThanRandomSamplesWouldAndSaysByHowMuch) {
     const auto error = [&](std::uint32_t samples) {
         double sum = 0;
         for (std::uint32_t seed = 0; seed < 32; ++seed)
-            sum += squared(ray_radiance(rays, 0, surface_point(boxes.scene.entities[0], 12), samples, seed) -
-                           exact);
+            sum += squared(
+                ray_radiance(rays, 0, surface_point(boxes.scene.entities[0], 12), samples, seed).total() -
+                exact);
         return std::sqrt(sum / 32);
     };
     EXPECT_LT(error(4096), error(64) / 8 / 1.5) << "64 times as many samples";
@@ -157,7 +160,7 @@ TEST(RayRenderer, IsTheSameForAnyNumberOfThreads) {
     const Boxes boxes;
     const auto radiance = [&](std::size_t threads) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        return *ray_scene_radiance(boxes.scene, 48);
+        return total(*ray_scene_radiance(boxes.scene, 48));
     };
     EXPECT_EQ(radiance(1), radiance(3));
 }

@@ -61,12 +61,12 @@ public:
     }
 
     /// The radiance of a session's instances, of a scene that knows nothing of what it was before.
-    SceneRadiance fresh_bake(const RelightSession& session) const {
+    SceneColours fresh_bake(const RelightSession& session) const {
         ShadedScene fresh = scene();
         fresh.instances = session.instances();
         fresh.environment = session.scene().environment;
         fresh.eye = session.eye();
-        return *scene_radiance(fresh, settings());
+        return total(*scene_radiance(fresh, settings()));
     }
 
     ExampleScene example;
@@ -78,7 +78,7 @@ const OpenedScene& opened(Occlusion occlusion = Occlusion::fields) {
     return occlusion == Occlusion::fields ? by_fields : automatic;
 }
 
-double largest_difference(const SceneRadiance& found, const SceneRadiance& wanted) {
+double largest_difference(const SceneColours& found, const SceneColours& wanted) {
     double largest = 0;
     EXPECT_EQ(found.size(), wanted.size());
     for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -90,7 +90,7 @@ double largest_difference(const SceneRadiance& found, const SceneRadiance& wante
     return largest;
 }
 
-double relative_rmse(const SceneRadiance& found, const SceneRadiance& wanted) {
+double relative_rmse(const SceneColours& found, const SceneColours& wanted) {
     double error = 0, norm = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t v = 0; v < wanted[i].size(); ++v) {
@@ -121,7 +121,7 @@ TEST_P(RelightSessionBy, FramesFollowWhatVariesAndEqualTheCommit) {
     RelightSession session = opened(GetParam()).session();
     const auto expect_frame_as_commit = [&](const char* what, double tolerance = 0.012) {
         ASSERT_TRUE(session.frame()) << what;
-        const SceneRadiance frame = session.radiance();
+        const SceneColours frame = session.radiance();
         ASSERT_TRUE(session.commit());
         EXPECT_LT(relative_rmse(frame, session.radiance()), tolerance) << what;
     };
@@ -163,7 +163,7 @@ TEST_P(RelightSessionBy, FramesOfSomeVerticesHaveTheBitsOfWholeFrames) {
     second[1].assign(buried.begin(), buried.end());
     const auto expect_as_whole = [&](const char* what) {
         ASSERT_TRUE(session.frame());
-        const SceneRadiance whole = session.radiance();
+        const SceneColours whole = session.radiance();
         ASSERT_TRUE(session.commit());
         ASSERT_TRUE(session.frame_of(first));
         ASSERT_TRUE(session.frame_of(second));
@@ -231,7 +231,7 @@ TEST(RelightSession, ShowsLightsThatAreEncodedAlready) {
     RelightSession session = opened().session();
     ASSERT_TRUE(session.vary_light());
     ASSERT_TRUE(session.frame());
-    const SceneRadiance bright = session.radiance();
+    const SceneColours bright = session.radiance();
     session.show_light(dimmed_sky(0.25f));
     ASSERT_TRUE(session.frame());
     for (std::size_t i = 0; i < bright.size(); ++i)
@@ -283,7 +283,7 @@ TEST(RelightSession, WhileMovingTheInstanceItselfMayBeCoarser) {
     ASSERT_TRUE(session.vary_instance(1));
     session.place(1, {{0.1f, 0, -1}, 1});
     ASSERT_TRUE(session.frame());
-    const SceneRadiance still = session.radiance();
+    const SceneColours still = session.radiance();
     ASSERT_TRUE(session.frame(FrameQuality::moving));
     EXPECT_EQ(session.radiance()[0], still[0]);
     EXPECT_NE(session.radiance()[1], still[1]);
@@ -304,7 +304,7 @@ TEST(RelightSession, WhileLightMovesLaterBouncesAreAFrameBehind) {
     // Another environment has all of its bounces at once.
     set.set_environment(sky(0.4));
     turn(set, 0.5);
-    const SceneRadiance lagging = dragged.radiance();
+    const SceneColours lagging = dragged.radiance();
     for (int i = 0; i < 10; ++i) turn(dragged, 0.5);
     EXPECT_NE(lagging, dragged.radiance());
     EXPECT_LT(relative_rmse(lagging, dragged.radiance()), 0.001);
@@ -313,7 +313,7 @@ TEST(RelightSession, WhileLightMovesLaterBouncesAreAFrameBehind) {
     // Light that leaps has all of its bounces at once.
     dragged.show_light(dimmed_sky(0.1f));
     ASSERT_TRUE(dragged.frame(FrameQuality::moving));
-    const SceneRadiance leapt = dragged.radiance();
+    const SceneColours leapt = dragged.radiance();
     ASSERT_TRUE(dragged.frame(FrameQuality::still));
     EXPECT_LT(relative_rmse(leapt, dragged.radiance()), 0.004);
     // All else is the same: direct light alone would err by far more.
@@ -333,7 +333,7 @@ TEST(RelightSession, WhileLightMovesThereAreNoMoreBouncesThanWanted) {
         session.turn_environment(rotation_about({0, 1, 0}, 0.02 * i));
         ASSERT_TRUE(session.frame(FrameQuality::moving));
     }
-    const SceneRadiance moving = session.radiance();
+    const SceneColours moving = session.radiance();
     ASSERT_TRUE(session.frame(FrameQuality::still));
     EXPECT_LT(relative_rmse(moving, session.radiance()), 0.005);  // they are smoothed less
 }
@@ -396,7 +396,7 @@ TEST(RelightSession, FramesOfAFixedEyeHaveIndirectLightInSpecularReflections) {
     const auto expect_frame_as_commit = [&](const char* what) {
         ASSERT_TRUE(session.frame()) << what;
         EXPECT_FALSE(session.lacks_reflections());
-        const SceneRadiance frame = session.radiance();
+        const SceneColours frame = session.radiance();
         ASSERT_TRUE(session.commit());
         for (std::size_t i = 0; i < frame.size(); ++i)
             EXPECT_LT(relative_rmse({frame[i]}, {session.radiance()[i]}), 0.01) << what << ", instance " << i;
@@ -452,7 +452,7 @@ TEST(RelightSession, RestsAsAnotherThatHasCommittedTheSame) {
         return session.take_radiance();
     };
     RelightSession other(opened().scene(), settings, {0.003f});
-    const SceneRadiance alone = moved(nullptr);
+    const SceneColours alone = moved(nullptr);
     EXPECT_EQ(moved(&other), alone);  // it has not committed
     ASSERT_TRUE(other.commit());
     EXPECT_EQ(moved(&other), alone);
@@ -469,7 +469,7 @@ TEST(RelightSession, VectorsThatWereMadeInTheDarkShowOtherLight) {
     ASSERT_TRUE(session.vary_light());
     session.set_environment(bright);
     ASSERT_TRUE(session.frame());
-    const SceneRadiance frame = session.radiance();
+    const SceneColours frame = session.radiance();
     ASSERT_TRUE(session.commit());
     EXPECT_LT(relative_rmse(frame, session.radiance()), 0.02);
 }
@@ -545,7 +545,7 @@ TEST_P(RelightSessionBy, ACommitKnowsOfEachChangeSinceTheLast) {
     for (const auto& [name, change] : changes) {
         RelightSession session = opened(GetParam()).session(), fresh = opened(GetParam()).session();
         ASSERT_TRUE(session.commit());
-        const SceneRadiance before = session.radiance();
+        const SceneColours before = session.radiance();
         std::stop_source stop;
         stop.request_stop();
         change(session);
@@ -562,7 +562,7 @@ TEST_P(RelightSessionBy, ACommitKnowsOfEachChangeSinceTheLast) {
 TEST(RelightSession, TurningBackIsAsIfNothingHadBeenTurned) {
     RelightSession session = opened().session();
     ASSERT_TRUE(session.commit());
-    const SceneRadiance before = session.radiance();
+    const SceneColours before = session.radiance();
     session.rotate(1, {0, 0, 1}, 1);
     session.rotate(1, {1, 2, 1}, -0.3);
     ASSERT_TRUE(session.commit());
@@ -577,7 +577,7 @@ TEST_P(RelightSessionBy, InterruptedCallsLeaveItAsItWas) {
     RelightSession session = opened(GetParam()).session();
     ASSERT_TRUE(session.vary_light());
     ASSERT_TRUE(session.frame());
-    const SceneRadiance before = session.radiance();
+    const SceneColours before = session.radiance();
     std::stop_source stop;
     stop.request_stop();
     const Progress progress{{}, stop.get_token()};

@@ -10,6 +10,12 @@
 namespace haarfield {
 namespace {
 
+std::vector<SceneColours> totals(const std::vector<SceneRadiance>& passes) {
+    std::vector<SceneColours> result;
+    for (const SceneRadiance& pass : passes) result.push_back(total(pass));
+    return result;
+}
+
 /// A scene, ready to be shaded at its vertices.
 struct ReadyScene {
     explicit ReadyScene(const ShadedScene& shaded)
@@ -18,15 +24,19 @@ struct ReadyScene {
           light(scene_light(scene.environment, settings)) {}
     ReadyScene(const ReadyScene&) = delete;
 
-    SceneRadiance full(bool dense = false) const {
+    SceneRadiance components(bool dense = false) const {
         return dense ? *dense_scene_radiance(scene, settings) : *scene_radiance(shading);
     }
-    std::vector<SceneRadiance> passes(const std::vector<RenderPass>& wanted, bool dense = false) const {
-        const SceneRadiance radiance = full(dense);
-        const std::vector<std::span<const Rgb>> spans(radiance.begin(), radiance.end());
+    SceneColours full(bool dense = false) const { return total(components(dense)); }
+    std::vector<SceneRadiance> component_passes(const std::vector<RenderPass>& wanted, bool dense) const {
+        const SceneRadiance radiance = components(dense);
+        const std::vector<std::span<const Outgoing>> spans(radiance.begin(), radiance.end());
         return *render_passes({shading, {}, false, dense}, spans, wanted);
     }
-    SceneRadiance pass(RenderPass wanted, bool dense = false) const { return passes({wanted}, dense)[0]; }
+    std::vector<SceneColours> passes(const std::vector<RenderPass>& wanted, bool dense = false) const {
+        return totals(component_passes(wanted, dense));
+    }
+    SceneColours pass(RenderPass wanted, bool dense = false) const { return passes({wanted}, dense)[0]; }
 
     static RenderSettings of_size() {
         RenderSettings settings;
@@ -65,7 +75,7 @@ TEST_F(OverAFloor, OcclusionIsTheOpenShareWhateverTheLight) {
     const auto expect_open = [&](double share, double tolerance) {
         const ReadyScene ready(example.scene);
         for (const bool dense : {false, true}) {
-            const SceneRadiance found = ready.pass(RenderPass::occlusion, dense);
+            const SceneColours found = ready.pass(RenderPass::occlusion, dense);
             for (const Rgb& open : found[0])
                 for (int c = 0; c < 3; ++c) {
                     EXPECT_NEAR(open[c], share, tolerance) << dense;
@@ -125,7 +135,7 @@ ExampleScene& stools() {
     return example;
 }
 
-void expect_near(const SceneRadiance& found, const SceneRadiance& wanted, float tolerance) {
+void expect_near(const SceneColours& found, const SceneColours& wanted, float tolerance) {
     ASSERT_EQ(found.size(), wanted.size());
     for (std::size_t i = 0; i < wanted.size(); ++i) {
         ASSERT_EQ(found[i].size(), wanted[i].size());
@@ -135,13 +145,13 @@ void expect_near(const SceneRadiance& found, const SceneRadiance& wanted, float 
     }
 }
 
-SceneRadiance sum(SceneRadiance a, const SceneRadiance& b) {
+SceneColours sum(SceneColours a, const SceneColours& b) {
     for (std::size_t i = 0; i < a.size(); ++i)
         for (std::size_t v = 0; v < a[i].size(); ++v) a[i][v] += b[i][v];
     return a;
 }
 
-double total(const SceneRadiance& radiance) {
+double luminance_of(const SceneColours& radiance) {
     double sum = 0;
     for (const auto& values : radiance)
         for (const Rgb& value : values) sum += double(luminance(value));
@@ -158,31 +168,30 @@ TEST(RenderPasses, DiffuseAndSpecularAddUpAndAreThoseOfTheMaterials) {
         expect_near(sum(passes[0], passes[1]), ready.full(dense), 1e-6f);
         expect_near(passes[1], without.full(dense), 1e-4f);
         expect_near(passes[0], alone.full(dense), 1e-6f);
-        EXPECT_GT(total(passes[0]), 0.05 * total(passes[1]));
-        EXPECT_GT(total(passes[1]), 0.05 * total(passes[0]));
+        EXPECT_GT(luminance_of(passes[0]), 0.05 * luminance_of(passes[1]));
+        EXPECT_GT(luminance_of(passes[1]), 0.05 * luminance_of(passes[0]));
         const auto of_matte = without.passes({RenderPass::diffuse, RenderPass::specular}, dense);
         EXPECT_EQ(of_matte[0], without.full(dense));
-        EXPECT_EQ(total(of_matte[1]), 0.0);
+        EXPECT_EQ(luminance_of(of_matte[1]), 0.0);
     }
 }
 
 TEST(RenderPasses, OwnShadowIsTheBakeOfEachInstanceAlone) {
     const ReadyScene all(stools().scene);
     for (const bool dense : {false, true}) {
-        const auto found = all.passes({RenderPass::own_shadow, RenderPass::own_specular}, dense);
+        const auto found = all.component_passes({RenderPass::own_shadow}, dense);
         for (std::size_t i = 0; i < found[0].size(); ++i) {
             ShadedScene one = stools().scene;
             one.instances = {one.instances[i]};
             const ReadyScene alone(one);
-            EXPECT_EQ(found[0][i], alone.full(dense)[0]) << i << ", " << dense;
-            EXPECT_EQ(found[1][i], alone.pass(RenderPass::specular, dense)[0]) << i << ", " << dense;
+            EXPECT_EQ(found[0][i], alone.components(dense)[0]) << i << ", " << dense;
             EXPECT_EQ(alone.pass(RenderPass::own_shadow, dense), alone.full(dense)) << i << ", " << dense;
         }
         // The stools' shadows on the floor are gone, and their own on themselves are not.
-        const SceneRadiance full = all.full(dense);
-        EXPECT_GT(total({found[0][0]}), 1.05 * total({full[0]}));
+        const SceneColours full = all.full(dense);
+        EXPECT_GT(luminance_of({total(found[0])[0]}), 1.05 * luminance_of({full[0]}));
         float least = 1e9f, most = 0;
-        for (const Rgb& value : found[0][1]) {
+        for (const Rgb& value : total(found[0])[1]) {
             least = std::min(least, luminance(value));
             most = std::max(most, luminance(value));
         }
@@ -195,18 +204,19 @@ TEST(RenderPasses, AreThoseOfOtherMeshesToo) {
     const LitBox lit;
     const std::vector<RadiantMesh> radiant = lit.radiant(11);
     std::vector<SampledMesh> meshes;
-    std::vector<std::span<const Rgb>> full;
+    std::vector<std::span<const Outgoing>> full;
     for (const RadiantMesh& mesh : radiant) {
         meshes.push_back({&mesh.mesh, &mesh.samples});
         full.emplace_back(mesh.radiance);
     }
     const std::vector<RenderPass> wanted{RenderPass::diffuse, RenderPass::irradiance, RenderPass::own_shadow};
-    const auto passes = *render_passes({lit.shading, meshes}, full, wanted);
+    const auto passes = totals(*render_passes({lit.shading, meshes}, full, wanted));
     for (std::size_t i = 0; i < radiant.size(); ++i) {
-        EXPECT_EQ(passes[0][i], radiant[i].radiance);
+        EXPECT_EQ(passes[0][i], total({radiant[i].radiance})[0]);
         const float albedo = i == LitBox::floor ? 0.7f : 0.5f;
         for (std::size_t v = 0; v < full[i].size(); ++v)
-            EXPECT_NEAR(passes[1][i][v].x * albedo / float(pi), full[i][v].x, 1e-4f * (1 + full[i][v].x));
+            EXPECT_NEAR(passes[1][i][v].x * albedo / float(pi), full[i][v].diffuse.x,
+                        1e-4f * (1 + full[i][v].diffuse.x));
     }
     ShadedScene one = lit.example.scene;
     one.instances = {one.instances[LitBox::floor]};
@@ -223,16 +233,14 @@ TEST(RenderPasses, AreFittedAsTheRadianceIs) {
     std::vector<RadiantMesh> fitted = lit.radiant(11);
     ASSERT_TRUE(fit_radiance(lit.shading, fitted));
     std::vector<SampledMesh> meshes;
-    std::vector<std::span<const Rgb>> full;
-    SceneRadiance wanted;
+    std::vector<std::span<const Outgoing>> full;
     for (const RadiantMesh& mesh : fitted) {
         meshes.push_back({&mesh.mesh, &mesh.samples});
         full.emplace_back(mesh.radiance);
-        wanted.push_back(mesh.radiance);
     }
     const std::vector<RenderPass> parts{RenderPass::specular, RenderPass::diffuse, RenderPass::irradiance,
                                         RenderPass::occlusion};
-    const auto passes = *render_passes({lit.shading, meshes, true}, full, parts);
+    const auto passes = totals(*render_passes({lit.shading, meshes, true}, full, parts));
     std::size_t different = 0;
     for (std::size_t i = 0; i < full.size(); ++i)
         for (std::size_t v = 0; v < full[i].size(); ++v) {
@@ -241,13 +249,14 @@ TEST(RenderPasses, AreFittedAsTheRadianceIs) {
             // Fitted light is what the fitted parts add up to, wherever none of them is clamped.
             const bool is_clamped = diffuse.x <= 0 || specular.x <= 0 || passes[2][i][v].x <= 0;
             if (is_clamped) continue;
-            different += std::abs(specular.x + diffuse.x - full[i][v].x) > 1e-5f * (1 + full[i][v].x);
+            different += std::abs(specular.x + diffuse.x - full[i][v].total().x) > 1e-5f;
             different += std::abs(diffuse.x - passes[2][i][v].x * 0.4f / float(pi)) > 2e-3f * (1 + diffuse.x);
             EXPECT_TRUE(passes[3][i][v].x >= 0 && passes[3][i][v].x <= 1);
         }
     EXPECT_EQ(different, 0u);
     // They are not what unfitted ones are.
-    const auto sampled = *render_passes({lit.shading, meshes}, full, std::vector{RenderPass::irradiance});
+    const auto sampled =
+        totals(*render_passes({lit.shading, meshes}, full, std::vector{RenderPass::irradiance}));
     EXPECT_NE(sampled[0], passes[2]);
 }
 

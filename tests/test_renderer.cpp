@@ -177,7 +177,7 @@ TEST(Renderer, EqualsTheDenseOracleWhereNothingIsTruncatedOrInterpolated) {
     settings.face_size = ExampleScene::size;
     settings.light_coefficients = 0;
     settings.exact_triangles = 1000;
-    const auto found = *scene_radiance(furnished().scene, settings), wanted = furnished().dense();
+    const auto found = total(*scene_radiance(furnished().scene, settings)), wanted = furnished().dense();
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t v = 0; v < wanted[i].size(); ++v)
             for (int channel = 0; channel < 3; ++channel)
@@ -185,7 +185,7 @@ TEST(Renderer, EqualsTheDenseOracleWhereNothingIsTruncatedOrInterpolated) {
 }
 
 /// RMS over vertices and channels.
-double difference(const SceneRadiance& a, const SceneRadiance& b) {
+double difference(const SceneColours& a, const SceneColours& b) {
     double sum = 0;
     std::size_t count = 0;
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -203,7 +203,7 @@ TEST(Renderer, OcclusionIsExactWhereItIsChosenToBe) {
     const auto radiance = [&](Occlusion occlusion, float error = 0) {
         settings.occlusion = occlusion;
         settings.occlusion_error = error;
-        return *scene_radiance(furnished().scene, settings);
+        return total(*scene_radiance(furnished().scene, settings));
     };
     const auto dense = furnished().dense(), fields = radiance(Occlusion::fields),
                exact = radiance(Occlusion::exact);
@@ -234,9 +234,9 @@ TEST(Renderer, InACrowdOnlyTheNearestAreRasterized) {
     settings.occlusion_error = 0;
     const auto differs = [&] {
         settings.occlusion = Occlusion::automatic;
-        const auto automatic = *scene_radiance(example.scene, settings);
+        const auto automatic = total(*scene_radiance(example.scene, settings));
         settings.occlusion = Occlusion::exact;
-        return difference({automatic[0]}, {(*scene_radiance(example.scene, settings))[0]}) > 1e-5;
+        return difference({automatic[0]}, {(total(*scene_radiance(example.scene, settings)))[0]}) > 1e-5;
     };
     for (int i = 0; i < 8; ++i) add_ball(i, 1);
     EXPECT_FALSE(differs());
@@ -266,12 +266,12 @@ TEST(Renderer, AShareHasWhatTheWholeHasAndRoomForNoMore) {
     const std::size_t ball = example.add_entity(sphere_mesh({0, 0, 0}, 1, 8), matte(0.6f));
     for (const float x : {0.0f, 1.5f, 3.0f, 6.0f}) example.scene.instances.push_back({ball, {{x, 0, 0}, 1}});
     example.scene.environment = environment([](const Vec3d& w) { return 1 + w.y; });
-    const SceneRadiance whole = example.radiance();
+    const SceneColours whole = example.radiance();
     const std::size_t vertices = whole[0].size(), begin = vertices + vertices / 2, end = 3 * vertices;
-    std::vector<Rgb> share;
+    std::vector<Outgoing> share;
     const auto shade_share = [&](const SharedLoop& loop) -> Result<Done> {
         EXPECT_EQ(loop.points, 4 * vertices);
-        Result<std::vector<Rgb>> shaded = loop.shaded(begin, end);
+        Result<std::vector<Outgoing>> shaded = loop.shaded(begin, end);
         if (!shaded) return shaded.error();
         share = *std::move(shaded);
         return Done{};
@@ -281,9 +281,9 @@ TEST(Renderer, AShareHasWhatTheWholeHasAndRoomForNoMore) {
         settings.face_size = ExampleScene::size;
         const ShadingGeometry geometry = *shading_geometry(example.scene, settings);
         const SceneLight light = scene_light(example.scene, settings);
-        return *scene_radiance({example.scene, geometry, light, settings, nullptr, nullptr, &sharing});
+        return total(*scene_radiance({example.scene, geometry, light, settings, nullptr, nullptr, &sharing}));
     };
-    const SceneRadiance part = radiance_with({shade_share, /*has_all=*/false});
+    const SceneColours part = radiance_with({shade_share, /*has_all=*/false});
     EXPECT_TRUE(part[0].empty() && part[3].empty());
     EXPECT_TRUE(part[2] == whole[2]);
     ASSERT_EQ(share.size(), end - begin);
@@ -291,7 +291,7 @@ TEST(Renderer, AShareHasWhatTheWholeHasAndRoomForNoMore) {
     const auto join = [&](const SharedLoop& loop) -> Result<Done> {
         loop.take(begin, share);
         for (const auto& [first, last] : {std::pair(std::size_t(0), begin), std::pair(end, loop.points)}) {
-            Result<std::vector<Rgb>> shaded = loop.shaded(first, last);
+            Result<std::vector<Outgoing>> shaded = loop.shaded(first, last);
             if (!shaded) return shaded.error();
             loop.take(first, *shaded);
         }

@@ -298,7 +298,7 @@ protected:
         for (std::size_t v = 0; v < mesh.positions.size(); ++v)
             if ((mesh.positions[v] + mesh.normals[v] * 0.01f - Vec3f(0, 1.5f, 0)).length2() <
                 (mesh.positions[v] - Vec3f(0, 1.5f, 0)).length2())
-                result.radiance.emplace_back(mesh.positions[v], luminance((*radiance)[0][v]));
+                result.radiance.emplace_back(mesh.positions[v], luminance((*radiance)[0][v].total()));
         return result;
     }
     /// Of the floor.

@@ -122,9 +122,12 @@ TEST(SourceLight, ReflectsAsTheMaterialDoes) {
             view.normal = direction();
             view.mirror = mirrored_view(direction() * 5.0f, Vec3f(0.0f), view.normal);
             const Vec3f light = i % 2 ? direction() : (view.mirror + direction() * 0.1f).normalized();
-            const Rgb found = reflectance(vertex_brdf(material, view), light);
-            const Vec3d wanted = reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(light));
-            for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], wanted[c], 2e-5 * (1 + wanted[c]));
+            const Outgoing found = reflectance(vertex_brdf(material, view), light);
+            const auto wanted = reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(light));
+            for (int c = 0; c < 3; ++c) {
+                EXPECT_NEAR(found.diffuse[c], wanted.diffuse[c], 2e-5);
+                EXPECT_NEAR(found.specular[c], wanted.specular[c], 2e-5 * (1 + wanted.specular[c]));
+            }
         }
 }
 
@@ -132,7 +135,7 @@ TEST(SourceLight, CastsTheShadowOfThePostWithItsPenumbra) {
     PostOnAFloor example;
     example.scene.environment.image = environment([](const Vec3d&) { return 0.0; });
     example.scene.instances.pop_back();
-    const SceneRadiance found = example.radiance();
+    const SceneColours found = example.radiance();
     const Mesh& floor = example.mesh(example.floor).fine;
     const SunDisc& sun = example.scene.environment.suns[0];
     const float lit = 0.5f / float(pi) * sun.direction.y;
@@ -163,7 +166,7 @@ TEST(SourceLight, CastsTheShadowOfThePostWithItsPenumbra) {
 
 TEST(SourceLight, IsThatOfTheDenseOracleWithEveryPart) {
     const PostOnAFloor example;
-    const SceneRadiance found = example.radiance(), wanted = example.dense();
+    const SceneColours found = example.radiance(), wanted = example.dense();
     double error = 0, energy = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t v = 0; v < wanted[i].size(); ++v) {
@@ -178,7 +181,7 @@ TEST(SourceLight, DoesNotDependOnTheNumberOfThreads) {
     const auto radiance_by = [&](std::size_t threads) {
         return with_threads(threads, [&] { return example.radiance(); });
     };
-    const SceneRadiance wanted = radiance_by(1);
+    const SceneColours wanted = radiance_by(1);
     for (const std::size_t threads : {2u, 5u}) EXPECT_EQ(radiance_by(threads), wanted) << threads;
 }
 

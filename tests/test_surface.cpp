@@ -73,8 +73,8 @@ TEST(Surface, SeenRadianceIsPartedWhereTexturesAre) {
     surfaces[1].emission = Rgb(0.25f);
     surfaces[2].tinted_highlights = 0.75f;
     surfaces[3].coloured = true;
-    const std::vector<Rgb> radiance(4, Rgb(2.0f)), highlights(4, Rgb(0.5f));
-    const SeenRadiance seen = seen_radiance(mesh, surfaces, radiance, highlights);
+    const std::vector<Outgoing> radiance(4, {Rgb(1.5f), Rgb(0.5f)});
+    const SeenRadiance seen = seen_radiance(mesh, surfaces, radiance);
     ASSERT_EQ(seen.under.size(), 4u);
     ASSERT_EQ(seen.over.size(), 4u);
     EXPECT_EQ(seen.under[0], Rgb(2.0f));
@@ -91,19 +91,20 @@ TEST(Surface, SeenRadianceIsPartedWhereTexturesAre) {
     for (Surface& surface : white) surface.texture = nullptr;
     white[1].emission = Rgb(0.25f);
     white[3].tinted_highlights = 0.5f;
-    const std::vector<Rgb> diffuse(4, Rgb(1.5f)),
-        seen_d = seen_diffuse(mesh, white, diffuse), seen_s = seen_highlights(mesh, white, highlights),
-        all = seen_radiance(mesh, white, radiance, highlights).under;
+    const std::vector<Outgoing> diffuse(4, {Rgb(1.5f)});
+    const std::vector<Rgb> highlights(4, Rgb(0.5f)), seen_d = seen_radiance(mesh, white, diffuse).under,
+                                                     seen_s = seen_highlights(mesh, white, highlights),
+                                                     all = seen_radiance(mesh, white, radiance).under;
     EXPECT_EQ(seen_d[1], Rgb(1.75f));
     EXPECT_EQ(seen_d[3], Rgb(0.75f, 1.5f, 0.375f));
     EXPECT_EQ(seen_s[2], Rgb(0.5f));
     EXPECT_EQ(seen_s[3], Rgb(0.375f, 0.5f, 0.3125f));  // half of it times the colour
     for (std::size_t v = 0; v < 4; ++v) EXPECT_EQ(seen_d[v] + seen_s[v], all[v]) << v;
-    EXPECT_EQ(seen_diffuse(mesh, surfaces, diffuse)[1], Rgb(1.75f)) << "images multiply it later";
+    EXPECT_EQ(seen_radiance(mesh, surfaces, diffuse).under[1], Rgb(1.75f)) << "images multiply it later";
     EXPECT_EQ(seen_highlights(mesh, surfaces, highlights)[1], Rgb(0.5f));
 
     for (Surface& surface : surfaces) surface.material.specular = Rgb(0.0f);
-    EXPECT_TRUE(seen_radiance(mesh, surfaces, radiance, {}).over.empty());
+    EXPECT_TRUE(seen_radiance(mesh, surfaces, radiance).over.empty());
 }
 
 }  // namespace

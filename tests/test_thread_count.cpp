@@ -100,7 +100,7 @@ TEST(ThreadCount, IsWhatWasAskedForInEveryComputation) {
 
 /// Enough triangles for Embree to build in parallel; every one twice, and faces that share a plane with the
 /// floor and with those of the next instance.
-SceneRadiance radiance_of_equal_surfaces() {
+SceneColours radiance_of_equal_surfaces() {
     ExampleScene example;
     const Mesh ball = sphere_mesh({0, 0.4f, 0}, 0.4f, 26),
                box = box_mesh({-0.5f, 0, -0.5f}, {0.5f, 0.7f, 0.5f}, 5);
@@ -115,11 +115,11 @@ SceneRadiance radiance_of_equal_surfaces() {
     RenderSettings settings;
     settings.face_size = ExampleScene::size;
     settings.bounces.most = 2;
-    return *scene_radiance(example.scene, settings);
+    return total(*scene_radiance(example.scene, settings));
 }
 
 TEST(ThreadCount, ChangesNoBitWhereSurfacesCoincide) {
-    const SceneRadiance wanted = with_threads(1, radiance_of_equal_surfaces);
+    const SceneColours wanted = with_threads(1, radiance_of_equal_surfaces);
     for (const std::size_t threads : {2u, 8u})
         EXPECT_TRUE(with_threads(threads, radiance_of_equal_surfaces) == wanted) << threads;
 }

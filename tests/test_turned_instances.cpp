@@ -66,7 +66,7 @@ RenderSettings settings(std::uint32_t exact_triangles) {
 }
 
 /// Expects it at all but a few vertices, where a sample next to an edge is turned to its other side.
-void expect_near(const SceneRadiance& found, const SceneRadiance& wanted, float tolerance) {
+void expect_near(const SceneColours& found, const SceneColours& wanted, float tolerance) {
     ASSERT_EQ(found.size(), wanted.size());
     std::size_t count = 0, different = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
@@ -81,9 +81,9 @@ TEST(TurnedInstances, TheOracleSeesThemAsTurnedMeshes) {
 }
 
 TEST(TurnedInstances, AreShadedAsTheOracleShadesThem) {
-    const SceneRadiance wanted = scenes().plain.dense();
+    const SceneColours wanted = scenes().plain.dense();
     for (const std::uint32_t exact_triangles : {2u, 1000u})
-        expect_near(*scene_radiance(scenes().turned.scene, settings(exact_triangles)), wanted, 4e-3f);
+        expect_near(total(*scene_radiance(scenes().turned.scene, settings(exact_triangles))), wanted, 4e-3f);
 }
 
 TEST(TurnedInstances, PointsAreShadedAsVertices) {
@@ -91,7 +91,7 @@ TEST(TurnedInstances, PointsAreShadedAsVertices) {
     const RenderSettings exact = settings(2);
     const ShadingGeometry geometry = *shading_geometry(scene, exact);
     const SceneLight light = scene_light(scene.environment, exact);
-    const SceneRadiance wanted = *scene_radiance({scene, geometry, light, exact});
+    const SceneColours wanted = total(*scene_radiance({scene, geometry, light, exact}));
     std::vector<InstancePoint> points;
     std::vector<Rgb> of_vertices;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
@@ -102,7 +102,7 @@ TEST(TurnedInstances, PointsAreShadedAsVertices) {
             of_vertices.push_back(wanted[i][v]);
         }
     }
-    const std::vector<Rgb> found = *point_radiance({scene, geometry, light, exact}, points);
+    const std::vector<Rgb> found = total({*point_radiance({scene, geometry, light, exact}, points)})[0];
     for (std::size_t k = 0; k < found.size(); ++k)
         EXPECT_LT((found[k] - of_vertices[k]).length(), 3e-3f) << points[k].instance;
 }
@@ -111,7 +111,7 @@ TEST(TurnedInstances, FramesFollowWhatVaries) {
     RelightSession session(scenes().turned.scene, settings(2), {0.003f});
     const auto expect_frame_as_commit = [&](const char* what, double tolerance) {
         ASSERT_TRUE(session.frame()) << what;
-        const SceneRadiance frame = session.radiance();
+        const SceneColours frame = session.radiance();
         ASSERT_TRUE(session.commit());
         EXPECT_LT(furnished::relative_rmse(frame, session.radiance()), tolerance) << what;
     };
@@ -130,7 +130,7 @@ TEST(TurnedInstances, FramesFollowWhatVaries) {
     ASSERT_TRUE(cones.vary_instance(3));
     cones.place(3, {{0.7f, 0.1f, -0.9f}, 0.7f});
     ASSERT_TRUE(cones.frame());
-    const SceneRadiance frame = cones.radiance();
+    const SceneColours frame = cones.radiance();
     ASSERT_TRUE(cones.commit());
     expect_near(frame, cones.radiance(), 0.02f);
 }

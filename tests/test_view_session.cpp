@@ -127,7 +127,7 @@ std::string colours_of(const std::string& frame) {
 }
 
 /// What `bake` makes of a scene, with the session's fields and settings.
-Result<SceneRadiance> baked(OpenedSession& opened, const Scene& scene) {
+Result<SceneColours> baked(OpenedSession& opened, const Scene& scene) {
     SceneEntityOptions options;
     options.fields_folder = opened.folder() / "fields";
     options.face_size = opened.render().face_size;
@@ -135,7 +135,10 @@ Result<SceneRadiance> baked(OpenedSession& opened, const Scene& scene) {
     if (!entities) return entities.error();
     const Result<SceneEnvironment> light = scene_environment(scene);
     if (!light) return light.error();
-    return scene_radiance(shaded_scene(scene, *entities, light->environment), opened.render());
+    const Result<SceneRadiance> radiance =
+        scene_radiance(shaded_scene(scene, *entities, light->environment), opened.render());
+    if (!radiance) return radiance.error();
+    return total(*radiance);
 }
 
 TEST(ViewSession, RestsAtWhatTheRendererMakes) {
@@ -144,7 +147,7 @@ TEST(ViewSession, RestsAtWhatTheRendererMakes) {
     const SharedBytes frame = opened.exact();
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->substr(0, 4), "HFF1");
-    const Result<SceneRadiance> radiance = baked(opened, opened.scene());
+    const Result<SceneColours> radiance = baked(opened, opened.scene());
     ASSERT_TRUE(bool(radiance));
     std::size_t at = 24;
     for (std::size_t i = 0; i < radiance->size(); ++i) {
@@ -295,7 +298,7 @@ TEST(ViewSession, ExposureScalesTheColours) {
 /// glow  of all of its surfaces.
 double largest_difference_to_bake(OpenedSession& opened, const SharedBytes& frame, const Scene& scene,
                                   const Rgb& glow = Rgb(0.0f)) {
-    const Result<SceneRadiance> radiance = baked(opened, scene);
+    const Result<SceneColours> radiance = baked(opened, scene);
     if (!radiance) return INFINITY;
     double largest = 0;
     std::size_t at = 36;

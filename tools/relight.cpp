@@ -90,7 +90,7 @@ private:
     /// With the radiance that the session has, if it has one yet: valid until it is asked for again.
     std::vector<PreviewInstance> preview_instances() {
         std::vector<PreviewInstance> instances;
-        const SceneRadiance& radiance = stage_.session->radiance();
+        const SceneColours& radiance = stage_.session->radiance();
         seen_.resize(stage_.scene.instances.size());
         for (std::size_t i = 0; i < stage_.scene.instances.size(); ++i) {
             const Instance& instance = stage_.scene.instances[i];
@@ -100,8 +100,7 @@ private:
             const bool is_plain = all_plain(surfaces);
             if (!is_plain) added.surfaces = surfaces;
             if (radiance.empty()) continue;
-            if (!is_plain)
-                seen_[i] = seen_radiance(mesh(i), surfaces, radiance[i], stage_.session->highlights(i));
+            if (!is_plain) seen_[i] = seen_radiance(mesh(i), surfaces, stage_.session->outgoing(i));
             added.radiance = is_plain ? radiance[i] : seen_[i].under;
             if (!is_plain) added.over = seen_[i].over;
         }

@@ -285,13 +285,6 @@ void add_shading_options(CLI::App& command, RenderSettings& settings) {
                "Levels of the trees that take part: less is faster and coarser", {0, full_depth})
         ->capture_default_str()
         ->type_name("D");
-    add_number(command, "--tolerance", settings.tolerance,
-               "Largest error a vertex may have by ending early, relative to its radiance; 0: none. A "
-               "promise that saves little: the error that is proved is some hundred times the real one. "
-               "For speed use --depth",
-               {0, 1})
-        ->capture_default_str()
-        ->type_name("E");
     add_number(command, "--light-coefficients", settings.light_coefficients,
                "Wavelets kept a cubemap face, of lighting; 0: all", {0, 65536})
         ->capture_default_str()

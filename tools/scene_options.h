@@ -120,7 +120,7 @@ struct BounceOptions {
 void add_bounce_options(CLI::App& command, BounceOptions& options);          ///< Adds --bounces.
 void apply_bounces(const BounceOptions& options, RenderSettings& settings);  ///< Sets them.
 
-/// Adds --depth, --tolerance and --light-coefficients.
+/// Adds --depth and --light-coefficients.
 void add_shading_options(CLI::App& command, RenderSettings& settings);
 
 /// original_entities, with warnings.

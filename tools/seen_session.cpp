@@ -139,12 +139,13 @@ std::size_t SeenSession::transfer_bytes() const {
     return all_.transfer_bytes() + (matte_ ? matte_->transfer_bytes() : 0);
 }
 
-std::vector<Rgb> SeenSession::highlights(std::size_t instance) const {
-    std::vector<Rgb> result;
-    if (!matte_) return result;
-    const std::vector<Rgb>&all = all_.radiance()[instance], &matte = matte_->radiance()[instance];
-    result.reserve(all.size());
-    for (std::size_t v = 0; v < all.size(); ++v) result.push_back(without_negative(all[v] - matte[v]));
+std::vector<Outgoing> SeenSession::outgoing(std::size_t instance) const {
+    std::vector<Outgoing> result;
+    const std::vector<Rgb>& all = all_.radiance()[instance];
+    for (std::size_t v = 0; v < all.size(); ++v) {
+        const Rgb specular = matte_ ? without_negative(all[v] - matte_->radiance()[instance][v]) : Rgb(0.0f);
+        result.push_back({all[v] - specular, specular});
+    }
     return result;
 }
 

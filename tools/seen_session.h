@@ -30,7 +30,7 @@ public:
     Result<Done> frame(FrameQuality quality, const Progress& progress);
     Result<Done> frame_of(const VertexMask& vertices, FrameQuality quality, const Progress& progress);
     Result<Done> commit(const Progress& progress);
-    const SceneRadiance& radiance() const { return all_.radiance(); }
+    const SceneColours& radiance() const { return all_.radiance(); }
     const Vec3f& eye() const { return all_.eye(); }
     const std::vector<ShadedInstance>& instances() const { return all_.instances(); }
     std::size_t transfer_bytes() const;
@@ -44,8 +44,8 @@ public:
     /// See RelightSession. Of a session that parts highlights as this one does.
     void rest_as(const SeenSession& other);
 
-    /// What of an instance's radiance is highlights over textures; empty if there are no such surfaces.
-    std::vector<Rgb> highlights(std::size_t instance) const;
+    /// Returns the radiance of an instance. The specular component is zero where no texture needs it.
+    std::vector<Outgoing> outgoing(std::size_t instance) const;
 
 private:
     /// Does the same with both sessions.

@@ -73,7 +73,7 @@ Result<OracleCheck> oracle_check(const ShadedScene& scene, const Camera& camera,
                 const ShadedInstance& instance = scene.instances[at.instance];
                 VertexView view = vertex_view(scene, instance, *point);
                 view.point = instance.placement.point_to_world(point->sample);
-                pixels[k].oracle = shader->radiance(at.instance, *point, view);
+                pixels[k].oracle = shader->radiance(at.instance, *point, view).total();
                 pixels[k].counts = true;
             };
         },

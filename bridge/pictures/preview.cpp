@@ -334,7 +334,7 @@ std::vector<std::optional<MeshPoint>> Preview::points(const Camera& camera,
     return Drawing(camera, instances, {}, scene.get()).points();
 }
 
-std::vector<PreviewInstance> preview_instances(const ShadedScene& scene, const SceneRadiance& radiance) {
+std::vector<PreviewInstance> preview_instances(const ShadedScene& scene, const SceneColours& radiance) {
     std::vector<PreviewInstance> instances;
     for (const ShadedInstance& instance : scene.instances) {
         instances.push_back({scene.entities[instance.entity].mesh, instance.placement, {}});

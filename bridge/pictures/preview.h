@@ -27,10 +27,10 @@ struct PreviewInstance {
     std::span<const Surface> surfaces{};
 };
 
-/// The instances of a scene, without images. The arguments must outlive the result.
+/// Returns the instances of a scene without images. The arguments must outlive the result.
 ///
 /// radiance  by instance; empty: for Preview::points alone, which reads none.
-std::vector<PreviewInstance> preview_instances(const ShadedScene& scene, const SceneRadiance& radiance = {});
+std::vector<PreviewInstance> preview_instances(const ShadedScene& scene, const SceneColours& radiance = {});
 
 /// Radiance from a direction (of any length but zero). Called from many threads at once.
 using Background = std::function<Rgb(const Vec3f& direction)>;

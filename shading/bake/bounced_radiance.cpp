@@ -10,13 +10,13 @@
 namespace haarfield {
 namespace {
 
-Rgb outgoing(const PointShading& shading, std::size_t instance, const SurfacePoint& point,
-             const Rgb& irradiance) {
+Outgoing outgoing(const PointShading& shading, std::size_t instance, const SurfacePoint& point,
+                  const Rgb& irradiance) {
     const ShadedInstance& placed = shading.scene.instances[instance];
     const VertexBrdf brdf = vertex_brdf(shading.scene.entities[placed.entity].materials[point.material],
                                         vertex_view(shading.scene, placed, point));
-    return brdf.diffuse * irradiance +
-           shading.indirect->highlights(shading.scene, placed.placement.point_to_world(point.sample), brdf);
+    return shading.indirect->outgoing(shading.scene, placed.placement.point_to_world(point.sample), brdf,
+                                      irradiance);
 }
 
 std::shared_ptr<const FineSurface> placed_surface(const ShadedScene& scene, const BounceRays* before) {
@@ -48,11 +48,12 @@ std::vector<Rgb> tinted_rows(const ShadedScene& scene, const VertexRows& rows, s
     return diffuse;
 }
 
-Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& diffuse,
+Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& radiance,
                                            const BounceRays& rays, const Progress& progress) {
     const VertexRows rows(direct.scene, direct.geometry);
     const BounceSettings& bounces = direct.settings.bounces;
-    const std::vector<Rgb> by_row = tinted_rows(direct.scene, rows, row_values(rows, diffuse)),
+    const std::vector<Rgb> by_row =
+                               tinted_rows(direct.scene, rows, row_values(rows, diffuse_component(radiance))),
                            reflectances = row_reflectances(direct.scene, direct.geometry);
     LightTransport transport = rays.transport;
     Result<BouncedLight> bounced = bounced_light(transport, reflectances, by_row, bounces, progress);
@@ -66,41 +67,40 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Sce
     return indirect_light(direct.scene, direct.geometry, rays.surface, transport, std::move(*bounced));
 }
 
-Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& diffuse,
+Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& radiance,
                                            const Progress& progress) {
     const Result<BounceRays> rays = bounce_rays(direct.scene, direct.geometry, direct.settings, progress);
     if (!rays) return rays.error();
-    return scene_indirect_light(direct, diffuse, *rays, progress);
+    return scene_indirect_light(direct, radiance, *rays, progress);
 }
 
 Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Progress& progress) {
-    const Result<RadianceParts> parts = radiance_parts(direct, progress);
-    if (!parts) return parts.error();
-    return scene_indirect_light(direct, parts->diffuse, progress);
+    const Result<SceneRadiance> radiance = scene_radiance(direct, progress);
+    if (!radiance) return radiance.error();
+    return scene_indirect_light(direct, *radiance, progress);
 }
 
 Result<SceneRadiance> bounced_radiance(const PointShading& direct, std::optional<IndirectLight>& indirect,
                                        const Progress& progress) {
     assert(!direct.indirect);
     indirect.reset();
-    if (direct.settings.bounces.most == 0) return scene_radiance(direct, progress);
-    Result<RadianceParts> parts = radiance_parts(direct, progress);
-    if (!parts) return parts.error();
-    if (is_partial(direct.sharing)) return std::move(parts->full);
-    Result<IndirectLight> found = scene_indirect_light(direct, parts->diffuse, progress);
+    Result<SceneRadiance> radiance = scene_radiance(direct, progress);
+    if (!radiance || direct.settings.bounces.most == 0 || is_partial(direct.sharing)) return radiance;
+    Result<IndirectLight> found = scene_indirect_light(direct, *radiance, progress);
     if (!found) return found.error();
     indirect = std::move(*found);
     PointShading lit = direct;
     lit.indirect = &*indirect;
-    if (const Result<Done> added = add_indirect_radiance(lit, parts->full, progress); !added)
+    if (const Result<Done> added = add_indirect_radiance(lit, *radiance, progress); !added)
         return added.error();
-    return std::move(parts->full);
+    return radiance;
 }
 
-Result<std::vector<Rgb>> indirect_radiance(const PointShading& shading, std::span<const InstancePoint> points,
-                                           const Progress& progress) {
+Result<std::vector<Outgoing>> indirect_radiance(const PointShading& shading,
+                                                std::span<const InstancePoint> points,
+                                                const Progress& progress) {
     assert(shading.indirect);
-    std::vector<Rgb> result(points.size());
+    std::vector<Outgoing> result(points.size());
     const Result<Done> done = parallel_loop(
         {points.size(), 64},
         [&]() -> LoopBody {

@@ -1,5 +1,5 @@
 #pragma once
-/// Radiance with the light that bounces: direct light at the vertices, what it comes to, and both together.
+/// Radiance with indirect light: direct light at the vertices, the indirect light that results, and their sum.
 
 #include "shading/bake/renderer.h"
 
@@ -22,19 +22,20 @@ Result<BounceRays> bounce_rays(const ShadedScene& scene, const ShadingGeometry& 
 /// Diffuse radiance by row as surfaces send it: with their tints.
 std::vector<Rgb> tinted_rows(const ShadedScene& scene, const VertexRows& rows, std::vector<Rgb> diffuse);
 
-/// The indirect light of a scene.
+/// Computes the indirect light of a scene.
 ///
-/// direct   a shading by direct light alone, with the bounces in its settings.
-/// diffuse  what it makes of the vertices: RadianceParts::diffuse.
-/// rays     of the scene as it stands.
-/// cost     up to as many rays more, and a pass over what they met for each bounce.
-/// errors   interrupted.
-Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& diffuse,
+/// direct    a shading by direct light alone, with the bounces in its settings.
+/// radiance  of that shading; its diffuse component is used.
+/// rays      of the scene with its instances in place.
+/// cost      up to as many further rays, and a pass over their hits for each bounce.
+/// errors    interrupted.
+Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& radiance,
                                            const BounceRays& rays, const Progress& progress = {});
-Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& diffuse,
-                                           const Progress& progress = {});  ///< With rays of its own.
+/// Computes the indirect light with new rays.
+Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& radiance,
+                                           const Progress& progress = {});
 
-/// The same where the diffuse radiance is not at hand.
+/// Computes the direct radiance first, then the indirect light.
 Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Progress& progress = {});
 
 /// scene_radiance with indirect light, if the settings ask for bounces.
@@ -45,14 +46,16 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Pro
 Result<SceneRadiance> bounced_radiance(const PointShading& direct, std::optional<IndirectLight>& indirect,
                                        const Progress& progress = {});
 
-/// What indirect light alone makes of points, which are as for point_radiance. The shading has it.
+/// Computes the radiance of points by indirect light alone. The points are as for point_radiance; the shading
+/// has indirect light.
 ///
-/// cost    that of highlights, where there are any.
+/// cost    that of specular lobes, where there are any.
 /// errors  interrupted.
-Result<std::vector<Rgb>> indirect_radiance(const PointShading& shading, std::span<const InstancePoint> points,
-                                           const Progress& progress = {});
+Result<std::vector<Outgoing>> indirect_radiance(const PointShading& shading,
+                                                std::span<const InstancePoint> points,
+                                                const Progress& progress = {});
 
-/// The same of vertices; added to their radiance.
+/// Adds the indirect light of the shading to the radiance of vertices.
 Result<Done> add_indirect_radiance(const PointShading& shading, SceneRadiance& radiance,
                                    const Progress& progress = {});
 

@@ -31,8 +31,15 @@ double area(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
            (Vec3d(mesh.positions[triangle[1]]) - a).cross(Vec3d(mesh.positions[triangle[2]]) - a).length();
 }
 
-/// The radiance of a mesh's vertices that fits; `middles` by triangle.
-std::vector<Rgb> fitted(const RadiantMesh& shaded, std::span<const std::optional<Rgb>> middles) {
+/// The channels of both components.
+constexpr int channels = 6;
+
+float& channel(Outgoing& radiance, int c) {
+    return (c < 3 ? radiance.diffuse : radiance.specular)[c % 3];
+}
+
+/// Returns the fitted radiance of the vertices of a mesh; `middles` by triangle.
+std::vector<Outgoing> fitted(RadiantMesh& shaded, std::span<std::optional<Outgoing>> middles) {
     const Mesh& mesh = shaded.mesh;
     const auto count = static_cast<Eigen::Index>(mesh.positions.size());
     double total_area = 0;
@@ -40,11 +47,11 @@ std::vector<Rgb> fitted(const RadiantMesh& shaded, std::span<const std::optional
     // Keeps vertices of no triangle with area where they are, and moves no other by more than rounding.
     const double kept = 1e-9 * std::max(total_area, 1e-30) / static_cast<double>(count);
     std::vector<Eigen::Triplet<double>> entries;
-    Eigen::MatrixX3d wanted(count, 3), start(count, 3);
+    Eigen::MatrixXd wanted(count, channels), start(count, channels);
     for (Eigen::Index v = 0; v < count; ++v) {
         entries.emplace_back(v, v, kept);
-        for (int c = 0; c < 3; ++c) {
-            start(v, c) = shaded.radiance[std::size_t(v)][c];
+        for (int c = 0; c < channels; ++c) {
+            start(v, c) = channel(shaded.radiance[std::size_t(v)], c);
             wanted(v, c) = kept * start(v, c);
         }
     }
@@ -54,20 +61,21 @@ std::vector<Rgb> fitted(const RadiantMesh& shaded, std::span<const std::optional
         for (const Eigen::Index i : mesh.triangles[t]) {
             for (const Eigen::Index k : mesh.triangles[t])
                 entries.emplace_back(i, k, weight * (middle_weight / 9 + (i == k ? corner_weight : 0.0)));
-            for (int c = 0; c < 3; ++c)
-                wanted(i, c) +=
-                    weight * (middle_weight / 3 * double((*middles[t])[c]) + corner_weight * start(i, c));
+            for (int c = 0; c < channels; ++c)
+                wanted(i, c) += weight * (middle_weight / 3 * double(channel(*middles[t], c)) +
+                                          corner_weight * start(i, c));
         }
     }
     Eigen::SparseMatrix<double> matrix(count, count);
     matrix.setFromTriplets(entries.begin(), entries.end());
     Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> solver(matrix);
     solver.setTolerance(1e-6);
-    const Eigen::MatrixX3d solution = solver.solveWithGuess(wanted, start);
-    std::vector<Rgb> radiance;
+    const Eigen::MatrixXd solution = solver.solveWithGuess(wanted, start);
+    std::vector<Outgoing> radiance;
     for (Eigen::Index v = 0; v < count; ++v) {
-        radiance.emplace_back();
-        for (int c = 0; c < 3; ++c) radiance.back()[c] = std::max(static_cast<float>(solution(v, c)), 0.0f);
+        Outgoing found;
+        for (int c = 0; c < channels; ++c) channel(found, c) = static_cast<float>(solution(v, c));
+        radiance.push_back(without_negative(found));
     }
     return radiance;
 }
@@ -84,9 +92,9 @@ Result<Done> fit_radiance(const PointShading& shading, std::span<RadiantMesh> me
         for (const auto& middle : middles.back())
             if (middle) points.push_back({i, *middle});
     }
-    const Result<std::vector<Rgb>> radiance = point_radiance(shading, points, progress);
+    const Result<std::vector<Outgoing>> radiance = point_radiance(shading, points, progress);
     if (!radiance) return radiance.error();
-    std::vector<std::vector<std::optional<Rgb>>> values;
+    std::vector<std::vector<std::optional<Outgoing>>> values;
     auto next = radiance->begin();
     for (const auto& of_mesh : middles) {
         values.emplace_back(of_mesh.size());

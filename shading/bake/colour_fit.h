@@ -1,19 +1,19 @@
 #pragma once
-/// Vertex colours that fit what lies between the vertices, too.
+/// Vertex colours that minimise the error of interpolated radiance.
 
 #include "shading/bake/radiant_mesh.h"
 
 namespace haarfield {
 
-/// Replaces the radiance of the vertices by that whose linear interpolation over the triangles has the least
-/// squared error: against samples in the middles of the triangles and at the vertices, as they are. So the
-/// error's mean nearly vanishes, where interpolated samples are too bright across a dark crease. Negative
-/// values become zero.
+/// Replaces the radiance of the vertices by the values whose linear interpolation over the triangles has the
+/// least squared error, against samples in the middles of the triangles and at the vertices. The mean of the
+/// error nearly vanishes, whereas interpolated samples are too bright across a dark crease. Both components are
+/// fitted. Negative values are removed (without_negative).
 ///
-/// meshes    by instance, from mesh_radiance or refined_radiance. Vertices that are buried, and so seen by no
-///           sample, keep their radiance.
-/// accuracy  the same bits for any number of threads.
-/// cost      one shaded point a triangle, 50 us, and some 10 us a vertex.
+/// meshes    by instance, from mesh_radiance or refined_radiance. Buried vertices, which no sample covers, keep
+///           their radiance.
+/// accuracy  the result does not depend on the number of threads.
+/// cost      one shaded point per triangle, 50 us, and some 10 us per vertex.
 /// errors    interrupted.
 /// source    Kavan, Bargteil and Sloan 2011, Least squares vertex baking; the integral over a triangle is
 ///           taken by the rule of degree 2 with weights 3/4 in the middle and 1/12 at the corners, which

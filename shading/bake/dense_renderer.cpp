@@ -17,35 +17,35 @@ DenseLight::DenseLight(const Environment& environment, int size, const SourceRul
         parts.insert(parts.end(), source.parts.begin(), source.parts.end());
 }
 
-Vec3d DenseLight::radiance_from(std::size_t texel, const Material& material, const VertexView& view) const {
+Components<Vec3d> DenseLight::radiance_from(std::size_t texel, const Material& material,
+                                            const VertexView& view) const {
     // light holds size^2, for integrals over the unit square of each face.
     const double texels_a_face = double(face_size) * face_size;
-    return Vec3d(light[texel]) *
-           reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(directions[texel])) /
-           texels_a_face;
+    return reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(directions[texel])) *
+           Vec3d(light[texel]) / texels_a_face;
 }
 
 void multiply_by_open(std::span<float> visibility, std::span<const std::uint8_t> open_samples) {
     for (std::size_t i = 0; i < visibility.size(); ++i) visibility[i] *= open_fraction(open_samples[i]);
 }
 
-Vec3d radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowRays& rays, const Vec3f& from,
-                          const Material& material, const VertexView& view) {
-    Vec3d radiance(0.0);
+Components<Vec3d> radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowRays& rays,
+                                      const Vec3f& from, const Material& material, const VertexView& view) {
+    Components<Vec3d> radiance;
     for (const DirectionalLight& part : parts)
         if (part.direction.dot(view.normal) > 0 && !rays.is_blocked(from, part.direction))
-            radiance += Vec3d(part.irradiance) *
-                        reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(part.direction));
+            radiance += reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(part.direction)) *
+                        Vec3d(part.irradiance);
     return radiance;
 }
 
-Vec3d radiance_from_near(std::span<const PlacedLamp> lamps, const EmitterTree& emitters,
-                         const ShadowRays& rays, const Vec3f& from, const Material& material,
-                         const VertexView& view) {
+Components<Vec3d> radiance_from_near(std::span<const PlacedLamp> lamps, const EmitterTree& emitters,
+                                     const ShadowRays& rays, const Vec3f& from, const Material& material,
+                                     const VertexView& view) {
     const SourceReceiver receiver{from, vertex_brdf(material, view), view.position};
-    Rgb by_emitters(0.0f);
-    add_emitter_light(rays, emitters, {&receiver, 1}, {&by_emitters, 1}, {}, fine_emitter_cut);
-    return radiance_from_lamps(lamps, rays, from, material, view) + Vec3d(by_emitters);
+    Outgoing by_emitters;
+    add_emitter_light(rays, emitters, {&receiver, 1}, {&by_emitters, 1}, fine_emitter_cut);
+    return radiance_from_lamps(lamps, rays, from, material, view) + Components<Vec3d>(by_emitters);
 }
 
 Result<DenseScene> DenseScene::make(const ShadedScene& scene, int face_size, const SourceRule& rule,
@@ -64,11 +64,11 @@ Result<DenseScene> DenseScene::make(const ShadedScene& scene, int face_size, con
 
 DenseShader::DenseShader(const DenseScene& dense) : dense_(dense), rasterizer_(dense.light.face_size) {}
 
-Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point) {
+Outgoing DenseShader::radiance(std::size_t instance, const SurfacePoint& point) {
     return radiance(instance, point, vertex_view(dense_.scene, dense_.scene.instances[instance], point));
 }
 
-Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const VertexView& view) {
+Outgoing DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const VertexView& view) {
     const auto& [scene, light, occluders, rays, lamps, emitters] = dense_;
     const ShadedInstance& placed = scene.instances[instance];
     const ShadedEntity& entity = scene.entities[placed.entity];
@@ -80,11 +80,11 @@ Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const
         if (other == instance) continue;
         const Placement& placement = scene.instances[other].placement;
         const EntityOcclusion& occlusion = *scene.entities[scene.instances[other].entity].occlusion;
-        if (occlusion.in_coarse()(placement.point_to_object(view.point))) return Rgb(0.0f);
+        if (occlusion.in_coarse()(placement.point_to_object(view.point))) return {};
         multiply_by_open(visibility_, rasterizer_.open_samples(occluders[other].coarse(),
                                                                placement.point_to_turned(view.point)));
     }
-    Vec3d radiance(0.0);
+    Components<Vec3d> radiance;
     for (std::size_t i = 0; i < visibility_.size(); ++i)
         if (visibility_[i] > 0)
             radiance +=
@@ -93,7 +93,7 @@ Rgb DenseShader::radiance(std::size_t instance, const SurfacePoint& point, const
     const Material& material = entity.materials[point.material];
     radiance += radiance_from_parts(light.parts, rays, from, material, view);
     radiance += radiance_from_near(lamps, emitters, rays, from, material, view);
-    return Rgb(Vec3f(radiance));
+    return Outgoing(radiance);
 }
 
 Result<SceneRadiance> dense_scene_radiance(const ShadedScene& scene, const RenderSettings& settings,

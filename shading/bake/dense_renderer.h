@@ -19,8 +19,9 @@ struct DenseLight {
     /// The environment on faces of a size, parted as the rule has it.
     DenseLight(const Environment& environment, int face_size, const SourceRule& rule = {});
 
-    /// What a texel adds to the radiance of a point that sees it.
-    Vec3d radiance_from(std::size_t texel, const Material& material, const VertexView& view) const;
+    /// Returns the radiance of a point by one unoccluded texel.
+    Components<Vec3d> radiance_from(std::size_t texel, const Material& material,
+                                    const VertexView& view) const;
 };
 
 /// What the oracle sums over, and what blocks it.
@@ -48,10 +49,10 @@ public:
     explicit DenseShader(const DenseScene& dense);  ///< Which must outlive it.
 
     /// cost  some milliseconds for faces of 64 texels.
-    Rgb radiance(std::size_t instance, const SurfacePoint& point);
+    Outgoing radiance(std::size_t instance, const SurfacePoint& point);
 
-    /// The same with a view of one's own, such as one that looks past others from another place.
-    Rgb radiance(std::size_t instance, const SurfacePoint& point, const VertexView& view);
+    /// Shades the point with another view, such as one with another origin for occlusion by other instances.
+    Outgoing radiance(std::size_t instance, const SurfacePoint& point, const VertexView& view);
 
 private:
     const DenseScene& dense_;
@@ -59,16 +60,16 @@ private:
     std::vector<float> visibility_;
 };
 
-/// Outgoing radiance by the parts of concentrated light that nothing blocks, in double.
+/// Computes outgoing radiance by the unoccluded directional lights, in double precision.
 ///
-/// from  in the world: where the point looks from, off the surface beside it.
-Vec3d radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowRays& rays, const Vec3f& from,
-                          const Material& material, const VertexView& view);
+/// from  the origin of the shadow rays in the world, off the surface.
+Components<Vec3d> radiance_from_parts(std::span<const DirectionalLight> parts, const ShadowRays& rays,
+                                      const Vec3f& from, const Material& material, const VertexView& view);
 
-/// Outgoing radiance by lamps and emitters: lamps in double, emitters cut finely.
-Vec3d radiance_from_near(std::span<const PlacedLamp> lamps, const EmitterTree& emitters,
-                         const ShadowRays& rays, const Vec3f& from, const Material& material,
-                         const VertexView& view);
+/// Computes outgoing radiance by lamps, in double precision, and by emitters, with fine_emitter_cut.
+Components<Vec3d> radiance_from_near(std::span<const PlacedLamp> lamps, const EmitterTree& emitters,
+                                     const ShadowRays& rays, const Vec3f& from, const Material& material,
+                                     const VertexView& view);
 
 /// Multiplies visibility by what can be seen past one more occluder.
 void multiply_by_open(std::span<float> visibility, std::span<const std::uint8_t> open_samples);

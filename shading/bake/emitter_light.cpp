@@ -10,9 +10,8 @@ namespace {
 /// the others; as those have that are more than EmitterCut::most.
 constexpr float negligible = 0.02f;
 
-/// The highlights alone, of lobes that are as wide as the patch makes them.
+/// Widens the specular lobes by the solid angle of a patch.
 VertexBrdf widened_highlights(VertexBrdf brdf, float spread) {
-    brdf.diffuse = Rgb(0.0f);
     const auto widen = [](float& weight, float& exponent, float by) {
         if (!(weight > 0) || !(exponent > 0)) return;
         // Variances of narrow functions add when they are convolved; the energy stays.
@@ -25,18 +24,14 @@ VertexBrdf widened_highlights(VertexBrdf brdf, float spread) {
     return brdf;
 }
 
-/// What a point sheds: all of it, and what is diffuse.
-struct Shed {
-    Rgb full{0.0f}, diffuse{0.0f};
-
-    void add(const VertexBrdf& brdf, const EmitterPatch& patch) {
-        const Rgb dull = brdf.diffuse * patch.irradiance;
-        diffuse += dull;
-        full += dull;
-        if (brdf.specular != Rgb(0.0f))
-            full += reflectance(widened_highlights(brdf, patch.spread), patch.direction) * patch.facing;
-    }
-};
+/// Returns the radiance of a point by an unoccluded patch.
+Outgoing radiance_by(const EmitterPatch& patch, const VertexBrdf& brdf) {
+    Outgoing radiance{brdf.diffuse * patch.irradiance};
+    if (brdf.specular != Rgb(0.0f))
+        radiance.specular =
+            reflectance(widened_highlights(brdf, patch.spread), patch.direction).specular * patch.facing;
+    return radiance;
+}
 
 /// Lights one receiver after the other; keeps its memory.
 class Receiver {
@@ -44,7 +39,7 @@ public:
     Receiver(const ShadowRays& rays, const EmitterTree& emitters, const EmitterCut& cut)
         : rays_(rays), emitters_(emitters), cut_(cut) {}
 
-    Shed radiance(const SourceReceiver& receiver) {
+    Outgoing radiance(const SourceReceiver& receiver) {
         find_patches(emitters_, receiver.position, receiver.brdf.normal, cut_, patches_);
         float light = 0;
         for (const EmitterPatch& patch : patches_) light += luminance(patch.irradiance);
@@ -60,7 +55,7 @@ public:
             });
             looked_at = cut_.most;
         }
-        Shed sum, rest;
+        Outgoing sum, rest;
         float open = 0, all = 0;
         for (std::size_t first = 0; first < looked_at; first += ShadowRays::packet) {
             const std::size_t count = std::min(ShadowRays::packet, looked_at - first);
@@ -70,14 +65,13 @@ public:
                 all += luminance(patch.irradiance);
                 if (blocked >> i & 1u) continue;
                 open += luminance(patch.irradiance);
-                sum.add(receiver.brdf, patch);
+                sum += radiance_by(patch, receiver.brdf);
             }
         }
         if (!(open > 0)) return sum;
-        for (std::size_t i = looked_at; i < patches_.size(); ++i) rest.add(receiver.brdf, patches_[i]);
-        sum.full += rest.full * (open / all);
-        sum.diffuse += rest.diffuse * (open / all);
-        return sum;
+        for (std::size_t i = looked_at; i < patches_.size(); ++i)
+            rest += radiance_by(patches_[i], receiver.brdf);
+        return sum + rest * (open / all);
     }
 
 private:
@@ -99,17 +93,12 @@ private:
 }  // namespace
 
 void add_emitter_light(const ShadowRays& rays, const EmitterTree& emitters,
-                       std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
-                       std::span<Rgb> diffuse, const EmitterCut& cut) {
+                       std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance,
+                       const EmitterCut& cut) {
     assert(receivers.size() == radiance.size());
-    assert(diffuse.empty() || diffuse.size() == radiance.size());
     if (emitters.empty()) return;
     Receiver lit(rays, emitters, cut);
-    for (std::size_t i = 0; i < receivers.size(); ++i) {
-        const Shed shed = lit.radiance(receivers[i]);
-        radiance[i] += shed.full;
-        if (!diffuse.empty()) diffuse[i] += shed.diffuse;
-    }
+    for (std::size_t i = 0; i < receivers.size(); ++i) radiance[i] += lit.radiance(receivers[i]);
 }
 
 }  // namespace haarfield

@@ -1,22 +1,21 @@
 #pragma once
-/// What glowing surfaces add to the radiance of points: shadow rays to their patches, and the BRDF.
+/// Radiance of points by surfaces that emit light: shadow rays to patches of the emitters, and the BRDF.
 
 #include "shading/bake/source_light.h"
 #include "shading/scene/emitter.h"
 
 namespace haarfield {
 
-/// Adds to each receiver's outgoing radiance what the emitters shed on it that nothing blocks.
+/// Adds the light of unoccluded emitters to the outgoing radiance of each receiver.
 ///
-/// radiance  as many. [W/(m^2 sr)]
-/// diffuse   as many, to which what the diffuse term makes of it is added, too; or none.
-/// accuracy  unshadowed, 0.5 % of the diffuse part (find_patches); shadows have as many steps as there are
-///           patches. Lobes are widened by what a patch spreads over.
-/// cost      100 ns a patch that a receiver faces, of which there are some 20 where the emitters look small,
-///           and up to EmitterCut::most beside large ones.
+/// radiance  by receiver. [W/(m^2 sr)]
+/// accuracy  unshadowed, 0.5 % of the diffuse component (find_patches); shadows have as many steps as there
+///           are patches. Lobes are widened by the solid angle of a patch.
+/// cost      100 ns per patch that a receiver faces: some 20 patches where the emitters look small, and up to
+///           EmitterCut::most next to large ones.
 void add_emitter_light(const ShadowRays& rays, const EmitterTree& emitters,
-                       std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
-                       std::span<Rgb> diffuse = {}, const EmitterCut& cut = {});
+                       std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance,
+                       const EmitterCut& cut = {});
 
 /// For oracles: six times as many patches, each with eight times less of the power.
 inline constexpr EmitterCut fine_emitter_cut{0.02f, 1.0f / 512, 4096};

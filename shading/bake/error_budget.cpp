@@ -90,9 +90,7 @@ std::vector<BudgetEntry> budget_entries(const std::vector<OracleRadiances>& radi
          &R::has_distant},
         {"lobes", "BRDF and cosine as the walk evaluates them, on cells", &R::lobes, &R::oracle},
         {"depth",
-         context.settings.depth < full_depth || context.settings.tolerance > 0
-             ? fmt::format("depth {}, tolerance {}", context.settings.depth, context.settings.tolerance)
-             : "all levels",
+         context.settings.depth < full_depth ? fmt::format("depth {}", context.settings.depth) : "all levels",
          &R::shallow, &R::lobes},
         {"all at the vertices", "the bake, against the finest oracle", &R::baked, &R::finest}};
     std::vector<BudgetEntry> entries;
@@ -258,12 +256,13 @@ Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<cons
                 const ShadedEntity& entity = scene.entities[scene.instances[points[k].instance].entity];
                 const std::optional<SurfacePoint> point = surface_point(entity, points[k]);
                 if (!point) return;
-                radiances[k].exact = shader->radiance(points[k].instance, *point);
+                radiances[k].exact = shader->radiance(points[k].instance, *point).total();
                 for (std::size_t c = 0; c < 3; ++c)
                     radiances[k].interpolated +=
-                        shader->radiance(
-                            points[k].instance,
-                            surface_point(entity, entity.mesh->triangles[points[k].triangle][c])) *
+                        shader
+                            ->radiance(points[k].instance,
+                                       surface_point(entity, entity.mesh->triangles[points[k].triangle][c]))
+                            .total() *
                         points[k].weights()[c];
                 radiances[k].counts = true;
             };

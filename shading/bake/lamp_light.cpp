@@ -17,18 +17,19 @@ LampLight light_from(const PlacedLamp& placed, const LampPlace& place, const Vec
     return lamp_light(moved, point);
 }
 
-/// What reaches a point if nothing is in the way, per colour. `response` is BRDF times cosine by direction.
-template <class Colour, class Response>
-Colour unshadowed(const PlacedLamp& placed, const LampLight& light, const Vec3d& point,
-                  const Response& response) {
+/// Returns the radiance of a point without shadows, for light of colour 1. `response` is BRDF times cosine by
+/// direction.
+template <class Number, class Response>
+auto unshadowed(const PlacedLamp& placed, const LampLight& light, const Vec3d& point,
+                const Response& response) {
     if (!placed.lamp.area || !placed.lamp.area->illumination)
-        return response(light.direction) * static_cast<decltype(Colour().x)>(light.share);
-    Colour sum(0);
+        return response(light.direction) * static_cast<Number>(light.share);
+    decltype(response(light.direction)) sum;
     for (const LampPlace& place : placed.places) {
         const LampLight here = light_from(placed, place, light.direction, point);
-        if (here.share > 0) sum += response(here.direction) * static_cast<decltype(Colour().x)>(here.share);
+        if (here.share > 0) sum += response(here.direction) * static_cast<Number>(here.share);
     }
-    return sum / static_cast<decltype(Colour().x)>(placed.places.size());
+    return sum / static_cast<Number>(placed.places.size());
 }
 
 /// Where the shadow ray of one of a lamp's places ends.
@@ -49,28 +50,23 @@ bool can_be_shadowed(const Lamp& lamp, const LampLight& light) {
 /// Up to 16 receivers under one lamp.
 void add_to_packet(const ShadowRays& rays, const PlacedLamp& placed,
                    std::span<const SourceReceiver> receivers, std::span<const Vec3f> from,
-                   std::span<Rgb> radiance, std::span<Rgb> diffuse) {
+                   std::span<Outgoing> radiance) {
     const Lamp& lamp = placed.lamp;
     const Rgb irradiance = lamp.colour * static_cast<float>(pi);
     std::array<LampLight, packet> light;
-    std::array<Rgb, packet> whole, whole_diffuse;
+    std::array<Outgoing, packet> whole;
     std::uint16_t lit = 0;
     for (std::size_t i = 0; i < receivers.size(); ++i) {
         const Vec3d point(receivers[i].position);
         light[i] = lamp_light(lamp, point);
-        const VertexBrdf& brdf = receivers[i].brdf;
-        const auto dull = [&](const Vec3d& direction) {
-            return brdf.diffuse * std::max(brdf.normal.dot(Vec3f(direction)), 0.0f);
-        };
-        const auto response = [&](const Vec3d& direction) { return reflectance(brdf, Vec3f(direction)); };
-        whole[i] = whole_diffuse[i] = Rgb(0.0f);
         if (!(light[i].share > 0)) continue;
-        const bool is_dull = lamp.shadowless || brdf.specular == Rgb(0.0f);
-        if (is_dull || !diffuse.empty())
-            whole_diffuse[i] = unshadowed<Rgb>(placed, light[i], point, dull) * irradiance;
-        whole[i] =
-            is_dull ? whole_diffuse[i] : unshadowed<Rgb>(placed, light[i], point, response) * irradiance;
-        if (whole[i] != Rgb(0.0f)) lit = static_cast<std::uint16_t>(lit | 1u << i);
+        whole[i] = unshadowed<float>(placed, light[i], point,
+                                     [&](const Vec3d& direction) {
+                                         return reflectance(receivers[i].brdf, Vec3f(direction));
+                                     }) *
+                   irradiance;
+        if (lamp.shadowless) whole[i].specular = Rgb(0.0f);
+        if (whole[i] != Outgoing()) lit = static_cast<std::uint16_t>(lit | 1u << i);
     }
     std::uint16_t shadowed = 0;
     std::array<float, packet> visibility;
@@ -93,19 +89,14 @@ void add_to_packet(const ShadowRays& rays, const PlacedLamp& placed,
         }
     }
     for (std::size_t i = 0; i < receivers.size(); ++i)
-        if (lit >> i & 1u) {
-            radiance[i] += whole[i] * visibility[i];
-            if (!diffuse.empty()) diffuse[i] += whole_diffuse[i] * visibility[i];
-        }
+        if (lit >> i & 1u) radiance[i] += whole[i] * visibility[i];
 }
 
 }  // namespace
 
 void add_lamp_light(const ShadowRays& rays, std::span<const PlacedLamp> lamps,
-                    std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
-                    std::span<Rgb> diffuse) {
+                    std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance) {
     assert(receivers.size() == radiance.size());
-    assert(diffuse.empty() || diffuse.size() == radiance.size());
     if (lamps.empty()) return;
     std::array<Vec3f, packet> from;
     for (std::size_t first = 0; first < receivers.size(); first += packet) {
@@ -113,25 +104,26 @@ void add_lamp_light(const ShadowRays& rays, std::span<const PlacedLamp> lamps,
         const std::span<const SourceReceiver> here = receivers.subspan(first, count);
         for (std::size_t i = 0; i < count; ++i) from[i] = here[i].from;
         for (const PlacedLamp& lamp : lamps)
-            add_to_packet(rays, lamp, here, std::span(from).first(count), radiance.subspan(first, count),
-                          diffuse.empty() ? diffuse : diffuse.subspan(first, count));
+            add_to_packet(rays, lamp, here, std::span(from).first(count), radiance.subspan(first, count));
     }
 }
 
-Vec3d radiance_from_lamps(std::span<const PlacedLamp> lamps, const ShadowRays& rays, const Vec3f& from,
-                          const Material& material, const VertexView& view) {
-    Vec3d radiance(0.0);
+Components<Vec3d> radiance_from_lamps(std::span<const PlacedLamp> lamps, const ShadowRays& rays,
+                                      const Vec3f& from, const Material& material, const VertexView& view) {
+    Components<Vec3d> radiance;
     const Vec3d point(view.position), normal(view.normal);
     for (const PlacedLamp& placed : lamps) {
         const Lamp& lamp = placed.lamp;
         const LampLight light = lamp_light(lamp, point);
         if (!(light.share > 0)) continue;
-        const auto response = [&](const Vec3d& direction) {
-            if (!lamp.shadowless) return reflectance(material, normal, Vec3d(view.mirror), direction);
-            return Vec3d(material.diffuse) * (std::max(normal.dot(direction), 0.0) / pi);
-        };
-        const Vec3d whole = unshadowed<Vec3d>(placed, light, point, response) * Vec3d(lamp.colour) * pi;
-        if (whole == Vec3d(0.0)) continue;
+        Components<Vec3d> whole =
+            unshadowed<double>(placed, light, point,
+                               [&](const Vec3d& direction) {
+                                   return reflectance(material, normal, Vec3d(view.mirror), direction);
+                               }) *
+            Vec3d(lamp.colour) * pi;
+        if (lamp.shadowless) whole.specular = Vec3d(0.0);
+        if (whole == Components<Vec3d>()) continue;
         const bool is_shadowed = can_be_shadowed(lamp, light);
         double visibility = is_shadowed ? 0 : 1;
         if (is_shadowed)

@@ -1,5 +1,5 @@
 #pragma once
-/// What lamps add to the radiance of points: shadow rays to their places, and the BRDF.
+/// Radiance of points by lamps: shadow rays to the places of the lamps, and the BRDF.
 
 #include "shading/bake/source_light.h"
 #include "shading/scene/lamp.h"
@@ -8,21 +8,19 @@
 
 namespace haarfield {
 
-/// Adds to each receiver's outgoing radiance what the lamps shed on it that nothing blocks.
+/// Adds the light of unoccluded lamps to the outgoing radiance of each receiver.
 ///
-/// receivers  neighbours in space beside each other.
-/// radiance   as many. [W/(m^2 sr)]
-/// diffuse    as many, to which what the diffuse term makes of it is added, too; or none.
+/// receivers  neighbours in space next to each other.
+/// radiance   by receiver. [W/(m^2 sr)]
 /// accuracy   unshadowed, 1e-5 of POV-Ray's.
-/// cost       60 to 120 ns a place of a lamp that a receiver faces; 20 ns a lamp that it does not.
+/// cost       60 to 120 ns per place of a lamp that a receiver faces; 20 ns per lamp that it does not face.
 void add_lamp_light(const ShadowRays& rays, std::span<const PlacedLamp> lamps,
-                    std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
-                    std::span<Rgb> diffuse = {});
+                    std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance);
 
-/// The same for one point, in double.
+/// Returns the radiance of one point by lamps, in double precision.
 ///
-/// from  in the world: where the point looks from, off the surface beside it.
-Vec3d radiance_from_lamps(std::span<const PlacedLamp> lamps, const ShadowRays& rays, const Vec3f& from,
-                          const Material& material, const VertexView& view);
+/// from  the origin of its shadow rays in the world, off the surface.
+Components<Vec3d> radiance_from_lamps(std::span<const PlacedLamp> lamps, const ShadowRays& rays,
+                                      const Vec3f& from, const Material& material, const VertexView& view);
 
 }  // namespace haarfield

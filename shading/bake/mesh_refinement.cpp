@@ -13,25 +13,27 @@ namespace {
 
 constexpr float not_shaded = -1;
 
-float channel_sum(const Rgb& c) {
+float channel_sum(const Outgoing& radiance) {
+    const Rgb c = radiance.total();
     return c.x + c.y + c.z;
 }
 
-float difference(const Rgb& a, const Rgb& b) {
+float difference(const Outgoing& of, const Outgoing& from) {
+    const Rgb a = of.total(), b = from.total();
     return std::abs(a.x - b.x) + std::abs(a.y - b.y) + std::abs(a.z - b.z);
 }
 
 /// The middle of an edge, on all its sides.
 struct Middle {
-    float error = not_shaded;   ///< The largest of the sides'.
-    std::vector<Rgb> radiance;  ///< By EdgeBisection::sides; and where it was seen from:
+    float error = not_shaded;        ///< The largest of the sides'.
+    std::vector<Outgoing> radiance;  ///< By EdgeBisection::sides; and where it was seen from:
     LocalSamples samples;
 };
 
 /// An instance at work.
 struct RefinedInstance {
     EdgeBisection bisection;
-    std::vector<Rgb> radiance;
+    std::vector<Outgoing> radiance;
     LocalSamples samples;
     std::vector<Middle> middles;  ///< By edge.
     float scale;
@@ -87,7 +89,7 @@ public:
     }
 
 private:
-    Result<std::vector<Rgb>> shaded(const std::vector<InstancePoint>& points) {
+    Result<std::vector<Outgoing>> shaded(const std::vector<InstancePoint>& points) {
         result_.shaded_points += points.size();
         Progress silent;
         silent.stop = progress_.stop;
@@ -99,7 +101,7 @@ private:
         for (std::size_t i = 0; i < start.size(); ++i) {
             const ShadedInstance& instance = shading_.scene.instances[i];
             const float radius = shading_.scene.entities[instance.entity].occlusion->own().bounds().radius();
-            for (const Rgb& value : start[i].radiance) sum += channel_sum(value);
+            for (const Outgoing& value : start[i].radiance) sum += channel_sum(value);
             vertices_ += start[i].radiance.size();
             instances_.push_back({EdgeBisection(std::move(start[i].mesh)),
                                   std::move(start[i].radiance),
@@ -113,7 +115,7 @@ private:
     }
 
     /// The error of a value that was found between two others, whose mean would be taken for it.
-    float error(const Rgb& found, const Rgb& interpolated) const {
+    float error(const Outgoing& found, const Outgoing& interpolated) const {
         const float size = channel_sum(interpolated) + mean_;
         return size > 0 ? difference(found, interpolated) / size : 0;
     }
@@ -130,8 +132,8 @@ private:
                 for (std::size_t k = 0; k < 3; ++k) {
                     const std::uint32_t edge = instance.bisection.edges_of(t)[k];
                     if (instance.is_shaded(edge) || is_candidate[edge]) continue;
-                    const Rgb& a = instance.radiance[mesh.triangles[t][k]];
-                    const Rgb& b = instance.radiance[mesh.triangles[t][(k + 1) % 3]];
+                    const Outgoing& a = instance.radiance[mesh.triangles[t][k]];
+                    const Outgoing& b = instance.radiance[mesh.triangles[t][(k + 1) % 3]];
                     is_candidate[edge] =
                         (edge == longest || error(a, b) > wanted_.tolerance) && instance.can_be_split(edge);
                     if (is_candidate[edge]) candidates.push_back({i, edge});
@@ -149,7 +151,7 @@ private:
     Result<Done> shade_middles(const std::vector<InstanceEdge>& edges) {
         struct SideMiddle {
             std::optional<SurfacePoint> point;  ///< None if it is buried.
-            Rgb interpolated;
+            Outgoing interpolated;
         };
         std::vector<std::vector<SideMiddle>> middles(edges.size());
         tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t n) {
@@ -166,7 +168,7 @@ private:
         for (std::size_t n = 0; n < edges.size(); ++n)
             for (const SideMiddle& side : middles[n])
                 if (side.point) points.push_back({edges[n].instance, *side.point});
-        const Result<std::vector<Rgb>> radiance = shaded(points);
+        const Result<std::vector<Outgoing>> radiance = shaded(points);
         if (!radiance) return radiance.error();
         auto next = radiance->begin();
         for (std::size_t n = 0; n < edges.size(); ++n) {

@@ -54,14 +54,14 @@ PathTracer::PathTracer(const ShadedScene& scene, const FineSurface& surface, con
 }
 
 Rgb PathTracer::near_light(const Vec3f& from, const Vec3f& normal, const Rgb& reflectance) const {
-    Rgb radiance(0.0f);
+    Outgoing radiance;
     SourceReceiver receiver;
     receiver.from = receiver.position = from;
     receiver.brdf.normal = receiver.brdf.mirror = normal;
     receiver.brdf.diffuse = reflectance;
     add_lamp_light(rays_, lamps_, {&receiver, 1}, {&radiance, 1});
     add_emitter_light(rays_, emitters_, {&receiver, 1}, {&radiance, 1});
-    return radiance;
+    return radiance.diffuse;
 }
 
 PathTracer::Estimate PathTracer::indirect_irradiance(const Vec3f& from, const Vec3f& normal, double certainty,

@@ -38,7 +38,7 @@ Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std:
                               {meshes[e].positions[v], meshes[e].normals[v], samples[e].points[v],
                                meshes[e].vertex_materials[v]}});
     }
-    const Result<std::vector<Rgb>> radiance = point_radiance(shading, points, progress);
+    const Result<std::vector<Outgoing>> radiance = point_radiance(shading, points, progress);
     if (!radiance) return radiance.error();
 
     std::vector<RadiantMesh> result;
@@ -46,7 +46,7 @@ Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std:
     for (const ShadedInstance& instance : shading.scene.instances) {
         const std::size_t e = instance.entity;
         RadiantMesh& shaded = result.emplace_back(
-            RadiantMesh{meshes[e], std::vector<Rgb>(meshes[e].positions.size(), Rgb(0.0f)), samples[e]});
+            RadiantMesh{meshes[e], std::vector<Outgoing>(meshes[e].positions.size()), samples[e]});
         for (const std::uint32_t v : orders[e]) shaded.radiance[v] = *next++;
         BuriedFill(shaded.mesh, samples[e].buried)(shaded.radiance);
     }
@@ -70,41 +70,19 @@ Result<SceneRadiance> vertex_values(const ShadedScene& scene, std::span<const Sa
         const Mesh& mesh = *meshes[i].mesh;
         const auto& [from, buried] = *meshes[i].samples;
         assert(from.size() == mesh.positions.size());
-        result.emplace_back(mesh.positions.size(), Rgb(0.0f));
+        result.emplace_back(mesh.positions.size());
         for (const std::uint32_t v : spatial_order(mesh.positions)) {
             if (buried[v] || !(wanted.empty() || wanted[i][v])) continue;
             points.push_back({i, {mesh.positions[v], mesh.normals[v], from[v], mesh.vertex_materials[v]}});
             vertices.push_back(v);
         }
     }
-    const Result<std::vector<Rgb>> radiance = radiance_of(points);
+    const Result<std::vector<Outgoing>> radiance = radiance_of(points);
     if (!radiance) return radiance.error();
     for (std::size_t k = 0; k < points.size(); ++k) result[points[k].instance][vertices[k]] = (*radiance)[k];
     for (std::size_t i = 0; i < meshes.size(); ++i)
         BuriedFill(*meshes[i].mesh, meshes[i].samples->buried)(result[i]);
     return result;
-}
-
-ShadedScene with_highlights_alone(ShadedScene scene) {
-    for (ShadedEntity& entity : scene.entities)
-        for (Material& material : entity.materials) material.diffuse = Rgb(0.0f);
-    return scene;
-}
-
-Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
-                                         const std::vector<std::vector<bool>>& wanted,
-                                         const Progress& progress) {
-    const ShadedScene shining = with_highlights_alone(shading.scene);
-    VertexMask mask;
-    for (std::size_t i = 0; i < meshes.size(); ++i) {
-        const std::vector<bool>& materials = wanted[shading.scene.instances[i].entity];
-        std::vector<std::uint8_t>& marked = mask.emplace_back();
-        for (const std::uint16_t material : meshes[i].mesh->vertex_materials)
-            marked.push_back(materials[material]);
-    }
-    return vertex_radiance({shining, shading.geometry, shading.light, shading.settings, nullptr,
-                            shading.indirect, shading.sharing},
-                           meshes, mask, progress);
 }
 
 }  // namespace haarfield

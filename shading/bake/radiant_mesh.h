@@ -10,8 +10,8 @@ namespace haarfield {
 /// In the frame of the instance's entity.
 struct RadiantMesh {
     Mesh mesh;
-    std::vector<Rgb> radiance;  ///< Outgoing, one per vertex. [W/(m^2 sr)]
-    LocalSamples samples;       ///< Where its vertices look from.
+    std::vector<Outgoing> radiance;  ///< By vertex. [W/(m^2 sr)]
+    LocalSamples samples;            ///< Origins of the rays of its vertices.
 };
 
 /// A mesh whose vertices can be shaded, in the frame of the instance's entity; both outlive its use.
@@ -46,23 +46,11 @@ Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std:
 Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
                                       const VertexMask& wanted, const Progress& progress = {});
 
-/// Values of points, in their order; or why there are none.
-using PointRadiance = std::function<Result<std::vector<Rgb>>(std::span<const InstancePoint>)>;
+/// Returns values of points, in their order.
+using PointRadiance = std::function<Result<std::vector<Outgoing>>(std::span<const InstancePoint>)>;
 
-/// The same of whatever a function makes of the vertices' points.
+/// Evaluates a function at the vertices of meshes; otherwise as vertex_radiance.
 Result<SceneRadiance> vertex_values(const ShadedScene& scene, std::span<const SampledMesh> meshes,
                                     const VertexMask& wanted, const PointRadiance& radiance_of);
-
-ShadedScene with_highlights_alone(ShadedScene scene);  ///< Of its materials.
-
-/// The highlights of vertices, without what is diffuse.
-///
-/// meshes    by instance, as above.
-/// wanted    by entity and material: of which of them highlights are wanted. Of the others they are 0.
-/// cost      shades each of these vertices once more.
-/// errors    interrupted.
-Result<SceneRadiance> highlight_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
-                                         const std::vector<std::vector<bool>>& wanted,
-                                         const Progress& progress = {});
 
 }  // namespace haarfield

@@ -40,13 +40,13 @@ class RayBatch {
 public:
     RayBatch(const ShadowRays& rays, const Vec3f& from) : rays_(rays) { from_.fill(from); }
 
-    void add(const LightSample& light, const Vec3d& contribution) {
+    void add(const LightSample& light, const Components<Vec3d>& contribution) {
         constexpr float horizon = 1e6f;  // further than any scene is large [m]
         ends_[size_] = from_[0] + light.direction * std::min(light.distance, horizon);
         contributions_[size_] = contribution;
         if (++size_ == ShadowRays::packet) trace();
     }
-    Vec3d sum() {
+    Components<Vec3d> sum() {
         trace();
         return sum_;
     }
@@ -63,9 +63,9 @@ private:
 
     const ShadowRays& rays_;
     std::array<Vec3f, ShadowRays::packet> from_, ends_;
-    std::array<Vec3d, ShadowRays::packet> contributions_;
+    std::array<Components<Vec3d>, ShadowRays::packet> contributions_;
     std::size_t size_ = 0;
-    Vec3d sum_{0.0};
+    Components<Vec3d> sum_;
 };
 
 /// Integrates over the directions above one point.
@@ -81,8 +81,8 @@ public:
           mirror_axes_(axes_across(brdf.mirror)),
           batch_(rays.rays, from) {}
 
-    Vec3d operator()(std::uint32_t seed) {
-        if (counts_.environment == 0 && counts_.emitters == 0) return Vec3d(0.0);
+    Components<Vec3d> operator()(std::uint32_t seed) {
+        if (counts_.environment == 0 && counts_.emitters == 0) return {};
         for_each(seed, by_environment, counts_.environment, [this](const std::array<double, 2>& place) {
             const LightSample light = rays_.environment.sample(place);
             add(light, light.is_disc ? counts_.environment * light.density
@@ -118,9 +118,9 @@ private:
     /// densities  of all techniques that sample the direction, each times its count.
     void add(const LightSample& light, double densities) {
         if (!(densities > 0)) return;
-        const Vec3d contribution =
-            Vec3d(reflectance(brdf_, light.direction) * light.radiance) * (1 / densities);
-        if (contribution != Vec3d(0.0)) batch_.add(light, contribution);
+        const auto contribution =
+            Components<Vec3d>(reflectance(brdf_, light.direction) * light.radiance) * (1 / densities);
+        if (contribution != Components<Vec3d>()) batch_.add(light, contribution);
     }
 
     /// A direction that the BRDF sampled: light from far away, and from the nearest emitter.
@@ -184,15 +184,15 @@ RayScene::RayScene(const ShadedScene& of)
     rays.build(of);
 }
 
-Rgb ray_radiance(const RayScene& rays, std::size_t instance, const SurfacePoint& point, std::uint32_t samples,
-                 std::uint32_t seed) {
+Outgoing ray_radiance(const RayScene& rays, std::size_t instance, const SurfacePoint& point,
+                      std::uint32_t samples, std::uint32_t seed) {
     const ShadedInstance& placed = rays.scene.instances[instance];
     const Material& material = entity_of(rays.scene, instance).materials[point.material];
     const VertexView view = vertex_view(rays.scene, placed, point);
     const Vec3f from = placed.placement.point_to_world(point.sample);
     const VertexBrdf brdf = vertex_brdf(material, view);
-    return Rgb(Vec3f(PointIntegral(rays, brdf, from, samples)(seed) +
-                     radiance_from_lamps(rays.lamps, rays.rays, from, material, view)));
+    return Outgoing(PointIntegral(rays, brdf, from, samples)(seed) +
+                    radiance_from_lamps(rays.lamps, rays.rays, from, material, view));
 }
 
 RayEstimate ray_estimate(const RayScene& rays, std::size_t instance, std::uint32_t vertex,
@@ -202,7 +202,8 @@ RayEstimate ray_estimate(const RayScene& rays, std::size_t instance, std::uint32
     Vec3d sum(0.0), squares(0.0);
     for (std::uint32_t i = 0; i < estimates; ++i) {
         const Vec3d found(ray_radiance(rays, instance, point, std::max(1u, samples / estimates),
-                                       mixed_seed(vertex_seed(instance, vertex), i)));
+                                       mixed_seed(vertex_seed(instance, vertex), i))
+                              .total());
         sum += found;
         squares += found * found;
     }

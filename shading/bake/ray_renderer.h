@@ -20,7 +20,7 @@ struct RayScene {
     std::vector<PlacedLamp> lamps;
 };
 
-/// Radiance of a point by direct light.
+/// Computes the radiance of a point by direct light.
 ///
 /// Directions are sampled by the environment, by the emitters and by the BRDF's cosine and lobes, and
 /// combined by the balance heuristic. Each technique has its own Owen-scrambled Sobol points. Lamps have
@@ -31,10 +31,10 @@ struct RayScene {
 /// accuracy  unbiased; the error falls faster than 1 / sqrt(samples).
 /// cost      some 0.2 us a sample.
 /// source    Veach 1997, multiple importance sampling.
-Rgb ray_radiance(const RayScene& rays, std::size_t instance, const SurfacePoint& point, std::uint32_t samples,
-                 std::uint32_t seed);
+Outgoing ray_radiance(const RayScene& rays, std::size_t instance, const SurfacePoint& point,
+                      std::uint32_t samples, std::uint32_t seed);
 
-/// A vertex's mean over independent estimates, and its standard error.
+/// The mean radiance of a vertex over independent estimates, and its standard error.
 struct RayEstimate {
     Rgb radiance{0.0f}, deviation{0.0f};
 };

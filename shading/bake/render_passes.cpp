@@ -19,13 +19,6 @@ Material white_paint() {
     return white;
 }
 
-bool has_highlights(const ShadedScene& scene) {
-    return std::ranges::any_of(scene.entities, [](const ShadedEntity& entity) {
-        return std::ranges::any_of(entity.materials,
-                                   [](const Material& material) { return material.specular != Rgb(0.0f); });
-    });
-}
-
 ShadedScene in_white_paint(ShadedScene scene) {
     for (ShadedEntity& entity : scene.entities) std::ranges::fill(entity.materials, white_paint());
     return scene;
@@ -55,14 +48,6 @@ Result<SceneRadiance> radiance_as(const PassShading& bake, const PointShading& s
     return fitted_radiance(shading, meshes, std::move(*radiance), progress);
 }
 
-/// The same of the scene with other materials.
-Result<SceneRadiance> radiance_of(const PassShading& bake, const ShadedScene& scene,
-                                  const Progress& progress) {
-    const auto& [own, geometry, light, settings, visibility, indirect, sharing] = bake.shading;
-    return radiance_as(bake, {scene, geometry, light, settings, visibility, indirect, sharing}, bake.meshes,
-                       progress);
-}
-
 /// Under light of radiance 1 from everywhere, white paint has the share of it that is open.
 Result<SceneRadiance> openness(const PassShading& bake, const Progress& progress) {
     const auto& [own, geometry, own_light, settings, visibility, indirect, sharing] = bake.shading;
@@ -73,9 +58,9 @@ Result<SceneRadiance> openness(const PassShading& bake, const Progress& progress
     Result<SceneRadiance> open = radiance_as(
         bake, {scene, geometry, light, settings, visibility, nullptr, sharing}, bake.meshes, progress);
     if (!open) return open;
-    for (std::vector<Rgb>& values : *open)
-        for (Rgb& value : values)
-            for (int c = 0; c < 3; ++c) value[c] = std::min(value[c], 1.0f);
+    for (std::vector<Outgoing>& values : *open)
+        for (Outgoing& value : values)
+            for (int c = 0; c < 3; ++c) value.diffuse[c] = std::min(value.diffuse[c], 1.0f);
     return open;
 }
 
@@ -90,9 +75,9 @@ void take_shapes(const std::vector<Lamp>& lamps, std::size_t instance, std::vect
     }
 }
 
-/// Radiance of a variation of the scene in which each instance is alone.
-Result<SceneRadiance> radiance_alone(const PassShading& bake, const ShadedScene& scene,
-                                     const Progress& progress) {
+/// Computes the radiance of each instance alone.
+Result<SceneRadiance> radiance_alone(const PassShading& bake, const Progress& progress) {
+    const ShadedScene& scene = bake.shading.scene;
     RenderSettings settings = bake.shading.settings;
     settings.occlusion = Occlusion::fields;  // there is no other to be looked past
     SceneRadiance result(scene.instances.size());
@@ -125,11 +110,14 @@ Result<SceneRadiance> radiance_alone(const PassShading& bake, const ShadedScene&
     return result;
 }
 
-/// What bounces, where the bake has it.
-Result<SceneRadiance> radiance_by_bounces(const PassShading& bake, SceneRadiance black,
+/// Computes the radiance by indirect light, black if the bake has none.
+Result<SceneRadiance> radiance_by_bounces(const PassShading& bake,
+                                          std::span<const std::span<const Outgoing>> full,
                                           const Progress& progress) {
-    if (!bake.shading.indirect) return black;
-    if (bake.meshes.empty()) {
+    if (!bake.shading.indirect || bake.meshes.empty()) {
+        SceneRadiance black;
+        for (const std::span<const Outgoing> values : full) black.emplace_back(values.size());
+        if (!bake.shading.indirect) return black;
         if (const Result<Done> added = add_indirect_radiance(bake.shading, black, progress); !added)
             return added.error();
         return black;
@@ -140,58 +128,55 @@ Result<SceneRadiance> radiance_by_bounces(const PassShading& bake, SceneRadiance
     return vertex_values(bake.shading.scene, bake.meshes, {}, indirect_alone);
 }
 
-SceneRadiance black(std::span<const std::span<const Rgb>> full) {
+/// Returns one component of the radiance, with zeros for the other one.
+SceneRadiance component(std::span<const std::span<const Outgoing>> full, Rgb Outgoing::*which) {
     SceneRadiance result;
-    for (const std::span<const Rgb> values : full) result.emplace_back(values.size(), Rgb(0.0f));
+    for (const std::span<const Outgoing> values : full) {
+        result.emplace_back(values.size());
+        for (std::size_t v = 0; v < values.size(); ++v) result.back()[v].*which = values[v].*which;
+    }
     return result;
 }
 
-SceneRadiance difference(std::span<const std::span<const Rgb>> full, SceneRadiance part) {
-    for (std::size_t i = 0; i < part.size(); ++i)
-        for (std::size_t v = 0; v < part[i].size(); ++v)
-            part[i][v] = without_negative(full[i][v] - part[i][v]);
-    return part;
+/// Computes the irradiance: pi times the radiance of white paint.
+Result<SceneRadiance> irradiance(const PassShading& bake, const Progress& progress) {
+    const auto& [own, geometry, light, settings, visibility, indirect, sharing] = bake.shading;
+    const ShadedScene scene = in_white_paint(own);
+    Result<SceneRadiance> made = radiance_as(
+        bake, {scene, geometry, light, settings, visibility, indirect, sharing}, bake.meshes, progress);
+    if (!made) return made;
+    for (std::vector<Outgoing>& values : *made)
+        for (Outgoing& value : values) value.diffuse *= static_cast<float>(pi);
+    return made;
+}
+
+Result<SceneRadiance> pass_of(const PassShading& bake, std::span<const std::span<const Outgoing>> full,
+                              RenderPass pass, const Progress& progress) {
+    switch (pass) {
+        case RenderPass::diffuse: return component(full, &Outgoing::diffuse);
+        case RenderPass::specular: return component(full, &Outgoing::specular);
+        case RenderPass::irradiance: return irradiance(bake, progress);
+        case RenderPass::occlusion: return openness(bake, progress);
+        case RenderPass::own_shadow: return radiance_alone(bake, progress);
+        case RenderPass::indirect: break;
+    }
+    return radiance_by_bounces(bake, full, progress);
 }
 
 }  // namespace
 
 Result<std::vector<SceneRadiance>> render_passes(const PassShading& bake,
-                                                 std::span<const std::span<const Rgb>> full,
+                                                 std::span<const std::span<const Outgoing>> full,
                                                  std::span<const RenderPass> passes,
                                                  const Progress& progress) {
-    const ShadedScene& scene = bake.shading.scene;
-    assert(full.size() == scene.instances.size());
+    assert(full.size() == bake.shading.scene.instances.size());
     assert(bake.meshes.empty() || bake.meshes.size() == full.size());
     assert(!bake.fitted || !bake.meshes.empty());
     assert((!bake.dense && bake.ray_samples == 0) || bake.meshes.empty());
-    const bool shines = has_highlights(scene);
-    std::optional<SceneRadiance> highlights;
     std::vector<SceneRadiance> result;
     for (const RenderPass pass : passes) {
-        const bool parts = pass == RenderPass::diffuse || pass == RenderPass::specular;
-        Result<SceneRadiance> made = [&]() -> Result<SceneRadiance> {
-            if (!shines && (parts || pass == RenderPass::own_specular))
-                return pass == RenderPass::diffuse ? difference(full, black(full)) : black(full);
-            if (parts && !highlights) {
-                Result<SceneRadiance> found = radiance_of(bake, with_highlights_alone(scene), progress);
-                if (!found) return found;
-                highlights = std::move(*found);
-            }
-            switch (pass) {
-                case RenderPass::diffuse: return difference(full, *highlights);
-                case RenderPass::specular: return *highlights;
-                case RenderPass::irradiance: return radiance_of(bake, in_white_paint(scene), progress);
-                case RenderPass::occlusion: return openness(bake, progress);
-                case RenderPass::own_shadow: return radiance_alone(bake, scene, progress);
-                case RenderPass::indirect: return radiance_by_bounces(bake, black(full), progress);
-                case RenderPass::own_specular: break;
-            }
-            return radiance_alone(bake, with_highlights_alone(scene), progress);
-        }();
+        Result<SceneRadiance> made = pass_of(bake, full, pass, progress);
         if (!made) return made.error();
-        if (pass == RenderPass::irradiance)
-            for (std::vector<Rgb>& values : *made)
-                for (Rgb& value : values) value *= static_cast<float>(pi);
         result.push_back(std::move(*made));
     }
     return result;

@@ -17,11 +17,10 @@ namespace {
 /// Shades runs of neighbouring points, on one thread.
 class PointShader {
 public:
-    /// parts_diffuse  the diffuse part of the radiance is wanted, too.
-    explicit PointShader(const PointShading& shading, bool parts_diffuse = false)
-        : shading_(shading), parts_diffuse_(parts_diffuse), visibility_(shading.scene, shading.geometry) {}
+    explicit PointShader(const PointShading& shading)
+        : shading_(shading), visibility_(shading.scene, shading.geometry) {}
 
-    /// One more point of the run.
+    /// Adds a point to the run.
     void add(std::size_t instance, const SurfacePoint& point) {
         const VertexView view = take_up(instance, point);
         shade_if(visibility_.look(instance, point, view));
@@ -29,7 +28,7 @@ public:
             add_indirect(shading_.indirect->irradiance_at(shading_.scene, instance, point));
     }
 
-    /// The same of a vertex.
+    /// Adds a vertex to the run.
     void add(std::size_t instance, std::uint32_t vertex) {
         const ShadedEntity& entity = shading_.scene.entities[shading_.scene.instances[instance].entity];
         const VertexSight* kept = shading_.visibility ? shading_.visibility->find(instance, vertex) : nullptr;
@@ -43,21 +42,16 @@ public:
         if (shading_.indirect) add_indirect(shading_.indirect->irradiance[instance][vertex]);
     }
 
-    /// Ends the run: the points' radiance, valid until the next.
-    std::span<const Rgb> finish() {
-        add_source_light(shading_.geometry.rays, shading_.light.lights, receivers_, radiance_, diffuse_);
-        add_lamp_light(shading_.geometry.rays, shading_.light.lamps, receivers_, radiance_, diffuse_);
-        add_emitter_light(shading_.geometry.rays, shading_.light.emitters, receivers_, radiance_, diffuse_);
+    /// Ends the run and returns the radiance of its points, valid until the next run ends.
+    std::span<const Outgoing> finish() {
+        add_source_light(shading_.geometry.rays, shading_.light.lights, receivers_, radiance_);
+        add_lamp_light(shading_.geometry.rays, shading_.light.lamps, receivers_, radiance_);
+        add_emitter_light(shading_.geometry.rays, shading_.light.emitters, receivers_, radiance_);
         finished_.swap(radiance_);
-        finished_diffuse_.swap(diffuse_);
         radiance_.clear();
-        diffuse_.clear();
         receivers_.clear();
         return finished_;
     }
-
-    /// Of the same points, what is diffuse, if that is wanted.
-    std::span<const Rgb> finished_diffuse() const { return finished_diffuse_; }
 
 private:
     VertexView take_up(std::size_t instance_index, const SurfacePoint& point) {
@@ -71,87 +65,27 @@ private:
     }
     void shade_if(bool sees) {
         if (sees) return shade(visibility_.sight());
-        radiance_.emplace_back(0.0f);
-        if (parts_diffuse_) diffuse_.emplace_back(0.0f);
+        radiance_.emplace_back();
     }
     void shade(const VertexSight& sight) {
-        const VertexBrdf& brdf = receivers_.back().brdf;
-        radiance_.push_back(walked(brdf, sight));
-        if (!parts_diffuse_) return;
-        if (brdf.specular == Rgb(0.0f)) {
-            diffuse_.push_back(radiance_.back());
-            return;
-        }
-        VertexBrdf dull = brdf;
-        dull.specular = Rgb(0.0f);
-        diffuse_.push_back(walked(dull, sight));
+        radiance_.push_back(without_negative(outgoing_radiance(
+            shading_.light.smooth,
+            {shading_.geometry.directions, receivers_.back().brdf, sight, shading_.settings.depth},
+            memory_)));
     }
-    Rgb walked(const VertexBrdf& brdf, const VertexSight& sight) {
-        const RenderSettings& settings = shading_.settings;
-        return without_negative(outgoing_radiance(shading_.light.smooth,
-                                                  {shading_.geometry.directions, brdf, sight, settings.depth},
-                                                  memory_, settings.tolerance));
-    }
-    /// To the point taken up last.
+    /// Adds indirect light to the last point.
     void add_indirect(const Rgb& irradiance) {
         const SourceReceiver& receiver = receivers_.back();
-        const Rgb diffuse = receiver.brdf.diffuse * irradiance;
         radiance_.back() +=
-            diffuse + shading_.indirect->highlights(shading_.scene, receiver.from, receiver.brdf);
-        if (parts_diffuse_) diffuse_.back() += diffuse;
+            shading_.indirect->outgoing(shading_.scene, receiver.from, receiver.brdf, irradiance);
     }
 
     const PointShading shading_;
-    const bool parts_diffuse_;
     VertexVisibility visibility_;
     WalkMemory<std::uint8_t> memory_;
-    std::vector<SourceReceiver> receivers_;        ///< The points of the run at hand,
-    std::vector<Rgb> radiance_, finished_;         ///< and their radiance,
-    std::vector<Rgb> diffuse_, finished_diffuse_;  ///< and what of it is diffuse.
+    std::vector<SourceReceiver> receivers_;      ///< The points of the current run.
+    std::vector<Outgoing> radiance_, finished_;  ///< By point, of the current and of the last run.
 };
-
-/// diffuse  null: is not wanted.
-Result<Done> shade_vertices(const PointShading& shading, SceneRadiance& radiance, SceneRadiance* diffuse,
-                            const Progress& progress) {
-    const ShadedScene& scene = shading.scene;
-    const std::vector<std::span<const std::uint32_t>> orders = shading.geometry.orders();
-    const auto shade = [&](const VertexMask* wanted) {
-        if (diffuse) diffuse->resize(radiance.size());
-        for (std::size_t i = 0; diffuse && i < radiance.size(); ++i)
-            (*diffuse)[i].resize(radiance[i].size(), Rgb(0.0f));
-        return visit_wanted_runs(
-            scene, orders, wanted,
-            [&]() -> VertexRunVisitor {
-                return [&, shader = std::make_shared<PointShader>(shading, diffuse != nullptr)](
-                           std::size_t instance, std::span<const std::uint32_t> vertices) {
-                    // Runs are shaded as wholes, so that it does not matter who shades them.
-                    for (const std::uint32_t vertex : vertices) {
-                        if (progress.stop.stop_requested()) return;
-                        shader->add(instance, vertex);
-                    }
-                    const std::span<const Rgb> run = shader->finish();
-                    for (std::size_t k = 0; k < vertices.size(); ++k) {
-                        radiance[instance][vertices[k]] = run[k];
-                        if (diffuse) (*diffuse)[instance][vertices[k]] = shader->finished_diffuse()[k];
-                    }
-                };
-            },
-            "shading", progress);
-    };
-    if (const Result<Done> shaded = share_vertices(shading.sharing, scene, orders, radiance, shade); !shaded)
-        return shaded.error();
-    // The same loop has found the diffuse part, where it has shaded.
-    const auto found = [](const VertexMask*) -> Result<Done> { return Done{}; };
-    if (diffuse)
-        if (const Result<Done> shared = share_vertices(shading.sharing, scene, orders, *diffuse, found);
-            !shared)
-            return shared.error();
-    if (is_partial(shading.sharing)) return Done{};
-    for (SceneRadiance* values : {&radiance, diffuse})
-        for (std::size_t i = 0; values && i < values->size(); ++i)
-            shading.geometry.entities[scene.instances[i].entity].fill((*values)[i]);
-    return Done{};
-}
 
 }  // namespace
 
@@ -176,17 +110,33 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view) {
 }
 
 Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress& progress) {
+    const ShadedScene& scene = shading.scene;
+    const std::vector<std::span<const std::uint32_t>> orders = shading.geometry.orders();
     SceneRadiance radiance;
-    const Result<Done> shaded = shade_vertices(shading, radiance, nullptr, progress);
-    if (!shaded) return shaded.error();
+    const auto shade = [&](const VertexMask* wanted) {
+        return visit_wanted_runs(
+            scene, orders, wanted,
+            [&]() -> VertexRunVisitor {
+                return [&, shader = std::make_shared<PointShader>(shading)](
+                           std::size_t instance, std::span<const std::uint32_t> vertices) {
+                    // Runs are shaded as wholes, so that it does not matter who shades them.
+                    for (const std::uint32_t vertex : vertices) {
+                        if (progress.stop.stop_requested()) return;
+                        shader->add(instance, vertex);
+                    }
+                    const std::span<const Outgoing> run = shader->finish();
+                    for (std::size_t k = 0; k < vertices.size(); ++k)
+                        radiance[instance][vertices[k]] = run[k];
+                };
+            },
+            "shading", progress);
+    };
+    if (const Result<Done> shaded = share_vertices(shading.sharing, scene, orders, radiance, shade); !shaded)
+        return shaded.error();
+    if (is_partial(shading.sharing)) return radiance;
+    for (std::size_t i = 0; i < radiance.size(); ++i)
+        shading.geometry.entities[scene.instances[i].entity].fill(radiance[i]);
     return radiance;
-}
-
-Result<RadianceParts> radiance_parts(const PointShading& shading, const Progress& progress) {
-    RadianceParts parts;
-    const Result<Done> shaded = shade_vertices(shading, parts.full, &parts.diffuse, progress);
-    if (!shaded) return shaded.error();
-    return parts;
 }
 
 Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
@@ -198,9 +148,10 @@ Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSetti
     return bounced_radiance({scene, *geometry, light, settings}, indirect, progress);
 }
 
-Result<std::vector<Rgb>> point_radiance(const PointShading& shading, std::span<const InstancePoint> points,
-                                        const Progress& progress) {
-    std::vector<Rgb> radiance(points.size());
+Result<std::vector<Outgoing>> point_radiance(const PointShading& shading,
+                                             std::span<const InstancePoint> points,
+                                             const Progress& progress) {
+    std::vector<Outgoing> radiance(points.size());
     constexpr std::size_t run = 64;
     const auto shade = [&](std::size_t first_point, std::size_t last_point) {
         const std::size_t first_run = first_point / run, last_run = (last_point + run - 1) / run;

@@ -42,11 +42,11 @@ std::uint16_t ReceiverPacket::lit(const ShadowRays& rays, const Vec3f& towards_l
     return static_cast<std::uint16_t>(faces & ~rays.blocked(from, faces, towards_light, without));
 }
 
-Rgb reflectance(const VertexBrdf& brdf, const Vec3f& light) {
+Outgoing reflectance(const VertexBrdf& brdf, const Vec3f& light) {
     const float cosine = brdf.normal.dot(light);
-    if (!(cosine > 0)) return Rgb(0.0f);
-    Rgb sum = brdf.diffuse * cosine;
-    if (brdf.specular == Rgb(0.0f)) return sum;
+    if (!(cosine > 0)) return {};
+    const Rgb diffuse = brdf.diffuse * cosine;
+    if (brdf.specular == Rgb(0.0f)) return {diffuse};
     float highlight = 0;
     const float along_mirror = brdf.mirror.dot(light);
     if (brdf.phong > 0 && along_mirror > 0)
@@ -56,24 +56,19 @@ Rgb reflectance(const VertexBrdf& brdf, const Vec3f& light) {
         const float along_half = brdf.normal.dot((eye + light).normalized());
         if (along_half > 0) highlight += brdf.blinn * std::pow(along_half, brdf.blinn_exponent);
     }
-    if (!(highlight > 0)) return sum;
+    if (!(highlight > 0)) return {diffuse};
     if (brdf.cosine_weighted) highlight *= cosine;
     Rgb tint(1.0f);
     if (brdf.metallic != Rgb(0.0f))
         tint -= brdf.metallic * (1 - static_cast<float>(metallic_fresnel(double(cosine))));
-    return sum + brdf.specular * tint * highlight;
+    return {diffuse, brdf.specular * tint * highlight};
 }
 
 void add_source_light(const ShadowRays& rays, std::span<const DirectionalLight> lights,
-                      std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
-                      std::span<Rgb> diffuse) {
+                      std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance) {
     assert(receivers.size() == radiance.size());
-    assert(diffuse.empty() || diffuse.size() == radiance.size());
     for_each_lit(rays, lights, receivers, [&](std::size_t i, const DirectionalLight& light) {
-        const VertexBrdf& brdf = receivers[i].brdf;
-        radiance[i] += reflectance(brdf, light.direction) * light.irradiance;
-        if (!diffuse.empty())
-            diffuse[i] += brdf.diffuse * light.irradiance * brdf.normal.dot(light.direction);
+        radiance[i] += reflectance(receivers[i].brdf, light.direction) * light.irradiance;
     });
 }
 

@@ -1,6 +1,5 @@
 #pragma once
-/// What concentrated sources add to the radiance of points: shadow rays and the BRDF at each of their
-/// directions.
+/// Radiance of points by concentrated sources: shadow rays and the BRDF for each of their directions.
 
 #include "shading/scene/light_sources.h"
 #include "shading/visibility/shadow_rays.h"
@@ -8,11 +7,11 @@
 
 namespace haarfield {
 
-/// BRDF times cosine for light from one direction, a unit vector: the factor of L in VertexBrdf's integral.
-/// [1/sr]
+/// Returns BRDF times cosine for light from one direction, a unit vector: the factor of L in VertexBrdf's
+/// integral. [1/sr]
 ///
 /// accuracy  1e-5 of the lobe's peak, in single precision.
-Rgb reflectance(const VertexBrdf& brdf, const Vec3f& light);
+Outgoing reflectance(const VertexBrdf& brdf, const Vec3f& light);
 
 /// A point that sources light.
 struct SourceReceiver {
@@ -43,15 +42,13 @@ private:
     std::array<Vec3f, ShadowRays::packet> from_;
 };
 
-/// Adds to each receiver's outgoing radiance what the lights shed on it that nothing blocks.
+/// Adds the light of unoccluded sources to the outgoing radiance of each receiver.
 ///
-/// receivers  neighbours in space beside each other.
-/// radiance   as many. [W/(m^2 sr)]
-/// diffuse    as many, to which what the diffuse term makes of it is added, too; or none.
-/// cost       50 to 100 ns a light that a receiver faces.
+/// receivers  neighbours in space next to each other.
+/// radiance   by receiver. [W/(m^2 sr)]
+/// cost       50 to 100 ns per light that a receiver faces.
 void add_source_light(const ShadowRays& rays, std::span<const DirectionalLight> lights,
-                      std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
-                      std::span<Rgb> diffuse = {});
+                      std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance);
 
 /// What a receiver sees of some lights.
 struct LitPart {

@@ -7,8 +7,8 @@
 
 namespace haarfield {
 
-/// The radiance of a vertex of an instance.
-using VertexEvaluation = std::function<Rgb(std::size_t instance, std::uint32_t vertex)>;
+/// Returns the radiance of a vertex of an instance.
+using VertexEvaluation = std::function<Outgoing(std::size_t instance, std::uint32_t vertex)>;
 
 /// Evaluates the vertices that are not buried, and fills in the others (BuriedFill).
 ///

@@ -141,8 +141,8 @@ public:
                                               result.has_distant |= s.impostor_of != nullptr;
                                               see_from_afar(s, v);
                                           }));
-        result.lobes = walked(exact, full_depth, 0);
-        result.shallow = walked(exact, context_.settings.depth, context_.settings.tolerance);
+        result.lobes = walked(exact, full_depth);
+        result.shallow = walked(exact, context_.settings.depth);
 
         const std::vector<Vec3d> fine_response = responses(context_.fine_light);
         result.finer = visible_radiance(
@@ -219,7 +219,7 @@ private:
     std::vector<Vec3d> responses(const DenseLight& light) const {
         std::vector<Vec3d> result(light.directions.size());
         for (std::size_t i = 0; i < result.size(); ++i)
-            result[i] = light.radiance_from(i, entity_->materials[point_.material], view_);
+            result[i] = light.radiance_from(i, entity_->materials[point_.material], view_).total();
         return result;
     }
 
@@ -271,13 +271,13 @@ private:
         for (std::size_t i = 0; i < sum.size(); ++i) visibility[i] *= sum[i];
     }
 
-    /// As the bake evaluates it, from exact visibility and lighting.
-    Rgb walked(std::span<const float> visibility, int depth, float tolerance) {
+    /// Returns the radiance by the traversal of the bake, from exact visibility and lighting.
+    Rgb walked(std::span<const float> visibility, int depth) {
         const WideCubemap<std::uint8_t>& tree =
             tree_(haar_cubemap<float>(visibility, context_.light.face_size));
         const WeightedTrees<std::uint8_t>::Part part{&tree, 1};
         const WeightedTrees<std::uint8_t> factor{0, {&part, 1}};
-        return radiance(context_.exact_pyramid, {{&factor, 1}, {}}, depth, tolerance);
+        return radiance(context_.exact_pyramid, {{&factor, 1}, {}}, depth).total();
     }
 
     /// What is concentrated has every part in the oracles, and is cut into the bake's directions by itself.
@@ -286,15 +286,14 @@ private:
         const ShadowRays& rays = context_.geometry.rays;
         const Material& material = entity_->materials[point_.material];
         const auto sum = [&](std::span<const DirectionalLight> lights) {
-            return Rgb(Vec3f(radiance_from_parts(lights, rays, from_, material, view_)));
+            return Outgoing(radiance_from_parts(lights, rays, from_, material, view_));
         };
         const auto& [smooth, sources, lights, lamps, emitters] = context_.baked_light;
         const SourceReceiver receiver{from_, vertex_brdf(material, view_), view_.position};
-        Rgb near(Vec3f(radiance_from_lamps(lamps, rays, from_, material, view_)));
+        Outgoing near(radiance_from_lamps(lamps, rays, from_, material, view_));
         add_emitter_light(rays, emitters, {&receiver, 1}, {&near, 1});
-        const Rgb all = sum(context_.light.parts) +
-                        Rgb(Vec3f(radiance_from_near(lamps, emitters, rays, from_, material, view_))),
-                  few = sum(lights) + near;
+        const Outgoing finest(radiance_from_near(lamps, emitters, rays, from_, material, view_));
+        const Rgb all = (sum(context_.light.parts) + finest).total(), few = (sum(lights) + near).total();
         result.sources = result.oracle + few;
         result.baked += few;
         for (Rgb OracleRadiances::*exact :
@@ -308,14 +307,14 @@ private:
     Rgb baked(std::size_t instance, std::uint32_t vertex) {
         if (!bake_visibility_.look(instance, vertex, view_)) return Rgb(0.0f);
         const RenderSettings& settings = context_.settings;
-        return without_negative(radiance(context_.baked_light.smooth, bake_visibility_.sight(),
-                                         settings.depth, settings.tolerance));
+        return without_negative(
+                   radiance(context_.baked_light.smooth, bake_visibility_.sight(), settings.depth))
+            .total();
     }
 
-    Rgb radiance(const LightPyramid& light, const VertexSight& sight, int depth, float tolerance) {
+    Outgoing radiance(const LightPyramid& light, const VertexSight& sight, int depth) {
         const VertexBrdf brdf = vertex_brdf(entity_->materials[point_.material], view_);
-        return outgoing_radiance(light, {context_.geometry.directions, brdf, sight, depth}, memory_,
-                                 tolerance);
+        return outgoing_radiance(light, {context_.geometry.directions, brdf, sight, depth}, memory_);
     }
 
     const OracleContext& context_;

@@ -13,7 +13,7 @@ struct OracleRadiances {
     Rgb original{0.0f};  ///< or the original meshes,
     Rgb finest{0.0f};    ///< or both.
     Rgb lighting{0.0f}, sources{0.0f}, lobes{0.0f}, visibility{0.0f}, planar{0.0f}, spherical{0.0f};
-    Rgb shallow{0.0f};  ///< As lobes, with the bake's depth and tolerance.
+    Rgb shallow{0.0f};  ///< As lobes, with the traversal depth of the bake.
     Rgb baked{0.0f};
     Rgb distant{0.0f};
     bool has_planar = false, has_spherical = false, has_distant = false;

@@ -118,7 +118,10 @@ Rgb IndirectLight::irradiance_at(const ShadedScene& scene, std::size_t instance,
     return hit ? between(irradiance[instance], mesh_of(scene, instance), *hit) : Rgb(0.0f);
 }
 
-Rgb IndirectLight::highlights(const ShadedScene& scene, const Vec3f& from, const VertexBrdf& brdf) const {
+Outgoing IndirectLight::outgoing(const ShadedScene& scene, const Vec3f& from, const VertexBrdf& brdf,
+                                 const Rgb& arriving) const {
+    const Rgb diffuse = brdf.diffuse * arriving;
+    if (brdf.specular == Rgb(0.0f)) return {diffuse};
     Rgb sum(0.0f);
     visit_lobe_rays(brdf, [&](const LobeRay& ray) {
         const std::optional<SurfaceHit> hit = surface->first_hit(scene, from, ray.direction);
@@ -126,7 +129,7 @@ Rgb IndirectLight::highlights(const ShadedScene& scene, const Vec3f& from, const
         const Rgb tint = Rgb(1.0f) - brdf.metallic * ray.metallic;
         sum += between(radiance[hit->instance], mesh_of(scene, hit->instance), *hit) * tint * ray.weight;
     });
-    return sum * brdf.specular;
+    return {diffuse, sum * brdf.specular};
 }
 
 }  // namespace haarfield

@@ -36,8 +36,8 @@ std::vector<Rgb> row_reflectances(const ShadedScene& scene, const ShadingGeometr
 /// Indirect light at the points of a scene's surfaces.
 struct IndirectLight {
     std::shared_ptr<const FineSurface> surface;
-    SceneRadiance irradiance;  ///< By vertex, smoothed. [W/m^2]
-    SceneRadiance radiance;    ///< By vertex: diffuse, direct and reflected, tinted. [W/(m^2 sr)]
+    SceneColours irradiance;  ///< By vertex, smoothed. [W/m^2]
+    SceneColours radiance;    ///< By vertex: diffuse, direct and reflected, tinted. [W/(m^2 sr)]
     int bounces = 0;
     double left_out = 0;  ///< As BouncedLight has it.
     std::size_t transport_bytes = 0;
@@ -48,12 +48,14 @@ struct IndirectLight {
     /// cost  some 0.2 us.
     Rgb irradiance_at(const ShadedScene& scene, std::size_t instance, const SurfacePoint& point) const;
 
-    /// What the highlights of a point show of diffuse surroundings.
+    /// Computes the radiance of a point by indirect light. Specular lobes reflect diffuse radiance only.
     ///
     /// from      in the world, off the surface.
-    /// accuracy  24 rays a lobe, spread over it with its density, the same ones for all points.
-    /// cost      some 5 us a lobe.
-    Rgb highlights(const ShadedScene& scene, const Vec3f& from, const VertexBrdf& brdf) const;
+    /// arriving  the irradiance of the point. [W/m^2]
+    /// accuracy  24 rays per lobe, distributed by its density, the same for all points.
+    /// cost      some 5 us per lobe.
+    Outgoing outgoing(const ShadedScene& scene, const Vec3f& from, const VertexBrdf& brdf,
+                      const Rgb& arriving) const;
 };
 
 /// Puts together what bounced.

@@ -22,14 +22,15 @@ double metallic_fresnel(double cosine) {
     return std::clamp(0.014567225 / (from_pole * from_pole) - 0.011612903, 0.0, 1.0);
 }
 
-Vec3d reflectance(const Material& material, const Vec3d& normal, const Vec3d& mirror, const Vec3d& light) {
+Components<Vec3d> reflectance(const Material& material, const Vec3d& normal, const Vec3d& mirror,
+                              const Vec3d& light) {
     const double cosine = normal.dot(light);
-    if (cosine <= 0) return Vec3d(0.0);
+    if (cosine <= 0) return {};
     const Vec3d diffuse = Vec3d(material.diffuse) * (cosine / pi), specular(material.specular);
-    if (material.specular == Rgb(0.0f)) return diffuse;
+    if (material.specular == Rgb(0.0f)) return {diffuse};
     if (material.convention == LobeConvention::physical)
-        return diffuse + specular * (phong_lobe(material, mirror, light) * cosine *
-                                     (double(material.shininess) + 2) / (2 * pi));
+        return {diffuse, specular * (phong_lobe(material, mirror, light) * cosine *
+                                     (double(material.shininess) + 2) / (2 * pi))};
     double highlight = 0;
     if (material.phong > 0) highlight += double(material.phong) * phong_lobe(material, mirror, light);
     if (material.blinn > 0) highlight += double(material.blinn) * blinn_lobe(material, normal, mirror, light);
@@ -37,7 +38,7 @@ Vec3d reflectance(const Material& material, const Vec3d& normal, const Vec3d& mi
     if (material.metallic > 0)
         tint -= (Vec3d(1.0) - Vec3d(material.pigment)) *
                 (double(material.metallic) * (1 - metallic_fresnel(cosine)));
-    return diffuse + specular * tint * (highlight / pi);
+    return {diffuse, specular * tint * (highlight / pi)};
 }
 
 }  // namespace haarfield

@@ -1,7 +1,7 @@
 #pragma once
 /// How a surface answers light.
 
-#include "fields/base/vector.h"
+#include "shading/scene/outgoing.h"
 
 #include <cstdint>
 
@@ -48,10 +48,11 @@ struct Material {
 /// source  POV-Ray 3.7, `metallic`: an empirical Fresnel reflectivity.
 double metallic_fresnel(double cosine);
 
-/// BRDF times cosine: the factor of L in the conventions' integrals above. [1/sr]
+/// Returns BRDF times cosine: the factor of L in the conventions' integrals above. [1/sr]
 ///
 /// normal, mirror, light  N, R and w; unit vectors.
 /// accuracy               against POV-Ray's povray convention: that of its pictures.
-Vec3d reflectance(const Material& material, const Vec3d& normal, const Vec3d& mirror, const Vec3d& light);
+Components<Vec3d> reflectance(const Material& material, const Vec3d& normal, const Vec3d& mirror,
+                              const Vec3d& light);
 
 }  // namespace haarfield

@@ -66,9 +66,8 @@ inline constexpr int any_bounces = 1000;
 
 /// How exactly a scene is shaded.
 struct RenderSettings {
-    int face_size = 64;      ///< As in the fields (asserted).
-    int depth = full_depth;  ///< Traversal depth, product_integral.
-    float tolerance = 0;     ///< Of a vertex's radiance, for ending walks early; see outgoing_radiance.
+    int face_size = 64;             ///< As in the fields (asserted).
+    int depth = full_depth;         ///< Traversal depth, product_integral.
     int light_coefficients = 1000;  ///< Wavelets kept a face; 0: all.
     SourceRule sources;             ///< What of the light is concentrated, and served by rays.
     Occlusion occlusion = Occlusion::automatic;

@@ -36,16 +36,16 @@ private:
 
 }  // namespace
 
-Result<Done> share_points(const PointSharing* sharing, std::span<Rgb> radiance,
+Result<Done> share_points(const PointSharing* sharing, std::span<Outgoing> radiance,
                           const std::function<Result<Done>(std::size_t begin, std::size_t end)>& shade) {
     if (!sharing) return shade(0, radiance.size());
     return sharing->run({radiance.size(),
-                         [&](std::size_t begin, std::size_t end) -> Result<std::vector<Rgb>> {
+                         [&](std::size_t begin, std::size_t end) -> Result<std::vector<Outgoing>> {
                              if (Result<Done> shaded = shade(begin, end); !shaded) return shaded.error();
-                             const std::span<const Rgb> made = radiance.subspan(begin, end - begin);
-                             return std::vector<Rgb>(made.begin(), made.end());
+                             const std::span<const Outgoing> made = radiance.subspan(begin, end - begin);
+                             return std::vector<Outgoing>(made.begin(), made.end());
                          },
-                         [&](std::size_t begin, std::span<const Rgb> values) {
+                         [&](std::size_t begin, std::span<const Outgoing> values) {
                              std::ranges::copy(values, radiance.subspan(begin).begin());
                          }});
 }
@@ -56,7 +56,7 @@ Result<Done> share_vertices(const PointSharing* sharing, const ShadedScene& scen
     radiance.resize(scene.instances.size());
     const auto make_room = [&](std::size_t instance) {
         const std::size_t vertices = scene.entities[scene.instances[instance].entity].mesh->positions.size();
-        if (radiance[instance].size() != vertices) radiance[instance].assign(vertices, Rgb(0.0f));
+        if (radiance[instance].size() != vertices) radiance[instance].assign(vertices, Outgoing());
     };
     if (!sharing) {
         for (std::size_t i = 0; i < radiance.size(); ++i) make_room(i);
@@ -65,7 +65,7 @@ Result<Done> share_vertices(const PointSharing* sharing, const ShadedScene& scen
     const VertexNumbers numbers(scene, orders);
     return sharing->run(
         {numbers.count(),
-         [&](std::size_t begin, std::size_t end) -> Result<std::vector<Rgb>> {
+         [&](std::size_t begin, std::size_t end) -> Result<std::vector<Outgoing>> {
              VertexMask wanted(scene.instances.size());
              numbers.visit(begin, end, [&](std::size_t instance, std::span<const std::uint32_t> vertices) {
                  make_room(instance);
@@ -73,14 +73,14 @@ Result<Done> share_vertices(const PointSharing* sharing, const ShadedScene& scen
                  for (const std::uint32_t vertex : vertices) wanted[instance][vertex] = 1;
              });
              if (Result<Done> shaded = shade(&wanted); !shaded) return shaded.error();
-             std::vector<Rgb> made;
+             std::vector<Outgoing> made;
              made.reserve(end - begin);
              numbers.visit(begin, end, [&](std::size_t instance, std::span<const std::uint32_t> vertices) {
                  for (const std::uint32_t vertex : vertices) made.push_back(radiance[instance][vertex]);
              });
              return made;
          },
-         [&](std::size_t begin, std::span<const Rgb> values) {
+         [&](std::size_t begin, std::span<const Outgoing> values) {
              numbers.visit(begin, begin + values.size(),
                            [&](std::size_t instance, std::span<const std::uint32_t> vertices) {
                                make_room(instance);

@@ -13,9 +13,9 @@ namespace haarfield {
 struct SharedLoop {
     std::size_t points = 0;
     /// Returns the radiance of the points with numbers in [begin, end).
-    std::function<Result<std::vector<Rgb>>(std::size_t begin, std::size_t end)> shaded;
+    std::function<Result<std::vector<Outgoing>>(std::size_t begin, std::size_t end)> shaded;
     /// Stores the radiance of consecutive points, the first of which has the number `begin`.
-    std::function<void(std::size_t begin, std::span<const Rgb> radiance)> take;
+    std::function<void(std::size_t begin, std::span<const Outgoing> radiance)> take;
 };
 
 /// The division of a job's loops over points among processes.
@@ -36,7 +36,7 @@ inline bool is_partial(const PointSharing* sharing) {
 ///
 /// sharing  null: all points are shaded.
 /// shade    shades the points with numbers in [begin, end), and possibly some of their neighbours.
-Result<Done> share_points(const PointSharing* sharing, std::span<Rgb> radiance,
+Result<Done> share_points(const PointSharing* sharing, std::span<Outgoing> radiance,
                           const std::function<Result<Done>(std::size_t begin, std::size_t end)>& shade);
 
 /// Runs a loop over the vertices of a scene.

@@ -117,7 +117,7 @@ Result<Done> visit_vertex_runs(const ShadedScene& scene,
 SceneRadiance black_vertices(const ShadedScene& scene) {
     SceneRadiance radiance;
     for (const ShadedInstance& instance : scene.instances)
-        radiance.emplace_back(scene.entities[instance.entity].mesh->positions.size(), Rgb(0.0f));
+        radiance.emplace_back(scene.entities[instance.entity].mesh->positions.size());
     return radiance;
 }
 

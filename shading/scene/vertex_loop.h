@@ -3,6 +3,7 @@
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
+#include "shading/scene/outgoing.h"
 #include "shading/scene/shaded_scene.h"
 
 namespace haarfield {
@@ -56,9 +57,6 @@ Result<Done> visit_vertices(const ShadedScene& scene, std::span<const std::span<
                             const std::function<VertexVisitor()>& make_visitor, std::string_view stage,
                             const Progress& progress);
 
-/// Outgoing radiance by instance and vertex of its fine mesh. [W/(m^2 sr)]
-using SceneRadiance = std::vector<std::vector<Rgb>>;
-
 /// Some of a scene's vertices: 1, by instance and vertex of its fine mesh; 0 for the others.
 using VertexMask = std::vector<std::vector<std::uint8_t>>;
 
@@ -71,7 +69,7 @@ Result<Done> visit_vertex_runs(const ShadedScene& scene,
                                const std::function<VertexRunVisitor()>& make_visitor, std::string_view stage,
                                const Progress& progress);
 
-/// Room for the radiance of each vertex, black.
+/// Returns a black value for each vertex.
 SceneRadiance black_vertices(const ShadedScene& scene);
 
 }  // namespace haarfield

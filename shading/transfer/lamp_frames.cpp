@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "shading/bake/emitter_light.h"
 #include "shading/bake/lamp_light.h"
@@ -41,23 +42,20 @@ void LampFrames::forget() {
 }
 
 template <class Act>
-void LampFrames::for_each_part(const Act& act) const {
+void LampFrames::for_each_light(const Act& act) const {
     for (const Kept& kept : lamps_)
         if (kept.unit && kept.lamp.colour != Rgb(0.0f)) act(*kept.unit, kept.lamp.colour);
-    if (emitters_ && !emitters_->full.empty()) act(*emitters_, Rgb(1.0f));
+    if (emitters_ && !emitters_->empty()) act(*emitters_, Rgb(1.0f));
 }
 
-Result<bool> LampFrames::update(const ShadedScene& scene, const ShadingGeometry& geometry, bool wants_diffuse,
+Result<bool> LampFrames::update(const ShadedScene& scene, const ShadingGeometry& geometry,
                                 const Progress& progress) {
     const bool is_seen_anew = eye_ != scene.eye;
     bool differs = emitters_ == std::nullopt || lamps_.size() != scene.lamps.size();
     std::vector<Kept> lamps;
     std::vector<PlacedLamp> missing;
-    std::vector<RadianceParts> made;
+    std::vector<SceneRadiance> made;
     std::vector<std::size_t> made_of;
-    const auto black = [&] {
-        return RadianceParts{black_vertices(scene), wants_diffuse ? black_vertices(scene) : SceneRadiance()};
-    };
     for (const Lamp& lamp : scene.lamps) {
         const auto same = std::ranges::find_if(
             lamps_, [&](const Kept& kept) { return kept.unit && in_white(kept.lamp) == in_white(lamp); });
@@ -67,57 +65,48 @@ Result<bool> LampFrames::update(const ShadedScene& scene, const ShadingGeometry&
             lamps.back().unit = same->unit;
         } else if (lamp.colour != Rgb(0.0f)) {
             missing.push_back({in_white(lamp), lamp_places(lamp.area)});
-            made.push_back(black());
+            made.push_back(black_vertices(scene));
             made_of.push_back(lamps.size() - 1);
         }
     }
-    std::optional<RadianceParts> emitters;
+    std::optional<SceneRadiance> emitters;
     EmitterTree tree;
     if (is_seen_anew || !emitters_) {
         tree = scene_emitters(scene);
-        emitters = tree.empty() ? RadianceParts() : black();
+        emitters = tree.empty() ? SceneRadiance() : black_vertices(scene);
     }
     if (!missing.empty() || !tree.empty()) {
         const Result<Done> visited = visit_vertex_runs(
             scene, geometry.orders(),
             [&]() -> VertexRunVisitor {
-                return [&, receivers = std::vector<SourceReceiver>(), full = std::vector<Rgb>(),
-                        diffuse = std::vector<Rgb>()](std::size_t instance,
-                                                      std::span<const std::uint32_t> vertices) mutable {
+                return [&, receivers = std::vector<SourceReceiver>(), found = std::vector<Outgoing>()](
+                           std::size_t instance, std::span<const std::uint32_t> vertices) mutable {
                     if (progress.stop.stop_requested()) return;
                     take_receivers(scene, instance, vertices, receivers);
-                    const auto clear = [&] {
-                        full.assign(vertices.size(), Rgb(0.0f));
-                        diffuse.assign(wants_diffuse ? vertices.size() : 0, Rgb(0.0f));
+                    const auto store = [&](SceneRadiance& radiance) {
+                        for (std::size_t k = 0; k < vertices.size(); ++k)
+                            radiance[instance][vertices[k]] = std::exchange(found[k], {});
                     };
-                    const auto keep = [&](RadianceParts& radiance) {
-                        for (std::size_t k = 0; k < vertices.size(); ++k) {
-                            radiance.full[instance][vertices[k]] = full[k];
-                            if (wants_diffuse) radiance.diffuse[instance][vertices[k]] = diffuse[k];
-                        }
-                    };
+                    found.assign(vertices.size(), {});
                     for (std::size_t l = 0; l < missing.size(); ++l) {
-                        clear();
-                        add_lamp_light(geometry.rays, {&missing[l], 1}, receivers, full, diffuse);
-                        keep(made[l]);
+                        add_lamp_light(geometry.rays, {&missing[l], 1}, receivers, found);
+                        store(made[l]);
                     }
                     if (tree.empty()) return;
-                    clear();
-                    add_emitter_light(geometry.rays, tree, receivers, full, diffuse);
-                    keep(*emitters);
+                    add_emitter_light(geometry.rays, tree, receivers, found);
+                    store(*emitters);
                 };
             },
             "lamps", progress);
         if (!visited) return visited.error();
     }
-    const auto fill = [&](RadianceParts& radiance) {
-        for (SceneRadiance* part : {&radiance.full, &radiance.diffuse})
-            for (std::size_t i = 0; i < part->size(); ++i)
-                geometry.entities[scene.instances[i].entity].fill((*part)[i]);
+    const auto fill = [&](SceneRadiance& radiance) {
+        for (std::size_t i = 0; i < radiance.size(); ++i)
+            geometry.entities[scene.instances[i].entity].fill(radiance[i]);
     };
     for (std::size_t l = 0; l < made.size(); ++l) {
         fill(made[l]);
-        lamps[made_of[l]].unit = std::make_shared<const RadianceParts>(std::move(made[l]));
+        lamps[made_of[l]].unit = std::make_shared<const SceneRadiance>(std::move(made[l]));
     }
     if (emitters) {
         fill(*emitters);
@@ -130,23 +119,22 @@ Result<bool> LampFrames::update(const ShadedScene& scene, const ShadingGeometry&
 
 bool LampFrames::is_dark() const {
     bool is_dark = true;
-    for_each_part([&](const RadianceParts&, const Rgb&) { is_dark = false; });
+    for_each_light([&](const SceneRadiance&, const Rgb&) { is_dark = false; });
     return is_dark;
 }
 
-SceneRadiance LampFrames::diffuse(const ShadedScene& scene) const {
-    SceneRadiance sum = black_vertices(scene);
-    for_each_part([&](const RadianceParts& parts, const Rgb& colour) {
+SceneColours LampFrames::diffuse(const ShadedScene& scene) const {
+    SceneColours sum = diffuse_component(black_vertices(scene));
+    for_each_light([&](const SceneRadiance& unit, const Rgb& colour) {
         for (std::size_t i = 0; i < sum.size(); ++i)
-            for (std::size_t v = 0; v < sum[i].size(); ++v) sum[i][v] += parts.diffuse[i][v] * colour;
+            for (std::size_t v = 0; v < sum[i].size(); ++v) sum[i][v] += unit[i][v].diffuse * colour;
     });
     return sum;
 }
 
-void LampFrames::add_to(SceneRadiance& radiance, const VertexMask* vertices) const {
+void LampFrames::add_to(SceneColours& radiance, const VertexMask* vertices) const {
     std::vector<std::pair<const SceneRadiance*, Rgb>> units;
-    for_each_part(
-        [&](const RadianceParts& parts, const Rgb& colour) { units.emplace_back(&parts.full, colour); });
+    for_each_light([&](const SceneRadiance& unit, const Rgb& colour) { units.emplace_back(&unit, colour); });
     if (units.empty()) return;
     for (std::size_t i = 0; i < radiance.size(); ++i)
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, radiance[i].size(), 1024),
@@ -154,16 +142,15 @@ void LampFrames::add_to(SceneRadiance& radiance, const VertexMask* vertices) con
                               for (std::size_t v = some.begin(); v != some.end(); ++v) {
                                   if (vertices && !(*vertices)[i][v]) continue;
                                   for (const auto& [unit, colour] : units)
-                                      radiance[i][v] += (*unit)[i][v] * colour;
+                                      radiance[i][v] += (*unit)[i][v].total() * colour;
                               }
                           });
 }
 
 std::size_t LampFrames::bytes() const {
     std::size_t sum = 0;
-    const auto add = [&](const RadianceParts& parts) {
-        for (const SceneRadiance* radiance : {&parts.full, &parts.diffuse})
-            for (const std::vector<Rgb>& values : *radiance) sum += values.size() * sizeof(Rgb);
+    const auto add = [&](const SceneRadiance& radiance) {
+        for (const std::vector<Outgoing>& values : radiance) sum += values.size() * sizeof(Outgoing);
     };
     for (const Kept& kept : lamps_)
         if (kept.unit) add(*kept.unit);

@@ -1,5 +1,5 @@
 #pragma once
-/// What lamps and glowing surfaces add to the frames of a session, kept lamp by lamp.
+/// Radiance by lamps and emitters in the frames of a session, stored lamp by lamp.
 
 #include "shading/bake/renderer.h"
 
@@ -9,16 +9,14 @@ namespace haarfield {
 /// coloured or switched costs nothing but the sum, and one that moves its own rays.
 class LampFrames {
 public:
-    /// Makes what is missing for a scene's lamps, emitters and eye; the geometry is placed as the scene is.
+    /// Computes the missing radiance for the lamps, emitters and eye of a scene. The instances of the geometry
+    /// are placed as those of the scene.
     ///
-    /// cost    60 to 120 ns a vertex for each lamp (and place of its area) that has changed more than its
-    ///         colour; of all after forget() and for another eye. On all of oneTBB's threads.
-    /// errors  interrupted; then all is as it was.
-    /// wants_diffuse  diffuse_rows() will be asked for: twice the memory.
-    ///
-    /// returns  whether their light is another than it was.
-    Result<bool> update(const ShadedScene& scene, const ShadingGeometry& geometry, bool wants_diffuse,
-                        const Progress& progress);
+    /// cost     60 to 120 ns per vertex for each lamp (and place of its area) of which more than the colour has
+    ///          changed; for all lamps after forget() and for another eye. On all of oneTBB's threads.
+    /// errors   interrupted; then nothing has changed.
+    /// returns  whether the light of lamps and emitters has changed.
+    Result<bool> update(const ShadedScene& scene, const ShadingGeometry& geometry, const Progress& progress);
 
     /// Nothing of what was kept holds any more: an instance has moved.
     void forget();
@@ -27,27 +25,27 @@ public:
     ///
     /// vertices  which; null: all.
     /// cost      1 ns a vertex and lamp.
-    void add_to(SceneRadiance& radiance, const VertexMask* vertices) const;
+    void add_to(SceneColours& radiance, const VertexMask* vertices) const;
 
     /// Whether there is any light of lamps and emitters.
     bool is_dark() const;
 
-    /// The diffuse part of all of the lamps' light, with their colours; update() was told that it is wanted.
-    SceneRadiance diffuse(const ShadedScene& scene) const;
+    /// Returns the diffuse radiance by all lamps, with their colours, and by emitters.
+    SceneColours diffuse(const ShadedScene& scene) const;
 
-    std::size_t bytes() const;  ///< Memory: 12 a vertex and lamp.
+    std::size_t bytes() const;  ///< Memory: 24 per vertex and lamp.
 
 private:
     struct Kept {
         Lamp lamp;                                  ///< With its colour.
-        std::shared_ptr<const RadianceParts> unit;  ///< Under it, if it were white; null: not needed yet.
+        std::shared_ptr<const SceneRadiance> unit;  ///< By the lamp in white; null: not needed yet.
     };
-    /// Calls `act` with the radiance under each light, and the colour to multiply it with.
+    /// Calls `act` with the radiance by each light, and the colour to multiply it with.
     template <class Act>
-    void for_each_part(const Act& act) const;
+    void for_each_light(const Act& act) const;
 
     std::vector<Kept> lamps_;
-    std::optional<RadianceParts> emitters_;
+    std::optional<SceneRadiance> emitters_;
     Vec3f eye_{0, 0, 0};
 };
 

@@ -156,14 +156,14 @@ private:
         if (!diffuse_.empty()) diffuse_[i] += shed;
         if (highlights_[i].may_show(cluster))
             for (const DirectionalLight& light : cluster.lights)
-                radiance_[i] += reflectance(highlights_[i].brdf, light.direction) * light.irradiance;
+                radiance_[i] += reflectance(highlights_[i].brdf, light.direction).total() * light.irradiance;
     }
 
     void add_one(std::size_t i, const DirectionalLight& light) {
         const VertexBrdf& brdf = receivers_[i].brdf;
         const float cosine = brdf.normal.dot(light.direction);
         if (!(cosine > 0)) return;
-        radiance_[i] += reflectance(brdf, light.direction) * light.irradiance;
+        radiance_[i] += reflectance(brdf, light.direction).total() * light.irradiance;
         if (!diffuse_.empty()) diffuse_[i] += brdf.diffuse * light.irradiance * cosine;
     }
 

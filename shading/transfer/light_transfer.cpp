@@ -239,7 +239,7 @@ Result<Done> shade_rows(const LightTransfer& transfer, const ShadowRays& rays, c
 Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const DenseCoefficients& light,
                          std::span<const DirectionalLight> lights, FrameQuality quality,
-                         SceneRadiance& radiance, const Progress& progress) {
+                         SceneColours& radiance, const Progress& progress) {
     std::vector<Rgb> by_row;
     const Result<Done> shaded =
         shade_rows(transfer, geometry.rays, light, lights, quality, by_row, nullptr, progress);

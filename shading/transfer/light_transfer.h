@@ -68,6 +68,6 @@ Result<Done> shade_rows(const LightTransfer& transfer, const ShadowRays& rays, c
 Result<Done> shade_frame(const LightTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const DenseCoefficients& light,
                          std::span<const DirectionalLight> lights, FrameQuality quality,
-                         SceneRadiance& radiance, const Progress& progress = {});
+                         SceneColours& radiance, const Progress& progress = {});
 
 }  // namespace haarfield

@@ -236,7 +236,7 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
 
 Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const RenderSettings& settings,
-                         FrameQuality quality, SceneRadiance& radiance, const Progress& progress) {
+                         FrameQuality quality, SceneColours& radiance, const Progress& progress) {
     const RowInterpolations shadows = found_interpolations(
         transfer.viewpoints.size(), progress.stop,
         [&](std::size_t i) { return shadow(transfer, scene, geometry, transfer.viewpoints[i]); });

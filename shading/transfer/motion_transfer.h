@@ -62,6 +62,6 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
 ///          eight samples side by side; and its own vertices.
 Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scene,
                          const ShadingGeometry& geometry, const RenderSettings& settings,
-                         FrameQuality quality, SceneRadiance& radiance, const Progress& progress = {});
+                         FrameQuality quality, SceneColours& radiance, const Progress& progress = {});
 
 }  // namespace haarfield

@@ -34,7 +34,7 @@ std::span<const WaveletBlock<3>> VertexTransfer::highlights(const LightPyramid& 
 }
 
 Rgb VertexTransfer::radiance(const LightPyramid& light, int depth) {
-    return outgoing_radiance(light, shaded(depth), memory_);
+    return outgoing_radiance(light, shaded(depth), memory_).total();
 }
 
 Result<Done> make_rows(const VertexRows& rows, std::size_t block_rows,

@@ -252,16 +252,16 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
     Result<MotionTransfer> made = motion_transfer(scene(), **geometry, settings, transfer_settings_, **light,
                                                   all_lights(turned_sources()), instance, progress);
     if (!made) return made.error();
-    SceneRadiance indirect;
+    SceneColours indirect;
     if (settings.bounces.most > 0) {
         if (!resting_.find(inputs_)) {
             const SceneLight now = scene_light(rotated_environment(progress.stop), settings, progress.stop);
-            const Result<RadianceParts> parts =
-                radiance_parts({scene(), **geometry, now, settings}, progress);
-            if (!parts) return parts.error();
-            const Result<IndirectLight> found = indirect_at_rest(parts->diffuse, now, progress);
+            const Result<SceneRadiance> direct =
+                scene_radiance({scene(), **geometry, now, settings}, progress);
+            if (!direct) return direct.error();
+            const Result<IndirectLight> found = indirect_at_rest(*direct, now, progress);
             if (!found) return found.error();
-            Result<SceneRadiance> resting = radiance_at_rest(*found, now, progress);
+            Result<SceneColours> resting = radiance_at_rest(*found, now, progress);
             if (!resting) return resting.error();
             resting_.store(std::move(*resting), inputs_);
         }
@@ -273,7 +273,7 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
 }
 
 Result<Done> RelightSession::vary_lamps(const Progress& progress) {
-    Result<SceneRadiance> steady = full_radiance(
+    Result<SceneColours> steady = full_radiance(
         scene_light(rotated_environment(progress.stop), inputs_.settings, progress.stop), progress);
     if (!steady) return steady.error();
     if (const Result<Done> made = update_lamps(progress); !made) return made;
@@ -422,7 +422,7 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask*
     if (const Bounced* lamps = lamps_bounced_.last()) add_to_radiance(lamps->reflected, vertices);
     if (const auto* by_eye = std::get_if<ByEye>(&transfer_))
         return add_reflections(*by_eye->last(), quality, vertices, progress);
-    if (const SceneRadiance* reflected = lamps_reflected_.last()) add_to_radiance(*reflected, vertices);
+    if (const SceneColours* reflected = lamps_reflected_.last()) add_to_radiance(*reflected, vertices);
     return Done{};
 }
 
@@ -472,31 +472,32 @@ Result<Done> RelightSession::shade(SteadyLight& frames, FrameQuality /*quality*/
     return Done{};
 }
 
-Result<SceneRadiance> RelightSession::full_radiance(const SceneLight& light, const Progress& progress) {
+Result<SceneColours> RelightSession::full_radiance(const SceneLight& light, const Progress& progress) {
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
     if (progress.stop.stop_requested()) return Error{"", interrupted};
     const Result<const KeptVisibility*> visibility = cached_visibility(progress);
     if (!visibility) return visibility.error();
     const PointShading shading{scene(), **geometry, light, inputs_.settings, *visibility};
-    if (inputs_.settings.bounces.most == 0) return scene_radiance(shading, progress);
-    Result<RadianceParts> parts = radiance_parts(shading, progress);
-    if (!parts) return parts.error();
-    const Result<IndirectLight> indirect = indirect_at_rest(parts->diffuse, light, progress);
+    const Result<SceneRadiance> direct = scene_radiance(shading, progress);
+    if (!direct) return direct.error();
+    SceneColours radiance = total(*direct);
+    if (inputs_.settings.bounces.most == 0) return radiance;
+    const Result<IndirectLight> indirect = indirect_at_rest(*direct, light, progress);
     if (!indirect) return indirect.error();
-    Result<SceneRadiance> resting = radiance_at_rest(*indirect, light, progress);
+    Result<SceneColours> resting = radiance_at_rest(*indirect, light, progress);
     if (!resting) return resting.error();
     for (std::size_t i = 0; i < resting->size(); ++i) {
-        for_rows((*resting)[i].size(), [&](std::size_t v) { parts->full[i][v] += (*resting)[i][v]; });
-        (*geometry)->entities[instances()[i].entity].fill(parts->full[i]);
+        for_rows((*resting)[i].size(), [&](std::size_t v) { radiance[i][v] += (*resting)[i][v]; });
+        (*geometry)->entities[instances()[i].entity].fill(radiance[i]);
     }
     if (light.lamps.empty() && light.emitters.empty()) resting_.store(std::move(*resting), inputs_);
-    return std::move(parts->full);
+    return radiance;
 }
 
 Result<Done> RelightSession::commit(const Progress& progress) {
     Environment environment = rotated_environment(progress.stop);
-    Result<SceneRadiance> full =
+    Result<SceneColours> full =
         full_radiance(scene_light(scene(), environment, inputs_.settings, progress.stop), progress);
     if (!full) return full.error();
     inputs_.scene.environment = std::move(environment);
@@ -505,7 +506,7 @@ Result<Done> RelightSession::commit(const Progress& progress) {
     return Done{};
 }
 
-void RelightSession::keep(SceneRadiance radiance) {
+void RelightSession::keep(SceneColours radiance) {
     radiance_.resize(radiance.size());
     for (std::size_t i = 0; i < radiance.size(); ++i)
         if (radiance_[i].size() == radiance[i].size())
@@ -514,20 +515,20 @@ void RelightSession::keep(SceneRadiance radiance) {
             radiance_[i] = std::move(radiance[i]);
 }
 
-Result<IndirectLight> RelightSession::indirect_at_rest(const SceneRadiance& diffuse, const SceneLight& light,
+Result<IndirectLight> RelightSession::indirect_at_rest(const SceneRadiance& direct, const SceneLight& light,
                                                        const Progress& progress) {
     const Result<const BounceRays*> rays = current_rays(progress);
     if (!rays) return rays.error();
-    return scene_indirect_light({scene(), *geometry_, light, inputs_.settings}, diffuse, **rays, progress);
+    return scene_indirect_light({scene(), *geometry_, light, inputs_.settings}, direct, **rays, progress);
 }
 
-Result<SceneRadiance> RelightSession::radiance_at_rest(const IndirectLight& indirect, const SceneLight& light,
-                                                       const Progress& progress) const {
+Result<SceneColours> RelightSession::radiance_at_rest(const IndirectLight& indirect, const SceneLight& light,
+                                                      const Progress& progress) const {
     SceneRadiance radiance = black_vertices(scene());
     const Result<Done> added = add_indirect_radiance(
         {scene(), *geometry_, light, inputs_.settings, nullptr, &indirect}, radiance, progress);
     if (!added) return added.error();
-    return radiance;
+    return total(radiance);
 }
 
 Result<RelightSession::Bounced> RelightSession::bounced(const LightTransport& transport,
@@ -592,8 +593,7 @@ Result<Done> RelightSession::find_irradiance(LightFrames& frames, FrameQuality q
 Result<Done> RelightSession::update_lamps(const Progress& progress) {
     LampFrames& lamps = lamp_frames();
     const bool bounces = inputs_.settings.bounces.most > 0;
-    if (const auto updated = lamps.update(scene(), *geometry_, bounces, progress); !updated)
-        return updated.error();
+    if (const auto updated = lamps.update(scene(), *geometry_, progress); !updated) return updated.error();
     // While an instance moves, indirect light stays as it was.
     const bool moves = std::holds_alternative<ByMotion>(transfer_) && !rays_.find(inputs_);
     if (!bounces || moves) return Done{};
@@ -611,15 +611,15 @@ Result<Done> RelightSession::update_lamps(const Progress& progress) {
         lamps_bounced_.store(std::move(by_lamps), inputs_);
     }
     if (std::holds_alternative<ByEye>(transfer_) || lamps_reflected_.find(inputs_)) return Done{};
-    Result<SceneRadiance> reflected = reflections(lamps_bounced_.last()->diffuse, nullptr, progress);
+    Result<SceneColours> reflected = reflections(lamps_bounced_.last()->diffuse, nullptr, progress);
     if (!reflected) return reflected.error();
     lamps_reflected_.store(std::move(*reflected), inputs_);
     return Done{};
 }
 
-Result<SceneRadiance> RelightSession::reflections(std::span<const Rgb> diffuse, const VertexMask* vertices,
-                                                  const Progress& progress) {
-    SceneRadiance radiance;
+Result<SceneColours> RelightSession::reflections(std::span<const Rgb> diffuse, const VertexMask* vertices,
+                                                 const Progress& progress) {
+    SceneColours radiance;
     if (diffuse.empty() || !has_specular(scene())) return radiance;
     const SpecularHits* hits = hits_.find(inputs_);
     std::optional<SpecularHits> some;
@@ -649,13 +649,13 @@ Result<Done> RelightSession::add_reflections(const EyeFrames& frames, FrameQuali
     std::vector<Rgb> diffuse = frames.indirect.diffuse;
     if (const Bounced* lamps = lamps_bounced_.last(); lamps && !lamps->diffuse.empty())
         for_rows(diffuse.size(), [&](std::size_t row) { diffuse[row] += lamps->diffuse[row]; });
-    const Result<SceneRadiance> reflected = reflections(diffuse, vertices, progress);
+    const Result<SceneColours> reflected = reflections(diffuse, vertices, progress);
     if (!reflected) return reflected.error();
     add_to_radiance(*reflected, vertices);
     return Done{};
 }
 
-SceneRadiance RelightSession::radiance_by(std::span<const Rgb> irradiance) const {
+SceneColours RelightSession::radiance_by(std::span<const Rgb> irradiance) const {
     const VertexRows rows(scene(), *geometry_);
     std::vector<Rgb> outgoing(irradiance.begin(), irradiance.end());
     for (std::size_t i = 0; i < instances().size(); ++i) {
@@ -667,12 +667,12 @@ SceneRadiance RelightSession::radiance_by(std::span<const Rgb> irradiance) const
                          static_cast<float>(1 / pi);
         });
     }
-    SceneRadiance radiance;
+    SceneColours radiance;
     store_radiance(scene(), *geometry_, outgoing, radiance);
     return radiance;
 }
 
-void RelightSession::add_to_radiance(const SceneRadiance& part, const VertexMask* vertices) {
+void RelightSession::add_to_radiance(const SceneColours& part, const VertexMask* vertices) {
     for (std::size_t i = 0; i < part.size(); ++i)
         for_rows(part[i].size(), [&](std::size_t v) {
             if (!vertices || (*vertices)[i][v]) radiance_[i][v] += part[i][v];

@@ -133,7 +133,7 @@ public:
     /// The other one has committed the same scene, light and instances in the same order, except the place
     /// of that instance. Its occlusion may be more exact. Nothing happens if its eye is another.
     void rest_as(const RelightSession& other) {
-        const SceneRadiance* resting = other.resting_.find(other.inputs_);
+        const SceneColours* resting = other.resting_.find(other.inputs_);
         if (resting && other.eye() == eye()) resting_.store(*resting, inputs_);
     }
 
@@ -142,10 +142,10 @@ public:
 
     /// The radiance of the last frame or commit. An instance's values stay in one place in memory until
     /// instances are cloned or removed, or the radiance is taken.
-    const SceneRadiance& radiance() const { return radiance_; }
+    const SceneColours& radiance() const { return radiance_; }
 
     /// Moves the radiance out of the session, in the memory where it is. The next frame or commit allocates.
-    SceneRadiance take_radiance() { return std::exchange(radiance_, {}); }
+    SceneColours take_radiance() { return std::exchange(radiance_, {}); }
 
     /// Memory of the transfer vectors. [bytes]
     std::size_t transfer_bytes() const;
@@ -155,7 +155,7 @@ private:
 
     /// Indirect light of a frame.
     struct Bounced {
-        SceneRadiance reflected;   ///< Diffuse radiance by indirect light; empty: none.
+        SceneColours reflected;    ///< Diffuse radiance by indirect light; empty: none.
         std::vector<Rgb> diffuse;  ///< By row: diffuse radiance by all light, tinted; empty: none.
     };
     /// What varies: the light.
@@ -188,13 +188,13 @@ private:
     struct MotionFrames {
         MotionTransfer transfer;
         std::vector<ShadedInstance> instances;  ///< When the vectors were made.
-        SceneRadiance indirect;                 ///< Radiance by indirect light at rest; empty: none.
+        SceneColours indirect;                  ///< Radiance by indirect light at rest; empty: none.
 
         std::size_t bytes() const { return transfer.bytes(); }
     };
     /// What varies: the lamps. Radiance by all other light.
     struct SteadyLight {
-        SceneRadiance radiance;
+        SceneColours radiance;
 
         std::size_t bytes() const { return 0; }
     };
@@ -220,13 +220,13 @@ private:
     /// Computes the indirect light of diffuse radiance by row, which is not tinted.
     Result<Bounced> bounced(const LightTransport& transport, std::vector<Rgb> diffuse,
                             const BounceSettings& bounces, const Progress& progress) const;
-    Result<IndirectLight> indirect_at_rest(const SceneRadiance& diffuse, const SceneLight& light,
+    Result<IndirectLight> indirect_at_rest(const SceneRadiance& direct, const SceneLight& light,
                                            const Progress& progress);
     /// Returns the radiance by indirect light, diffuse and specular.
-    Result<SceneRadiance> radiance_at_rest(const IndirectLight& indirect, const SceneLight& light,
-                                           const Progress& progress) const;
+    Result<SceneColours> radiance_at_rest(const IndirectLight& indirect, const SceneLight& light,
+                                          const Progress& progress) const;
     /// Computes radiance by a light, as commit() does.
-    Result<SceneRadiance> full_radiance(const SceneLight& light, const Progress& progress);
+    Result<SceneColours> full_radiance(const SceneLight& light, const Progress& progress);
     /// Computes the irradiance by row of all bounces of the direct light in `frames`.
     ///
     /// quality  moving: one bounce more than the last frame had, of the present light; later bounces lag
@@ -234,9 +234,9 @@ private:
     ///          bounces.
     Result<Done> find_irradiance(LightFrames& frames, FrameQuality quality, const Progress& progress);
     /// Returns the diffuse radiance by an irradiance by row.
-    SceneRadiance radiance_by(std::span<const Rgb> irradiance) const;
-    void add_to_radiance(const SceneRadiance& part, const VertexMask* vertices);
-    void keep(SceneRadiance radiance);
+    SceneColours radiance_by(std::span<const Rgb> irradiance) const;
+    void add_to_radiance(const SceneColours& part, const VertexMask* vertices);
+    void keep(SceneColours radiance);
     /// Computes the light of the lamps and emitters as they are now, and their indirect light.
     Result<Done> update_lamps(const Progress& progress);
     Result<Done> transferred(FrameQuality quality, const VertexMask* vertices, const Progress& progress);
@@ -251,8 +251,8 @@ private:
     /// Computes the specular reflections of diffuse radiance by row.
     ///
     /// vertices  null: all.
-    Result<SceneRadiance> reflections(std::span<const Rgb> diffuse, const VertexMask* vertices,
-                                      const Progress& progress);
+    Result<SceneColours> reflections(std::span<const Rgb> diffuse, const VertexMask* vertices,
+                                     const Progress& progress);
     /// Adds the specular reflections that frames by a moving eye lack otherwise.
     Result<Done> add_reflections(const EyeFrames& frames, FrameQuality quality, const VertexMask* vertices,
                                  const Progress& progress);
@@ -272,11 +272,11 @@ private:
     Memo<BounceRays, I::instances> rays_;
     Memo<SpecularHits, I::instances, I::materials, I::eye> hits_;
     /// Radiance by indirect light, without that of lamps and emitters.
-    Memo<SceneRadiance, I::environment, I::rotation, I::instances, I::materials, I::eye> resting_;
+    Memo<SceneColours, I::environment, I::rotation, I::instances, I::materials, I::eye> resting_;
     Memo<LampFrames, I::instances, I::materials, I::emitters> lamp_frames_;
     Memo<Bounced, I::instances, I::materials, I::emitters, I::lamps> lamps_bounced_;
     /// Specular radiance by lamps_bounced_.
-    Memo<SceneRadiance, I::instances, I::materials, I::emitters, I::lamps, I::eye> lamps_reflected_;
+    Memo<SceneColours, I::instances, I::materials, I::emitters, I::lamps, I::eye> lamps_reflected_;
 
     using ByLight = Memo<LightFrames, I::instances, I::materials, I::eye>;
     using ByEye = Memo<EyeFrames, I::environment, I::rotation, I::shown_light, I::instances, I::materials>;
@@ -285,7 +285,7 @@ private:
         Memo<SteadyLight, I::environment, I::rotation, I::shown_light, I::instances, I::materials, I::eye>;
     std::variant<std::monostate, ByLight, ByEye, ByMotion, ByLamps> transfer_;
     bool lacks_reflections_ = false;
-    SceneRadiance radiance_;
+    SceneColours radiance_;
 };
 
 }  // namespace haarfield

@@ -243,7 +243,7 @@ Result<StandingSources> standing_sources(const ShadedScene& scene, const Shading
                     if (!(lit >> i & 1u)) continue;
                     const std::uint32_t row = here.rows[begin + i];
                     result.lit[row * words + l / 64] |= std::uint64_t(1) << (l % 64);
-                    by_row[row] += reflectance(packet[i].brdf, light.direction) * light.irradiance;
+                    by_row[row] += reflectance(packet[i].brdf, light.direction).total() * light.irradiance;
                 }
             }
         }
@@ -280,7 +280,7 @@ Result<Done> move_in_sources(const StandingSources& sources, const ShadedScene& 
                     if (!brdf)
                         brdf = vertex_brdf(entity.materials[point.material],
                                            vertex_view(scene, instance, point));
-                    by_row[row] -= reflectance(*brdf, light.direction) * light.irradiance;
+                    by_row[row] -= reflectance(*brdf, light.direction).total() * light.irradiance;
                 }
         }
     };
@@ -345,7 +345,7 @@ Result<Done> add_source_highlights(const SourceSights& sights, const ShadedScene
             VertexBrdf brdf =
                 vertex_brdf(entity.materials[point.material], vertex_view(scene, instance, point));
             brdf.diffuse = Rgb(0.0f);
-            by_row[row] += reflectance(brdf, light.direction) * light.irradiance;
+            by_row[row] += reflectance(brdf, light.direction).total() * light.irradiance;
         }
     });
 }

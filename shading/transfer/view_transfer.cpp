@@ -176,7 +176,7 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
 }
 
 Result<Done> shade_frame(const ViewTransfer& transfer, const ShadedScene& scene,
-                         const ShadingGeometry& geometry, SceneRadiance& radiance, const VertexMask* vertices,
+                         const ShadingGeometry& geometry, SceneColours& radiance, const VertexMask* vertices,
                          const Progress& progress) {
     const VertexRows rows(scene, geometry);
     const RowInterpolations highlights =

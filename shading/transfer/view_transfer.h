@@ -46,7 +46,7 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
 /// errors    interrupted; then `radiance` is as it was.
 /// cost      one inner product per wanted vertex that has highlights, with four lobes side by side.
 Result<Done> shade_frame(const ViewTransfer& transfer, const ShadedScene& scene,
-                         const ShadingGeometry& geometry, SceneRadiance& radiance,
+                         const ShadingGeometry& geometry, SceneColours& radiance,
                          const VertexMask* vertices = nullptr, const Progress& progress = {});
 
 }  // namespace haarfield

@@ -51,16 +51,6 @@ BuriedFill::BuriedFill(const Mesh& mesh, std::span<const std::uint8_t> buried) {
     }
 }
 
-void BuriedFill::operator()(std::span<Rgb> radiance) const {
-    std::size_t i = 0;
-    for (const auto& [vertex, end] : filled_) {
-        const auto count = static_cast<float>(end - i);
-        Rgb sum = radiance[source_[i++]];
-        while (i < end) sum += radiance[source_[i++]];
-        radiance[vertex] = sum / count;
-    }
-}
-
 void BuriedFill::add_sources(std::span<std::uint8_t> is_chosen) const {
     for (std::size_t f = filled_.size(); f-- > 0;) {
         if (!is_chosen[filled_[f].vertex]) continue;

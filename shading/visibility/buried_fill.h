@@ -17,10 +17,19 @@ public:
     /// cost    O(triangles) and O(edges at buried vertices) for each step inwards.
     BuriedFill(const Mesh& mesh, std::span<const std::uint8_t> buried);
 
-    /// By vertex. What can not be reached stays as it is.
+    /// Fills in values by vertex: Rgb or Outgoing. Values that cannot be reached do not change.
     ///
     /// cost    one addition per edge of a triangle that ends in a buried vertex.
-    void operator()(std::span<Rgb> radiance) const;
+    template <class Value>
+    void operator()(std::vector<Value>& values) const {
+        std::size_t i = 0;
+        for (const auto& [vertex, end] : filled_) {
+            const auto count = static_cast<float>(end - i);
+            Value sum = values[source_[i++]];
+            while (i < end) sum += values[source_[i++]];
+            values[vertex] = sum / count;
+        }
+    }
 
     /// Adds to a choice of vertices those that its buried ones take their radiance from.
     void add_sources(std::span<std::uint8_t> is_chosen) const;

@@ -24,7 +24,7 @@ bool VertexRows::is_buried(const InstanceVertex& vertex) const {
 }
 
 void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,
-                    SceneRadiance& radiance, const VertexMask* wanted) {
+                    SceneColours& radiance, const VertexMask* wanted) {
     const VertexRows rows(scene, geometry);
     radiance.resize(scene.instances.size());
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
@@ -52,7 +52,7 @@ std::vector<std::vector<std::uint32_t>> row_places(const ShadedScene& scene,
     return result;
 }
 
-std::vector<Rgb> row_values(const VertexRows& rows, const SceneRadiance& values) {
+std::vector<Rgb> row_values(const VertexRows& rows, const SceneColours& values) {
     std::vector<Rgb> by_row;
     by_row.reserve(rows.count());
     for (std::size_t i = 0; i < values.size(); ++i)

@@ -32,17 +32,18 @@ private:
     std::vector<std::size_t> first_;  ///< By instance; one more at the end.
 };
 
-/// One value a row, as radiance by instance; buried vertices are filled, and nothing is negative.
+/// Stores one value per row by instance and vertex. Buried vertices are filled in, and negative values become
+/// zero.
 ///
-/// wanted  null: all. Else these, and what they are filled from; the radiance of others is of no use, unless
-///         they were wanted before.
+/// wanted  null: all vertices. Otherwise these and the vertices that they are filled from are stored; the
+///         values of other vertices are undefined, unless an earlier call stored them.
 void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, std::span<const Rgb> by_row,
-                    SceneRadiance& radiance, const VertexMask* wanted = nullptr);
+                    SceneColours& radiance, const VertexMask* wanted = nullptr);
 
 /// Returns the places of vertices among the rows of their instance, by entity and vertex.
 std::vector<std::vector<std::uint32_t>> row_places(const ShadedScene& scene, const ShadingGeometry& geometry);
 
 /// Returns the values of rows, from those of vertices.
-std::vector<Rgb> row_values(const VertexRows& rows, const SceneRadiance& values);
+std::vector<Rgb> row_values(const VertexRows& rows, const SceneColours& values);
 
 }  // namespace haarfield

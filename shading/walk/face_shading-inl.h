@@ -72,10 +72,19 @@ struct LitCells {
     unsigned varying = 0, uneven = 0, beside_highlights = 0;
 };
 
-/// What reflects light: with the materials' colours, times the lighting.
+/// Colours of the specular component, next to those of the diffuse component.
+struct SeparateColours : HeadCells<3> {
+    Cells diffuse[3];
+};
+
+/// The light, times the diffuse and specular terms of the BRDF with their colours.
+///
+/// separate  the values are those of the specular component, with the diffuse one next to them; else their
+///           sum.
+template <bool separate>
 struct LitColours {
-    using Values = HeadCells<3>;
-    static constexpr bool holds_cosine = false;
+    using Values = std::conditional_t<separate, SeparateColours, HeadCells<3>>;
+    static constexpr bool holds_cosine = false, is_separate = separate;
 
     const LightPyramid& light;
 
@@ -83,11 +92,29 @@ struct LitColours {
     HWY_INLINE LitCells write(const PreparedVertex& vertex, const ReflectedCells& cells, int level,
                               std::size_t face, std::size_t block, Values& head) const {
         const std::size_t index = light.numbers()(level, face, block);
-        reflect(vertex, cells, light.block(index), head);
+        const LightBlock& lit = light.block(index);
+        const Cells colours[] = {load_cells(lit.red.data()), load_cells(lit.green.data()),
+                                 load_cells(lit.blue.data())};
+        Cells* diffuse = head.value;
+        if constexpr (separate) diffuse = head.diffuse;
+        for (int c = 0; c < 3; ++c)
+            diffuse[c] = colours[c] * (all_cells(vertex.brdf.diffuse[c]) * cells.diffuse);
+        if (cells.has_highlights)
+            for (int c = 0; c < 3; ++c) {
+                Cells colour = all_cells(vertex.brdf.specular[c]);
+                if (vertex.is_metallic)
+                    colour = colour - colour * all_cells(vertex.brdf.metallic[c]) * cells.loss;
+                const Cells specular = colours[c] * (colour * cells.highlights);
+                head.value[c] = separate ? specular : head.value[c] + specular;
+            }
+        else if constexpr (separate) {
+            for (Cells& channel : head.value) channel = all_cells(0);
+            head.used = 0;
+        }
         if constexpr (last) return {};
         const unsigned varying = light.varying(index), uneven = light.uneven(index);
         if ((uneven & cells.open_above) != 0)
-            add_unevenness(vertex, cells, index, uneven & cells.open_above, head);
+            add_unevenness(vertex, cells, index, uneven & cells.open_above, colours, diffuse);
         if (level == 0 || varying == 0) return {varying, uneven, varying};
         LitCells result{varying, uneven, 0};
         if (cells.has_highlights)
@@ -98,63 +125,25 @@ struct LitColours {
     }
 
 private:
-    /// The light's mean, with what reflects it.
-    static HWY_INLINE void reflect(const PreparedVertex& vertex, const ReflectedCells& cells,
-                                   const LightBlock& lit, Values& head) {
-        const Rgb &diffuse = vertex.brdf.diffuse, &specular = vertex.brdf.specular;
-        Cells reflected[3];
-        for (int c = 0; c < 3; ++c) reflected[c] = all_cells(diffuse[c]) * cells.diffuse;
-        if (cells.has_highlights)
-            for (int c = 0; c < 3; ++c) {
-                Cells colour = all_cells(specular[c]);
-                if (vertex.is_metallic)
-                    colour = colour - colour * all_cells(vertex.brdf.metallic[c]) * cells.loss;
-                reflected[c] = multiply_add(colour, cells.highlights, reflected[c]);
-            }
-        head.value[0] = load_cells(lit.red.data()) * reflected[0];
-        head.value[1] = load_cells(lit.green.data()) * reflected[1];
-        head.value[2] = load_cells(lit.blue.data()) * reflected[2];
-    }
-
-    /// From the product of the means of light and cosine to the mean of their product.
+    /// Replaces the product of the means of light and cosine by the mean of their product.
     HWY_INLINE void add_unevenness(const PreparedVertex& vertex, const ReflectedCells& cells,
-                                   std::size_t index, unsigned uneven, Values& head) const {
-        const LightBlock& lit = light.block(index);
+                                   std::size_t index, unsigned uneven, const Cells* means,
+                                   Cells* diffuse) const {
         const LightMoments& moments = light.moments(index);
-        const float* const means[] = {lit.red.data(), lit.green.data(), lit.blue.data()};
         const Vec3f& normal = vertex.brdf.normal;
         for (std::size_t c = 0; c < 3; ++c) {
             const LightMoments::Channel& moment = moments.channel[c];
             const Cells mean = all_cells(normal.x) * load_cells(moment.x.data()) +
                                all_cells(normal.y) * load_cells(moment.y.data()) +
                                all_cells(normal.z) * load_cells(moment.z.data());
-            const Cells lacking = mean - load_cells(means[c]) * cells.diffuse;
-            head.value[c] =
-                multiply_add(all_cells(vertex.brdf.diffuse[int(c)]), only(uneven, lacking), head.value[c]);
+            const Cells lacking = mean - means[c] * cells.diffuse;
+            diffuse[c] =
+                multiply_add(all_cells(vertex.brdf.diffuse[int(c)]), only(uneven, lacking), diffuse[c]);
         }
     }
 };
 
-/// The same of the highlights, and aside of them what is reflected diffusely.
-struct LitHighlights : LitColours {
-    struct Values : HeadCells<3> {
-        Cells diffuse[3];
-    };
-
-    Rgb diffuse;
-
-    template <bool last>
-    HWY_INLINE LitCells write(const PreparedVertex& vertex, const ReflectedCells& cells, int level,
-                              std::size_t face, std::size_t block, Values& head) const {
-        const LightBlock& lit = light.block(light.numbers()(level, face, block));
-        head.diffuse[0] = load_cells(lit.red.data()) * (all_cells(diffuse.x) * cells.diffuse);
-        head.diffuse[1] = load_cells(lit.green.data()) * (all_cells(diffuse.y) * cells.diffuse);
-        head.diffuse[2] = load_cells(lit.blue.data()) * (all_cells(diffuse.z) * cells.diffuse);
-        return LitColours::write<last>(vertex, cells, level, face, block, head);
-    }
-};
-
-/// What reflects light: by term, see transfer_terms.
+/// The terms of the BRDF without colours and light: see transfer_terms.
 template <int term_count>
 struct PlainTerms {
     using Values = HeadCells<term_count>;
@@ -178,12 +167,13 @@ struct PlainTerms {
     }
 };
 
-/// What reflects light, times what is seen past the near occluders, on one face.
+/// The BRDF, times the visibility around the near occluders, on one face.
 ///
-/// Reflected  LitCells write<last>(vertex, cells, level, face, block, values): writes its channels; of the
-///            last level nothing is asked.
-///            holds_cosine: whether the cosine of diffuse light is constant over the cells of level 1.
-///            Values: HeadCells, and what else its sink wants.
+/// Reflected  LitCells write<last>(vertex, cells, level, face, block, values): writes its channels. The result
+///            is not used for the last level.
+///            holds_cosine: the cosine of diffuse light is constant over the cells of level 1.
+///            is_separate: the diffuse component is not among the channels. Needed for errors() only.
+///            Values: HeadCells, and other values that its sink uses.
 template <class Reflected>
 class FaceShading {
 public:
@@ -252,7 +242,8 @@ public:
         const unsigned horizon = ahead.at_horizon ? cells_above(cosine, -vertex_.margin[at]) &
                                                         ~cells_above(cosine, vertex_.margin[at])
                                                   : 0;
-        const Rgb &diffuse = vertex_.brdf.diffuse, &specular = vertex_.brdf.specular;
+        const Rgb diffuse = Reflected::is_separate ? Rgb(0.0f) : vertex_.brdf.diffuse;
+        const Rgb& specular = vertex_.brdf.specular;
         const Cells diffuse_peak = all_cells(std::max({diffuse.x, diffuse.y, diffuse.z}));
         const Cells spread = d.spread(), at_horizon = only(horizon, d.extent());
         const Cells cosine_deviation = square_root(spread * (all_cells(2) - spread)) + at_horizon;
@@ -293,8 +284,6 @@ public:
                                                                       : only(horizon, all_cells(constant));
         const Cells deviation = diffuse_peak * cosine_deviation + lobe + constant_deviation;
         result.deviation = light_deviation * largest + light_size * deviation;
-        result.mean_error = light_deviation * deviation +
-                            light_size * (diffuse_peak * at_horizon + lobe + constant_deviation);
         return result;
     }
 

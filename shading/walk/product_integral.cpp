@@ -50,18 +50,13 @@ struct One {
     HWY_INLINE HeadCells<1> last(int, std::size_t, std::size_t, Ahead) const { return {{all_cells(1)}}; }
 };
 
-template <int channels>
-struct Integral : ChannelSums<channels> {
-    static constexpr bool may_prune = false;
-};
-
 template <int channels, class Head>
 typename Head::Value integral(const Head& head, const BlockNumbers& numbers,
                               std::span<const WeightedTrees<float>> factors, int depth,
                               WalkMemory<float>& memory) {
     const Depth levels(depth, numbers.levels());
-    Integral<channels> sum;
-    Walk<float, Head, Integral<channels>> walk(head, sum, memory, levels);
+    ChannelSums<channels> sum;
+    Walk<float, Head, ChannelSums<channels>> walk(head, sum, memory, levels);
     typename Head::Value constant_faces(0.0f);
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const FaceFactors on_face = list_factors(factors, face, memory.varying[0]);

@@ -14,13 +14,52 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-struct RadianceSum : ChannelSums<3> {
-    static constexpr bool may_prune = true;
+/// Sums the diffuse component next to the channels, over all cells.
+struct OutgoingSum : ChannelSums<3> {
+    Cells diffuse[3];
 
-    float negligible, error = 0;  ///< See Walk.
+    OutgoingSum() {
+        for (Cells& channel : diffuse) channel = all_cells(0);
+    }
+    Outgoing total() const {
+        return {Rgb(sum_of(diffuse[0]), sum_of(diffuse[1]), sum_of(diffuse[2])), ChannelSums::total()};
+    }
+    HWY_INLINE void add(int, std::size_t, std::size_t, unsigned done, const Cells& product,
+                        const SeparateColours& head) {
+        add_block(only(done, product), head, *this);
+    }
+    HWY_INLINE void open(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
+                         const SeparateColours& head) {
+        add(level, face, block, done, product, head);
+    }
 
-    explicit RadianceSum(float negligible_error) : negligible(negligible_error) {}
-    bool needs_bounds() const { return negligible > 0; }
+    /// With its own sums, which stay in registers.
+    struct Leaves {
+        OutgoingSum& whole;
+        Cells sum[3], diffuse[3];
+
+        HWY_INLINE explicit Leaves(OutgoingSum& to) : whole(to) {
+            for (int c = 0; c < 3; ++c) sum[c] = diffuse[c] = all_cells(0);
+        }
+        HWY_INLINE ~Leaves() {
+            for (int c = 0; c < 3; ++c) {
+                whole.sum[c] = whole.sum[c] + sum[c];
+                whole.diffuse[c] = whole.diffuse[c] + diffuse[c];
+            }
+        }
+        HWY_INLINE void add(int, std::size_t, std::size_t, const Cells& product,
+                            const SeparateColours& head) {
+            add_block(product, head, *this);
+        }
+    };
+
+private:
+    template <class Sums>
+    static HWY_INLINE void add_block(const Cells& product, const SeparateColours& head, Sums& to) {
+        for (int c = 0; c < 3; ++c) to.diffuse[c] = multiply_add(product, head.diffuse[c], to.diffuse[c]);
+        if (head.used > 0)
+            for (int c = 0; c < 3; ++c) to.sum[c] = multiply_add(product, head.value[c], to.sum[c]);
+    }
 };
 
 /// Prefetches what list_factors reads.
@@ -64,40 +103,21 @@ void walk_faces(const Reflected& reflected, const PreparedVertex& vertex, const 
     }
 }
 
-RadianceSum walked(const LightPyramid& light, const PreparedVertex& vertex, const Depth& depth,
-                   float negligible, WalkMemory<std::uint8_t>& memory) {
-    RadianceSum sum(negligible);
-    walk_faces(LitColours{light}, vertex, depth, memory, sum);
-    return sum;
-}
-
-float size_of(const Rgb& radiance) {
-    return std::abs(radiance.x) + std::abs(radiance.y) + std::abs(radiance.z);
-}
-
-Rgb radiance(const LightPyramid& light, const ShadedVertex& vertex, float tolerance,
-             WalkMemory<std::uint8_t>& memory) {
-    const int face_levels = light.numbers().levels();
-    const Depth levels(vertex.depth, face_levels);
+Outgoing radiance(const LightPyramid& light, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory) {
+    const Depth levels(vertex.depth, light.numbers().levels());
     prefetch_faces(vertex.sight.trees);
     const PreparedVertex prepared(vertex, levels.levels - 1);
-    if (tolerance > 0 && levels.levels > 1) {
-        // Of a coarse guess at the radiance, each of some hundred cells may spoil its share; the sum of the
-        // bounds is checked against what is found, and where it is too much the cells may spoil less.
-        const PreparedVertex coarse(vertex, 0);
-        const Rgb guess = walked(light, coarse, Depth(2, face_levels), 0, memory).total();
-        float negligible = tolerance * size_of(guess) / 128;
-        for (int trial = 0; trial < 3 && negligible > 0; ++trial, negligible /= 8) {
-            const RadianceSum sum = walked(light, prepared, levels, negligible, memory);
-            const Rgb total = sum.total();
-            // The full walk's result is at least this less the error, so this is enough:
-            if (sum.error <= tolerance * (size_of(total) - sum.error)) return total;
-        }
+    if (vertex.brdf.specular == Rgb(0.0f)) {
+        ChannelSums<3> sum;
+        walk_faces(LitColours<false>{light}, prepared, levels, memory, sum);
+        return {sum.total(), Rgb(0.0f)};
     }
-    return walked(light, prepared, levels, 0, memory).total();
+    OutgoingSum sum;
+    walk_faces(LitColours<true>{light}, prepared, levels, memory, sum);
+    return sum.total();
 }
 
-/// Writes the highlights, and adds up what is reflected diffusely.
+/// Writes the product of the specular component, and sums the diffuse component.
 struct HighlightWriter : BlockWriter<3, true> {
     using Leaves = LeavesOf<HighlightWriter>;
 
@@ -110,26 +130,25 @@ struct HighlightWriter : BlockWriter<3, true> {
     }
     Rgb total() const { return Rgb(sum_of(diffuse[0]), sum_of(diffuse[1]), sum_of(diffuse[2])); }
     HWY_INLINE void add(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
-                        const LitHighlights::Values& head) {
+                        const SeparateColours& head) {
         add_diffuse(level, done, product, head);
         BlockWriter::add(level, face, block, done, product, head);
     }
     HWY_INLINE void open(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
-                         const LitHighlights::Values& head) {
+                         const SeparateColours& head) {
         add_diffuse(level, done, product, head);
         BlockWriter::open(level, face, block, done, product, head);
     }
 
 private:
-    HWY_INLINE void add_diffuse(int level, unsigned done, const Cells& product,
-                                const LitHighlights::Values& head) {
+    HWY_INLINE void add_diffuse(int level, unsigned done, const Cells& product, const SeparateColours& head) {
         static constexpr float cell_of_level[] = {0x1p-4f, 0x1p-8f, 0x1p-12f, 0x1p-16f};
         const Cells share = only(done, product) * all_cells(cell_of_level[level]);
         for (int c = 0; c < 3; ++c) diffuse[c] = multiply_add(share, head.diffuse[c], diffuse[c]);
     }
 };
 
-/// Writes what is reflected, times what is seen.
+/// Writes the product of light or terms, BRDF and visibilities.
 template <class Writer, class Reflected>
 void write_product(const Reflected& reflected, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
                    Writer& writer) {
@@ -143,18 +162,15 @@ void write_product(const Reflected& reflected, const ShadedVertex& vertex, WalkM
 double integrand(const LightPyramid& light, const ShadedVertex& vertex, const DetailWeights* detail,
                  WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product) {
     BlockWriter<3, true> writer{light.numbers(), product, detail};
-    write_product(LitColours{light}, vertex, memory, writer);
+    write_product(LitColours<false>{light}, vertex, memory, writer);
     return writer.blurred_energy;
 }
 
 HighlightIntegrand highlights(const LightPyramid& light, const ShadedVertex& vertex,
                               const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
                               std::vector<WaveletBlock<3>>& product) {
-    VertexBrdf brdf = vertex.brdf;
-    brdf.diffuse = Rgb(0.0f);
     HighlightWriter writer(light.numbers(), product, detail);
-    write_product(LitHighlights{{light}, vertex.brdf.diffuse},
-                  {vertex.directions, brdf, vertex.sight, vertex.depth}, memory, writer);
+    write_product(LitColours<true>{light}, vertex, memory, writer);
     return {writer.total(), writer.blurred_energy};
 }
 
@@ -188,10 +204,10 @@ HWY_EXPORT(highlights);
 HWY_EXPORT(two_terms);
 HWY_EXPORT(three_terms);
 
-Rgb outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
-                      float tolerance) {
+Outgoing outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex,
+                           WalkMemory<std::uint8_t>& memory) {
     memory.reserve(vertex.sight.trees);
-    return HWY_DYNAMIC_DISPATCH(radiance)(light, vertex, tolerance, memory);
+    return HWY_DYNAMIC_DISPATCH(radiance)(light, vertex, memory);
 }
 
 double radiance_integrand(const LightPyramid& light, const ShadedVertex& vertex,

@@ -1,6 +1,7 @@
 #pragma once
-/// The radiance of one vertex: lighting, BRDF, cosine and all visibilities in one walk.
+/// The radiance of one vertex: the product of lighting, BRDF, cosine and all visibilities in one traversal.
 
+#include "shading/scene/outgoing.h"
 #include "shading/walk/blocked_cones.h"
 #include "shading/walk/direction_pyramid.h"
 #include "shading/walk/light_pyramid.h"
@@ -39,26 +40,23 @@ struct ShadedVertex {
     int depth;  ///< As in product_integral; of lighting and visibility trees. Cosine and lobe follow.
 };
 
-/// Outgoing radiance of a vertex.
+/// Computes the outgoing radiance of a vertex, both components in one traversal.
 ///
 /// memory        of one thread, reused.
-/// tolerance     0: none. Else the walk ends early where that is harmless: the sum of the channels' errors is
-///               at most this fraction of the sum of their magnitudes, against the walk that does not end
-///               early.
 /// accuracy      against plain sums over the texels of the same visibility and lighting: cosines 1e-3,
 ///               highlights 1 % of their peak where lighting is constant over 4 x 4 texels or the walk stops
 ///               at them; 3 % if they are narrower than a texel (exponent 2000 about H at grazing view).
-/// cost          some microseconds; see product_integral.
+/// cost          some microseconds; see product_integral. A vertex without specular reflection costs less.
 /// source        as product_integral. Cosine and lobe are evaluated where the walk comes, not stored: the
 ///               mean of a cosine over a cell is the cosine of the mean direction; a lobe cos^n averaged over
 ///               a cell that spreads by s is about cos^m of the cell's middle, with 1/m = 1/n + s and the
 ///               same energy (variances of narrow functions add when they are convolved). The lobe about H is
 ///               taken so in H, where a cell spreads by s / 4 in the plane of incidence, and by
 ///               s / (2 V.H)^2 across it, V the view direction.
-Rgb outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
-                      float tolerance = 0);
+Outgoing outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex,
+                           WalkMemory<std::uint8_t>& memory);
 
-/// The function whose integral outgoing_radiance is: lighting times BRDF times visibilities, per channel, as
+/// The function whose integral is the total of outgoing_radiance: lighting times BRDF times visibilities, per channel, as
 /// a function product (wavelet_blocks.h). `product` is overwritten, its memory reused; faces that are dark
 /// have no block. Highlights below 3 % of their peak are held constant over cells where neither lighting nor
 /// visibility varies.
@@ -70,13 +68,13 @@ double radiance_integrand(const LightPyramid& light, const ShadedVertex& vertex,
                           WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
                           const DetailWeights* detail = nullptr);
 
-/// Of a vertex whose highlights are a function product by themselves.
+/// The results of highlight_integrand next to the function product.
 struct HighlightIntegrand {
-    Rgb diffuse;            ///< The outgoing_radiance of the rest.
-    double blurred_energy;  ///< A bound on the energy of what is left out of the product.
+    Rgb diffuse;            ///< The diffuse component of outgoing_radiance.
+    double blurred_energy;  ///< A bound on the energy that the product lacks.
 };
 
-/// radiance_integrand of the highlights alone, and in the same walk the radiance of the rest.
+/// Computes radiance_integrand of the specular component alone, and the diffuse radiance in the same traversal.
 HighlightIntegrand highlight_integrand(const LightPyramid& light, const ShadedVertex& vertex,
                                        WalkMemory<std::uint8_t>& memory,
                                        std::vector<WaveletBlock<3>>& product,

@@ -67,7 +67,7 @@ HWY_INLINE Cells transformed(const Cells& cells) {
 template <int channels, bool blurs = false>
 struct BlockWriter {
     static constexpr unsigned needed = 1;
-    static constexpr bool is_sum = false, may_prune = false, may_blur = blurs;
+    static constexpr bool is_sum = false, may_blur = blurs;
     static constexpr float cell_share = 1;
 
     using Leaves = LeavesOf<BlockWriter>;

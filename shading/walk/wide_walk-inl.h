@@ -47,44 +47,30 @@ HWY_INLINE Cells factor_cells(const VaryingFactor& factor, const WeightedNode<Ce
     return value;
 }
 
-/// What is known of a head f within each cell, added over the channels; c is its HeadCells::value.
+/// Bounds on a head f within each cell, summed over the channels; c is its HeadCells::value.
 struct HeadErrors {
-    Cells deviation;         ///< At least the root mean square of f - c.
-    Cells mean_error;        ///< At least the mean of f, less c, as a magnitude.
-    unsigned unbounded = 0;  ///< Cells of which nothing is known.
+    Cells deviation;         ///< An upper bound on the root mean square of f - c.
+    unsigned unbounded = 0;  ///< Cells without a bound.
 };
 
-/// A bound on what stopping at a cell changes, built up factor by factor.
+/// A bound on the deviation within a cell of the product w of the factors that vary on it, each in [0, 1].
 ///
-/// Let w be the product of the factors that vary on the cell, each in [0, 1], m the product of their means,
-/// and f the head. Stopping replaces the mean of f w by c m. With u the mean of w,
-///     mean(f w) - c m  =  mean((f - c)(w - u))  +  u (mean(f) - c)  +  c (u - m),
-/// so that by Cauchy and Schwarz its magnitude is at most
-///     deviation(f) s  +  (m + g) mean_error(f)  +  |c| g,       s >= deviation(w),  g >= |u - m|.
-/// A function in [0, 1] with mean v has a deviation of at most t = sqrt(v (1 - v)) (v^2 <= v under the
-/// integral). When such a factor is added,  |mean(w v) - m v| <= s t + g v,  and the deviation of the product
-/// is at most that of w (v - mean v), t as w <= 1, plus that of w times mean v, s v.
+/// A function in [0, 1] with mean v has a deviation of at most t = sqrt(v (1 - v)), because v^2 <= v under the
+/// integral. Multiplying w by such a factor gives a deviation of at most t + v deviation(w): the first term
+/// bounds w (factor - v), as w <= 1, and the second one w v.
 struct ProductErrors {
-    Cells mean, deviation, mean_error;
+    Cells deviation;
 
-    ProductErrors() : mean(all_cells(1)), deviation(all_cells(0)), mean_error(all_cells(0)) {}
+    ProductErrors() : deviation(all_cells(0)) {}
 
     HWY_INLINE void add(unsigned varying, const Cells& value) {
         const Cells zero = all_cells(0), one = all_cells(1);
         const Cells v = choose(varying, larger(smaller(value, one), zero), one);
-        const Cells t = square_root(v * (one - v));
-        mean_error = mean_error * v + deviation * t;
-        deviation = smaller(t + deviation * v, all_cells(0.5f));
-        mean = mean * v;
+        deviation = smaller(square_root(v * (one - v)) + deviation * v, all_cells(0.5f));
     }
-    template <int channels>
-    HWY_INLINE Cells bound(const HeadCells<channels>& head, const HeadErrors& errors) const {
-        Cells size = magnitude(head.value[0]);
-        for (int c = 1; c < channels; ++c) size = size + magnitude(head.value[c]);
-        return errors.deviation * deviation + (mean + mean_error) * errors.mean_error + size * mean_error;
-    }
-    /// Of the root mean square of  f w - mean(f w)  in the cells: at most that of  (f - c) w,  plus |c| times
-    /// the deviation of w, as w <= 1 and the mean is what it deviates least from.
+    /// Bounds the root mean square of f w - mean(f w) in the cells, f the head with values c. It is at most
+    /// that of (f - c) w plus |c| times the deviation of w: w <= 1, and a function deviates least from its
+    /// mean.
     template <int channels>
     HWY_INLINE Cells deviation_bound(const HeadCells<channels>& head, const HeadErrors& errors) const {
         Cells size = magnitude(head.value[0]);
@@ -166,11 +152,10 @@ struct ChannelSums {
 /// Sink  is told of each block, parents first: open(level, face, block, cells that are done, product of the
 ///       constants and trees, head), and close(level, block) when what lies in the others is done; or
 ///       add(...) if nothing lies below, for the last level by way of Sink::Leaves. `constant` of the root is
-///       what that product is multiplied by, on each level once more by Sink::cell_share. If its `negligible`
-///       is positive, cells are done early where what that changes is bounded by less; the bounds add up in
-///       `error`. If it may_blur, what varies within some cells does not matter, but for their means: these
-///       it keeps, and below them the walk goes on only where two functions vary. If it is_sum, all that
-///       matters of the blocks is the sum over their cells.
+///       what that product is multiplied by, on each level once more by Sink::cell_share. If it may_blur, the
+///       variation within some cells is dropped: the sink keeps the means of these cells, and below them the
+///       walk goes on only where two functions vary. If it is_sum, the sink uses nothing of the blocks but the
+///       sum over their cells.
 template <class Cell, class Head, class Sink>
 class Walk {
     using Ahead = typename Head::Ahead;
@@ -228,19 +213,11 @@ private:
             constants = constants * choose(cells, all_cells(1), value);
             twice |= once & cells;
             once |= cells;
-            if constexpr (Sink::may_prune || Sink::may_blur)
+            if constexpr (Sink::may_blur)
                 if (sink_.needs_bounds()) errors.add(cells, value);
         }
         const unsigned zero = head.zero | cells_that_are_zero(constants);
         unsigned more = (Sink::needed == 2 ? twice : once) & ~zero;
-        if constexpr (Sink::may_prune)
-            if (sink_.negligible > 0 && more != 0) {
-                const HeadErrors of_head = head_.errors(level, face, block, ahead);
-                const Cells bound = magnitude(constants) * errors.bound(head, of_head);
-                const unsigned pruned = more & ~(of_head.unbounded | cells_above(bound, sink_.negligible));
-                if (pruned != 0) sink_.error += sum_of(only(pruned, bound));
-                more &= ~pruned;
-            }
         if constexpr (Sink::may_blur) {
             unsigned blurred = sink_.is_blurred(level, block) ? all_sixteen : 0;
             if (blurred == 0 && sink_.needs_bounds() && more != 0) {

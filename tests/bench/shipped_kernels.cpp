@@ -32,8 +32,9 @@ public:
         }
     }
     void shade() {
-        for_each(
-            [&](const ShadedVertex& vertex) { return outgoing_radiance(*example_.light, vertex, memory_); });
+        for_each([&](const ShadedVertex& vertex) {
+            return outgoing_radiance(*example_.light, vertex, memory_).total();
+        });
     }
     void multiply() {
         for_each([&](const ShadedVertex& vertex) {
@@ -95,12 +96,12 @@ struct Subject {
     DenseCoefficients coefficients = dense_coefficients(smooth, Room::size);
     SceneLight light = scene_light(room.scene.environment, settings());
     std::size_t vertices = VertexRows(room.scene, room.geometry()).count();
-    SceneRadiance radiance;
+    SceneColours radiance;
     std::optional<LightTransfer> by_light;
     std::optional<ViewTransfer> by_view;
     std::optional<MotionTransfer> by_motion;
 
-    void shade() { radiance = *scene_radiance({room.scene, room.geometry(), light, settings()}); }
+    void shade() { radiance = total(*scene_radiance({room.scene, room.geometry(), light, settings()})); }
     void make_light() {
         by_light = *light_transfer(room.scene, room.geometry(), settings(), pruning, coefficients);
     }
@@ -137,7 +138,7 @@ struct Subject {
             if (rows.is_buried({instance, vertex})) continue;
             const ShadedEntity& entity = room.scene.entities[room.scene.instances[instance].entity];
             sum.add(Vec3d(radiance[instance][vertex]),
-                    Vec3d(shader.radiance(instance, surface_point(entity, vertex))));
+                    Vec3d(shader.radiance(instance, surface_point(entity, vertex)).total()));
         }
         return sum.rmse();
     }

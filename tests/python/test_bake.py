@@ -150,7 +150,6 @@ def test_an_unknown_instance_is_a_key_error(bake):
         {"occlusion_error": float("nan")},
         {"reach": 0.5},
         {"depth": -1},
-        {"tolerance": 2},
         {"light_coefficients": -1},
     ],
 )

@@ -48,7 +48,7 @@ void study_frame(std::size_t vertices) {
             print_least(depth == full_depth ? "  new light and view" : fmt::format("    at depth {}", depth),
                         [&] {
                             scene.eye += Vec3f(0.01f, 0, 0);
-                            value_or_exit(scene_radiance({scene, geometry, light, settings, kept}));
+                            total(value_or_exit(scene_radiance({scene, geometry, light, settings, kept})));
                         });
         }
         settings.depth = full_depth;

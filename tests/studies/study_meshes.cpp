@@ -70,9 +70,12 @@ struct LitScene {
     }
 
     Image picture(const std::vector<RadiantMesh>& meshes) const {
+        SceneRadiance radiance;
+        for (const RadiantMesh& mesh : meshes) radiance.push_back(mesh.radiance);
+        const SceneColours colours = total(radiance);
         std::vector<PreviewInstance> instances;
         for (std::size_t i = 0; i < meshes.size(); ++i)
-            instances.push_back({&meshes[i].mesh, description.instances[i].placement, meshes[i].radiance});
+            instances.push_back({&meshes[i].mesh, description.instances[i].placement, colours[i]});
         return Preview().draw(description.camera, instances, [](const Vec3f&) { return Rgb(0.0f); });
     }
 };

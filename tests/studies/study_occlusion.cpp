@@ -13,7 +13,7 @@
 namespace haarfield::baseline {
 namespace {
 
-double relative_rmse(const SceneRadiance& found, const SceneRadiance& wanted) {
+double relative_rmse(const SceneColours& found, const SceneColours& wanted) {
     double difference = 0, norm = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t v = 0; v < wanted[i].size(); ++v) {
@@ -40,7 +40,7 @@ void study_occlusion(const std::string& file, std::size_t vertices) {
         shaded_scene(description, entities, sky_environment(*description.environment.sky, 1024));
 
     RenderSettings settings;
-    const SceneRadiance dense = value_or_exit(dense_scene_radiance(scene, settings));
+    const SceneColours dense = total(value_or_exit(dense_scene_radiance(scene, settings)));
     std::size_t count = 0;
     for (const auto& instance : dense) count += instance.size();
     fmt::print("{}: {} vertices, against the dense oracle.\n\n", file, count);
@@ -52,10 +52,10 @@ void study_occlusion(const std::string& file, std::size_t vertices) {
         settings.light_coefficients = light_wavelets;
         const SceneLight light = scene_light(scene.environment, settings);
         double least = INFINITY;
-        SceneRadiance radiance;
+        SceneColours radiance;
         for (int round = 0; round < 3; ++round) {
             const double start = process_seconds();
-            radiance = value_or_exit(scene_radiance({scene, geometry, light, settings}));
+            radiance = total(value_or_exit(scene_radiance({scene, geometry, light, settings})));
             least = std::min(least, process_seconds() - start);
         }
         fmt::print("{:<44} {:>14.1f} {:>12.2f} %\n", title, 1e6 * least / double(count),

@@ -20,7 +20,7 @@ double milliseconds_since(Clock::time_point start) {
 }
 
 /// RMS of the difference / RMS of what is wanted.
-double difference(const SceneRadiance& found, const SceneRadiance& wanted) {
+double difference(const SceneColours& found, const SceneColours& wanted) {
     double error = 0, whole = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)
         for (std::size_t v = 0; v < wanted[i].size(); ++v) {
@@ -49,7 +49,7 @@ void print_frames(RelightSession& session, const Kind& kind, FrameQuality qualit
         value_or_exit(session.frame(quality));
         least = std::min(least, milliseconds_since(start));
         if (i % (frames / compared) != 1) continue;
-        const SceneRadiance found = session.radiance();
+        const SceneColours found = session.radiance();
         value_or_exit(session.commit());
         error = std::max(error, difference(found, session.radiance()));
     }

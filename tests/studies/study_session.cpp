@@ -40,7 +40,7 @@ Result<Done> vary(RelightSession& session, const std::string& gesture) {
 }
 
 /// The sum of the values' bits, each by an odd number of its own.
-std::uint64_t digest(const SceneRadiance& radiance) {
+std::uint64_t digest(const SceneColours& radiance) {
     std::uint64_t sum = 0, weight = 1;
     for (const std::vector<Rgb>& instance : radiance)
         for (const Rgb& value : instance)

@@ -96,28 +96,28 @@ PointSharing point_sharing(TaskShare& share) {
         const std::string name = fmt::format("points of loop {}", (*number)++);
         if (!share.joins) {
             const auto [begin, end] = share.range(loop.points);
-            std::vector<Rgb> radiance;
+            std::vector<Outgoing> radiance;
             if (begin < end) {
-                Result<std::vector<Rgb>> shaded = loop.shaded(begin, end);
+                Result<std::vector<Outgoing>> shaded = loop.shaded(begin, end);
                 if (!shaded) return shaded.error();
                 radiance = *std::move(shaded);
             }
             for (std::size_t k = 0; k < share.count; ++k) {
                 const auto [first, last] = share.range_of(k, loop.points);
                 share.made[k].push_back(
-                    {name, bytes_of<Rgb>(std::span(radiance).subspan(first - begin, last - first))});
+                    {name, bytes_of<Outgoing>(std::span(radiance).subspan(first - begin, last - first))});
             }
             return Done{};
         }
         for (std::size_t part = 0; part < share.parts; ++part) {
             const auto [begin, end] = items_of_parts(loop.points, part, 1, share.parts);
             if (begin == end) continue;
-            std::vector<Rgb> radiance(end - begin);
+            std::vector<Outgoing> radiance(end - begin);
             if (share.joined[part].empty()) {
-                Result<std::vector<Rgb>> shaded = loop.shaded(begin, end);
+                Result<std::vector<Outgoing>> shaded = loop.shaded(begin, end);
                 if (!shaded) return shaded.error();
                 radiance = *std::move(shaded);
-            } else if (!take_values<Rgb>(share.joined[part], name, radiance)) {
+            } else if (!take_values<Outgoing>(share.joined[part], name, radiance)) {
                 return wrong_part(part, name);
             }
             loop.take(begin, radiance);

@@ -55,8 +55,8 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refin
                            std::optional<std::size_t> vertex_budget, const std::string& colours,
                            const std::vector<std::string>& passes, const std::string& evaluator,
                            const std::string& occlusion, float occlusion_error, float reach, int depth,
-                           float tolerance, int light_coefficients, std::optional<int> bounces,
-                           bool original_vertices, std::uint32_t samples, const py::object& progress) {
+                           int light_coefficients, std::optional<int> bounces, bool original_vertices,
+                           std::uint32_t samples, const py::object& progress) {
     const BakeOptions options{evaluator, refine, vertex_budget, colours, passes, samples};
     if (refine && !(*refine >= 1e-4f && *refine <= 1))
         throw py::value_error(fmt::format("refine is {}; wanted [0.0001, 1], or None", *refine));
@@ -69,8 +69,8 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refin
     made->prepared =
         prepare(scene, progress, original_vertices ? BakedVertices::original : BakedVertices::fine);
     const PreparedScene& prepared = *made->prepared;
-    const RenderSettings settings = render_settings(prepared, occlusion, occlusion_error, reach, depth,
-                                                    tolerance, light_coefficients, bounces);
+    const RenderSettings settings =
+        render_settings(prepared, occlusion, occlusion_error, reach, depth, light_coefficients, bounces);
     made->baked = long_call<BakedScene>(progress, [&](const Progress& watched) {
         const auto start = std::chrono::steady_clock::now();
         const ShadedScene shaded =
@@ -184,13 +184,13 @@ py::dict passes_of(const BakedMesh& self) {
 }
 
 py::list budget(PythonScene& scene, std::size_t points, const std::string& occlusion, float occlusion_error,
-                float reach, int depth, float tolerance, int light_coefficients, std::optional<int> bounces,
+                float reach, int depth, int light_coefficients, std::optional<int> bounces,
                 const py::object& progress) {
     if (points < 1 || points > 1'000'000)
         throw py::value_error(fmt::format("points is {}; wanted [1, 1e6]", points));
     const auto prepared = prepare(scene, progress);
-    const RenderSettings settings = render_settings(*prepared, occlusion, occlusion_error, reach, depth,
-                                                    tolerance, light_coefficients, bounces);
+    const RenderSettings settings =
+        render_settings(*prepared, occlusion, occlusion_error, reach, depth, light_coefficients, bounces);
     const auto made = long_call<SceneBudget>(progress, [&](const Progress& watched) {
         const ShadedScene shaded =
             shaded_scene(prepared->scene, *prepared->entities, prepared->light.environment);
@@ -342,7 +342,6 @@ returns  a dict: scene, includes, objects (what each include declares), images.)
               py::arg("evaluator") = "tree", py::arg("occlusion") = "auto",
               py::arg("occlusion_error") = RenderSettings().occlusion_error,
               py::arg("reach") = RenderSettings().reach, py::arg("depth") = full_depth,
-              py::arg("tolerance") = RenderSettings().tolerance,
               py::arg("light_coefficients") = RenderSettings().light_coefficients,
               py::arg("bounces") = py::none(), py::arg("original_vertices") = false,
               py::arg("samples") = BakeOptions().samples, py::arg("progress") = py::none(),
@@ -364,7 +363,6 @@ progress           called with (stage, done, total), some twenty times a second.
         "budget", &budget, py::arg("points") = 400, py::arg("occlusion") = "auto",
         py::arg("occlusion_error") = RenderSettings().occlusion_error,
         py::arg("reach") = RenderSettings().reach, py::arg("depth") = full_depth,
-        py::arg("tolerance") = RenderSettings().tolerance,
         py::arg("light_coefficients") = RenderSettings().light_coefficients, py::arg("bounces") = py::none(),
         py::arg("progress") = py::none(),
         "What each approximation of a bake costs alone, against dense sums: a list of dicts, as `haarfield "

@@ -134,8 +134,8 @@ std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::objec
 }
 
 RenderSettings render_settings(const PreparedScene& scene, const std::string& occlusion,
-                               float occlusion_error, float reach, int depth, float tolerance,
-                               int light_coefficients, std::optional<int> bounces) {
+                               float occlusion_error, float reach, int depth, int light_coefficients,
+                               std::optional<int> bounces) {
     const auto check = [](const char* name, double value, const Range& range) {
         if (!range.contains(value))
             throw py::value_error(fmt::format("{} is {}; wanted {}", name, value, range.text()));
@@ -143,7 +143,6 @@ RenderSettings render_settings(const PreparedScene& scene, const std::string& oc
     check("occlusion_error", double(occlusion_error), {0, 1, false, true});
     check("reach", double(reach), {1, 1e4});
     check("depth", depth, {0, full_depth});
-    check("tolerance", double(tolerance), {0, 1});
     check("light_coefficients", light_coefficients, {0, 65536});
     check("bounces", bounces.value_or(0), {0, any_bounces});
     RenderSettings settings;
@@ -157,7 +156,6 @@ RenderSettings render_settings(const PreparedScene& scene, const std::string& oc
     settings.occlusion_error = occlusion_error;
     settings.reach = reach;
     settings.depth = depth;
-    settings.tolerance = tolerance;
     settings.light_coefficients = light_coefficients;
     settings.bounces.most = bounces.value_or(any_bounces);
     return settings;

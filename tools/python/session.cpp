@@ -19,7 +19,7 @@ constexpr double degree = pi / 180;
 /// What arrays of radiance refer to: the session, as long as its instances stay, then what they had last.
 struct ShownRadiance {
     std::shared_ptr<RelightSession> session;
-    SceneRadiance last;  ///< Once `session` has given it away.
+    SceneColours last;  ///< Once `session` has given it away.
 };
 
 /// A session, which one thread after the other may drive.
@@ -31,7 +31,7 @@ public:
           session_(std::make_shared<RelightSession>(
               shaded_scene(prepared_->scene, *prepared_->entities, prepared_->light.environment), settings,
               transfer)),
-          shown_(std::make_shared<ShownRadiance>(session_, SceneRadiance())) {
+          shown_(std::make_shared<ShownRadiance>(session_, SceneColours())) {
         for (const Instance& instance : prepared_->scene.instances) names_.push_back(instance.name);
     }
 
@@ -80,7 +80,7 @@ public:
 
     py::list radiance() {
         const auto instances = do_now([](RelightSession& session) {
-            const SceneRadiance& radiance = session.radiance();
+            const SceneColours& radiance = session.radiance();
             return std::vector<std::span<const Rgb>>(radiance.begin(), radiance.end());
         });
         py::list arrays;
@@ -162,7 +162,7 @@ private:
     void let_go() {
         shown_->last = do_now([](RelightSession& session) { return session.take_radiance(); });
         shown_->session.reset();
-        shown_ = std::make_shared<ShownRadiance>(session_, SceneRadiance());
+        shown_ = std::make_shared<ShownRadiance>(session_, SceneColours());
     }
 
     std::shared_ptr<const PreparedScene> prepared_;  ///< That the session's pointers refer to.
@@ -301,7 +301,7 @@ removed; then they keep what they had. As bakes, they are without images.)");
            float reach, int light_coefficients, std::optional<int> bounces, const py::object& progress) {
             const auto prepared = prepare(self, progress);
             const RenderSettings settings = render_settings(*prepared, occlusion, occlusion_error, reach,
-                                                            full_depth, 0, light_coefficients, bounces);
+                                                            full_depth, light_coefficients, bounces);
             if (!(pruning_error >= 0 && pruning_error < 1))
                 throw py::value_error(fmt::format("pruning_error is {}; wanted [0, 1)", pruning_error));
             TransferSettings transfer;

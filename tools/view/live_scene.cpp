@@ -295,7 +295,7 @@ void LiveScene::take_colours(Stage& stage, const Design& design, const VertexMas
     last_ = &stage;
     stage.is_touched = false;
     const float gain = std::exp2(exposure(design));
-    const SceneRadiance& radiance = stage.session->radiance();
+    const SceneColours& radiance = stage.session->radiance();
     std::erase_if(colours_, [&](const auto& known) {
         return std::ranges::find(stage.ids, known.first) == stage.ids.end();
     });
@@ -308,10 +308,9 @@ void LiveScene::take_colours(Stage& stage, const Design& design, const VertexMas
             colours.over.clear();
             continue;
         }
-        std::vector<Rgb> all = radiance[i], highlights = stage.session->highlights(i);
-        for (std::vector<Rgb>* values : {&all, &highlights})
-            for (Rgb& value : *values) value *= gain;
-        const SeenRadiance seen = seen_radiance(entity.mesh.fine, entity.surfaces, all, highlights);
+        std::vector<Outgoing> all = stage.session->outgoing(i);
+        for (Outgoing& value : all) value = value * gain;
+        const SeenRadiance seen = seen_radiance(entity.mesh.fine, entity.surfaces, all);
         store_halves(seen.under, 1, mask, colours.under);
         if (seen.over.empty())
             colours.over.clear();
