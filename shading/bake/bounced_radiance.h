@@ -1,5 +1,6 @@
 #pragma once
-/// Radiance with indirect light: direct light at the vertices, the indirect light that results, and their sum.
+/// Radiance with indirect light: direct light at the vertices, the indirect light that results, and their
+/// sum.
 
 #include "shading/bake/renderer.h"
 

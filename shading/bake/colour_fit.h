@@ -7,11 +7,11 @@ namespace haarfield {
 
 /// Replaces the radiance of the vertices by the values whose linear interpolation over the triangles has the
 /// least squared error, against samples in the middles of the triangles and at the vertices. The mean of the
-/// error nearly vanishes, whereas interpolated samples are too bright across a dark crease. Both components are
-/// fitted. Negative values are removed (without_negative).
+/// error nearly vanishes, whereas interpolated samples are too bright across a dark crease. Both components
+/// are fitted. Negative values are removed (without_negative).
 ///
-/// meshes    by instance, from mesh_radiance or refined_radiance. Buried vertices, which no sample covers, keep
-///           their radiance.
+/// meshes    by instance, from mesh_radiance or refined_radiance. Buried vertices, which no sample covers,
+///           keep their radiance.
 /// accuracy  the result does not depend on the number of threads.
 /// cost      one shaded point per triangle, 50 us, and some 10 us per vertex.
 /// errors    interrupted.

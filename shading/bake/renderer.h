@@ -16,9 +16,10 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view);
 
 /// Computes the outgoing radiance towards the eye, by instance and vertex of its fine mesh. [W/(m^2 sr)]
 ///
-/// Tints of entities are not applied. Vertices that face away from the eye get the radiance that they would show at grazing view: the
-/// highlight's mirror direction is taken with the view vector's component into the surface removed.
-/// Buried vertices (LocalSamples::buried) take the mean of their nearest unburied neighbours.
+/// Tints of entities are not applied. Vertices that face away from the eye get the radiance that they would
+/// show at grazing view: the highlight's mirror direction is taken with the view vector's component into the
+/// surface removed. Buried vertices (LocalSamples::buried) take the mean of their nearest unburied
+/// neighbours.
 ///
 /// cost    some 10 us per vertex if fields give the occlusion by other instances, and 40 us if near
 ///         occluders are rasterized; on all of oneTBB's threads. The result does not depend on their number.
@@ -47,8 +48,8 @@ struct InstancePoint {
     SurfacePoint point;
 };
 
-/// Computes the outgoing radiance of points that need not be vertices, in their order. Occlusion of a point by
-/// its own entity is rasterized. Points that are next to each other in the order should be close in space.
+/// Computes the outgoing radiance of points that need not be vertices, in their order. Occlusion of a point
+/// by its own entity is rasterized. Points that are next to each other in the order should be close in space.
 ///
 /// cost  some 50 us per point.
 Result<std::vector<Outgoing>> point_radiance(const PointShading& shading,

@@ -9,11 +9,11 @@ namespace haarfield {
 /// coloured or switched costs nothing but the sum, and one that moves its own rays.
 class LampFrames {
 public:
-    /// Computes the missing radiance for the lamps, emitters and eye of a scene. The instances of the geometry
-    /// are placed as those of the scene.
+    /// Computes the missing radiance for the lamps, emitters and eye of a scene. The instances of the
+    /// geometry are placed as those of the scene.
     ///
-    /// cost     60 to 120 ns per vertex for each lamp (and place of its area) of which more than the colour has
-    ///          changed; for all lamps after forget() and for another eye. On all of oneTBB's threads.
+    /// cost     60 to 120 ns per vertex for each lamp (and place of its area) of which more than the colour
+    ///          has changed; for all lamps after forget() and for another eye. On all of oneTBB's threads.
     /// errors   interrupted; then nothing has changed.
     /// returns  whether the light of lamps and emitters has changed.
     Result<bool> update(const ShadedScene& scene, const ShadingGeometry& geometry, const Progress& progress);

@@ -169,8 +169,8 @@ struct PlainTerms {
 
 /// The BRDF, times the visibility around the near occluders, on one face.
 ///
-/// Reflected  LitCells write<last>(vertex, cells, level, face, block, values): writes its channels. The result
-///            is not used for the last level.
+/// Reflected  LitCells write<last>(vertex, cells, level, face, block, values): writes its channels. The
+///            result is not used for the last level.
 ///            holds_cosine: the cosine of diffuse light is constant over the cells of level 1.
 ///            is_separate: the diffuse component is not among the channels. Needed for errors() only.
 ///            Values: HeadCells, and other values that its sink uses.

@@ -56,10 +56,10 @@ struct ShadedVertex {
 Outgoing outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex,
                            WalkMemory<std::uint8_t>& memory);
 
-/// The function whose integral is the total of outgoing_radiance: lighting times BRDF times visibilities, per channel, as
-/// a function product (wavelet_blocks.h). `product` is overwritten, its memory reused; faces that are dark
-/// have no block. Highlights below 3 % of their peak are held constant over cells where neither lighting nor
-/// visibility varies.
+/// The function whose integral is the total of outgoing_radiance: lighting times BRDF times visibilities, per
+/// channel, as a function product (wavelet_blocks.h). `product` is overwritten, its memory reused; faces that
+/// are dark have no block. Highlights below 3 % of their peak are held constant over cells where neither
+/// lighting nor visibility varies.
 ///
 /// detail   null: everything is there. Else what is negligible may be left out: blocks below cells whose mean
 ///          is kept.
@@ -74,7 +74,8 @@ struct HighlightIntegrand {
     double blurred_energy;  ///< A bound on the energy that the product lacks.
 };
 
-/// Computes radiance_integrand of the specular component alone, and the diffuse radiance in the same traversal.
+/// Computes radiance_integrand of the specular component alone, and the diffuse radiance in the same
+/// traversal.
 HighlightIntegrand highlight_integrand(const LightPyramid& light, const ShadedVertex& vertex,
                                        WalkMemory<std::uint8_t>& memory,
                                        std::vector<WaveletBlock<3>>& product,

@@ -55,9 +55,9 @@ struct HeadErrors {
 
 /// A bound on the deviation within a cell of the product w of the factors that vary on it, each in [0, 1].
 ///
-/// A function in [0, 1] with mean v has a deviation of at most t = sqrt(v (1 - v)), because v^2 <= v under the
-/// integral. Multiplying w by such a factor gives a deviation of at most t + v deviation(w): the first term
-/// bounds w (factor - v), as w <= 1, and the second one w v.
+/// A function in [0, 1] with mean v has a deviation of at most t = sqrt(v (1 - v)), because v^2 <= v under
+/// the integral. Multiplying w by such a factor gives a deviation of at most t + v deviation(w): the first
+/// term bounds w (factor - v), as w <= 1, and the second one w v.
 struct ProductErrors {
     Cells deviation;
 
@@ -154,8 +154,8 @@ struct ChannelSums {
 ///       add(...) if nothing lies below, for the last level by way of Sink::Leaves. `constant` of the root is
 ///       what that product is multiplied by, on each level once more by Sink::cell_share. If it may_blur, the
 ///       variation within some cells is dropped: the sink keeps the means of these cells, and below them the
-///       walk goes on only where two functions vary. If it is_sum, the sink uses nothing of the blocks but the
-///       sum over their cells.
+///       walk goes on only where two functions vary. If it is_sum, the sink uses nothing of the blocks but
+///       the sum over their cells.
 template <class Cell, class Head, class Sink>
 class Walk {
     using Ahead = typename Head::Ahead;
