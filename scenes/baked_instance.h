@@ -1,9 +1,7 @@
 #pragma once
 /// Instances with the radiance of their vertices, for pictures and files.
 
-#include "fields/base/placement.h"
-#include "fields/mesh/listed_mesh.h"
-#include "scenes/surface.h"
+#include "scenes/scene_entities.h"
 
 #include <span>
 #include <string>
@@ -11,30 +9,37 @@
 
 namespace haarfield {
 
-/// What else is known of a mesh's vertices, for files that take more than radiance.
+/// A pass of a bake at the vertices of a mesh, for files that store more than radiance.
 struct VertexValues {
-    std::string name;             ///< Lower case letters and _; `own_shadow`. Unlike the others.
+    std::string name;             ///< Lower case letters and _; `own_shadow`. Unique in its instance.
     std::span<const Rgb> values;  ///< One per vertex of the mesh.
     bool is_scalar = false;       ///< The three channels are one number.
 };
 
-/// One object. The mesh and the radiance must outlive the call.
+/// An instance as it is displayed, in pictures and in files. The mesh and the spans must outlive its use.
 struct BakedInstance {
-    std::string name;            ///< Unlike all others of the scene.
-    const Mesh* mesh = nullptr;  ///< The fine one.
+    std::string name;            ///< Unique in its scene, where files use it.
+    const Mesh* mesh = nullptr;  ///< The fine mesh, or another one of the same surface.
     Placement placement;
-    std::span<const Rgb> radiance;  ///< Outgoing, one per vertex of the mesh. [W/(m^2 sr)]
-    /// What lies over textures, one per vertex, or none; then `radiance` is what they multiply: SeenRadiance.
-    std::span<const Rgb> over{};
-    std::span<const Surface> surfaces{};  ///< By the mesh's materials; none: plain ones.
+    std::span<const Rgb> radiance;        ///< SeenRadiance::under, one per vertex. [W/(m^2 sr)]
+    std::span<const Rgb> over{};          ///< SeenRadiance::over, one per vertex, or none.
+    std::span<const Surface> surfaces{};  ///< By the material indices of the mesh; none: all are plain.
     std::vector<VertexValues> passes{};   ///< The same names in all instances (asserted). Not for POV-Ray.
-    /// Faces in place of the mesh's triangles, of the same vertices, where a file takes any; see
-    /// OriginalBake.
+    /// Faces instead of the triangles of the mesh, with the same vertices, for file formats that have
+    /// polygons; see OriginalBake.
     const ListedMesh* listed = nullptr;
     bool left_handed = false;  ///< Coordinates are those of a left-handed POV-Ray file.
 };
 
-/// The radiance of a vertex, with the colour of its texture there.
+/// Returns an instance of a scene as it is displayed.
+///
+/// mesh      the fine mesh of the entity, or another one of its surface.
+/// radiance  by vertex; empty: `layers` keeps its values.
+/// layers    receives the radiance with its textures apart. It must outlive the result.
+BakedInstance baked_instance(const Instance& instance, const SceneEntity& entity, const Mesh& mesh,
+                             std::span<const Outgoing> radiance, SeenRadiance& layers);
+
+/// Returns the radiance of a vertex, with the colour of its texture there.
 Rgb seen_at(const BakedInstance& instance, std::size_t vertex);
 
 }  // namespace haarfield

@@ -101,15 +101,9 @@ std::vector<BakedInstance> seen_instances(const Scene& scene, const SceneEntitie
                                           const ShadedMeshes& shaded, std::vector<SeenRadiance>& seen) {
     std::vector<BakedInstance> instances;
     seen.resize(shaded.meshes.size());
-    for (std::size_t i = 0; i < shaded.meshes.size(); ++i) {
-        const SceneEntity& entity = entities.of_instance(i);
-        seen[i] = seen_radiance(*shaded.meshes[i].mesh, entity.surfaces, shaded.radiance[i]);
-        BakedInstance& added =
-            instances.emplace_back(BakedInstance{scene.instances[i].name, shaded.meshes[i].mesh,
-                                                 scene.instances[i].placement, seen[i].under, seen[i].over});
-        if (!all_plain(entity.surfaces)) added.surfaces = entity.surfaces;
-        added.left_handed = entity.left_handed;
-    }
+    for (std::size_t i = 0; i < shaded.meshes.size(); ++i)
+        instances.push_back(baked_instance(scene.instances[i], entities.of_instance(i),
+                                           *shaded.meshes[i].mesh, shaded.radiance[i], seen[i]));
     return instances;
 }
 

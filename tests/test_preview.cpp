@@ -29,7 +29,7 @@ TEST(Preview, InterpolatesRadianceOverTheTriangles) {
     std::vector<Rgb> radiance;
     for (const Vec3f& p : square.positions) radiance.emplace_back(2 + p.x, 2 + p.z, 1.0f);
     Preview preview;
-    const PreviewInstance instance{&square, {}, radiance};
+    const BakedInstance instance{"", &square, {}, radiance};
     const int size = 17;
     const Image image =
         preview.draw(camera({0, 1, 0}, {0, 0, 0}, size, size), std::span(&instance, 1), black);
@@ -48,8 +48,8 @@ TEST(Preview, InterpolatesRadianceOverTheTriangles) {
 
 TEST(Preview, PointsAreWhereThePixelsSeeThem) {
     const Mesh square = square_mesh(2, 0, 3);
-    const std::vector<PreviewInstance> instances{{&square, {{50, 0, 0}, 1}, {}},
-                                                 {&square, {{0.2f, 0, 0}, 0.5f}, {}}};
+    const std::vector<BakedInstance> instances{{"", &square, {{50, 0, 0}, 1}, {}},
+                                               {"", &square, {{0.2f, 0, 0}, 0.5f}, {}}};
     const int width = 14, height = 12;
     const auto points = Preview().points(camera({0, 1, 0}, {0, 0, 0}, width, height), instances);
     ASSERT_EQ(points.size(), std::size_t(width * height));
@@ -77,8 +77,8 @@ TEST(Preview, ReadsNoRadianceButWhatItAnnounces) {
     for (const Vec3f& p : square.positions) radiance.push_back(Rgb(p.x > 0.1f ? 1.0f : 0.2f, p.z, 0.5f));
     std::vector<Rgb> known(radiance.size(), Rgb(std::numeric_limits<float>::quiet_NaN()));
     const auto instances_with = [&](std::span<const Rgb> values) {
-        return std::vector<PreviewInstance>{{&square, {}, values},
-                                            {&square, {{0.3f, 0.4f, 0.2f}, 0.5f}, radiance}};
+        return std::vector<BakedInstance>{{"", &square, {}, values},
+                                          {"", &square, {{0.3f, 0.4f, 0.2f}, 0.5f}, radiance}};
     };
     const Camera eye = camera({0.3f, 1, 0.2f}, {0, 0, 0}, 60, 40);
     Preview preview;
@@ -101,8 +101,8 @@ TEST(Preview, PlacesAndScalesInstances) {
     const std::vector<Rgb> red(square.positions.size(), Rgb(1, 0, 0)),
         green(square.positions.size(), Rgb(0, 1, 0));
     // The second lies above the first, moved to the right half of the view.
-    const std::vector<PreviewInstance> instances{{&square, {{0, 0, 0}, 4}, red},
-                                                 {&square, {{0.5f, 0.5f, 0}, 1}, green}};
+    const std::vector<BakedInstance> instances{{"", &square, {{0, 0, 0}, 4}, red},
+                                               {"", &square, {{0.5f, 0.5f, 0}, 1}, green}};
     Preview preview;
     const Image image = preview.draw(camera({0, 1, 0}, {0, 0, 0}, 40, 40), instances, black);
     const auto at = [&](int column, int row) { return image.pixels[std::size_t(row * 40 + column)]; };
@@ -128,7 +128,7 @@ TEST(Preview, SmoothsEdgesToTheirCoverage) {
     // A half plane whose edge runs obliquely through the picture: the mean is the share that it covers.
     const Mesh square = square_mesh(200, 0);
     const std::vector<Rgb> white(square.positions.size(), Rgb(1.0f));
-    const PreviewInstance instance{&square, {{100.03f, 0, 7}, 1}, white};
+    const BakedInstance instance{"", &square, {{100.03f, 0, 7}, 1}, white};
     Preview preview;
     Camera turned = camera({0, 1, 0}, {0.02f, 0, 0.05f}, 64, 64);
     const Image image = preview.draw(turned, std::span(&instance, 1), black);
@@ -145,7 +145,7 @@ TEST(Preview, DoesNotDependOnTheNumberOfThreads) {
     const Mesh ball = sphere_mesh({0, 0, 0}, 0.8f, 20);
     std::vector<Rgb> radiance;
     for (const Vec3f& p : ball.positions) radiance.push_back(p * 0.5f + Vec3f(0.5f));
-    const PreviewInstance instance{&ball, {}, radiance};
+    const BakedInstance instance{"", &ball, {}, radiance};
     std::vector<Rgb> wanted;
     for (const std::size_t threads : {1u, 2u, 8u}) {
         Preview preview;

@@ -164,7 +164,7 @@ TEST_F(TexturedMesh, MappedSliversHaveTheLightOfTheirMiddle) {
 
 TEST_F(TexturedMesh, ThePreviewShowsTheSame) {
     const std::vector<Rgb> under = light.of(mesh, 1), over = light.of(mesh, 0.2f);
-    const PreviewInstance instance{&mesh, {}, under, over, surfaces};
+    const BakedInstance instance{"", &mesh, {}, under, over, surfaces};
     const auto points = Preview().points(camera, {&instance, 1});
     Camera fine = camera;  // so fine that no pixel differs from its neighbours, and has one ray
     fine.vertical_fov = camera.vertical_fov / 200;
@@ -200,7 +200,7 @@ TEST_F(TexturedMesh, WhereTheImageIsNotOpaqueThereIsNoSurface) {
     }
     EXPECT_GT(open, 10u);
     // The preview's rays pass where less than half is opaque.
-    const PreviewInstance shown{&mesh, {}, under, over, surfaces};
+    const BakedInstance shown{"", &mesh, {}, under, over, surfaces};
     const auto points = Preview().points(camera, {&shown, 1});
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double opacity = image_channel(holed, point_at(i), 3);

@@ -58,10 +58,10 @@ public:
         }
         if (!is_picture) return write_povray(output / fmt::format("frame_{:04}", frame));
         Result<Done> shaded = Done{};
-        std::vector<PreviewInstance> instances = preview_instances();
+        std::vector<BakedInstance> instances = displayed_instances();
         const auto shade_seen = [&](const VertexMask& seen) {
             shaded = timed([&] { return session.frame_of(seen, quality, progress); });
-            if (shaded) std::ranges::copy(preview_instances(), instances.begin());
+            if (shaded) std::ranges::copy(displayed_instances(), instances.begin());
             return bool(shaded);
         };
         const RunTime shading_before = shading_;
@@ -87,34 +87,22 @@ private:
         return result;
     }
 
-    /// With the radiance that the session has, if it has one yet: valid until it is asked for again.
-    std::vector<PreviewInstance> preview_instances() {
-        std::vector<PreviewInstance> instances;
-        const SceneColours& radiance = stage_.session->radiance();
+    /// Returns the instances with the radiance of the session, if it has any: valid until the next call.
+    std::vector<BakedInstance> displayed_instances() {
+        std::vector<BakedInstance> instances;
+        const bool is_shaded = !stage_.session->radiance().empty();
         seen_.resize(stage_.scene.instances.size());
         for (std::size_t i = 0; i < stage_.scene.instances.size(); ++i) {
-            const Instance& instance = stage_.scene.instances[i];
-            PreviewInstance& added =
-                instances.emplace_back(PreviewInstance{&mesh(i), instance.placement, {}});
-            const std::vector<Surface>& surfaces = entities_.of_instance(i).surfaces;
-            const bool is_plain = all_plain(surfaces);
-            if (!is_plain) added.surfaces = surfaces;
-            if (radiance.empty()) continue;
-            if (!is_plain) seen_[i] = seen_radiance(mesh(i), surfaces, stage_.session->outgoing(i));
-            added.radiance = is_plain ? radiance[i] : seen_[i].under;
-            if (!is_plain) added.over = seen_[i].over;
+            const SceneEntity& entity = entities_.of_instance(i);
+            instances.push_back(
+                baked_instance(stage_.scene.instances[i], entity, entity.mesh.fine,
+                               is_shaded ? stage_.session->outgoing(i) : std::vector<Outgoing>(), seen_[i]));
         }
         return instances;
     }
 
-    const Mesh& mesh(std::size_t instance) const { return entities_.of_instance(instance).mesh.fine; }
-
     Result<Done> write_povray(const std::filesystem::path& folder) {
-        std::vector<BakedInstance> instances;
-        const std::vector<PreviewInstance> shown = preview_instances();
-        for (std::size_t i = 0; i < shown.size(); ++i)
-            instances.push_back({stage_.scene.instances[i].name, shown[i].mesh, shown[i].placement,
-                                 shown[i].radiance, shown[i].over, shown[i].surfaces});
+        const std::vector<BakedInstance> instances = displayed_instances();
         LatLongImage background = stage_.backgrounds[0];
         for (std::size_t p = 0; p < background.pixels.size(); ++p) {
             const auto width = static_cast<std::size_t>(background.width);
@@ -132,7 +120,7 @@ private:
     const RelightStage& stage_;
     const SceneEntities& entities_;
     Preview preview_;
-    std::vector<SeenRadiance> seen_;  ///< By instance; empty where surfaces are plain.
+    std::vector<SeenRadiance> seen_;  ///< By instance.
     RunTime drawing_, shading_;
 };
 

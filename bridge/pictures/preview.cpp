@@ -37,14 +37,14 @@ struct PixelPlace {
 };
 
 /// The image over a triangle; null if there is none.
-const Texture* texture_of(const PreviewInstance& instance, const std::array<std::uint32_t, 3>& triangle) {
+const Texture* texture_of(const BakedInstance& instance, const std::array<std::uint32_t, 3>& triangle) {
     if (instance.surfaces.empty()) return nullptr;
     return instance.surfaces[instance.mesh->vertex_materials[triangle[0]]].texture.get();
 }
 
 /// Passes rays through texels that are less than half opaque.
 void pass_cut_outs(const RTCFilterFunctionNArguments* arguments) {
-    const auto& instance = *static_cast<const PreviewInstance*>(arguments->geometryUserPtr);
+    const auto& instance = *static_cast<const BakedInstance*>(arguments->geometryUserPtr);
     for (unsigned i = 0; i < arguments->N; ++i) {
         if (arguments->valid[i] == 0) continue;
         const auto& triangle = instance.mesh->triangles[RTCHitN_primID(arguments->hit, arguments->N, i)];
@@ -58,7 +58,7 @@ void pass_cut_outs(const RTCFilterFunctionNArguments* arguments) {
     }
 }
 
-bool has_cut_outs(const PreviewInstance& instance) {
+bool has_cut_outs(const BakedInstance& instance) {
     return std::ranges::any_of(instance.surfaces, [](const Surface& surface) {
         return surface.texture && surface.texture->has_alpha;
     });
@@ -83,20 +83,20 @@ struct Preview::Rays {
     EmbreeDevice device;
     std::map<const Mesh*, OwnedScene> meshes;
     /// What pass_cut_outs is told: the mesh, and surfaces that live as long as it.
-    std::map<const Mesh*, PreviewInstance> cut_outs;
+    std::map<const Mesh*, BakedInstance> cut_outs;
 
-    const OwnedScene& scene_of(const PreviewInstance& instance);
-    OwnedScene scene_of(std::span<const PreviewInstance> instances);
+    const OwnedScene& scene_of(const BakedInstance& instance);
+    OwnedScene scene_of(std::span<const BakedInstance> instances);
 };
 
-const OwnedScene& Preview::Rays::scene_of(const PreviewInstance& instance) {
+const OwnedScene& Preview::Rays::scene_of(const BakedInstance& instance) {
     const Mesh& mesh = *instance.mesh;
     const auto known = meshes.find(&mesh);
     if (known != meshes.end()) return known->second;
     OwnedScene scene(rtcNewScene(device.get()), &rtcReleaseScene);
     const std::shared_ptr<RTCGeometryTy> geometry = device.triangles(mesh.positions, mesh.triangles);
     if (has_cut_outs(instance)) {
-        PreviewInstance& told = cut_outs.insert_or_assign(&mesh, instance).first->second;
+        BakedInstance& told = cut_outs.insert_or_assign(&mesh, instance).first->second;
         told.radiance = told.over = {};
         rtcSetGeometryUserData(geometry.get(), &told);
         rtcSetGeometryIntersectFilterFunction(geometry.get(), pass_cut_outs);
@@ -107,10 +107,10 @@ const OwnedScene& Preview::Rays::scene_of(const PreviewInstance& instance) {
     return meshes.emplace(&mesh, std::move(scene)).first->second;
 }
 
-OwnedScene Preview::Rays::scene_of(std::span<const PreviewInstance> instances) {
+OwnedScene Preview::Rays::scene_of(std::span<const BakedInstance> instances) {
     OwnedScene scene(rtcNewScene(device.get()), &rtcReleaseScene);
     for (std::size_t i = 0; i < instances.size(); ++i) {
-        const PreviewInstance& instance = instances[i];
+        const BakedInstance& instance = instances[i];
         const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(geometry, scene_of(instance).get());
         const std::array<float, 12> columns = instance.placement.columns();
@@ -128,7 +128,7 @@ namespace {
 /// One picture while it is drawn.
 class Drawing {
 public:
-    Drawing(const Camera& camera, std::span<const PreviewInstance> instances, const Background& background,
+    Drawing(const Camera& camera, std::span<const BakedInstance> instances, const Background& background,
             RTCScene scene)
         : width_(camera.width),
           height_(camera.height),
@@ -256,7 +256,7 @@ private:
 
     Sample sample_of(const std::optional<MeshPoint>& seen, const Vec3f& along) const {
         if (!seen) return {background_(along), RTC_INVALID_GEOMETRY_ID};
-        const PreviewInstance& instance = instances_[seen->instance];
+        const BakedInstance& instance = instances_[seen->instance];
         const auto& triangle = instance.mesh->triangles[seen->triangle];
         const auto mean = [&](const auto& values) {
             return values[triangle[0]] * (1 - seen->u - seen->v) + values[triangle[1]] * seen->u +
@@ -271,7 +271,7 @@ private:
 
     VertexMask vertices_of(std::span<const std::optional<MeshPoint>> seen) const {
         VertexMask vertices;
-        for (const PreviewInstance& instance : instances_)
+        for (const BakedInstance& instance : instances_)
             vertices.emplace_back(instance.mesh->positions.size(), std::uint8_t(0));
         for (const std::optional<MeshPoint>& point : seen)
             if (point)
@@ -309,7 +309,7 @@ private:
     }
 
     const int width_, height_;
-    const std::span<const PreviewInstance> instances_;
+    const std::span<const BakedInstance> instances_;
     const Background& background_;
     const RTCScene scene_;
     const Vec3f origin_;
@@ -322,22 +322,22 @@ private:
 Preview::Preview() : rays_(std::make_unique<Rays>()) {}
 Preview::~Preview() = default;
 
-Image Preview::draw(const Camera& camera, std::span<const PreviewInstance> instances,
+Image Preview::draw(const Camera& camera, std::span<const BakedInstance> instances,
                     const Background& background, const BeforeReading& before_reading) {
     const OwnedScene scene = rays_->scene_of(instances);
     return Drawing(camera, instances, background, scene.get()).image(before_reading);
 }
 
 std::vector<std::optional<MeshPoint>> Preview::points(const Camera& camera,
-                                                      std::span<const PreviewInstance> instances) {
+                                                      std::span<const BakedInstance> instances) {
     const OwnedScene scene = rays_->scene_of(instances);
     return Drawing(camera, instances, {}, scene.get()).points();
 }
 
-std::vector<PreviewInstance> preview_instances(const ShadedScene& scene, const SceneColours& radiance) {
-    std::vector<PreviewInstance> instances;
+std::vector<BakedInstance> preview_instances(const ShadedScene& scene, const SceneColours& radiance) {
+    std::vector<BakedInstance> instances;
     for (const ShadedInstance& instance : scene.instances) {
-        instances.push_back({scene.entities[instance.entity].mesh, instance.placement, {}});
+        instances.push_back({"", scene.entities[instance.entity].mesh, instance.placement, {}});
         if (!radiance.empty()) instances.back().radiance = radiance[instances.size() - 1];
     }
     return instances;

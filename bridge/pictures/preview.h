@@ -6,31 +6,18 @@
 #include <memory>
 #include <span>
 
-#include "fields/mesh/mesh.h"
+#include "scenes/baked_instance.h"
 #include "scenes/image.h"
-#include "scenes/scene.h"
-#include "scenes/surface.h"
 #include "shading/bake/mesh_point.h"
 #include "shading/bake/renderer.h"
 #include "shading/scene/vertex_loop.h"
 
 namespace haarfield {
 
-/// One object. Mesh and radiance must outlive the picture.
-struct PreviewInstance {
-    const Mesh* mesh = nullptr;  ///< The fine one.
-    Placement placement;
-    std::span<const Rgb> radiance;  ///< One per vertex. [W/(m^2 sr)]
-    /// As BakedInstance has them. Where an image is less than half opaque there is no surface. Those of one
-    /// mesh are the same in all of its instances.
-    std::span<const Rgb> over{};
-    std::span<const Surface> surfaces{};
-};
-
 /// Returns the instances of a scene without images. The arguments must outlive the result.
 ///
 /// radiance  by instance; empty: for Preview::points alone, which reads none.
-std::vector<PreviewInstance> preview_instances(const ShadedScene& scene, const SceneColours& radiance = {});
+std::vector<BakedInstance> preview_instances(const ShadedScene& scene, const SceneColours& radiance = {});
 
 /// Radiance from a direction (of any length but zero). Called from many threads at once.
 using Background = std::function<Rgb(const Vec3f& direction)>;
@@ -58,12 +45,12 @@ public:
     ///
     /// cost  some 30 ms for 640 x 480 pixels on two cores; for a mesh that is new, some 0.1 s per 100,000
     ///       triangles.
-    Image draw(const Camera& camera, std::span<const PreviewInstance> instances, const Background& background,
+    Image draw(const Camera& camera, std::span<const BakedInstance> instances, const Background& background,
                const BeforeReading& before_reading = {});
 
     /// What the centres of the camera's pixels show, row by row from the top; nothing where no object is.
     std::vector<std::optional<MeshPoint>> points(const Camera& camera,
-                                                 std::span<const PreviewInstance> instances);
+                                                 std::span<const BakedInstance> instances);
 
 private:
     struct Rays;

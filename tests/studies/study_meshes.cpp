@@ -73,9 +73,9 @@ struct LitScene {
         SceneRadiance radiance;
         for (const RadiantMesh& mesh : meshes) radiance.push_back(mesh.radiance);
         const SceneColours colours = total(radiance);
-        std::vector<PreviewInstance> instances;
+        std::vector<BakedInstance> instances;
         for (std::size_t i = 0; i < meshes.size(); ++i)
-            instances.push_back({&meshes[i].mesh, description.instances[i].placement, colours[i]});
+            instances.push_back({"", &meshes[i].mesh, description.instances[i].placement, colours[i]});
         return Preview().draw(description.camera, instances, [](const Vec3f&) { return Rgb(0.0f); });
     }
 };

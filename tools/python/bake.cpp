@@ -141,13 +141,9 @@ py::array picture_of(const Bake& bake) {
     const PreparedScene& prepared = *bake.prepared;
     const auto image = std::make_shared<const Image>(long_call<Image>(py::none(), [&](const Progress&) {
         const LatLongImage background = image_with_suns(prepared.light.environment);
-        std::vector<PreviewInstance> instances;
-        for (const BakedInstance& instance : bake.baked.instances)
-            instances.push_back(
-                {instance.mesh, instance.placement, instance.radiance, instance.over, instance.surfaces});
-        return Result<Image>(Preview().draw(prepared.scene.camera, instances, [&](const Vec3f& direction) {
-            return radiance_from(background, Vec3d(direction));
-        }));
+        return Result<Image>(Preview().draw(
+            prepared.scene.camera, bake.baked.instances,
+            [&](const Vec3f& direction) { return radiance_from(background, Vec3d(direction)); }));
     }));
     return pixels_of(image);
 }

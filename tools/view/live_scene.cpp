@@ -320,7 +320,7 @@ void LiveScene::take_colours(Stage& stage, const Design& design, const VertexMas
 }
 
 Image LiveScene::picture(const Design& design, Preview& preview) {
-    std::vector<PreviewInstance> instances;
+    std::vector<BakedInstance> instances;
     std::vector<std::vector<Rgb>> under, over;
     for (const std::uint32_t id : design.ids) {
         const auto known = colours_.find(id);
@@ -330,8 +330,8 @@ Image LiveScene::picture(const Design& design, Preview& preview) {
     }
     for (std::size_t i = 0; i < design.ids.size(); ++i) {
         const SceneEntity& entity = *entities_->entities[design.entities[i]];
-        PreviewInstance& added = instances.emplace_back(
-            PreviewInstance{&entity.mesh.fine, design.scene.instances[i].placement, under[i]});
+        BakedInstance& added = instances.emplace_back(
+            BakedInstance{"", &entity.mesh.fine, design.scene.instances[i].placement, under[i]});
         if (all_plain(entity.surfaces)) continue;
         added.over = over[i];
         added.surfaces = entity.surfaces;
