@@ -7,8 +7,6 @@
 #include "shading/bake/ray_renderer.h"
 #include "shading/bake/render_passes.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 
@@ -25,14 +23,14 @@ const std::map<std::string, RenderPass> render_pass_of{
 /// indirect  becomes the scene's, if there are bounces.
 Result<Done> shade_fine(const PointShading& direct, const BakeOptions& options,
                         std::optional<IndirectLight>& indirect, const Progress& progress, BakedScene& baked) {
-    if (options.evaluator == "tree") {
+    if (options.evaluator == Evaluator::tree) {
         Result<SceneRadiance> radiance = bounced_radiance(direct, indirect, progress);
         if (!radiance) return radiance.error();
         baked.fine = std::move(*radiance);
         return Done{};
     }
     Result<SceneRadiance> radiance =
-        options.evaluator == "rays"
+        options.evaluator == Evaluator::rays
             ? ray_scene_radiance(direct.scene, options.samples, progress, direct.sharing)
             : dense_scene_radiance(direct.scene, direct.settings, progress, direct.sharing);
     if (!radiance) return radiance.error();
@@ -68,7 +66,7 @@ Result<Done> shade(const PointShading& shading, const SceneEntities& entities, c
         if (!fine) return fine.error();
         baked.refined = std::move(*fine);
     }
-    if (options.colours == "fitted") return fit_radiance(shading, baked.refined, progress);
+    if (options.colours == BakedColours::fitted) return fit_radiance(shading, baked.refined, progress);
     return Done{};
 }
 
@@ -159,8 +157,8 @@ Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const
     const bool is_refined = !baked.refined.empty();
     const PassShading bake{
         shading, is_refined ? std::span<const SampledMesh>(shaded.meshes) : std::span<const SampledMesh>(),
-        options.colours == "fitted", options.evaluator == "dense",
-        options.evaluator == "rays" ? options.samples : 0};
+        options.colours == BakedColours::fitted, options.evaluator == Evaluator::dense,
+        options.evaluator == Evaluator::rays ? options.samples : 0};
     Result<std::vector<SceneRadiance>> values = render_passes(bake, shaded.radiance, wanted, progress);
     if (!values) return values.error();
     if (is_partial(shading.sharing)) return Done{};
@@ -193,13 +191,9 @@ std::vector<std::string> pass_names() {
 }
 
 Result<Done> check_bake(const BakeOptions& options) {
-    if (options.evaluator != "tree" && options.evaluator != "dense" && options.evaluator != "rays")
-        return Error{"evaluator", fmt::format("is \"{}\"; expected tree, dense or rays", options.evaluator)};
     if (options.samples < 1) return Error{"samples", "is 0; expected at least 1"};
-    if (options.colours != "sampled" && options.colours != "fitted")
-        return Error{"colours", fmt::format("is \"{}\"; wanted sampled or fitted", options.colours)};
-    if (options.evaluator != "tree" && (options.refine || options.colours == "fitted"))
-        return Error{"evaluator " + options.evaluator,
+    if (options.evaluator != Evaluator::tree && (options.refine || options.colours == BakedColours::fitted))
+        return Error{options.evaluator == Evaluator::dense ? "evaluator dense" : "evaluator rays",
                      "knows vertices only; wanted neither refine nor colours fitted"};
     for (auto pass = options.passes.begin(); pass != options.passes.end(); ++pass) {
         if (!render_pass_of.contains(*pass))
@@ -219,7 +213,7 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
     PointShading shading{shaded, *geometry, light, settings, nullptr, nullptr, sharing};
     BakedScene baked;
     std::optional<IndirectLight> indirect;
-    const bool is_fine = !options.refine && options.colours == "sampled";
+    const bool is_fine = !options.refine && options.colours == BakedColours::sampled;
     if (is_fine) {
         if (const Result<Done> done = shade_fine(shading, options, indirect, progress, baked); !done)
             return done.error();

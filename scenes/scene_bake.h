@@ -9,22 +9,33 @@
 
 namespace haarfield {
 
-/// How a bake shades, in the words of the command line.
+/// How direct light is integrated. All add the same indirect light.
+enum class Evaluator {
+    tree,   ///< Wavelet product integrals.
+    dense,  ///< Plain sums over texels, slow.
+    rays,   ///< Monte Carlo integration.
+};
+
+/// How colours of vertices are chosen.
+enum class BakedColours {
+    sampled,  ///< The radiance at the vertices.
+    fitted,   ///< See fit_radiance.
+};
+
+/// How a bake shades.
 struct BakeOptions {
-    /// Or dense: plain sums, slow; or rays: direct light by Monte Carlo integration. Both add the indirect
-    /// light of `tree`.
-    std::string evaluator = "tree";
+    Evaluator evaluator = Evaluator::tree;
     std::optional<float> refine;  ///< RefinementSettings::tolerance; none: at the fine meshes' vertices.
     std::optional<std::size_t> vertex_budget;  ///< With `refine`; none: usual_vertex_budget.
-    std::string colours = "sampled";           ///< Or fitted: see fit_radiance.
-    std::vector<std::string> passes;           ///< Of pass_names.
-    std::uint32_t samples = 1024;              ///< At each vertex, by the evaluator rays.
+    BakedColours colours = BakedColours::sampled;
+    std::vector<std::string> passes;  ///< Of pass_names.
+    std::uint32_t samples = 1024;     ///< At each vertex, by Evaluator::rays.
 };
 
 /// The passes that there are: diffuse, indirect, irradiance, occlusion, own-shadow, specular.
 std::vector<std::string> pass_names();
 
-/// Refuses words that are not known, and what can not be had together.
+/// Refuses passes that are not known and options that exclude each other.
 Result<Done> check_bake(const BakeOptions& options);
 
 /// The default of RefinementSettings, or half as many vertices again as the models' surfaces have in all

@@ -74,7 +74,7 @@ TEST(ThreadCount, IsWhatWasAskedForInEveryComputation) {
         EXPECT_TRUE(baked_scene(scene, entities, shaded, settings, baking, watch.progress()));
         watch.check("after a bake");
         baking.refine = 0.05f;
-        baking.colours = "fitted";
+        baking.colours = BakedColours::fitted;
         EXPECT_TRUE(baked_scene(scene, entities, shaded, settings, baking, watch.progress()));
         watch.check("after refinement");
 

@@ -1,4 +1,3 @@
-#include "bridge/files/glb_file.h"
 #include "bridge/files/mesh_file.h"
 #include "scenes/original_vertices.h"
 #include "scenes/scene_bake.h"
@@ -18,12 +17,8 @@ namespace {
 
 struct BakeCommandOptions {
     SceneOptions scene;
-    FieldOptions fields;
-    OcclusionOptions occlusion;
-    RenderSettings settings;
+    RenderChoices render;
     std::string output;
-    BakeOptions shading;
-    BounceOptions bounces;
     std::vector<std::string> formats{"ply"};
     bool no_render = false;
 };
@@ -37,51 +32,6 @@ Result<BakedFiles> written_scene(const std::filesystem::path& folder, const std:
         context.warn(fmt::format("{}: the radiance of {} vertices is clamped to [0, 65000]", name,
                                  files->clamped_vertices));
     return files;
-}
-
-/// Adds --evaluator, --refine, --vertex-budget, --colours and --pass.
-void add_bake_options(CLI::App& command, BakeOptions& options) {
-    command
-        .add_option(
-            "--evaluator", options.evaluator,
-            "tree: wavelet product integrals; dense: plain sums, slow; rays: direct light by sampling "
-            "the environment and the BRDF, without fields. All add the same indirect light")
-        ->check(CLI::IsMember({"tree", "dense", "rays"}))
-        ->capture_default_str();
-    add_number(command, "--samples", options.samples,
-               "Sampled directions per vertex with --evaluator rays: more are slower and less noisy",
-               {1, 1e8})
-        ->capture_default_str()
-        ->type_name("N");
-    add_number(command, "--refine", options.refine,
-               "Split triangles where interpolated radiance is off by more than this, relative to it "
-               "plus the mean radiance",
-               {1e-4, 1})
-        ->type_name("E");
-    add_number(
-        command, "--vertex-budget", options.vertex_budget,
-        "At most so many vertices with --refine; 60000 if none are given, or half as many again as the "
-        "models have, whichever is more",
-        {1, 50e6})
-        ->type_name("N");
-    command
-        .add_option("--colours", options.colours,
-                    "sampled: radiance at the vertices; fitted: what interpolates best between them, too")
-        ->check(CLI::IsMember({"sampled", "fitted"}))
-        ->capture_default_str();
-    command
-        .add_option(
-            "--pass", options.passes,
-            "What is wanted beside the full picture, separated by commas, each as PASS.png, "
-            "PASS/NAME_PASS.pov "
-            "and values in the mesh. diffuse: without highlights; specular: these alone (both without "
-            "images); irradiance: W/m^2, in the picture as white paint shows it; occlusion: the share of the "
-            "hemisphere that is open; own-shadow: each object as if it were alone; indirect: what bounces "
-            "alone")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::IsMember(pass_names()))
-        ->type_name("PASS");
 }
 
 /// original_bake, with a warning of what has no light, and a word on what is without effect.
@@ -108,32 +58,29 @@ OriginalBake at_original_vertices(const Scene& scene, const SceneEntities& entit
 }
 
 Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context) {
-    if (const Result<Done> good = check_bake(options.shading); !good) return good.error();
+    if (const Result<Done> good = check_bake(options.render.bake); !good) return good.error();
     const std::filesystem::path output = options.output;
     Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
     Result<Environment> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
+    const Result<SceneEntities> entities = opened_entities(*scene, options.render, output, context);
     if (!entities) return entities.error();
     if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
         return placed.error();
     expose_room(*scene, *entities, *environment, context);
 
     const ShadedScene shaded = shaded_scene(*scene, *entities, std::move(*environment));
-    RenderSettings settings = options.settings;
-    settings.face_size = options.fields.face_size;
-    apply_occlusion(options.occlusion, settings);
-    apply_bounces(options.bounces, settings);
     const Stopwatch watch;
     std::optional<PointSharing> sharing;
     if (context.share) sharing = point_sharing(*context.share);
-    const Result<BakedScene> baked = baked_scene(*scene, *entities, shaded, settings, options.shading,
-                                                 context.progress, sharing ? &*sharing : nullptr);
+    const Result<BakedScene> baked =
+        baked_scene(*scene, *entities, shaded, options.render.shading, options.render.bake, context.progress,
+                    sharing ? &*sharing : nullptr);
     if (!baked) return baked.error();
     if (context.share && !context.share->joins) return ExitCode::done;
     if (baked->refinement)
-        context.report["refinement"] = {{"tolerance", *options.shading.refine},
+        context.report["refinement"] = {{"tolerance", *options.render.bake.refine},
                                         {"vertex_budget", baked->refinement->vertex_budget},
                                         {"largest_error", baked->refinement->largest_error},
                                         {"shaded_points", baked->refinement->shaded_points},
@@ -149,9 +96,10 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
     for (const BakedInstance& instance : instances) vertices += instance.radiance.size();
     context.report["vertices"] = vertices;
     report_time(context.report, "shade", shading);
-    context.report["evaluator"] = options.shading.evaluator;
-    if (options.shading.evaluator == "rays") context.report["samples"] = options.shading.samples;
-    context.report["occlusion"] = options.occlusion.choice;
+    context.report["evaluator"] = render_option("evaluator").text(options.render);
+    if (options.render.bake.evaluator == Evaluator::rays)
+        context.report["samples"] = options.render.bake.samples;
+    context.report["occlusion"] = render_option("occlusion").text(options.render);
     context.print("baked  {} vertices of {} instances in {:.2f} s\n", vertices, instances.size(),
                   shading.wall);
 
@@ -165,19 +113,18 @@ Result<ExitCode> run(const BakeCommandOptions& options, CommandContext& context)
         context.report["images"].push_back(image.string());
     context.print("scene  {} with {} includes\n", files->scene.string(), files->includes.size());
     std::optional<OriginalBake> original;
-    if (options.fields.original_vertices)
-        original =
-            at_original_vertices(*scene, *entities, instances,
-                                 std::ranges::find(options.formats, "glb") != options.formats.end(), context);
-    for (const std::string& format : options.formats) {
-        const std::filesystem::path mesh = output / (file_stem(*scene) + "." + format);
-        const auto write = format == "glb"   ? write_baked_glb
-                           : format == "csv" ? write_baked_csv
-                                             : write_baked_ply;
-        const std::vector<BakedInstance>& of_file = !original         ? instances
-                                                    : format == "glb" ? original->textured
-                                                                      : original->instances;
-        if (const Result<Done> written = write(mesh, of_file); !written) return written.error();
+    std::vector<MeshFormat> formats;
+    for (const std::string& name : options.formats)
+        formats.push_back(*std::ranges::find(mesh_formats(), name, &MeshFormat::name));
+    if (options.render.entities.original_vertices)
+        original = at_original_vertices(*scene, *entities, instances,
+                                        std::ranges::any_of(formats, &MeshFormat::has_images), context);
+    for (const MeshFormat& format : formats) {
+        const std::filesystem::path mesh = output / (file_stem(*scene) + "." + format.name);
+        const std::vector<BakedInstance>& of_file = !original           ? instances
+                                                    : format.has_images ? original->textured
+                                                                        : original->instances;
+        if (const Result<Done> written = format.write(mesh, of_file); !written) return written.error();
         context.report["meshes"].push_back(mesh.string());
         context.print("mesh   {}\n", mesh.string());
     }
@@ -221,28 +168,26 @@ Command bake_command(CLI::App& program) {
                     "Folder for NAME.pov, its includes, the mesh and the picture")
         ->required()
         ->type_name("DIR");
-    add_field_options(*app, options->fields);
-    CLI::Option* const original =
-        add_original_vertices(*app, options->fields)
-            ->description(
-                "Bake the vertices that the models' files list, and no others: the mesh has these, with the "
-                "files' faces, in the files' order. The scene's fine_vertices are without effect");
-    add_occlusion_options(*app, options->occlusion);
     add_picture_options(*app, options->scene);
-    app->add_flag("--no-render", options->no_render, "Do not run POV-Ray");
-    add_shading_options(*app, options->settings);
-    add_bake_options(*app, options->shading);
-    app->get_option("--refine")->excludes(original);
-    add_bounce_options(*app, options->bounces);
-    app->add_option(
-           "--format", options->formats,
-           "The mesh for other programs, separated by commas: ply; glb: glTF with linear radiance as "
-           "COLOR_0; csv: a table")
+    add_render_options(
+        *app, options->render,
+        {OptionSet::vertices, OptionSet::occlusion, OptionSet::lighting, OptionSet::depth, OptionSet::bake});
+    app->get_option("--refine")->excludes(app->get_option("--original-vertices"));
+    add_field_options(*app, options->render);
+    std::vector<std::string> formats;
+    std::string details;
+    for (const MeshFormat& format : mesh_formats()) {
+        formats.emplace_back(format.name);
+        details += fmt::format("{}`{}`: {}.", details.empty() ? "" : " ", format.name, format.summary);
+    }
+    app->add_option("--format", options->formats, "Formats of the mesh, separated by commas\n" + details)
         ->delimiter(',')
         ->allow_extra_args(false)
-        ->check(CLI::IsMember({"ply", "glb", "csv"}))
+        ->check(CLI::IsMember(formats))
         ->default_str("ply")
-        ->type_name("FORMAT");
+        ->type_name("FORMAT")
+        ->group(files_group);
+    app->add_flag("--no-render", options->no_render, "Do not run POV-Ray")->group(speed_group);
     app->footer(
         "Example:\n  haarfield bake scenes/single_chair.toml -o out/chair\n"
         "ends with out/chair/baked.png, and out/chair/single_chair_Chair.inc for a scene of your own.");

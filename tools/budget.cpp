@@ -19,10 +19,7 @@ namespace {
 
 struct BudgetOptions {
     SceneOptions scene;
-    FieldOptions fields;
-    OcclusionOptions occlusion;
-    RenderSettings settings;
-    BounceOptions bounces;
+    RenderChoices render;
     std::string output;
     std::size_t points = 400;
     std::uint32_t samples = 4096;
@@ -149,21 +146,16 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     if (const Result<Done> made = make_folder(output); !made) return made.error();
     Result<Environment> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
+    const Result<SceneEntities> entities = opened_entities(*scene, options.render, output, context);
     if (!entities) return entities.error();
     if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
         return placed.error();
     expose_room(*scene, *entities, *environment, context);
     const ShadedScene shaded = shaded_scene(*scene, *entities, *environment);
-    RenderSettings settings = options.settings;
-    settings.face_size = options.fields.face_size;
-    apply_occlusion(options.occlusion, settings);
-    apply_bounces(options.bounces, settings);
-
     Preview preview;
     const auto pixels = preview.points(scene->camera, preview_instances(shaded));
-    Result<SceneBudget> budget =
-        scene_budget(*entities, shaded, settings, options.points, pixels, context.progress, options.samples);
+    Result<SceneBudget> budget = scene_budget(*entities, shaded, options.render.shading, options.points,
+                                              pixels, context.progress, options.samples);
     if (!budget) return budget.error();
     report_entries(budget->entries, context);
     context.report["vertices"] = budget->vertices.size();
@@ -201,11 +193,9 @@ Command budget_command(CLI::App& program) {
     app->add_option("-o,--output", options->output, "Folder for budget.html and the fields")
         ->required()
         ->type_name("DIR");
-    add_field_options(*app, options->fields);
-    add_occlusion_options(*app, options->occlusion);
-    add_shading_options(*app, options->settings);
-    add_bounce_options(*app, options->bounces);
     add_view_options(*app, options->scene);
+    add_render_options(*app, options->render, {OptionSet::occlusion, OptionSet::lighting, OptionSet::depth});
+    add_field_options(*app, options->render);
     add_number(*app, "--points", options->points, "Random vertices, and pixels, at which errors are measured",
                {1, 1e6})
         ->capture_default_str()

@@ -6,6 +6,7 @@
 #include "tools/interrupt.h"
 #include "tools/number_option.h"
 #include "tools/progress_bar.h"
+#include "tools/render_options.h"
 #include "tools/stopwatch.h"
 
 #include <fmt/format.h>
@@ -25,6 +26,15 @@ Result<ExitCode> guarded_run(const Command& command, CommandContext& context) {
     }
 }
 
+/// Prints the first line of each description. The manual page has all lines.
+class BriefHelp : public CLI::Formatter {
+public:
+    std::string make_option_desc(const CLI::Option* option) const override {
+        const std::string text = option->get_description();
+        return text.substr(0, text.find('\n'));
+    }
+};
+
 }  // namespace
 
 void CommandContext::warn(const std::string& text) {
@@ -33,18 +43,22 @@ void CommandContext::warn(const std::string& text) {
 }
 
 void add_common_options(CLI::App& command, CommonOptions& options) {
-    add_number(command, "--threads", options.threads, "Threads to use (default: one per core)", {1, 1024})
-        ->type_name("N");
-    command.add_flag("--quiet", options.quiet, "Say nothing but errors, and what --json asks for");
-    command.add_option("--report", options.report, "Write what was done as JSON, with counts and times")
-        ->type_name("FILE.json");
-    command.add_flag(
-        "--unsandboxed", options.unsandboxed,
-        "Read meshes and images even if this system cannot sandbox their readers. Only for files "
-        "that you trust");
+    add_number(command, "--threads", options.threads, "Number of threads (default: one per core)", {1, 1024})
+        ->type_name("N")
+        ->group(speed_group);
+    command.add_flag("--quiet", options.quiet, "Print only errors, and the output of --json");
+    command.add_option("--report", options.report, "Write a report with counts and times as JSON")
+        ->type_name("FILE.json")
+        ->group(files_group);
+    command
+        .add_flag("--unsandboxed", options.unsandboxed,
+                  "Accept readers of models and images without a sandbox\nFor systems that cannot sandbox "
+                  "the readers. Only for files that you trust.")
+        ->group(files_group);
 }
 
 std::vector<Command> all_commands(CLI::App& program, CommonOptions& options) {
+    program.formatter(std::make_shared<BriefHelp>());  // subcommands that are added later inherit it
     std::vector<Command> commands;
     for (const auto make :
          {import_command, precompute_command, bake_command, reference_command, compare_command,

@@ -1,26 +1,16 @@
 #pragma once
 /// Options that take numbers: a command takes them in no other way.
 
-#include "fields/base/range.h"
-#include "fields/base/vector.h"
+#include "tools/number_text.h"
 
 #include <CLI/CLI.hpp>
 
 #include <optional>
 #include <string>
-#include <string_view>
 #include <type_traits>
 #include <vector>
 
 namespace haarfield {
-
-/// A decimal number of a range; none if the text is anything else, or goes on after it.
-///
-/// whole  refuses fractions and exponents, too.
-std::optional<double> number_in(const Range& range, std::string_view text, bool whole = false);
-
-/// A place, from its three coordinates: `X,Y,Z`. [m]
-std::optional<Vec3f> place_in(std::string_view text);
 
 /// Refuses texts without a number_in. The message says what was found and which range was wanted; --help
 /// shows the range.

@@ -94,17 +94,13 @@ Result<Done> add_fields(const PlannedScene& planned, const std::vector<std::stri
                         FarmPlan& plan) {
     const Result<JobOptions> job_settings = job_options(arguments);
     if (!job_settings) return job_settings.error();
-    const FieldOptions& fields = job_settings->fields;
+    const SceneEntityOptions& fields = job_settings->render.entities;
+    const std::string folder = fields.fields_folder.string();
     std::vector<std::string> own{"precompute", planned.file, "-o", job_settings->output};
-    const auto add = [&own](const char* name, const auto& value) {
-        own.insert(own.end(), {name, fmt::format("{}", value)});
-    };
-    if (!fields.folder.empty()) add("--fields", fields.folder);
-    add("--face-size", fields.face_size);
-    add("--coefficients", fields.coefficients);
-    add("--visibility-error", fields.relative_l2_error);
-    if (fields.allow_unsealed) own.emplace_back("--allow-unsealed");
-    if (fields.original_vertices) own.emplace_back("--original-vertices");
+    if (!folder.empty()) own.insert(own.end(), {"--fields", folder});
+    const std::vector<std::string> given =
+        option_arguments(job_settings->render, {OptionSet::fields, OptionSet::vertices});
+    own.insert(own.end(), given.begin(), given.end());
     for (std::size_t i = 0; i < planned.scene.instances.size(); ++i) {
         const Instance& instance = planned.scene.instances[i];
         const Entity& entity = planned.scene.entities[instance.entity];
@@ -113,9 +109,9 @@ Result<Done> add_fields(const PlannedScene& planned, const std::vector<std::stri
             fmt::format("{}\n{}\n{} {} {} {}\n{}\n{} {} {} {} {}", entity.mesh.string(), entity.part,
                         fields.original_vertices ? 0 : entity.fine_vertices, entity.coarse_triangles,
                         entity.planar_samples, entity.spherical_samples,
-                        instance.shape == Shape() ? std::string() : shape_name(instance.shape), fields.folder,
-                        fields.folder.empty() ? job_settings->output : "", fields.face_size,
-                        fields.coefficients, fields.relative_l2_error);
+                        instance.shape == Shape() ? std::string() : shape_name(instance.shape), folder,
+                        folder.empty() ? job_settings->output : "", fields.face_size, fields.coefficients,
+                        fields.relative_l2_error);
         if (!known.insert(name).second) continue;
         PlanJob job;
         job.arguments = own;

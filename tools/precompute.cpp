@@ -9,14 +9,14 @@ namespace {
 
 struct PrecomputeOptions {
     SceneOptions scene;
-    FieldOptions fields;
+    RenderChoices render;
     std::string output = ".";
 };
 
 Result<ExitCode> run(const PrecomputeOptions& options, CommandContext& context) {
     const Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, options.output, context);
+    const Result<SceneEntities> entities = opened_entities(*scene, options.render, options.output, context);
     if (!entities) return entities.error();
     return ExitCode::done;
 }
@@ -29,8 +29,8 @@ Command precompute_command(CLI::App& program) {
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output, "Folder of a later bake (default: the current one)")
         ->type_name("DIR");
-    add_field_options(*app, options->fields);
-    add_original_vertices(*app, options->fields);
+    add_render_options(*app, options->render, {OptionSet::vertices});
+    add_field_options(*app, options->render);
     app->footer(
         "A field is reused if its mesh and settings are unchanged; a stale or damaged one is made anew.\n"
         "Example:\n  haarfield precompute scenes/table_and_chairs.toml --fields out/fields");

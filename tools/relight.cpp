@@ -186,7 +186,7 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     if (!scene) return scene.error();
     Result<std::vector<Environment>> environments = opened_environments(*scene, options, context);
     if (!environments) return environments.error();
-    const Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
+    const Result<SceneEntities> entities = opened_entities(*scene, options.render, output, context);
     if (!entities) return entities.error();
     if (const Result<Done> placed = place_camera(*scene, *entities, options.scene, context); !placed)
         return placed.error();
@@ -197,13 +197,11 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     RelightStage stage{options, std::move(*scene), {}, std::move(*environments), {}, {}, {}, nullptr};
     for (const Environment& environment : stage.environments)
         stage.backgrounds.push_back(image_with_suns(environment));
-    stage.settings.face_size = options.fields.face_size;
-    apply_occlusion(options.occlusion, stage.settings);
-    apply_bounces(options.bounces, stage.settings);
+    stage.settings = options.render.shading;
     stage.weights.assign(stage.environments.size(), 0);
     stage.weights[0] = 1;
     SeenSession relight(shaded_scene(stage.scene, *entities, stage.environments[0]), *entities,
-                        stage.settings, {options.pruning_error});
+                        stage.settings, options.render.transfer);
     stage.session = &relight;
     const Result<RelightMode> mode = chosen_mode(stage);
     if (!mode) return mode.error();
@@ -277,12 +275,10 @@ Command relight_command(CLI::App& program) {
     const auto options = std::make_shared<RelightOptions>();
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output, "Folder for the frames")->required()->type_name("DIR");
-    add_field_options(*app, options->fields);
-    options->occlusion.choice =
-        "fields";  // what moves is seen by its field while it does, and set-up is short
-    add_occlusion_options(*app, options->occlusion);
-    add_bounce_options(*app, options->bounces);
     add_view_options(*app, options->scene);
+    options->render.shading.occlusion = Occlusion::fields;  // moving objects use their fields; short set-up
+    add_render_options(*app, options->render, {OptionSet::occlusion, OptionSet::frames});
+    add_field_options(*app, options->render);
     CLI::Option_group* modes =
         app->add_option_group("Modes", "What varies; one of them, or --move and --rotate");
     CLI::Option* spin =
@@ -334,11 +330,6 @@ Command relight_command(CLI::App& program) {
     add_number(*app, "--fps", options->frames_per_second, "Frames a second of the movie", {1, 240})
         ->capture_default_str()
         ->type_name("N");
-    add_number(*app, "--pruning-error", options->pruning_error,
-               "By how much pruning the transfer vectors may change radiance; 0: not at all",
-               {0, 1, false, true})
-        ->capture_default_str()
-        ->type_name("E");
     app->footer(
         "Example:\n  haarfield relight scenes/table_and_chairs.toml -o out/spin --spin-light --frames 24\n"
         "leaves out/spin/frame_0001.png and so on; --move chair_1 0,0.5,0:1,0,0 lifts a chair and sets it "

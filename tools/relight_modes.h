@@ -9,9 +9,7 @@ namespace haarfield {
 
 struct RelightOptions {
     SceneOptions scene;
-    FieldOptions fields;
-    OcclusionOptions occlusion;
-    BounceOptions bounces;
+    RenderChoices render;
     std::string output;
     bool spin_light = false, orbit = false;
     std::vector<float> axis{0, 1, 0};                        ///< Of the spin.
@@ -24,7 +22,6 @@ struct RelightOptions {
     std::string format = "png";
     std::string movie;
     int frames_per_second = 24;  ///< Of the movie.
-    float pruning_error = TransferSettings().pruning_error;
 };
 
 /// The places of a path, `X,Y,Z:X,Y,Z:...`; none if one is no place_in.

@@ -12,9 +12,7 @@ namespace haarfield {
 
 namespace {
 
-constexpr Range shares{0, 1, false, true};
 constexpr Range exposures{-60, 60};  // [stops]
-constexpr Range bounce_numbers{0, any_bounces};
 constexpr const char* automatic = "auto";
 
 constexpr double much_clipped = 0.02;  // share of the objects' pixels
@@ -36,34 +34,41 @@ void add_scene_option(CLI::App& command, SceneOptions& options) {
 void add_view_options(CLI::App& command, SceneOptions& options) {
     command
         .add_option("--environment", options.environment,
-                    "Light from this lat-long image instead of the scene's")
-        ->type_name("FILE");
-    add_number_or_word(command, "--exposure", options.exposure,
-                       "Instead of the scene's: the light is multiplied by 2^STOPS; auto: so that white "
-                       "paint is just not clipped",
-                       exposures, automatic)
-        ->type_name("STOPS");
-    CLI::Option* view = add_number(command, "--view", options.view,
-                                   "Move the camera here; it keeps looking at its target", coordinates)
-                            ->delimiter(',')
-                            ->expected(3)
-                            ->type_name("X,Y,Z");
+                    "A lat-long image instead of the scene's environment")
+        ->type_name("FILE")
+        ->group(shown_group);
+    add_number_or_word(
+        command, "--exposure", options.exposure,
+        "Exposure instead of the scene's: radiance times 2^STOPS\n`auto`: the largest exposure "
+        "at which a white diffuse sphere (albedo 0.8) does not exceed 1.",
+        exposures, automatic)
+        ->type_name("STOPS")
+        ->group(shown_group);
+    CLI::Option* view =
+        add_number(command, "--view", options.view, "Position of the camera; the target stays", coordinates)
+            ->delimiter(',')
+            ->expected(3)
+            ->type_name("X,Y,Z")
+            ->group(shown_group);
     command
         .add_flag("--frame", options.frame,
-                  "Show all objects from the front right, as without a camera in the scene")
-        ->excludes(view);
+                  "Place the camera so that it shows all objects from the front right")
+        ->excludes(view)
+        ->group(shown_group);
 }
 
 void add_picture_options(CLI::App& command, SceneOptions& options) {
     add_view_options(command, options);
     add_number(command, "--antialiasing", options.antialiasing,
-               "POV-Ray traces N x N rays a pixel at edges; 0: one", {0, 9})
+               "POV-Ray traces N x N rays per pixel at edges; 0: one ray", {0, 9})
         ->capture_default_str()
-        ->type_name("N");
+        ->type_name("N")
+        ->group(accuracy_group);
     add_number(command, "--povray-patience", options.patience,
-               "A POV-Ray that tells of no progress for so many seconds is ended", {0.1, 1e6})
+               "End POV-Ray after this many seconds without progress", {0.1, 1e6})
         ->capture_default_str()
-        ->type_name("S");
+        ->type_name("S")
+        ->group(speed_group);
 }
 
 Result<Scene> opened_scene(const SceneOptions& options) {
@@ -170,84 +175,49 @@ std::string file_stem(const Scene& scene) {
     return fmt::format("{}_{:08x}", plain.substr(0, kept), sum);
 }
 
-void add_occlusion_options(CLI::App& command, OcclusionOptions& options) {
-    command
-        .add_option("--occlusion", options.choice,
-                    "How vertices see past other objects. fields: between samples of their fields, fast; "
-                    "exact: rasterized at the vertex; auto: that only where a field's own estimate of its "
-                    "error is too large")
-        ->check(CLI::IsMember({"fields", "exact", "auto"}))
-        ->capture_default_str();
-    add_number(command, "--occlusion-error", options.error,
-               "What is too large for --occlusion auto: RMS error of visibility, of which `info` shows "
-               "the estimates",
-               shares)
-        ->capture_default_str()
-        ->type_name("E");
-    add_number(
-        command, "--reach", options.reach,
-        "How far an object casts shadows: its radii, of the sphere round it. What lies beyond hides at "
-        "most 1 / R^2 of the light",
-        {1, 1e4})
-        ->capture_default_str()
-        ->type_name("R");
-}
-
-void apply_occlusion(const OcclusionOptions& options, RenderSettings& settings) {
-    settings.occlusion = options.choice == "fields"  ? Occlusion::fields
-                         : options.choice == "exact" ? Occlusion::exact
-                                                     : Occlusion::automatic;
-    settings.occlusion_error = options.error;
-    settings.reach = options.reach;
-}
-
 void add_unsealed_option(CLI::App& command, bool& allow_unsealed) {
-    command.add_flag("--allow-unsealed", allow_unsealed,
-                     "Take fields that another program saved again, if their own checksums hold");
+    const RenderOption& row = render_option("allow-unsealed");
+    command.add_flag("--" + row.name, allow_unsealed, row.summary + "\n" + row.details);
 }
 
-void add_field_options(CLI::App& command, FieldOptions& options) {
+void add_render_options(CLI::App& command, RenderChoices& choices, std::initializer_list<OptionSet> sets) {
+    for (const RenderOption* row : render_options(sets)) {
+        const auto set = [row, &choices](const std::string& text) { row->set_text(choices, text); };
+        const std::string text = row->summary + "\n" + row->details;
+        if (row->is_flag) {
+            command
+                .add_flag_callback(
+                    "--" + row->name, [set] { set("true"); }, text)
+                ->group(row->group);
+            continue;
+        }
+        const auto check = [row](const std::string& value) { return row->trouble(value); };
+        CLI::Option* option = command.add_option_function<std::string>("--" + row->name, set, text)
+                                  ->check(CLI::Validator(check, row->values()))
+                                  ->default_str(row->text(choices))
+                                  ->group(row->group);
+        if (!row->type.empty()) option->type_name(row->type);
+    }
+}
+
+void add_field_options(CLI::App& command, RenderChoices& choices) {
+    add_render_options(command, choices, {OptionSet::fields});
     command
-        .add_option("--fields", options.folder,
+        .add_option("--fields", choices.entities.fields_folder,
                     "Folder of the visibility fields (default: fields/ in the output)")
-        ->type_name("DIR");
-    command.add_option("--face-size", options.face_size, "Texels along an edge of the cubemaps")
-        ->check(CLI::IsMember(std::vector<std::string>{"16", "32", "64", "128", "256"}))
-        ->capture_default_str()
-        ->type_name("N");
-    add_number(command, "--coefficients", options.coefficients,
-               "At most so many wavelets of visibility a cubemap face; 0: no limit", {0, 65536})
-        ->capture_default_str()
-        ->type_name("M");
-    add_number(command, "--visibility-error", options.relative_l2_error,
-               "Drop wavelets of visibility up to this part of what is blocked or of what is open, whichever "
-               "is less (L2, of each cubemap); 0: none",
-               shares)
-        ->capture_default_str()
-        ->type_name("E");
-    add_unsealed_option(command, options.allow_unsealed);
+        ->type_name("DIR")
+        ->group(files_group);
 }
 
-CLI::Option* add_original_vertices(CLI::App& command, FieldOptions& options) {
-    return command.add_flag("--original-vertices", options.original_vertices,
-                            "At the vertices that the models' files list, and no others: the scene's "
-                            "fine_vertices are without effect");
-}
-
-SceneEntityOptions entity_options(const FieldOptions& options, const std::filesystem::path& output) {
-    SceneEntityOptions wanted;
-    wanted.fields_folder = options.folder.empty() ? output / "fields" : std::filesystem::path(options.folder);
-    wanted.face_size = options.face_size;
-    wanted.coefficients = options.coefficients;
-    wanted.relative_l2_error = options.relative_l2_error;
-    wanted.original_vertices = options.original_vertices;
-    if (options.allow_unsealed) wanted.unsealed = Unsealed::allowed;
+SceneEntityOptions entity_options(const RenderChoices& choices, const std::filesystem::path& output) {
+    SceneEntityOptions wanted = choices.entities;
+    if (wanted.fields_folder.empty()) wanted.fields_folder = output / "fields";
     return wanted;
 }
 
-Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
+Result<SceneEntities> opened_entities(const Scene& scene, const RenderChoices& choices,
                                       const std::filesystem::path& output, CommandContext& context) {
-    const SceneEntityOptions wanted = entity_options(options, output);
+    const SceneEntityOptions wanted = entity_options(choices, output);
     Result<SceneEntities> entities = prepare_scene_entities(scene, wanted, context.progress);
     if (!entities) return entities;
     for (const std::string& warning : entities->warnings) context.warn(warning);
@@ -278,32 +248,6 @@ Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& op
                       entity->field_seconds);
     }
     return entities;
-}
-
-void add_shading_options(CLI::App& command, RenderSettings& settings) {
-    add_number(command, "--depth", settings.depth,
-               "Levels of the trees that take part: less is faster and coarser", {0, full_depth})
-        ->capture_default_str()
-        ->type_name("D");
-    add_number(command, "--light-coefficients", settings.light_coefficients,
-               "Wavelets kept a cubemap face, of lighting; 0: all", {0, 65536})
-        ->capture_default_str()
-        ->type_name("M");
-}
-
-void add_bounce_options(CLI::App& command, BounceOptions& options) {
-    add_number_or_word(
-        command, "--bounces", options.bounces,
-        "How many times light goes from one diffuse surface to another; 0: direct light alone; "
-        "auto: as often as it changes more than a thousandth",
-        bounce_numbers, automatic)
-        ->capture_default_str()
-        ->type_name("N");
-}
-
-void apply_bounces(const BounceOptions& options, RenderSettings& settings) {
-    const std::optional<double> number = number_in(bounce_numbers, options.bounces, /*whole=*/true);
-    settings.bounces.most = number ? static_cast<int>(*number) : any_bounces;
 }
 
 Result<SceneEntities> opened_originals(const Scene& scene, CommandContext& context) {

@@ -1,20 +1,16 @@
 #pragma once
-/// What commands that take a scene share: the scene, what the command line changes in it, its light, its
-/// fields and how it is shaded.
+/// Options and steps that commands share: the scene, changes to it, its light, its fields and its shading.
 
 #include "bridge/povray/povray_process.h"
 #include "bridge/povray/reference_scene.h"
 #include "scenes/scene.h"
 #include "scenes/scene_entities.h"
 #include "tools/command.h"
+#include "tools/render_options.h"
 
 #include <optional>
 #include <span>
 #include <vector>
-
-namespace CLI {
-class Option;
-}
 
 namespace haarfield {
 
@@ -74,54 +70,21 @@ Result<Done> write_picture(const std::filesystem::path& exr, const Image& object
 /// The scene's name as POV-Ray's files take it, with `_` for what is not plain_name; of long ones a checksum.
 std::string file_stem(const Scene& scene);
 
-/// What all of these but reference ask of fields.
-struct FieldOptions {
-    std::string folder;  ///< Empty: `fields` in the output folder.
-    int face_size = 64;
-    int coefficients = FieldSettings().coefficients;
-    float relative_l2_error = FieldSettings().relative_l2_error;
-    bool allow_unsealed = false;
-    bool original_vertices = false;  ///< As SceneEntityOptions has it.
-};
-
-/// How vertices see past other instances; as RenderSettings has it.
-struct OcclusionOptions {
-    std::string choice = "auto";
-    float error = RenderSettings().occlusion_error;
-    float reach = RenderSettings().reach;
-};
-
-/// Adds --occlusion, --occlusion-error and --reach.
-void add_occlusion_options(CLI::App& command, OcclusionOptions& options);
-
-/// Takes the options over into settings.
-void apply_occlusion(const OcclusionOptions& options, RenderSettings& settings);
-
 /// Adds --allow-unsealed, as every command that reads fields has it.
 void add_unsealed_option(CLI::App& command, bool& allow_unsealed);
 
-/// Adds --fields, --face-size, --coefficients, --visibility-error and --allow-unsealed.
-void add_field_options(CLI::App& command, FieldOptions& options);
+/// Adds the options of some sets. The choices must outlive the command.
+void add_render_options(CLI::App& command, RenderChoices& choices, std::initializer_list<OptionSet> sets);
 
-/// Adds --original-vertices.
-CLI::Option* add_original_vertices(CLI::App& command, FieldOptions& options);
+/// Adds --fields and the options of OptionSet::fields.
+void add_field_options(CLI::App& command, RenderChoices& choices);
 
-/// What of them prepare_scene_entities is told.
-SceneEntityOptions entity_options(const FieldOptions& options, const std::filesystem::path& output);
+/// The options of entities, with the default of the folder of fields.
+SceneEntityOptions entity_options(const RenderChoices& choices, const std::filesystem::path& output);
 
 /// prepare_scene_entities, with warnings, messages and the report's `fields`; a line for each on stdout.
-Result<SceneEntities> opened_entities(const Scene& scene, const FieldOptions& options,
+Result<SceneEntities> opened_entities(const Scene& scene, const RenderChoices& choices,
                                       const std::filesystem::path& output, CommandContext& context);
-
-/// How many times light is followed from surface to surface: a number, or automatic.
-struct BounceOptions {
-    std::string bounces = "auto";
-};
-void add_bounce_options(CLI::App& command, BounceOptions& options);          ///< Adds --bounces.
-void apply_bounces(const BounceOptions& options, RenderSettings& settings);  ///< Sets them.
-
-/// Adds --depth and --light-coefficients.
-void add_shading_options(CLI::App& command, RenderSettings& settings);
 
 /// original_entities, with warnings.
 Result<SceneEntities> opened_originals(const Scene& scene, CommandContext& context);

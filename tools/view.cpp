@@ -16,15 +16,12 @@ namespace {
 
 struct ViewOptions {
     SceneOptions scene;
-    FieldOptions fields;
-    OcclusionOptions occlusion;
-    BounceOptions bounces;
+    RenderChoices render;
     std::string output;
     std::string lights;  ///< Folder.
     std::string address = "127.0.0.1";
     int port = 0;
     bool open = false;
-    float pruning_error = TransferSettings().pruning_error;
     int upload_megabytes = 64;
 };
 
@@ -132,7 +129,7 @@ Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
     if (!listening) return listening.error();
     ViewServer& server = **listening;
 
-    Result<SceneEntities> entities = opened_entities(*scene, options.fields, output, context);
+    Result<SceneEntities> entities = opened_entities(*scene, options.render, output, context);
     if (!entities) return entities.error();
     Result<Environment> light = opened_environment(*scene, context);
     if (!light) return light.error();
@@ -145,15 +142,12 @@ Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
     if (lights.empty() && !scene->environment.sky) lights = scene->environment.image.parent_path();
     LightShelf shelf(scene->environment, lights, output / "lights");
     ViewSettings settings;
-    settings.render.face_size = options.fields.face_size;
-    apply_occlusion(options.occlusion, settings.render);
-    apply_bounces(options.bounces, settings.render);
-    settings.transfer.pruning_error = options.pruning_error;
+    settings.render = options.render.shading;
+    settings.transfer = options.render.transfer;
     settings.scene_file = file;
     settings.session = random_token();
-    settings.tasks = {options.fields, options.occlusion, settings.render.bounces.most, output,
-                      context.threads};
-    if (settings.tasks.fields.folder.empty()) settings.tasks.fields.folder = (output / "fields").string();
+    settings.tasks = {options.render, output, context.threads};
+    settings.tasks.render.entities = entity_options(options.render, output);
     const Audience audience{[&](PageId page, const std::string& text) { server.tell(page, text); },
                             [&](const std::string& text) { server.tell_all(text); },
                             [&](SharedBytes frame) { server.show_all(std::move(frame)); },
@@ -184,10 +178,9 @@ Command view_command(CLI::App& program) {
            "Folder for fields, lights that pages send, bakes and pictures (default: NAME_view beside "
            "the scene)")
         ->type_name("DIR");
-    add_field_options(*app, options->fields);
-    add_occlusion_options(*app, options->occlusion);
-    add_bounce_options(*app, options->bounces);
     add_view_options(*app, options->scene);
+    add_render_options(*app, options->render, {OptionSet::occlusion, OptionSet::frames});
+    add_field_options(*app, options->render);
     app->add_option("--lights", options->lights,
                     "Folder of lat-long images to choose from (default: that of the scene's)")
         ->type_name("DIR");
@@ -204,12 +197,6 @@ Command view_command(CLI::App& program) {
                {1, 4096})
         ->capture_default_str()
         ->type_name("N");
-    add_number(
-        *app, "--pruning-error", options->pruning_error,
-        "By how much pruning the transfer vectors may change radiance while things move; 0: not at all",
-        {0, 1, false, true})
-        ->capture_default_str()
-        ->type_name("E");
     app->footer(
         "Example:\n  haarfield view scenes/table_and_chairs.toml --open\n"
         "prints the page's address, and ends with Ctrl-C. tools/view/PROTOCOL.md tells other programs how to "

@@ -1,11 +1,13 @@
 #include "bridge/files/mesh_file.h"
 
+#include "bridge/files/glb_file.h"
 #include "fields/file/write_file.h"
 #include "scenes/image.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 namespace haarfield {
@@ -143,6 +145,14 @@ Result<Done> write_baked_csv(const std::filesystem::path& file, std::span<const 
         }
     }
     return write_file(file, text);
+}
+
+std::span<const MeshFormat> mesh_formats() {
+    static constexpr std::array formats{
+        MeshFormat{"ply", "all instances in world space, with normals and passes", write_baked_ply},
+        MeshFormat{"glb", "glTF with images and linear radiance as COLOR_0", write_baked_glb, true},
+        MeshFormat{"csv", "a table of all vertices in world space", write_baked_csv}};
+    return formats;
 }
 
 }  // namespace haarfield

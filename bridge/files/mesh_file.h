@@ -29,4 +29,15 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
 /// cost    some 110 bytes a vertex.
 Result<Done> write_baked_csv(const std::filesystem::path& file, std::span<const BakedInstance> instances);
 
+/// A file format of baked meshes.
+struct MeshFormat {
+    const char* name;     ///< On the command line, and the ending of file names.
+    const char* summary;  ///< For --help and Python.
+    Result<Done> (*write)(const std::filesystem::path& file, std::span<const BakedInstance> instances);
+    bool has_images = false;  ///< The file has images of textures: OriginalBake::textured.
+};
+
+/// All formats; the first one is the default.
+std::span<const MeshFormat> mesh_formats();
+
 }  // namespace haarfield

@@ -29,7 +29,7 @@ def arguments_of(node):
 def signature_of(function):
     """The same from the first line of pybind11's docstrings."""
     line = re.match(r"(?:\w+)\((.*)\) -> ", function.__doc__).group(1)
-    names = re.findall(r"(?:^|, )\*{0,2}(\w+): [^=,]*?(?: = (.*?))?(?=, \*{0,2}\w+: |$)", line)
+    names = re.findall(r"(?:^|, )\*{0,2}(\w+): [^=,]*?(?: = (.*?))?(?=, (?:\*, )?\*{0,2}\w+: |$)", line)
     return [(name, ast.literal_eval(default) if default else None) for name, default in names]
 
 

@@ -102,7 +102,7 @@ Result<FieldJob> opened_field_job(const PlanJob& job, const Progress& progress) 
     const Instance instance = scene->instances[job.instance];
     scene->instances = {instance};
     scene->keyframes.clear();
-    SceneEntityOptions wanted = entity_options(options->fields, options->output);
+    SceneEntityOptions wanted = entity_options(options->render, options->output);
     FieldJob field;
     field.library = wanted.fields_folder;
     field.unsealed = wanted.unsealed;
@@ -214,8 +214,8 @@ Result<JobOptions> job_options(const std::vector<std::string>& arguments) {
     JobOptions options;
     app.allow_extras();
     add_scene_option(app, options.scene);
-    add_field_options(app, options.fields);
-    add_original_vertices(app, options.fields);
+    add_render_options(app, options.render, {OptionSet::vertices});
+    add_field_options(app, options.render);
     app.add_option("-o,--output", options.output);
     try {
         app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend() - 1));

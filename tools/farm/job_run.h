@@ -12,7 +12,7 @@ namespace haarfield {
 /// What a plan's commands have in common.
 struct JobOptions {
     SceneOptions scene;
-    FieldOptions fields;
+    RenderChoices render;
     std::string output;
 };
 

@@ -1,6 +1,5 @@
 /// Bakes in Python: Scene.bake and Scene.budget.
 
-#include "bridge/files/glb_file.h"
 #include "bridge/files/mesh_file.h"
 #include "bridge/pictures/preview.h"
 #include "bridge/povray/povray_process.h"
@@ -12,6 +11,7 @@
 #include "shading/scene/turned_light.h"
 #include "tools/python/arrays.h"
 #include "tools/python/images.h"
+#include "tools/python/options.h"
 #include "tools/python/scene.h"
 
 #include <fmt/format.h>
@@ -23,6 +23,10 @@
 namespace haarfield::python {
 
 namespace {
+
+constexpr auto baking = {OptionSet::vertices, OptionSet::occlusion, OptionSet::lighting, OptionSet::depth,
+                         OptionSet::bake};
+constexpr auto measuring = {OptionSet::occlusion, OptionSet::lighting, OptionSet::depth};
 
 /// A bake, with everything that it refers to. Never changes.
 struct Bake {
@@ -51,32 +55,24 @@ struct BakedMesh {
     }
 };
 
-std::shared_ptr<Bake> bake(PythonScene& scene, const std::optional<float>& refine,
-                           std::optional<std::size_t> vertex_budget, const std::string& colours,
-                           const std::vector<std::string>& passes, const std::string& evaluator,
-                           const std::string& occlusion, float occlusion_error, float reach, int depth,
-                           int light_coefficients, std::optional<int> bounces, bool original_vertices,
-                           std::uint32_t samples, const py::object& progress) {
-    const BakeOptions options{evaluator, refine, vertex_budget, colours, passes, samples};
-    if (refine && !(*refine >= 1e-4f && *refine <= 1))
-        throw py::value_error(fmt::format("refine is {}; wanted [0.0001, 1], or None", *refine));
-    if (vertex_budget && !(*vertex_budget >= 1 && *vertex_budget <= 50'000'000))
-        throw py::value_error(fmt::format("vertex_budget is {}; wanted [1, 5e7], or None", *vertex_budget));
-    if (refine && original_vertices)
-        throw py::value_error(fmt::format("refine is {}; wanted None with original_vertices", *refine));
-    value_of(check_bake(options));
+std::shared_ptr<Bake> bake(PythonScene& scene, const py::object& progress, const py::kwargs& options) {
+    RenderChoices choices = render_choices(options, baking, "Scene.bake");
+    const bool original_vertices = choices.entities.original_vertices;
+    if (choices.bake.refine && original_vertices)
+        throw py::value_error(
+            fmt::format("refine is {}; wanted None with original_vertices", *choices.bake.refine));
+    value_of(check_bake(choices.bake));
     const auto made = std::make_shared<Bake>();
     made->prepared =
         prepare(scene, progress, original_vertices ? BakedVertices::original : BakedVertices::fine);
     const PreparedScene& prepared = *made->prepared;
-    const RenderSettings settings =
-        render_settings(prepared, occlusion, occlusion_error, reach, depth, light_coefficients, bounces);
+    choices.shading.face_size = prepared.face_size;
     made->baked = long_call<BakedScene>(progress, [&](const Progress& watched) {
         const auto start = std::chrono::steady_clock::now();
         const ShadedScene shaded =
             shaded_scene(prepared.scene, *prepared.entities, prepared.light.environment);
         Result<BakedScene> baked =
-            baked_scene(prepared.scene, *prepared.entities, shaded, settings, options, watched);
+            baked_scene(prepared.scene, *prepared.entities, shaded, choices.shading, choices.bake, watched);
         made->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         return baked;
     });
@@ -130,10 +126,10 @@ py::dict write_povray(const Bake& bake, const std::filesystem::path& folder, con
     return written;
 }
 
-Result<Done> write_glb(const Bake& bake, const std::filesystem::path& file) {
-    if (!bake.original) return write_baked_glb(file, bake.baked.instances);
-    const OriginalBake with_images = original_bake(*bake.prepared->entities, bake.baked.instances, true);
-    return write_baked_glb(file, with_images.textured);
+Result<Done> write_mesh(const Bake& bake, const MeshFormat& format, const std::filesystem::path& file) {
+    if (!bake.original || !format.has_images) return format.write(file, bake.instances());
+    return format.write(
+        file, original_bake(*bake.prepared->entities, bake.baked.instances, /*with_images=*/true).textured);
 }
 
 /// Draws what POV-Ray would, without it.
@@ -179,14 +175,13 @@ py::dict passes_of(const BakedMesh& self) {
     return passes;
 }
 
-py::list budget(PythonScene& scene, std::size_t points, const std::string& occlusion, float occlusion_error,
-                float reach, int depth, int light_coefficients, std::optional<int> bounces,
-                const py::object& progress) {
-    if (points < 1 || points > 1'000'000)
+py::list budget(PythonScene& scene, std::size_t points, const py::object& progress,
+                const py::kwargs& options) {
+    if (!(points >= 1 && points <= 1'000'000))
         throw py::value_error(fmt::format("points is {}; wanted [1, 1e6]", points));
+    RenderSettings settings = render_choices(options, measuring, "Scene.budget").shading;
     const auto prepared = prepare(scene, progress);
-    const RenderSettings settings =
-        render_settings(*prepared, occlusion, occlusion_error, reach, depth, light_coefficients, bounces);
+    settings.face_size = prepared->face_size;
     const auto made = long_call<SceneBudget>(progress, [&](const Progress& watched) {
         const ShadedScene shaded =
             shaded_scene(prepared->scene, *prepared->entities, prepared->light.environment);
@@ -306,63 +301,33 @@ void add_bake(py::module_& module, py::class_<PythonScene, std::shared_ptr<Pytho
 
 name     the scene's, if empty.
 returns  a dict: scene, includes, objects (what each include declares), images.)");
-    const auto writer = [&made](const char* name, auto write, const char* text) {
+    for (const MeshFormat& format : mesh_formats())
         made.def(
-            name,
-            [write](const Bake& self, const std::filesystem::path& file) {
-                long_call<Done>(py::none(), [&](const Progress&) { return write(self, file); });
+            fmt::format("write_{}", format.name).c_str(),
+            [format](const Bake& self, const std::filesystem::path& file) {
+                long_call<Done>(py::none(), [&](const Progress&) { return write_mesh(self, format, file); });
             },
-            py::arg("path"), text);
-    };
-    writer(
-        "write_ply",
-        [](const Bake& self, const std::filesystem::path& file) {
-            return write_baked_ply(file, self.instances());
-        },
-        "Writes all instances as one PLY, in world space.");
-    writer("write_glb", &write_glb, "Writes all instances as glTF, with images and linear light as COLOR_0.");
-    writer(
-        "write_csv",
-        [](const Bake& self, const std::filesystem::path& file) {
-            return write_baked_csv(file, self.instances());
-        },
-        "Writes a table of all vertices, in world space.");
+            py::arg("path"), fmt::format("Writes {}.", format.summary).c_str());
     made.def(
         "render", &rendered, py::arg("folder"), py::arg("antialiasing") = 3, py::arg("progress") = py::none(),
         "Writes the POV-Ray scene and renders it: baked.exr and baked.png in the folder.\n\n"
         "returns  the objects' radiance (height, width, 3) and coverage (height, width), as read_image.");
     made.def("picture", &picture_of,
              "(height, width, 3): a quick picture with its background, drawn without POV-Ray.");
-    scene.def("bake", &bake, py::arg("refine") = py::none(), py::arg("vertex_budget") = py::none(),
-              py::arg("colours") = "sampled", py::arg("passes") = std::vector<std::string>(),
-              py::arg("evaluator") = "tree", py::arg("occlusion") = "auto",
-              py::arg("occlusion_error") = RenderSettings().occlusion_error,
-              py::arg("reach") = RenderSettings().reach, py::arg("depth") = full_depth,
-              py::arg("light_coefficients") = RenderSettings().light_coefficients,
-              py::arg("bounces") = py::none(), py::arg("original_vertices") = false,
-              py::arg("samples") = BakeOptions().samples, py::arg("progress") = py::none(),
-              R"(Shades every vertex, with the bits of `haarfield bake`, whose options have the same names.
-
-refine             split triangles where interpolated radiance is off by more than this; None: not.
-vertex_budget      at most so many vertices with refine; None: 60,000, or half as many again as the models have.
-colours            "sampled" at the vertices, or "fitted" to what lies between them.
-passes             any of "diffuse", "specular", "irradiance", "occlusion", "own-shadow", "indirect".
-evaluator          "tree"; "dense": plain sums, slow; "rays": direct light by sampling, with `samples` per vertex.
-occlusion          "auto", "fields" or "exact": how vertices see past other objects.
-bounces            how often light goes on from surface to surface; 0: direct light alone; None: as often as it
-                   matters.
-original_vertices  bake the vertices of the models' files, or of the arrays in their place, and no others: all of
-                   them, in their order, whatever fine_vertices says. Not with refine. Where normals or materials
-                   part, a vertex has the mean. POV-Ray's pictures show the parts.
-progress           called with (stage, done, total), some twenty times a second.)");
+    py::options undocumented;
+    undocumented.disable_function_signatures();
     scene.def(
-        "budget", &budget, py::arg("points") = 400, py::arg("occlusion") = "auto",
-        py::arg("occlusion_error") = RenderSettings().occlusion_error,
-        py::arg("reach") = RenderSettings().reach, py::arg("depth") = full_depth,
-        py::arg("light_coefficients") = RenderSettings().light_coefficients, py::arg("bounces") = py::none(),
-        py::arg("progress") = py::none(),
-        "What each approximation of a bake costs alone, against dense sums: a list of dicts, as `haarfield "
-        "budget\n--report` has them: approximation, meaning, relative_rmse, relative_99, bias, points.");
+        "bake", &bake, py::arg("progress") = py::none(),
+        option_docstring("bake", "", baking, "haarfield._haarfield.Bake",
+                         "Shades every vertex. Bit-identical to `haarfield bake`, whose options have the "
+                         "same names.")
+            .c_str());
+    scene.def("budget", &budget, py::arg("points") = 400, py::arg("progress") = py::none(),
+              option_docstring("budget", "points: int = 400", measuring, "list",
+                               "Measures the error of each approximation of a bake against dense sums.\n\n"
+                               "returns  a list of dicts, as `haarfield budget --report`: approximation, "
+                               "meaning, relative_rmse,\n         relative_99, bias, points.")
+                  .c_str());
 }
 
 }  // namespace haarfield::python

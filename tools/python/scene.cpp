@@ -3,6 +3,7 @@
 #include "scenes/scene_camera.h"
 #include "scenes/scene_tables.h"
 #include "tools/python/arrays.h"
+#include "tools/python/options.h"
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
@@ -41,23 +42,11 @@ py::dict camera_of(const Camera& camera) {
     return result;
 }
 
-void choose_fields(PythonScene& scene, const std::optional<std::filesystem::path>& fields, int face_size,
-                   int coefficients, float visibility_error, bool allow_unsealed,
-                   const py::object& progress) {
-    SceneEntityOptions options;
-    if (fields) options.fields_folder = *fields;
-    constexpr std::array sizes{16, 32, 64, 128, 256};
-    if (std::ranges::find(sizes, face_size) == sizes.end())
-        throw py::value_error(fmt::format("face_size is {}; wanted one of 16, 32, 64, 128, 256", face_size));
-    if (!(coefficients >= 0 && coefficients <= 65536))
-        throw py::value_error(fmt::format("coefficients is {}; wanted 0 to 65536", coefficients));
-    if (!(visibility_error >= 0 && visibility_error < 1))
-        throw py::value_error(fmt::format("visibility_error is {}; wanted [0, 1)", visibility_error));
-    options.face_size = face_size;
-    options.coefficients = coefficients;
-    options.relative_l2_error = visibility_error;
-    if (allow_unsealed) options.unsealed = Unsealed::allowed;
-    scene.set_options(options);
+void choose_fields(PythonScene& scene, const std::optional<std::filesystem::path>& fields,
+                   const py::object& progress, const py::kwargs& options) {
+    SceneEntityOptions chosen = render_choices(options, {OptionSet::fields}, "Scene.prepare").entities;
+    if (fields) chosen.fields_folder = *fields;
+    scene.set_options(chosen);
     prepare(scene, progress);
 }
 
@@ -133,34 +122,6 @@ std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::objec
     return prepared;
 }
 
-RenderSettings render_settings(const PreparedScene& scene, const std::string& occlusion,
-                               float occlusion_error, float reach, int depth, int light_coefficients,
-                               std::optional<int> bounces) {
-    const auto check = [](const char* name, double value, const Range& range) {
-        if (!range.contains(value))
-            throw py::value_error(fmt::format("{} is {}; wanted {}", name, value, range.text()));
-    };
-    check("occlusion_error", double(occlusion_error), {0, 1, false, true});
-    check("reach", double(reach), {1, 1e4});
-    check("depth", depth, {0, full_depth});
-    check("light_coefficients", light_coefficients, {0, 65536});
-    check("bounces", bounces.value_or(0), {0, any_bounces});
-    RenderSettings settings;
-    settings.face_size = scene.face_size;
-    settings.occlusion = occlusion == "fields"  ? Occlusion::fields
-                         : occlusion == "exact" ? Occlusion::exact
-                                                : Occlusion::automatic;
-    if (occlusion != "fields" && occlusion != "exact" && occlusion != "auto")
-        throw py::value_error(
-            fmt::format("occlusion is \"{}\"; wanted \"fields\", \"exact\" or \"auto\"", occlusion));
-    settings.occlusion_error = occlusion_error;
-    settings.reach = reach;
-    settings.depth = depth;
-    settings.light_coefficients = light_coefficients;
-    settings.bounces.most = bounces.value_or(any_bounces);
-    return settings;
-}
-
 py::array matrix_of(const Placement& placement) {
     const std::array<float, 12> columns = placement.columns();
     std::vector<double> rows(16, 0);
@@ -230,19 +191,15 @@ raises       haarfield.Error, in the words that the reader of scene files has; T
         "changed", &PythonScene::changed, py::arg("changes"),
         "Another scene, with changes as haarfield.open takes them. It shares meshes and fields with this one "
         "if\nneither entities, materials nor instances change.");
+    py::options undocumented;
+    undocumented.disable_function_signatures();
     scene.def(
-        "prepare", &choose_fields, py::arg("fields") = py::none(), py::arg("face_size") = 64,
-        py::arg("coefficients") = FieldSettings().coefficients,
-        py::arg("visibility_error") = FieldSettings().relative_l2_error, py::arg("allow_unsealed") = false,
-        py::arg("progress") = py::none(),
-        R"(Reads and prepares the meshes and makes the visibility fields; bakes and sessions do so if it was not done.
-
-fields            folder that keeps them as files, from which they are taken if they fit; None: nowhere.
-face_size         texels along an edge of the cubemaps: 16, 32, 64, 128, 256.
-coefficients      at most so many wavelets of visibility a face; 0: no limit.
-visibility_error  wavelets are dropped up to this part of what is blocked or open, whichever is less.
-allow_unsealed    take fields that another program saved again.
-progress          called with (stage, done, total), some twenty times a second.)");
+        "prepare", &choose_fields, py::arg("fields") = py::none(), py::arg("progress") = py::none(),
+        option_docstring("prepare", "fields: os.PathLike | None = None", {OptionSet::fields}, "None",
+                         "Prepares the meshes and computes the visibility fields. Bakes and sessions do "
+                         "so if it was not done.\n\n"
+                         "fields             Folder that stores them as files, for reuse; None: no files.")
+            .c_str());
 }
 
 }  // namespace haarfield::python

@@ -65,11 +65,6 @@ private:
 std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::object& progress,
                                              BakedVertices vertices = BakedVertices::fine);
 
-/// Settings of shading in Python's words; raises ValueError for what is out of range.
-RenderSettings render_settings(const PreparedScene& scene, const std::string& occlusion,
-                               float occlusion_error, float reach, int depth, int light_coefficients,
-                               std::optional<int> bounces);
-
 /// A placement as a matrix of four rows that stands before columns.
 py::array matrix_of(const Placement& placement);
 

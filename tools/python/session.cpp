@@ -5,6 +5,7 @@
 #include "shading/transfer/relight_session.h"
 #include "tools/python/arrays.h"
 #include "tools/python/images.h"
+#include "tools/python/options.h"
 #include "tools/python/scene.h"
 
 #include <fmt/format.h>
@@ -295,26 +296,21 @@ removed; then they keep what they had. As bakes, they are without images.)");
             return self.do_now([](RelightSession& of) { return of.transfer_bytes(); });
         },
         "Memory of the transfer vectors.");
+    static constexpr auto varying = {OptionSet::frames, OptionSet::occlusion, OptionSet::lighting};
+    py::options undocumented;
+    undocumented.disable_function_signatures();
     scene.def(
         "session",
-        [](PythonScene& self, float pruning_error, const std::string& occlusion, float occlusion_error,
-           float reach, int light_coefficients, std::optional<int> bounces, const py::object& progress) {
+        [](PythonScene& self, const py::object& progress, const py::kwargs& options) {
+            RenderChoices choices = render_choices(options, varying, "Scene.session");
             const auto prepared = prepare(self, progress);
-            const RenderSettings settings = render_settings(*prepared, occlusion, occlusion_error, reach,
-                                                            full_depth, light_coefficients, bounces);
-            if (!(pruning_error >= 0 && pruning_error < 1))
-                throw py::value_error(fmt::format("pruning_error is {}; wanted [0, 1)", pruning_error));
-            TransferSettings transfer;
-            transfer.pruning_error = pruning_error;
-            return std::make_unique<PythonSession>(prepared, settings, transfer);
+            choices.shading.face_size = prepared->face_size;
+            return std::make_unique<PythonSession>(prepared, choices.shading, choices.transfer);
         },
-        py::arg("pruning_error") = TransferSettings().pruning_error, py::arg("occlusion") = "auto",
-        py::arg("occlusion_error") = RenderSettings().occlusion_error,
-        py::arg("reach") = RenderSettings().reach,
-        py::arg("light_coefficients") = RenderSettings().light_coefficients, py::arg("bounces") = py::none(),
         py::arg("progress") = py::none(),
-        "Holds the scene open for changes; see Session.\n\npruning_error  what transfer vectors may lack of "
-        "radiance, relatively.");
+        option_docstring("session", "", varying, "haarfield._haarfield.Session",
+                         "Holds the scene open for changes; see Session.")
+            .c_str());
 }
 
 }  // namespace haarfield::python

@@ -20,24 +20,16 @@ constexpr int lights_that_bounce = 256;
 std::vector<std::string> arguments_of(const std::string& command, const std::filesystem::path& scene,
                                       const TaskSettings& settings, const std::filesystem::path& output) {
     std::vector<std::string> arguments{command, scene.string(), "-o", output.string()};
-    const int bounces = command == "bake" ? settings.bounces : reference_bounces(settings.bounces);
-    arguments.insert(arguments.end(), {"--bounces", std::to_string(bounces)});
     if (command != "bake") {
+        const int bounces = reference_bounces(settings.render.shading.bounces.most);
+        arguments.insert(arguments.end(), {"--bounces", std::to_string(bounces)});
         if (bounces > 0) arguments.insert(arguments.end(), {"--lights", std::to_string(lights_that_bounce)});
         return arguments;
     }
-    const FieldOptions& fields = settings.fields;
-    for (const auto& [option, value] : {std::pair<const char*, std::string>("--fields", fields.folder),
-                                        {"--face-size", std::to_string(fields.face_size)},
-                                        {"--coefficients", std::to_string(fields.coefficients)},
-                                        {"--visibility-error", fmt::format("{}", fields.relative_l2_error)},
-                                        {"--occlusion", settings.occlusion.choice},
-                                        {"--occlusion-error", fmt::format("{}", settings.occlusion.error)},
-                                        {"--reach", fmt::format("{}", settings.occlusion.reach)}}) {
-        arguments.emplace_back(option);
-        arguments.push_back(value);
-    }
-    if (fields.allow_unsealed) arguments.emplace_back("--allow-unsealed");
+    arguments.insert(arguments.end(), {"--fields", settings.render.entities.fields_folder.string()});
+    const std::vector<std::string> given =
+        option_arguments(settings.render, {OptionSet::fields, OptionSet::occlusion});
+    arguments.insert(arguments.end(), given.begin(), given.end());
     return arguments;
 }
 

@@ -13,9 +13,7 @@
 namespace haarfield {
 
 struct TaskSettings {
-    FieldOptions fields;
-    OcclusionOptions occlusion;
-    int bounces = any_bounces;     ///< Of a bake; see reference_bounces.
+    RenderChoices render;          ///< Of a bake; for a reference see reference_bounces.
     std::filesystem::path output;  ///< A folder for each task goes below.
     int threads = 1;
 };

@@ -43,39 +43,42 @@ class Scene:
     def prepare(
         self,
         fields: Path | None = None,
+        *,
         face_size: int = 64,
-        coefficients: int = 0,
         visibility_error: float = 0.1,
+        coefficients: int = 0,
         allow_unsealed: bool = False,
         progress: Progress | None = None,
     ) -> None: ...
     def field(self, entity: str, progress: Progress | None = None) -> Field: ...
     def bake(
         self,
+        *,
+        bounces: int | None = None,
+        passes: Sequence[str] = [],
+        original_vertices: bool = False,
         refine: float | None = None,
         vertex_budget: int | None = None,
-        colours: str = "sampled",
-        passes: Sequence[str] = [],
-        evaluator: str = "tree",
         occlusion: str = "auto",
         occlusion_error: float = 0.1,
         reach: float = 20.0,
-        depth: int = 32,
+        colours: str = "sampled",
         light_coefficients: int = 1000,
-        bounces: int | None = None,
-        original_vertices: bool = False,
+        depth: int = 32,
+        evaluator: str = "tree",
         samples: int = 1024,
         progress: Progress | None = None,
     ) -> Bake: ...
     def budget(
         self,
         points: int = 400,
+        *,
+        bounces: int | None = None,
         occlusion: str = "auto",
         occlusion_error: float = 0.1,
         reach: float = 20.0,
-        depth: int = 32,
         light_coefficients: int = 1000,
-        bounces: int | None = None,
+        depth: int = 32,
         progress: Progress | None = None,
     ) -> list[dict[str, Any]]: ...
     def reference(
@@ -90,12 +93,13 @@ class Scene:
     ) -> dict[str, Any]: ...
     def session(
         self,
-        pruning_error: float = 0.008,
+        *,
+        bounces: int | None = None,
         occlusion: str = "auto",
         occlusion_error: float = 0.1,
         reach: float = 20.0,
         light_coefficients: int = 1000,
-        bounces: int | None = None,
+        pruning_error: float = 0.008,
         progress: Progress | None = None,
     ) -> Session: ...
 

@@ -1,0 +1,75 @@
+#pragma once
+/// The options of rendering: one table for the command line, Python, `view` and jobs of plans.
+
+#include "fields/base/range.h"
+#include "scenes/scene_bake.h"
+#include "scenes/scene_entities.h"
+#include "shading/transfer/radiance_transfer.h"
+
+#include <functional>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace haarfield {
+
+/// The settings that the options change.
+struct RenderChoices {
+    RenderChoices() { shading.bounces.most = any_bounces; }
+
+    SceneEntityOptions entities;  ///< An empty fields_folder: `fields` in the output folder.
+    RenderSettings shading;       ///< Its face_size is that of the entities.
+    BakeOptions bake;
+    TransferSettings transfer;
+};
+
+/// A command has all options of some sets.
+enum class OptionSet { fields, vertices, occlusion, lighting, depth, bake, frames };
+
+/// The groups of --help.
+inline constexpr const char *shown_group = "What is shown", *accuracy_group = "Accuracy",
+                            *speed_group = "Speed", *files_group = "Files";
+
+/// A row of the table: an option whose value is a number, a word, a list of words, or a flag.
+struct RenderOption {
+    std::string name;  ///< On the command line, without `--`; in Python with _ for -.
+    OptionSet set;
+    const char* group;
+    std::string type;                  ///< Of the value, as --help shows it: N, E.
+    std::string summary;               ///< One line.
+    std::string details;               ///< For the manual page and Python; may be empty.
+    std::vector<std::string> words{};  ///< That the value may be.
+    std::optional<Range> range{};      ///< Of numbers that the value may be.
+    bool is_whole = false;             ///< Numbers are whole.
+    bool is_optional = false;          ///< There may be no value; text is empty then.
+    bool is_list = false;              ///< Words, separated by commas.
+    bool is_flag = false;              ///< The value is `true` or `false`.
+
+    /// The value.
+    std::function<std::string(const RenderChoices&)> text{};
+    /// Sets the value from a text without trouble.
+    std::function<void(RenderChoices&, const std::string& text)> set_text{};
+
+    /// Describes why a text is no value: `is 2; wanted a number in [0, 1]`. Empty if it is one.
+    std::string trouble(const std::string& value) const;
+    /// The values as --help shows them: `in [0, 1]` or `{fields,exact,auto}`.
+    std::string values() const;
+};
+
+/// All rows; within a group the common ones come first.
+const std::vector<RenderOption>& render_options();
+
+/// The row of a name, which the table has (asserted).
+const RenderOption& render_option(std::string_view name);
+
+/// The rows of some sets, in the order of the table.
+std::vector<const RenderOption*> render_options(std::initializer_list<OptionSet> sets);
+
+/// The options of some sets as arguments of a command line, without flags that are off and lists and numbers
+/// that are not given.
+std::vector<std::string> option_arguments(const RenderChoices& choices,
+                                          std::initializer_list<OptionSet> sets);
+
+}  // namespace haarfield
