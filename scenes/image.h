@@ -1,5 +1,5 @@
 #pragma once
-/// Pictures in memory and on disk. The one place that knows image files (OpenImageIO).
+/// Pictures in memory and on disk.
 
 #include "fields/base/result.h"
 #include "fields/base/srgb.h"

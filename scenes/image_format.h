@@ -1,8 +1,6 @@
 #pragma once
 /// Which images are read, and how they are known: by their bytes, whatever their file is called.
 
-#include "fields/file/reader_process.h"
-
 #include <string_view>
 
 namespace haarfield {
@@ -14,8 +12,5 @@ inline constexpr std::string_view image_formats =
 /// OpenImageIO's name of the plug-in that reads these bytes, by what they begin with; of Targa, which has no
 /// beginning of its own, by a head that makes sense. Null if they are none of image_formats.
 const char* image_plugin(std::string_view bytes);
-
-/// For fork_reader_process: reads images.
-ReaderTask image_reader_task();
 
 }  // namespace haarfield

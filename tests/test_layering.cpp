@@ -37,7 +37,9 @@ const std::map<std::string, std::set<std::string>> only_known_to{
     {"embree3/", {"fields/base/embree_rays.h"}},
     {"embree4/", {"fields/base/embree_rays.h"}},
     {"toml++/", {"scenes/toml_table.h"}},
-    {"OpenImageIO/", {"scenes/image.cpp"}},
+    {"OpenImageIO/", {"scenes/image_reader.cpp"}},
+    {"Imf", {"scenes/image_encoding.cpp"}},
+    {"png.h", {"scenes/image_encoding.cpp"}},
     {"boost/", {"tools/view/view_server.cpp"}},
 };
 

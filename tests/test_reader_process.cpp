@@ -13,7 +13,7 @@
 #include "fields/model/assimp_content.h"
 #include "fields/model/mesh_reader.h"
 #include "scenes/image.h"
-#include "scenes/image_format.h"
+#include "scenes/image_reader.h"
 #include "tests/fixtures/test_folder.h"
 #include "tests/fuzz/fuzz_inputs.h"
 

@@ -1,14 +1,14 @@
 // haarfield: the program. Each subcommand has a file of its own; this one finds out which is wanted.
 
-#include "fields/model/assimp_content.h"
-#include "scenes/image_format.h"
 #include "tools/command.h"
 #include "tools/surroundings.h"
+#ifdef HAARFIELD_READS_IMAGES
+#include "scenes/image_reader.h"
+#endif
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include <array>
 #include <cstdio>
 #include <vector>
 
@@ -49,10 +49,9 @@ int main(int argument_count, char** arguments) {
     haarfield::tidy_surroundings();
     // Line by line, so that results and messages stay in order in a log that takes both.
     std::setvbuf(stdout, nullptr, _IOLBF, 1 << 16);
-    const std::array readers{haarfield::model_reader_task(), haarfield::image_reader_task()};
-    if (const auto forked = haarfield::fork_reader_process(readers); !forked)
-        fmt::print(stderr, "haarfield: warning: {}; haarfield-reader reads untrusted files instead\n",
-                   forked.error().what);
+#ifdef HAARFIELD_READS_IMAGES
+    haarfield::read_images_in_this_process();
+#endif
     const haarfield::ExitCode code = haarfield::run_program(argument_count, arguments);
     // A full disk or a closed pipe: reported here for everything that was printed.
     const bool is_printed = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;

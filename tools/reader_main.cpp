@@ -8,7 +8,7 @@
 #include <cstdio>
 
 #include "fields/model/assimp_content.h"
-#include "scenes/image_format.h"
+#include "scenes/image_reader.h"
 
 int main() {
     constexpr int socket = 3;  // what starts it leaves it there

@@ -5,11 +5,10 @@
 /// library for its format, within limits, writes the content as bytes, and ends. A crash, a hang or excessive
 /// use of memory becomes an Error in this process.
 ///
-/// The program forks its reader process when it starts (fork_reader_process). Other programs that use the
-/// library start the executable `haarfield-reader` when they read the first file. It is searched for next to
+/// Programs start the executable `haarfield-reader` when they read the first file. It is searched for next to
 /// the running executable, next to the shared library that holds this code, and where it was installed. The
-/// environment variable HAARFIELD_READER overrides both: it names the executable or, if it is empty, disables
-/// reader processes.
+/// environment variable HAARFIELD_READER overrides this search: it names the executable or, if it is empty,
+/// disables reader processes. Tests fork their reader process (fork_reader_process).
 ///
 /// A worker can read the given file and files in the folder that its task needs. It has no network, cannot
 /// write files, and cannot start, trace or signal processes (seccomp, and Landlock if the kernel has it).

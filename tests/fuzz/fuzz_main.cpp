@@ -27,7 +27,7 @@
 #include "fields/model/model_file.h"
 #include "fields/preparation/mesh_preparation.h"
 #include "scenes/image.h"
-#include "scenes/image_format.h"
+#include "scenes/image_reader.h"
 #include "scenes/scene_reader.h"
 #include "scenes/surface.h"
 #include "tests/fixtures/baked_mesh.h"
@@ -394,6 +394,7 @@ void limit_time(unsigned processor, unsigned clock) {
     } else {
         setenv("HAARFIELD_READER", "", 1);
         allow_unsandboxed_readers();
+        read_images_in_this_process();
     }
     limit_memory();
     while (board.next < last) {
