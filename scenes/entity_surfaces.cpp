@@ -16,6 +16,14 @@ const std::string& scene_material(const Entity& entity, const std::string& name)
     return mapped != entity.materials.end() ? mapped->second : entity.material;
 }
 
+/// Replaces the material of a surface, which has its image already.
+void set_material(const SceneMaterial& material, Surface& surface) {
+    surface.material = material;
+    surface.emission = material.emission;
+    surface.tinted_highlights =
+        surface.texture && material.convention == LobeConvention::povray ? material.metallic : 0;
+}
+
 /// Makes the surfaces of an entity's mesh.
 class SurfaceMaker {
 public:
@@ -43,20 +51,19 @@ public:
 private:
     Result<Surface> of_scene(const SceneMaterial& material, std::size_t number) {
         Surface surface;
-        surface.material = material;
-        surface.emission = material.emission;
+        set_material(material, surface);
         if (material.image.empty()) return surface;
         if (!imported_.mapped[number])
             return Error{entity_.mesh.string(),
                          fmt::format("has no texture coordinates for the image {} of its material \"{}\"",
                                      material.image.string(), imported_.mesh.material_names[number])};
-        if (material.convention == LobeConvention::povray) surface.tinted_highlights = material.metallic;
         const Result<std::shared_ptr<const Texture>> texture = shelf_.texture(
             {{material.image.filename().string(), material.image, given_image(scene_, material.image)},
              {},
              AlphaMode::blend});
         if (!texture) return texture.error();
         surface.texture = *texture;
+        set_material(material, surface);
         return surface;
     }
 
@@ -114,6 +121,14 @@ Result<std::vector<Surface>> entity_surfaces(const Scene& scene, const Entity& e
                                              const ImportedMesh& imported, TextureShelf& shelf,
                                              ModelWarnings& warnings) {
     return SurfaceMaker(scene, entity, imported, shelf, warnings).surfaces();
+}
+
+std::vector<Surface> with_scene_materials(const Scene& scene, const Entity& entity,
+                                          std::span<const std::string> names, std::vector<Surface> prepared) {
+    for (std::size_t m = 0; m < prepared.size(); ++m)
+        if (const std::string& name = scene_material(entity, names[m]); !name.empty())
+            set_material(scene.materials.at(name), prepared[m]);
+    return prepared;
 }
 
 }  // namespace haarfield

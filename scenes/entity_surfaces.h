@@ -33,4 +33,12 @@ Result<std::vector<Surface>> entity_surfaces(const Scene& scene, const Entity& e
                                              const ImportedMesh& imported, TextureShelf& shelf,
                                              ModelWarnings& warnings);
 
+/// Returns surfaces with the materials that a scene names for them. Images and vertex colours remain.
+///
+/// entity    the description of the mesh.
+/// names     of the mesh's materials.
+/// prepared  the surfaces of the mesh as it was prepared: where the scene names no material, they remain.
+std::vector<Surface> with_scene_materials(const Scene& scene, const Entity& entity,
+                                          std::span<const std::string> names, std::vector<Surface> prepared);
+
 }  // namespace haarfield

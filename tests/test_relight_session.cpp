@@ -440,25 +440,20 @@ TEST(RelightSession, FramesOfAFixedEyeHaveIndirectLightInSpecularReflections) {
     EXPECT_TRUE(session.lacks_reflections());
 }
 
-TEST(RelightSession, RestsAsAnotherThatHasCommittedTheSame) {
-    RenderSettings settings = opened().settings();
-    settings.bounces.most = any_bounces;
-    const auto moved = [&](const RelightSession* rests_as) {
-        RelightSession session(opened().scene(), settings, {0.003f});
-        if (rests_as) session.rest_as(*rests_as);
-        EXPECT_TRUE(session.vary_instance(1));
-        session.place(1, {{-0.5f, 0.1f, 0}, 1});
-        EXPECT_TRUE(session.frame());
-        return session.take_radiance();
-    };
-    RelightSession other(opened().scene(), settings, {0.003f});
-    const SceneColours alone = moved(nullptr);
-    EXPECT_EQ(moved(&other), alone);  // it has not committed
-    ASSERT_TRUE(other.commit());
-    EXPECT_EQ(moved(&other), alone);
-    other.set_environment(sky(2));
-    ASSERT_TRUE(other.commit());
-    EXPECT_NE(moved(&other), alone);
+TEST(RelightSession, OcclusionIsChosenForEachCommit) {
+    RelightSession session = opened(Occlusion::automatic).session(), fields = opened().session();
+    ASSERT_TRUE(session.commit());
+    const SceneColours exact = session.radiance();
+    ASSERT_TRUE(session.vary_light());
+    session.set_occlusion(Occlusion::fields);
+    EXPECT_TRUE(session.has_vectors());
+    ASSERT_TRUE(session.commit());
+    ASSERT_TRUE(fields.commit());
+    EXPECT_EQ(session.radiance(), fields.radiance());
+    EXPECT_NE(session.radiance(), exact);
+    session.set_occlusion(Occlusion::automatic);
+    ASSERT_TRUE(session.commit());
+    EXPECT_EQ(session.radiance(), exact);
 }
 
 TEST(RelightSession, VectorsThatWereMadeInTheDarkShowOtherLight) {

@@ -79,7 +79,7 @@ TEST(ThreadCount, IsWhatWasAskedForInEveryComputation) {
         watch.check("after refinement");
 
         RelightSession session(shaded, settings, {});
-        SeenSession seen(shaded, entities, settings, {});
+        SeenSession seen(shaded, surfaces_of(entities), settings);
         const auto check_session = [&](auto& of, const std::string& what) {
             EXPECT_TRUE(of.prepare(watch.progress())) << what;
             EXPECT_TRUE(of.vary_light(watch.progress())) << what;

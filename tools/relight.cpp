@@ -200,7 +200,7 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     stage.settings = options.render.shading;
     stage.weights.assign(stage.environments.size(), 0);
     stage.weights[0] = 1;
-    SeenSession relight(shaded_scene(stage.scene, *entities, stage.environments[0]), *entities,
+    SeenSession relight(shaded_scene(stage.scene, *entities, stage.environments[0]), surfaces_of(*entities),
                         stage.settings, options.render.transfer);
     stage.session = &relight;
     const Result<RelightMode> mode = chosen_mode(stage);

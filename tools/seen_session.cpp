@@ -1,52 +1,47 @@
 #include "tools/seen_session.h"
 
-#include <cassert>
+#include <algorithm>
 
 namespace haarfield {
 namespace {
 
-ShadedScene without_parted_highlights(ShadedScene scene, const SceneEntities& entities) {
-    const std::vector<std::vector<bool>> parted = parted_materials(entities);
-    for (std::size_t e = 0; e < scene.entities.size(); ++e)
-        for (std::size_t m = 0; m < parted[e].size(); ++m)
-            if (parted[e][m]) scene.entities[e].materials[m].specular = Rgb(0.0f);
-    return scene;
+bool has_layers(std::span<const std::vector<Surface>> surfaces) {
+    return std::ranges::any_of(surfaces, [](const std::vector<Surface>& of_entity) {
+        return std::ranges::any_of(of_entity, &Surface::parts_highlights);
+    });
 }
 
-std::vector<std::vector<Rgb>> emissions_of(const SceneEntities& entities) {
-    std::vector<std::vector<Rgb>> emissions;
-    for (const auto& entity : entities.entities) {
-        std::vector<Rgb>& of = emissions.emplace_back();
-        for (const Surface& surface : entity->surfaces) of.push_back(surface.emission);
-    }
-    return emissions;
-}
-
-ShadedScene with_materials(ShadedScene scene, const SceneEntities& entities) {
-    for (std::size_t e = 0; e < scene.entities.size(); ++e)
-        scene.entities[e].materials = entities.entities[e]->materials;
-    return scene;
+/// Returns the materials of surfaces without the specular lobes that lie on top of textures.
+std::vector<Material> matt_materials(std::span<const Surface> surfaces) {
+    std::vector<Material> materials = materials_of(surfaces);
+    for (std::size_t m = 0; m < materials.size(); ++m)
+        if (surfaces[m].parts_highlights()) materials[m].specular = Rgb(0.0f);
+    return materials;
 }
 
 }  // namespace
 
-SeenSession::SeenSession(ShadedScene scene, const SceneEntities& entities, const RenderSettings& settings,
-                         const TransferSettings& transfer)
-    : emissions_(emissions_of(entities)), all_(scene, settings, transfer) {
-    if (parts_highlights(entities))
-        matte_.emplace(without_parted_highlights(std::move(scene), entities), settings, transfer);
+std::vector<std::vector<Surface>> surfaces_of(const SceneEntities& entities) {
+    std::vector<std::vector<Surface>> surfaces;
+    for (const auto& entity : entities.entities) surfaces.push_back(entity->surfaces);
+    return surfaces;
 }
 
-bool SeenSession::set_materials(const SceneEntities& entities) {
-    if (parts_highlights(entities) != matte_.has_value() || emissions_of(entities) != emissions_)
-        return false;
-    const ShadedScene shown = with_materials(all_.scene(), entities);
-    for (std::size_t e = 0; e < shown.entities.size(); ++e)
-        all_.set_materials(e, shown.entities[e].materials);
-    if (!matte_) return true;
-    const ShadedScene matte = without_parted_highlights(shown, entities);
-    for (std::size_t e = 0; e < matte.entities.size(); ++e)
-        matte_->set_materials(e, matte.entities[e].materials);
+SeenSession::SeenSession(ShadedScene scene, std::span<const std::vector<Surface>> surfaces,
+                         const RenderSettings& settings, const TransferSettings& transfer)
+    : all_(scene, settings, transfer) {
+    if (!has_layers(surfaces)) return;
+    for (std::size_t e = 0; e < surfaces.size(); ++e)
+        scene.entities[e].materials = matt_materials(surfaces[e]);
+    matte_.emplace(std::move(scene), settings, transfer);
+}
+
+bool SeenSession::set_materials(std::span<const std::vector<Surface>> surfaces) {
+    if (has_layers(surfaces) != matte_.has_value()) return false;
+    for (std::size_t e = 0; e < surfaces.size(); ++e) {
+        all_.set_materials(e, materials_of(surfaces[e]));
+        if (matte_) matte_->set_materials(e, matt_materials(surfaces[e]));
+    }
     return true;
 }
 
@@ -76,12 +71,6 @@ Result<Done> SeenSession::vary_instance(std::size_t instance, const Progress& pr
     return both([&](RelightSession& session) { return session.vary_instance(instance, progress); });
 }
 
-void SeenSession::rest_as(const SeenSession& other) {
-    assert(matte_.has_value() == other.matte_.has_value());
-    all_.rest_as(other.all_);
-    if (matte_) matte_->rest_as(*other.matte_);
-}
-
 void SeenSession::show_light(const DenseCoefficients& light, const std::vector<DirectionalLight>& lights) {
     all_.show_light(light, lights);
     if (matte_) matte_->show_light(light, lights);
@@ -105,6 +94,31 @@ void SeenSession::set_lamps(const std::vector<Lamp>& lamps) {
 void SeenSession::set_eye(const Vec3f& eye) {
     all_.set_eye(eye);
     if (matte_) matte_->set_eye(eye);
+}
+
+void SeenSession::set_emitters(std::size_t entity, const std::vector<Emitter>& emitters) {
+    all_.set_emitters(entity, emitters);
+    if (matte_) matte_->set_emitters(entity, emitters);
+}
+
+void SeenSession::set_occlusion(Occlusion occlusion) {
+    all_.set_occlusion(occlusion);
+    if (matte_) matte_->set_occlusion(occlusion);
+}
+
+void SeenSession::rotate(std::size_t instance, const Vec3d& axis, double angle) {
+    all_.rotate(instance, axis, angle);
+    if (matte_) matte_->rotate(instance, axis, angle);
+}
+
+std::size_t SeenSession::clone(std::size_t instance) {
+    if (matte_) matte_->clone(instance);
+    return all_.clone(instance);
+}
+
+SceneColours SeenSession::take_radiance() {
+    if (matte_) matte_->take_radiance();
+    return all_.take_radiance();
 }
 
 void SeenSession::place(std::size_t instance, const Placement& placement) {

@@ -1,17 +1,21 @@
 #pragma once
-/// A relighting session whose highlights are known apart, where textures want that.
+/// A relighting session that knows the specular radiance on top of textures.
 
 #include "scenes/scene_entities.h"
 #include "shading/transfer/relight_session.h"
 
 namespace haarfield {
 
-/// RelightSession, and a second one without the highlights that lie over textures: see Surface. The second
-/// one is there only if the scene has such surfaces; then all takes twice as long.
+/// The surfaces of each entity of a scene.
+std::vector<std::vector<Surface>> surfaces_of(const SceneEntities& entities);
+
+/// A RelightSession, and a second one without the specular lobes of textured surfaces: see Surface. The
+/// second one exists only if the scene has such surfaces; then everything takes twice as long.
 class SeenSession {
 public:
-    SeenSession(ShadedScene scene, const SceneEntities& entities, const RenderSettings& settings,
-                const TransferSettings& transfer);
+    /// surfaces  by entity and material.
+    SeenSession(ShadedScene scene, std::span<const std::vector<Surface>> surfaces,
+                const RenderSettings& settings, const TransferSettings& transfer = {});
 
     /// @name As in RelightSession. @{
     Result<Done> prepare(const Progress& progress);
@@ -24,35 +28,38 @@ public:
     void turn_environment(const Rotation& rotation);
     void set_lamps(const std::vector<Lamp>& lamps);
     void set_eye(const Vec3f& eye);
+    void set_emitters(std::size_t entity, const std::vector<Emitter>& emitters);
+    void set_occlusion(Occlusion occlusion);
     void place(std::size_t instance, const Placement& placement);
+    void rotate(std::size_t instance, const Vec3d& axis, double angle);
     std::size_t add(const ShadedInstance& instance);
+    std::size_t clone(std::size_t instance);
     void remove(std::size_t instance);
-    Result<Done> frame(FrameQuality quality, const Progress& progress);
+    Result<Done> frame(FrameQuality quality = FrameQuality::still, const Progress& progress = {});
     Result<Done> frame_of(const VertexMask& vertices, FrameQuality quality, const Progress& progress);
     Result<Done> commit(const Progress& progress);
     const SceneColours& radiance() const { return all_.radiance(); }
+    SceneColours take_radiance();
+    const ShadedScene& scene() const { return all_.scene(); }
     const Vec3f& eye() const { return all_.eye(); }
     const std::vector<ShadedInstance>& instances() const { return all_.instances(); }
     std::size_t transfer_bytes() const;
+    bool has_vectors() const { return all_.has_vectors(); }
     bool lacks_reflections() const { return all_.lacks_reflections(); }
     /// @}
 
-    /// Takes over the entities' materials. False if the session is of no use any more: surfaces part their
-    /// highlights now, or do no longer, or glow differently.
-    bool set_materials(const SceneEntities& entities);
-
-    /// See RelightSession. Of a session that parts highlights as this one does.
-    void rest_as(const SeenSession& other);
+    /// Replaces the materials of all entities. Nothing happens, and it returns false, if the second session
+    /// would be missing or superfluous.
+    bool set_materials(std::span<const std::vector<Surface>> surfaces);
 
     /// Returns the radiance of an instance. The specular component is zero where no texture needs it.
     std::vector<Outgoing> outgoing(std::size_t instance) const;
 
 private:
-    /// Does the same with both sessions.
+    /// Calls `act` with both sessions.
     template <class Act>
     Result<Done> both(const Act& act);
 
-    std::vector<std::vector<Rgb>> emissions_;  ///< Of each entity's surfaces, when the scene was made.
     RelightSession all_;
     std::optional<RelightSession> matte_;
 };

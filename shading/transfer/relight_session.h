@@ -129,14 +129,6 @@ public:
     /// errors  interrupted.
     Result<Done> commit(const Progress& progress = {});
 
-    /// Copies the indirect light from another session, so that the next vary_instance need not compute it.
-    /// The other one has committed the same scene, light and instances in the same order, except the place
-    /// of that instance. Its occlusion may be more exact. Nothing happens if its eye is another.
-    void rest_as(const RelightSession& other) {
-        const SceneColours* resting = other.resting_.find(other.inputs_);
-        if (resting && other.eye() == eye()) resting_.store(*resting, inputs_);
-    }
-
     /// True if the last frame lacks indirect light in specular reflections, because the eye has moved.
     bool lacks_reflections() const { return lacks_reflections_; }
 

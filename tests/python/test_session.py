@@ -10,7 +10,7 @@ import time
 
 import numpy
 import pytest
-from conftest import description, sky_pixels
+from conftest import description, floor_arrays, sky_pixels
 
 import haarfield
 
@@ -100,6 +100,54 @@ def test_the_eye_and_instances_move(scene, session):
     session.rotate("left", (0, 1, 0), 30)
     session.commit()
     assert session.matrices[1][0, 0] == pytest.approx(numpy.cos(numpy.radians(30)), abs=1e-6)
+
+
+def test_lamps_and_materials_are_followed(scene, session):
+    lamp = {"name": "bulb", "position": [0, 2, 1], "colour": [3, 3, 3], "fade_distance": 1}
+    session.vary_lamps()
+    session.set_lamps([lamp])
+    session.frame()
+    lit = scene.changed({"lights": [lamp]}).bake()
+    assert relative_rmse(session.radiance[0], lit["floor"].radiance) < 0.01
+    assert relative_rmse(session.radiance[0], scene.bake()["floor"].radiance) > 0.1
+    session.set_material("grey", {"diffuse": [0.2, 0.4, 0.6]})
+    with pytest.raises(haarfield.Error, match="vary_lamps"):
+        session.frame()
+    session.commit()
+    blue = scene.changed({"lights": [lamp], "materials": {"grey": {"diffuse": [0.2, 0.4, 0.6]}}}).bake()
+    for array, name in zip(session.radiance, scene.instances):
+        assert numpy.array_equal(array, blue[name].radiance)
+    session.set_lamps([])
+    session.set_material("grey", {"diffuse": [0.5, 0.5, 0.5]})
+    session.commit()
+    assert numpy.array_equal(session.radiance[0], scene.bake()["floor"].radiance)
+    with pytest.raises(KeyError, match="no material"):
+        session.set_material("gold", {})
+    with pytest.raises(haarfield.Error, match="diffuse"):
+        session.set_material("grey", {"diffuse": [2, 2, 2]})
+
+
+def test_images_separate_what_they_multiply():
+    positions, triangles = floor_arrays()
+    floor = haarfield.Mesh(positions, triangles, uvs=positions[:, [0, 2]] / 4 + 0.5)
+    made = description()
+    texels = numpy.full((4, 4, 3), 128, numpy.uint8)
+    made["materials"]["grey"] = {"diffuse": [1, 1, 1], "specular": [0.3, 0.3, 0.3], "image": texels}
+    made["entities"]["floor"]["mesh"] = floor
+    scene = haarfield.scene(made, name="tiles")
+    session, bake = scene.session(), scene.bake()
+    assert session.under == [] and session.over == []
+    session.commit()
+    for number, name in enumerate(scene.instances):
+        assert relative_rmse(session.under[number], bake[name].under) < 1e-3
+    assert session.over[1] is None and session.over[0].max() > 0
+    assert relative_rmse(session.over[0], bake["floor"].over) < 0.01
+    assert numpy.allclose(session.picture(), bake.picture(), atol=0.01)
+    for vary in (session.vary_light, session.vary_eye, lambda: session.vary_instance("left"), session.vary_lamps):
+        vary()
+        session.frame()
+        assert relative_rmse(session.under[0], bake["floor"].under) < 0.01
+        assert relative_rmse(session.over[0], bake["floor"].over) < 0.03
 
 
 def test_clones_and_removals_let_arrays_keep_what_they_had(session):

@@ -1,12 +1,13 @@
 /// Relighting sessions in Python: Scene.session.
 
 #include "bridge/pictures/preview.h"
+#include "scenes/entity_surfaces.h"
 #include "scenes/scene_shading.h"
-#include "shading/transfer/relight_session.h"
 #include "tools/python/arrays.h"
 #include "tools/python/images.h"
 #include "tools/python/options.h"
 #include "tools/python/scene.h"
+#include "tools/seen_session.h"
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
@@ -19,26 +20,29 @@ constexpr double degree = pi / 180;
 
 /// What arrays of radiance refer to: the session, as long as its instances stay, then what they had last.
 struct ShownRadiance {
-    std::shared_ptr<RelightSession> session;
+    std::shared_ptr<SeenSession> session;
     SceneColours last;  ///< Once `session` has given it away.
 };
 
 /// A session, which one thread after the other may drive.
 class PythonSession {
 public:
-    PythonSession(std::shared_ptr<const PreparedScene> prepared, const RenderSettings& settings,
-                  const TransferSettings& transfer)
-        : prepared_(std::move(prepared)),
-          session_(std::make_shared<RelightSession>(
-              shaded_scene(prepared_->scene, *prepared_->entities, prepared_->light.environment), settings,
-              transfer)),
+    /// scene  the description of the prepared scene.
+    PythonSession(std::shared_ptr<const PythonScene> scene, std::shared_ptr<const PreparedScene> prepared,
+                  const RenderSettings& settings, const TransferSettings& transfer)
+        : scene_(std::move(scene)),
+          prepared_(std::move(prepared)),
+          surfaces_(surfaces_of(*prepared_->entities)),
+          session_(std::make_shared<SeenSession>(
+              shaded_scene(prepared_->scene, *prepared_->entities, prepared_->light.environment), surfaces_,
+              settings, transfer)),
           shown_(std::make_shared<ShownRadiance>(session_, SceneColours())) {
         for (const Instance& instance : prepared_->scene.instances) names_.push_back(instance.name);
     }
 
     /// Makes transfer vectors or a commit.
     void do_long(const py::object& progress,
-                 const std::function<Result<Done>(RelightSession&, const Progress&)>& act) {
+                 const std::function<Result<Done>(SeenSession&, const Progress&)>& act) {
         long_call<Done>(progress, [&](const Progress& watched) -> Result<Done> {
             const Turn turn(mutex_, watched);
             if (!turn) return Error{"", interrupted};
@@ -56,7 +60,7 @@ public:
 
     // Milliseconds: in this thread, without Python's lock.
     void frame(bool is_moving) {
-        const Result<Done> done = do_now([&](RelightSession& session) {
+        const Result<Done> done = do_now([&](SeenSession& session) {
             return session.frame(is_moving ? FrameQuality::moving : FrameQuality::still);
         });
         value_of(done);
@@ -66,7 +70,7 @@ public:
     std::size_t clone(const py::object& instance, const std::string& name) {
         const std::size_t of = number_of(instance);
         let_go();
-        const std::size_t made = do_now([&](RelightSession& session) { return session.clone(of); });
+        const std::size_t made = do_now([&](SeenSession& session) { return session.clone(of); });
         names_.push_back(name.empty() ? fmt::format("{}_copy_{}", names_[of], ++copies_) : name);
         return made;
     }
@@ -75,12 +79,12 @@ public:
         const std::size_t of = number_of(instance);
         if (names_.size() == 1) throw py::value_error("the last instance can not be removed");
         let_go();
-        do_now([&](RelightSession& session) { session.remove(of); });
+        do_now([&](SeenSession& session) { session.remove(of); });
         names_.erase(names_.begin() + static_cast<std::ptrdiff_t>(of));
     }
 
     py::list radiance() {
-        const auto instances = do_now([](RelightSession& session) {
+        const auto instances = do_now([](SeenSession& session) {
             const SceneColours& radiance = session.radiance();
             return std::vector<std::span<const Rgb>>(radiance.begin(), radiance.end());
         });
@@ -99,25 +103,87 @@ public:
             const LatLongImage background = image_with_suns(session_->scene().environment);
             Camera camera = prepared_->scene.camera;
             camera.position = session_->eye();
-            *image =
-                preview_.draw(camera, preview_instances(session_->scene(), session_->radiance()),
-                              [&](const Vec3f& direction) {
-                                  return radiance_from(background, Vec3d(background_turn_.back(direction)));
-                              });
+            std::vector<BakedInstance> instances = preview_instances(session_->scene(), session_->radiance());
+            std::vector<SeenRadiance> layers(instances.size());
+            for (std::size_t i = 0; i < instances.size(); ++i) {
+                const std::vector<Surface>& surfaces = surfaces_[session_->instances()[i].entity];
+                if (all_plain(surfaces)) continue;
+                layers[i] = layers_of(i);
+                instances[i].radiance = layers[i].under;
+                instances[i].over = layers[i].over;
+                instances[i].surfaces = surfaces;
+            }
+            *image = preview_.draw(camera, instances, [&](const Vec3f& direction) {
+                return radiance_from(background, Vec3d(background_turn_.back(direction)));
+            });
             return Done{};
         });
         return pixels_of(image);
     }
 
+    /// The factor of the images, or what is added on top of them, by instance.
+    py::list layer(bool is_over) {
+        const auto layers = do_now([&](SeenSession& session) {
+            std::vector<std::shared_ptr<SeenRadiance>> all;
+            for (std::size_t i = 0; i < session.radiance().size(); ++i)
+                all.push_back(std::make_shared<SeenRadiance>(layers_of(i)));
+            return all;
+        });
+        py::list arrays;
+        for (const auto& of : layers) {
+            const std::vector<Rgb>& values = is_over ? of->over : of->under;
+            if (is_over && values.empty())
+                arrays.append(py::none());
+            else
+                arrays.append(view_of(std::span<const Rgb>(values), of));
+        }
+        return arrays;
+    }
+
+    void set_lamps(const py::list& lamps) {
+        const std::shared_ptr<const PythonScene> scene = scene_->changed(py::dict(py::arg("lights") = lamps));
+        std::vector<Lamp> placed = lamps_of(scene->scene().lamps);
+        for (Lamp& lamp : placed) {
+            if (!lamp.looks_like) continue;
+            const std::string& name = scene->scene().instances[*lamp.looks_like].name;
+            const auto found = std::ranges::find(names_, name);
+            if (found == names_.end()) throw py::key_error("there is no instance \"" + name + "\"");
+            lamp.looks_like = static_cast<std::size_t>(found - names_.begin());
+        }
+        do_now([&](SeenSession& session) {
+            session.set_lamps(std::move(placed));
+            scene_ = scene;
+        });
+    }
+
+    void set_material(const std::string& name, const py::dict& changes) {
+        if (!scene_->scene().materials.contains(name))
+            throw py::key_error("there is no material \"" + name + "\"");
+        if (changes.contains("image"))
+            throw py::value_error("found an image; expected none, as sessions keep images");
+        py::dict material, materials;
+        material[py::str(name)] = changes;
+        materials["materials"] = material;
+        const std::shared_ptr<const PythonScene> scene = scene_->changed(materials);
+        const bool is_set = do_now([&](SeenSession&) {
+            if (!set_surfaces(scene->scene())) return false;
+            scene_ = scene;
+            return true;
+        });
+        if (!is_set)
+            throw py::value_error(
+                "found a change of whether images have specular light on top; expected a new session");
+    }
+
     void turn_environment(const Rotation& rotation) {
-        do_now([&](RelightSession& session) {
+        do_now([&](SeenSession& session) {
             session.turn_environment(rotation);
             background_turn_ = rotation;
         });
     }
 
     void commit(const py::object& progress) {
-        do_long(progress, [this](RelightSession& session, const Progress& watched) {
+        do_long(progress, [this](SeenSession& session, const Progress& watched) {
             Result<Done> done = session.commit(watched);
             if (done) background_turn_ = {};  // the scene's environment is turned now
             return done;
@@ -127,8 +193,7 @@ public:
     void place(const py::object& instance, const py::object& translate, const py::object& scale,
                const py::object& rotate) {
         const std::size_t of = number_of(instance);
-        Placement placement =
-            do_now([&](RelightSession& session) { return session.instances()[of].placement; });
+        Placement placement = do_now([&](SeenSession& session) { return session.instances()[of].placement; });
         if (!translate.is_none()) placement.translate = vector(translate, "translate");
         if (!scale.is_none()) {
             placement.scale = scale.cast<float>();
@@ -137,7 +202,7 @@ public:
         }
         if (!rotate.is_none())
             placement.rotate = rotation_xyz(vector(rotate, "rotate") * static_cast<float>(degree));
-        do_now([&](RelightSession& session) { session.place(of, placement); });
+        do_now([&](SeenSession& session) { session.place(of, placement); });
     }
 
     std::size_t number_of(const py::object& instance) const {
@@ -159,16 +224,43 @@ public:
     const std::vector<std::string>& names() const { return names_; }
 
 private:
+    SeenRadiance layers_of(std::size_t instance) const {
+        const std::size_t entity = session_->instances()[instance].entity;
+        return seen_radiance(*session_->scene().entities[entity].mesh, surfaces_[entity],
+                             session_->outgoing(instance));
+    }
+
+    /// Gives the session the materials of a description of its scene; false as SeenSession::set_materials.
+    bool set_surfaces(const Scene& scene) {
+        const SceneEntities& entities = *prepared_->entities;
+        std::vector<std::vector<Surface>> surfaces = surfaces_;
+        for (std::size_t i = 0; i < prepared_->scene.instances.size(); ++i) {
+            const SceneEntity& entity = entities.of_instance(i);
+            surfaces[entities.entity_of_instance[i]] =
+                with_scene_materials(scene, scene.entities[prepared_->scene.instances[i].entity],
+                                     entity.mesh.fine.material_names, entity.surfaces);
+        }
+        if (!session_->set_materials(surfaces)) return false;
+        for (std::size_t e = 0; e < surfaces.size(); ++e)
+            session_->set_emitters(e, std::ranges::any_of(surfaces[e], &Surface::glows)
+                                          ? emitters_of(seen_surface(entities.entities[e]->mesh), surfaces[e])
+                                          : std::vector<Emitter>());
+        surfaces_ = std::move(surfaces);
+        return true;
+    }
+
     /// Arrays of before keep what they show.
     void let_go() {
-        shown_->last = do_now([](RelightSession& session) { return session.take_radiance(); });
+        shown_->last = do_now([](SeenSession& session) { return session.take_radiance(); });
         shown_->session.reset();
         shown_ = std::make_shared<ShownRadiance>(session_, SceneColours());
     }
 
-    std::shared_ptr<const PreparedScene> prepared_;  ///< That the session's pointers refer to.
+    std::shared_ptr<const PythonScene> scene_;       ///< With the lamps and materials of the session.
+    std::shared_ptr<const PreparedScene> prepared_;  ///< The session's pointers refer to it.
+    std::vector<std::vector<Surface>> surfaces_;     ///< By entity.
     std::timed_mutex mutex_;
-    std::shared_ptr<RelightSession> session_;
+    std::shared_ptr<SeenSession> session_;
     std::shared_ptr<ShownRadiance> shown_;
     std::vector<std::string> names_;
     std::size_t copies_ = 0;
@@ -183,7 +275,8 @@ void add_session(py::module_& module, py::class_<PythonScene, std::shared_ptr<Py
         module, "Session",
         R"(A scene held open: light, eye and instances change, and radiance follows.
 
-vary_light, vary_eye or vary_instance makes the transfer vectors of what is to change; then frame is quick. commit
+vary_light, vary_eye, vary_lamps or vary_instance makes the transfer vectors of what is to change; then frame is
+quick. commit
 shades in full, as a bake does. Instances are named, or numbered as in `instances`. One thread at a time drives a
 session: another one waits.)");
     session.def_property_readonly(
@@ -193,7 +286,7 @@ session: another one waits.)");
         "vary_light",
         [](PythonSession& self, const py::object& progress) {
             self.do_long(progress,
-                         [](RelightSession& of, const Progress& watched) { return of.vary_light(watched); });
+                         [](SeenSession& of, const Progress& watched) { return of.vary_light(watched); });
         },
         py::arg("progress") = py::none(),
         "Makes the vectors with which frames follow a light that turns or is exchanged.");
@@ -201,14 +294,22 @@ session: another one waits.)");
         "vary_eye",
         [](PythonSession& self, const py::object& progress) {
             self.do_long(progress,
-                         [](RelightSession& of, const Progress& watched) { return of.vary_eye(watched); });
+                         [](SeenSession& of, const Progress& watched) { return of.vary_eye(watched); });
         },
         py::arg("progress") = py::none(), "Makes the vectors with which frames follow a moving eye.");
+    session.def(
+        "vary_lamps",
+        [](PythonSession& self, const py::object& progress) {
+            self.do_long(progress,
+                         [](SeenSession& of, const Progress& watched) { return of.vary_lamps(watched); });
+        },
+        py::arg("progress") = py::none(),
+        "Shades everything but the lamps once, so that frames follow set_lamps.");
     session.def(
         "vary_instance",
         [](PythonSession& self, const py::object& instance, const py::object& progress) {
             const std::size_t of = self.number_of(instance);
-            self.do_long(progress, [of](RelightSession& inside, const Progress& watched) {
+            self.do_long(progress, [of](SeenSession& inside, const Progress& watched) {
                 return inside.vary_instance(of, watched);
             });
         },
@@ -236,7 +337,7 @@ session: another one waits.)");
                 image.pixels.emplace_back(array.data()[i], array.data()[i + 1], array.data()[i + 2]);
             clean_environment(image);
             self.turn_environment({});
-            self.do_now([&](RelightSession& of) { of.set_environment(std::move(image)); });
+            self.do_now([&](SeenSession& of) { of.set_environment(std::move(image)); });
         },
         py::arg("pixels"),
         "Exchanges the light for a lat-long image of radiance, (height, 2 height, 3), which then is not "
@@ -245,9 +346,13 @@ session: another one waits.)");
         "set_eye",
         [](PythonSession& self, const py::object& position) {
             const Vec3f eye = vector(position, "position");
-            self.do_now([&](RelightSession& of) { of.set_eye(eye); });
+            self.do_now([&](SeenSession& of) { of.set_eye(eye); });
         },
         py::arg("position"), "Moves the eye, from which the highlights are seen, to (x, y, z) metres.");
+    session.def("set_lamps", &PythonSession::set_lamps, py::arg("lamps"),
+                "Replaces the lamps by a list of dicts with the keys of `lights` in a scene file.");
+    session.def("set_material", &PythonSession::set_material, py::arg("name"), py::arg("changes"),
+                "Changes the keys of a material of the scene, named as in a scene file. Images remain.");
     session.def(
         "place", &PythonSession::place, py::arg("instance"), py::arg("translate") = py::none(),
         py::arg("scale") = py::none(), py::arg("rotate") = py::none(),
@@ -260,7 +365,7 @@ session: another one waits.)");
             const Vec3f about = vector(axis, "axis");
             if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); wanted a direction");
             if (!std::isfinite(angle)) throw py::value_error("angle is no finite number");
-            self.do_now([&](RelightSession& inside) { inside.rotate(of, Vec3d(about), angle * degree); });
+            self.do_now([&](SeenSession& inside) { inside.rotate(of, Vec3d(about), angle * degree); });
         },
         py::arg("instance"), py::arg("axis"), py::arg("angle"),
         "Turns an instance by degrees about an axis through its origin, beyond the turns that it has.");
@@ -278,34 +383,40 @@ session: another one waits.)");
         R"(A list with an array for each instance, (N, 3), outgoing and linear, W/(m^2 sr).
 
 They are the session's own memory: each frame and commit changes what they show, until instances are cloned or
-removed; then they keep what they had. As bakes, they are without images.)");
+removed; then they keep what they had. As in bakes, images do not multiply them: see under and over.)");
+    session.def_property_readonly(
+        "under", [](PythonSession& self) { return self.layer(false); },
+        "A list with an array for each instance: the radiance that images multiply, as BakedMesh.under. "
+        "Copies.");
+    session.def_property_readonly(
+        "over", [](PythonSession& self) { return self.layer(true); },
+        "A list with an array for each instance, or None: the radiance on top of images, as BakedMesh.over. "
+        "Copies.");
     session.def_property_readonly(
         "matrices",
         [](PythonSession& self) {
-            const auto instances = self.do_now([](RelightSession& of) { return of.instances(); });
+            const auto instances = self.do_now([](SeenSession& of) { return of.instances(); });
             py::list matrices;
             for (const ShadedInstance& instance : instances) matrices.append(matrix_of(instance.placement));
             return matrices;
         },
         "Where each instance stands: (4, 4), from its frame to the world.");
     session.def("picture", &PythonSession::picture,
-                "(height, width, 3): a quick picture from the eye, without images; drawn without POV-Ray.");
+                "(height, width, 3): a quick picture from the eye, drawn without POV-Ray.");
     session.def_property_readonly(
         "transfer_bytes",
-        [](PythonSession& self) {
-            return self.do_now([](RelightSession& of) { return of.transfer_bytes(); });
-        },
+        [](PythonSession& self) { return self.do_now([](SeenSession& of) { return of.transfer_bytes(); }); },
         "Memory of the transfer vectors.");
     static constexpr auto varying = {OptionSet::frames, OptionSet::occlusion, OptionSet::lighting};
     py::options undocumented;
     undocumented.disable_function_signatures();
     scene.def(
         "session",
-        [](PythonScene& self, const py::object& progress, const py::kwargs& options) {
+        [](const std::shared_ptr<PythonScene>& self, const py::object& progress, const py::kwargs& options) {
             RenderChoices choices = render_choices(options, varying, "Scene.session");
-            const auto prepared = prepare(self, progress);
+            const auto prepared = prepare(*self, progress);
             choices.shading.face_size = prepared->face_size;
-            return std::make_unique<PythonSession>(prepared, choices.shading, choices.transfer);
+            return std::make_unique<PythonSession>(self, prepared, choices.shading, choices.transfer);
         },
         py::arg("progress") = py::none(),
         option_docstring("session", "", varying, "haarfield._haarfield.Session",

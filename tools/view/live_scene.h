@@ -1,5 +1,5 @@
 #pragma once
-/// The radiance of a design while hands change it: the one place of `view` that knows relighting sessions.
+/// The radiance of a design while it is edited: the one place of `view` that knows relighting sessions.
 
 #include "bridge/pictures/preview.h"
 #include "tools/seen_session.h"
@@ -25,10 +25,10 @@ struct VertexColours {
     std::vector<std::uint16_t> over;   ///< On top of them; empty if there is nothing.
 };
 
-/// A scene's meshes and fields, and two sessions over them: one that looks past other objects by their
-/// fields, for quick vectors and frames, and one that sees what `bake` sees, for what is shown at rest.
+/// A scene's meshes and fields, and a relighting session. Occlusion by other objects is interpolated from
+/// fields for vectors, frames and quick shading. For what is displayed at rest, it is that of `bake`.
 ///
-/// One thread drives it. What takes a Progress and is interrupted, or fails, may be asked for again; the
+/// One thread drives it. A call that takes a Progress and is interrupted, or fails, may be repeated; the
 /// colours are then those of before.
 class LiveScene {
 public:
@@ -46,10 +46,10 @@ public:
     /// Of an entity the one of Scene::entities that it was prepared from.
     std::size_t described_by(std::size_t entity) const { return described_by_[entity]; }
 
-    /// What there are vectors for.
+    /// The variation that the vectors are for.
     const Variation& varied() const { return varied_; }
 
-    /// Whether frames can follow the variation in this design.
+    /// True if frames can follow the variation in this design.
     bool follows(const Design& design, const Variation& variation) const;
 
     /// Makes the vectors of a variation, in all else for this design.
@@ -71,28 +71,29 @@ public:
     /// The colours that `bake` makes of the design's file.
     Result<Done> commit(const Design& design, const Progress& progress);
 
-    /// Whether a commit need not look from the vertices again: no object has moved since the last.
+    /// True if a commit finds cached visibility: no object has moved since the last commit.
     bool commits_fast(const Design& design) const;
 
-    /// Whether lamps or surfaces shed light of their own, which no exposure changes.
+    /// True if lamps or surfaces emit light, which no exposure changes.
     bool has_own_light(const Design& design) const;
 
-    /// Whether expose() is enough: the colours' session is as it was, and the design has no light of its own.
+    /// True if expose() suffices: the session's radiance is that of the colours, and all of its light is that
+    /// of the environment.
     bool can_expose(const Design& design) const {
-        return last_ != nullptr && !last_->is_touched && !has_own_light(design);
+        return session_ && shown_ids_ == ids_ && !has_own_light(design);
     }
 
-    /// The colours of before under another exposure.
+    /// Changes the exposure of the colours.
     void expose(const Design& design);
 
-    /// By id. Of the last of these calls, and of objects that it knew.
+    /// True if the colours lack indirect light in specular reflections, because the eye moves.
+    bool lacks_reflections() const { return session_ && session_->lacks_reflections(); }
+
+    /// The colours by id: those of the last of these calls, for the objects that it knew.
     const std::map<std::uint32_t, VertexColours>& colours() const { return colours_; }
 
-    /// The exposure that a design has, found or given. Its light has been taken. [stops]
+    /// The exposure of a design, automatic or given, after take_light. [stops]
     float exposure(const Design& design) const;
-
-    /// True if the colours lack indirect light in specular reflections, because the eye moves.
-    bool lacks_reflections() const { return last_ && last_->session && last_->session->lacks_reflections(); }
 
     LightTable& lights() { return lights_; }
 
@@ -100,39 +101,33 @@ public:
     Image picture(const Design& design, Preview& preview);
 
     /// Memory of the vectors. [bytes]
-    std::size_t transfer_bytes() const { return quick_.session ? quick_.session->transfer_bytes() : 0; }
+    std::size_t transfer_bytes() const { return session_ ? session_->transfer_bytes() : 0; }
 
 private:
-    /// A session, and what it was told of last.
-    struct Stage {
-        std::optional<SeenSession> session;
-        RenderSettings settings;
-        std::vector<std::uint32_t> ids;  ///< By its instances.
-        std::uint64_t light_stamp = 0, material_stamp = 0;
-        float share = 0;
-        float gain = 1;  ///< By which colours will be multiplied: its lamps and emitters are divided by it.
-        Rotation turn;
-        bool has_mixture = false;  ///< SeenSession::show_light came last.
-        bool is_touched = false;   ///< Its session has changed since colours were taken of it.
-    };
-
     void take_materials(const Design& design);
-    void bring(Stage& stage, const Design& design, bool with_light);
-    void bring_objects(Stage& stage, const Design& design);
-    void open(Stage& stage, const Design& design);
+    /// Sets the session's inputs to those of a design, and opens the session if there is none.
+    ///
+    /// varying  what stays as it is in the session: the light, or the place of an object.
+    void bring(const Design& design, const Variation& varying);
+    void bring_objects(const Design& design, const Variation& varying);
+    /// Sets what is divided by the gain of the exposure, since the colours are multiplied by it.
+    void bring_own_light(const Design& design);
     bool has_emitters() const;
-    std::vector<Lamp> lamps_for(const Stage& stage, const Design& design) const;
     void show_light(const Design& design, FrameQuality quality);
-    void take_colours(Stage& stage, const Design& design, const VertexMask* chosen = nullptr);
+    void take_colours(const Design& design, const VertexMask* chosen = nullptr);
 
     std::unique_ptr<SceneEntities> entities_;
     std::vector<std::size_t> described_by_;            ///< Entities of the scene, by entities_.
     std::vector<std::vector<Surface>> file_surfaces_;  ///< By entities_: as they were prepared.
+    std::vector<std::vector<Emitter>> emitters_;       ///< By entities_.
+    RenderSettings settings_;
     TransferSettings transfer_settings_;
-    Stage quick_, exact_;
-    Stage* last_ = nullptr;  ///< Where the colours are from.
+    std::optional<SeenSession> session_;
+    std::vector<std::uint32_t> ids_;        ///< By the session's instances.
+    std::vector<std::uint32_t> shown_ids_;  ///< The same when the colours were computed.
     LightTable lights_;
-    std::uint64_t material_stamp_ = 0;
+    std::optional<std::uint64_t> material_stamp_;                 ///< Of entities_.
+    std::optional<std::pair<std::uint64_t, float>> environment_;  ///< Stamp and share, of the session.
 
     Variation varied_;                 ///< What there are vectors for,
     std::optional<Design> varied_of_;  ///< and of what.

@@ -30,6 +30,12 @@ SceneMaterial scene_material(const Surface& surface) {
     return material;
 }
 
+/// A visitor of a variant, made of one function for each alternative.
+template <class... Functions>
+struct Overloads : Functions... {
+    using Functions::operator()...;
+};
+
 }  // namespace
 
 void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
@@ -101,55 +107,52 @@ Result<Done> ViewSession::make_edit(const Edit& edit, const Message& message, co
 }
 
 Result<Done> ViewSession::take_content(PageId page, const Message& message) {
-    using Of = Variation::Of;
-    return std::visit(
-        [&](const auto& content) -> Result<Done> {
-            using Type = std::decay_t<decltype(content)>;
-            if constexpr (std::is_same_v<Type, TurnLight> || std::is_same_v<Type, MixLights>) {
-                return make_edit(content, message, {Of::light, 0});
-            } else if constexpr (std::is_same_v<Type, SetExposure>) {
-                return make_edit(content, message, hand_);
-            } else if constexpr (std::is_same_v<Type, SetMaterial> || std::is_same_v<Type, CloneObject> ||
-                                 std::is_same_v<Type, DeleteObject>) {
-                return make_edit(content, message, {});
-            } else if constexpr (std::is_same_v<Type, SetLamp>) {
-                return make_edit(content, message, {});
-            } else if constexpr (std::is_same_v<Type, SetSky>) {
-                return make_edit(content, message, {Of::light, 0});
-            } else if constexpr (std::is_same_v<Type, OwnPart>) {
-                return own_part(content, message);
-            } else if constexpr (std::is_same_v<Type, NamedLights>) {
-                return take_lights(content, message);
-            } else if constexpr (std::is_same_v<Type, PartialPlace>) {
-                return take_place(content, message);
-            } else if constexpr (std::is_same_v<Type, Look>) {
-                return take_look(content, message);
-            } else if constexpr (std::is_same_v<Type, Select>) {
-                if (content.object && !place_of(history_.now(), *content.object))
-                    return Error{"", fmt::format("there is no object {}", *content.object)};
-                if (content.object) likely_ = {Of::object, *content.object};
-            } else if constexpr (std::is_same_v<Type, StepBack> || std::is_same_v<Type, StepOn>) {
-                const bool done = std::is_same_v<Type, StepBack> ? history_.undo() : history_.redo();
-                if (!done) return Error{"", "there is nothing more to take back or to do again"};
-                hand_ = {};
-                look_as_designed();
-            } else if constexpr (std::is_same_v<Type, Save>) {
-                return save(page, content, message);
-            } else if constexpr (std::is_same_v<Type, StartTask>) {
-                return start_task(page, content, message);
-            } else if constexpr (std::is_same_v<Type, Restore>) {
-                return restore(message);
-            } else if constexpr (std::is_same_v<Type, Discard>) {
-                decide_left_scene();
-                return file_.autosave(nullptr);
-            } else if constexpr (std::is_same_v<Type, CancelTask>) {
-                tasks_.cancel();
-            } else if constexpr (std::is_same_v<Type, Steer>) {
-                steer(page);
-            }
-            return Done{};
-        },
-        message.content);
+    const Variation light{Variation::Of::light, 0}, nothing;
+    const auto step = [&](bool has_stepped) -> Result<Done> {
+        if (!has_stepped) return Error{"", "there is nothing more to take back or to do again"};
+        hand_ = {};
+        look_as_designed();
+        return Done{};
+    };
+    return std::visit(Overloads{
+                          [&](const TurnLight& edit) { return make_edit(edit, message, light); },
+                          [&](const MixLights& edit) { return make_edit(edit, message, light); },
+                          [&](const SetSky& edit) { return make_edit(edit, message, light); },
+                          [&](const SetExposure& edit) { return make_edit(edit, message, hand_); },
+                          [&](const SetMaterial& edit) { return make_edit(edit, message, nothing); },
+                          [&](const SetLamp& edit) { return make_edit(edit, message, nothing); },
+                          [&](const CloneObject& edit) { return make_edit(edit, message, nothing); },
+                          [&](const DeleteObject& edit) { return make_edit(edit, message, nothing); },
+                          [&](const OwnPart& part) { return own_part(part, message); },
+                          [&](const NamedLights& lights) { return take_lights(lights, message); },
+                          [&](const PartialPlace& place) { return take_place(place, message); },
+                          [&](const Look& look) { return take_look(look, message); },
+                          [&](const Select& selected) -> Result<Done> {
+                              if (selected.object && !place_of(history_.now(), *selected.object))
+                                  return Error{"", fmt::format("there is no object {}", *selected.object)};
+                              if (selected.object) likely_ = {Variation::Of::object, *selected.object};
+                              return Done{};
+                          },
+                          [&](const StepBack&) { return step(history_.undo()); },
+                          [&](const StepOn&) { return step(history_.redo()); },
+                          [&](const Save& file) { return save(page, file, message); },
+                          [&](const StartTask& task) { return start_task(page, task, message); },
+                          [&](const Restore&) { return restore(message); },
+                          [&](const Discard&) {
+                              decide_left_scene();
+                              return file_.autosave(nullptr);
+                          },
+                          [&](const CancelTask&) -> Result<Done> {
+                              tasks_.cancel();
+                              return Done{};
+                          },
+                          [&](const Steer&) -> Result<Done> {
+                              steer(page);
+                              return Done{};
+                          },
+                          [](const Shown&) -> Result<Done> { return Done{}; },  // see ViewSession::receive
+                      },
+                      message.content);
 }
 
 Result<Done> ViewSession::take_lights(const NamedLights& lights, const Message& message) {
