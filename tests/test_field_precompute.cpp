@@ -166,6 +166,30 @@ TEST(LocalSamples, ASimplifiedOpenSurfaceDoesNotDarkenItsVertices) {
     EXPECT_EQ(EntityOcclusion(box).own().triangles().size(), 12u);
 }
 
+TEST(LocalSamples, SimplificationDoesNotOpenACreviceWhereItSavesLittle) {
+    // A cushion a millimetre above a board. The simplified cushion is smaller and would leave the board's
+    // vertices below its rim in the open.
+    const auto seat = [](float half_cushion) {
+        return joined_meshes(
+            box_mesh({-1, 0, -1}, {1, 0.1f, 1}, 8),
+            box_mesh({-half_cushion, 0.101f, -half_cushion}, {half_cushion, 0.2f, half_cushion}, 4));
+    };
+    PreparedMesh mesh = prepared_as_is(seat(0.55f));
+    mesh.coarse = seat(0.45f);
+    const EntityOcclusion occlusion(mesh);
+    EXPECT_EQ(occlusion.own().positions(), occlusion.original().positions());
+    const VisibilityField field = *precompute_field("seat", mesh, occlusion, {32, 0, 0, 6, 18});
+    int below = 0;
+    for (std::size_t v = 0; v < mesh.fine.positions.size(); ++v) {
+        const Vec3f& p = mesh.fine.positions[v];
+        if (p.y != 0.1f || mesh.fine.normals[v].y < 0.9f || std::abs(p.x) > 0.51f || std::abs(p.z) > 0.51f)
+            continue;
+        EXPECT_LT(openness_above(field, v), 0.05f) << p;
+        ++below;
+    }
+    EXPECT_EQ(below, 25);
+}
+
 TEST(FieldKeys, ChangeWithMeshAndSettings) {
     const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}));
     const FieldSettings settings;

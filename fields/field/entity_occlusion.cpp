@@ -5,8 +5,10 @@ namespace {
 
 const Occluder& own_occluder(const Occluder& coarse, const Occluder& original) {
     constexpr std::size_t largest_original = 100000;  // triangles
+    const std::size_t triangles = original.triangles().size();
     const bool is_two_sided = coarse.one_sided() < coarse.triangles().size();
-    return is_two_sided && original.triangles().size() <= largest_original ? original : coarse;
+    const bool is_hardly_simplified = triangles <= 2 * coarse.triangles().size();
+    return (is_two_sided || is_hardly_simplified) && triangles <= largest_original ? original : coarse;
 }
 
 }  // namespace

@@ -22,11 +22,12 @@ public:
     /// Of the coarse mesh: what others see of the entity.
     const Occluder& coarse() const { return coarse_; }
 
-    /// What the vertices of the fine mesh see of their own entity.
+    /// The occluder that the vertices of the fine mesh see of their own entity: the coarse or the original one.
     ///
-    /// That is the coarse occluder, unless it has two-sided pieces and the original mesh is small enough
-    /// (100,000 triangles): a simplified two-sided surface passes over some of the vertices that lie on the
-    /// original one, and would darken them, whereas they lie exactly on the original's own triangles.
+    /// It is the original one, of up to 100,000 triangles, in two cases. A simplified two-sided surface passes
+    /// over some vertices of the original surface and would darken them. Simplification also opens crevices,
+    /// such as that below a cushion. The original avoids both where it has at most twice the triangles of the
+    /// coarse mesh.
     const Occluder& own() const { return own_; }
 
     /// Of the mesh as it was read, without what images cut out.
