@@ -67,10 +67,20 @@ void ModelWarnings::add_unmapped_image(const std::filesystem::path& file, const 
     add_once(of(file).unmapped_images, image);
 }
 
+void ModelWarnings::add_left_handed(const std::filesystem::path& file) {
+    of(file).left_handed = true;
+}
+
 std::vector<std::string> ModelWarnings::lines() const {
     std::vector<std::string> lines;
     for (const auto& [file, found] : files_) {
         const std::string where = file.string();
+        if (found.left_handed)
+            lines.push_back(fmt::format(
+                "{}: coordinates are left-handed, as POV-Ray's camera shows them; haarfield's pictures show "
+                "the "
+                "mirror image unless the instances have scale = [1, 1, -1], or a matrix as import writes it",
+                where));
         if (!found.missing_images.empty())
             lines.push_back(fmt::format("{}: image {} not found next to the file or below; left out", where,
                                         quoted_list(found.missing_images, most_listed)));

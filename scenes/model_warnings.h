@@ -26,6 +26,9 @@ public:
     /// Adds an image whose material has no texture coordinates.
     void add_unmapped_image(const std::filesystem::path& file, const std::string& image);
 
+    /// Adds a file of left-handed coordinates that an instance does not mirror.
+    void add_left_handed(const std::filesystem::path& file);
+
     /// One line per file and kind of finding, files in the order in which they were added.
     std::vector<std::string> lines() const;
 
@@ -36,6 +39,7 @@ private:
         std::set<std::string> added;     ///< All parts that were added.
         UnusedProperties unused;
         std::vector<std::string> missing_images, unmapped_images;
+        bool left_handed = false;
     };
     Findings& of(const std::filesystem::path& file);
 

@@ -140,6 +140,7 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
     if (!prepared) return Error{description.mesh.string(), prepared.error().message()};
     entity.mesh = std::move(*prepared);
     entity.left_handed = (*model)->is_left_handed() && !mirrors(shape);
+    if (entity.left_handed) warnings.add_left_handed(description.mesh);
     warnings.add_findings(description.mesh, description.part, notable_findings(entity.mesh));
     entity.surfaces = std::move(*surfaces);
     entity.materials = materials_of(entity.surfaces);

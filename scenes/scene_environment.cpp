@@ -9,6 +9,7 @@
 #include "shading/bake/room_exposure.h"
 #include "shading/scene/exposure.h"
 #include "shading/scene/mixed_environment.h"
+#include "shading/scene/scene_light.h"
 #include "shading/scene/turned_light.h"
 
 #include <fmt/format.h>
@@ -64,26 +65,60 @@ Result<Environment> described_environment(const Scene& scene, std::vector<std::s
     return turned_environment(*light, double(description.rotation), 0);
 }
 
-float found_exposure(const Scene& scene, const Environment& light) {
+namespace {
+
+/// The place that is to be exposed well: the camera's target, or the mean place of all instances.
+Vec3d exposed_place(const Scene& scene) {
     Vec3d place(scene.camera.target);
     if (scene.finds_camera && !scene.instances.empty()) {
         place = Vec3d(0, 0, 0);
         for (const Instance& instance : scene.instances) place += Vec3d(instance.placement.translate);
         place /= static_cast<double>(scene.instances.size());
     }
+    return place;
+}
+
+/// What the emitters of a scene shed on a place, without shadows.
+std::vector<ExposedLight> emitted_light(const ShadedScene& scene, const Vec3d& place) {
+    const EmitterTree emitters = scene_emitters(scene);
+    std::vector<ExposedLight> result;
+    std::vector<EmitterPatch> patches;
+    for (const float up : {1.0f, -1.0f}) {  // a half of all directions at a time
+        find_patches(emitters, Vec3f(place), Vec3f(0, up, 0), {}, patches);
+        for (const EmitterPatch& patch : patches)
+            result.push_back({Vec3d(patch.direction), double(luminance(patch.facing))});
+    }
+    return result;
+}
+
+}  // namespace
+
+std::vector<ExposedLight> local_lights(const Scene& scene) {
+    const Vec3d place = exposed_place(scene);
     std::vector<ExposedLight> local;
     for (const SceneLamp& lamp : scene.lamps) {
         const LampLight arriving = lamp_light(lamp, place);
         if (arriving.share > 0)
             local.push_back({arriving.direction, arriving.share * pi * double(luminance(lamp.colour))});
     }
-    return automatic_exposure(light, local);
+    return local;
 }
 
-float room_stops(const Scene& scene, const SceneEntities& entities, const Environment& light) {
+float found_exposure(const Scene& scene, const Environment& light) {
+    return automatic_exposure(light, local_lights(scene));
+}
+
+float entity_stops(const Scene& scene, const SceneEntities& entities, const Environment& light) {
     if (scene.environment.exposure || scene.environment.is_black()) return 0;
-    return room_exposure(shaded_scene(scene, entities, light),
-                         picture_directions(scene_camera(scene, entities)));
+    const ShadedScene shaded = shaded_scene(scene, entities, light);
+    if (const float stops = room_exposure(shaded, picture_directions(scene_camera(scene, entities)));
+        stops != 0)
+        return stops;
+    std::vector<ExposedLight> local = emitted_light(shaded, exposed_place(scene));
+    if (local.empty()) return 0;
+    const std::vector<ExposedLight> gathered = gathered_light(light), lamps = local_lights(scene);
+    local.insert(local.end(), lamps.begin(), lamps.end());
+    return automatic_exposure(gathered, local) - automatic_exposure(gathered, lamps);
 }
 
 Result<SceneEnvironment> scene_environment(const Scene& scene) {

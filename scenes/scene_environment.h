@@ -3,7 +3,7 @@
 
 #include "fields/base/result.h"
 #include "scenes/scene.h"
-#include "shading/scene/environment.h"
+#include "shading/scene/exposure.h"
 
 namespace haarfield {
 
@@ -31,11 +31,15 @@ Result<Environment> described_environment(const Scene& scene, std::vector<std::s
 /// light  turned, not exposed.
 float found_exposure(const Scene& scene, const Environment& light);
 
-/// The stops that the exposure of a scene's light needs in addition to found_exposure because its camera
-/// stands in a room: see room_exposure. 0 if the scene names its exposure.
+/// The local lights of a scene at the place that found_exposure exposes.
+std::vector<ExposedLight> local_lights(const Scene& scene);
+
+/// The stops that the exposure of a scene's light needs in addition to found_exposure, because its camera
+/// stands in a room (room_exposure), or because surfaces emit light there (at most four fewer). 0 if the scene
+/// names its exposure.
 ///
 /// light  exposed.
-float room_stops(const Scene& scene, const SceneEntities& entities, const Environment& light);
+float entity_stops(const Scene& scene, const SceneEntities& entities, const Environment& light);
 
 /// Reads or makes the light, cleans it, finds its exposure if it is to be found, turns it and exposes it.
 ///

@@ -122,6 +122,27 @@ TEST(Furniture, TheRoomIsDarkButForItsWindow) {
     EXPECT_GT(open, through_panes);
 }
 
+TEST(Furniture, TheParquetCoversTheFloorInBlocksOfFiveSquares) {
+    const Mesh mesh = parquet_mesh();
+    double area = 0;
+    std::array<double, 3> of_material{};
+    for (const auto& triangle : mesh.triangles) {
+        const Vec3d normal = area_vector(mesh, triangle);
+        EXPECT_NEAR(normal.y, 0.11 * 0.11, 1e-6) << "half a square, facing up";
+        area += normal.y;
+        of_material[mesh.vertex_materials[triangle[0]]] += normal.y;
+    }
+    EXPECT_NEAR(area, 64, 2);
+    for (const double share : of_material) EXPECT_NEAR(share / area, 1.0 / 3, 0.06);
+    const SurfaceRays rays(mesh.positions, mesh.triangles);
+    std::mt19937 random(5);
+    const auto number = [&] { return 3.8f * (static_cast<float>(random()) * 0x1p-31f - 1); };
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3f above(number(), 1, number());
+        EXPECT_TRUE(rays.meets_surface(above, {0, -1, 0})) << above;
+    }
+}
+
 TEST(Furniture, HasNoNeedlesAndNormalsThatFitTheirFaces) {
     for (const Piece& piece : furniture_and_room())
         for (std::size_t t = 0; t < piece.mesh.triangles.size(); ++t) {
@@ -144,6 +165,7 @@ TEST(Furniture, CommittedFilesAreWhatTheGeneratorWrites) {
     const std::vector<std::pair<const char*, Mesh>> meshes{{"table.obj", table_mesh()},
                                                            {"chair.obj", chair_mesh()},
                                                            {"floor.obj", floor_mesh()},
+                                                           {"parquet.obj", parquet_mesh()},
                                                            {"room.obj", room_mesh()}};
     for (const auto& [name, mesh] : meshes) {
         std::ifstream in(mesh_folder() / name, std::ios::binary);

@@ -61,6 +61,33 @@ TEST(ReferenceScene, ShowsLeftHandedFilesAsPovrayDoes) {
     EXPECT_LT(different, 8);
 }
 
+/// A scene file may name a mesh2 file without turning its coordinates.
+TEST(ReferenceScene, LeftHandedFilesThatNoInstanceMirrorsAreNamed) {
+    const TestFolder folder;
+    write_text(folder / "own.inc",
+               "mesh2 { vertex_vectors { 3, <-1, -1, 0>, <1, -1, 0>, <-1, 1, 0> } face_indices { 1, <0, 1, "
+               "2> } }\n");
+    const auto warnings = [&](const std::string& instance) {
+        write_text(
+            folder / "scene.toml",
+            "[camera]\nposition = [0, 0, 4]\ntarget = [0, 0, 0]\n[environment]\nsky = {}\n[materials.m]\n"
+            "[entities.e]\nmesh = \"own.inc\"\nmaterial = \"m\"\n[[instances]]\nentity = \"e\"\n" +
+                instance);
+        const Result<Scene> scene = read_scene(folder / "scene.toml");
+        EXPECT_TRUE(scene) << scene.error().message();
+        const Result<SceneEntities> entities = original_entities(*scene);
+        EXPECT_TRUE(entities) << entities.error().message();
+        return std::ranges::count_if(entities->warnings, [](const std::string& warning) {
+            return warning.find("own.inc") != warning.npos && warning.find("left-handed") != warning.npos &&
+                   warning.find("scale = [1, 1, -1]") != warning.npos;
+        });
+    };
+    EXPECT_EQ(warnings(""), 1);
+    EXPECT_EQ(warnings("[[instances]]\nentity = \"e\"\n"), 1) << "once for two instances";
+    EXPECT_EQ(warnings("scale = [1, 1, -1]\n"), 0);
+    EXPECT_EQ(warnings("matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, -1, 0]]\n"), 0);
+}
+
 TEST(ReferenceScene, AWhiteFurnaceReflectsTheAlbedo) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 1);

@@ -48,6 +48,22 @@ protected:
         write_text(file, text);
     }
 
+    /// A square that emits light on one side.
+    void add_panel(const std::array<Vec3d, 4>& corners, double radiance) {
+        const std::string name = fmt::format("panel_{}", scene.entities.size());
+        std::string text;
+        for (const Vec3d& corner : corners) text += fmt::format("v {} {} {}\n", corner.x, corner.y, corner.z);
+        write_text(folder / (name + ".obj"), text + "f 1 2 3 4\n");
+        scene.materials[name].emission = Rgb(float(radiance));
+        Entity panel;
+        panel.name = panel.material = name;
+        panel.mesh = folder / (name + ".obj");
+        panel.fine_vertices = 0;
+        panel.coarse_triangles = 0;
+        scene.instances.push_back({name, scene.entities.size(), {}});
+        scene.entities.push_back(panel);
+    }
+
     SceneEntities entities() const {
         SceneEntityOptions meshes_only;
         meshes_only.fields = false;
@@ -55,7 +71,7 @@ protected:
         EXPECT_TRUE(prepared) << prepared.error().message();
         return std::move(*prepared);
     }
-    float stops() const { return room_stops(scene, entities(), white_light); }
+    float stops() const { return entity_stops(scene, entities(), white_light); }
 
     TestFolder folder;
     Scene scene;
@@ -103,7 +119,7 @@ TEST_F(RoomExposure, DoesNotDependOnTheMeshesThatShow) {
     EXPECT_GT(found, 3);
     const Result<SceneEntities> originals = original_entities(scene);
     ASSERT_TRUE(originals);
-    EXPECT_EQ(room_stops(scene, *originals, white_light), found);
+    EXPECT_EQ(entity_stops(scene, *originals, white_light), found);
     scene.entities[0].fine_vertices = 3000;
     EXPECT_EQ(stops(), found);
 }
@@ -117,6 +133,29 @@ TEST_F(RoomExposure, LeavesLampsWhatTheyLight) {
     EXPECT_NEAR(stops(), without - 1, 0.1);
     scene.lamps[0].colour = Rgb(10.0f);
     EXPECT_NEAR(stops(), without - 4, 0.1) << "a sixteenth";
+}
+
+TEST_F(RoomExposure, LeavesEmittersWhatTheyLight) {
+    const auto irradiance = [](const std::array<Vec3d, 4>& corners, const Vec3d& point, const Vec3d& normal) {
+        return triangle_irradiance({corners[0], corners[1], corners[2]}, point, normal) +
+               triangle_irradiance({corners[0], corners[2], corners[3]}, point, normal);
+    };
+    scene.camera.vertical_fov = 0.005f;  // points that the panel lights alike
+    const float without = stops();
+    // Below the ceiling, facing down. It lights the middle of the wall that the camera sees.
+    const std::array<Vec3d, 4> panel{Vec3d(-0.5, 2.9, 0.9), Vec3d(0.5, 2.9, 0.9), Vec3d(0.5, 2.9, 1.9),
+                                     Vec3d(-0.5, 2.9, 1.9)};
+    const double on_wall = irradiance(panel, {0, 1.5, 2}, {0, 0, -1});
+    add_panel(panel, 0.5 * pi / (0.8 * on_wall));
+    EXPECT_NEAR(stops(), without - 1, 0.1);
+
+    scene.camera.position = {0, 1.5f, -6};
+    scene.camera.target = {0, 1.5f, -8};
+    EXPECT_NEAR(stops(), 0, 0.02) << "outdoors, where nothing emits light";
+    const std::array<Vec3d, 4> sign{Vec3d(-0.5, 1, -10), Vec3d(0.5, 1, -10), Vec3d(0.5, 2, -10),
+                                    Vec3d(-0.5, 2, -10)};
+    add_panel(sign, 0.5 * pi / (0.8 * irradiance(sign, {0, 1.5, -8}, {0, 0, -1})));
+    EXPECT_NEAR(stops(), -1, 0.05) << "outdoors, before a sign";
 }
 
 }  // namespace

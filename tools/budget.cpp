@@ -102,6 +102,8 @@ void report_entries(const std::vector<BudgetEntry>& entries, CommandContext& con
                                             {"relative_rmse", entry.relative_rmse},
                                             {"relative_99", entry.relative_99},
                                             {"bias", entry.bias},
+                                            {"noise", entry.noise},
+                                            {"without_noise", entry.without_noise()},
                                             {"points", entry.points}});
     }
 }

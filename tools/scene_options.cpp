@@ -119,12 +119,13 @@ Result<Environment> opened_environment(const Scene& scene, CommandContext& conte
 
 float expose_room(const Scene& scene, const SceneEntities& entities, Environment& environment,
                   CommandContext& context, std::size_t number) {
-    const float stops = room_stops(scene, entities, environment);
+    const float stops = entity_stops(scene, entities, environment);
     if (stops == 0) return 0;
     environment = turned_environment(environment, 0, double(stops));
     auto& exposure = context.report["environments"][number]["exposure"];
     exposure = exposure.get<float>() + stops;
-    context.print("light  exposure {:.2f} stops, because the camera is in a room\n", exposure.get<float>());
+    context.print("light  exposure {:.2f} stops, because {}\n", exposure.get<float>(),
+                  stops > 0 ? "the camera is in a room" : "surfaces emit light");
     return stops;
 }
 

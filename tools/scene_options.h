@@ -45,7 +45,7 @@ Result<Done> place_camera(Scene& scene, const SceneEntities& entities, const Sce
 /// report's `environments` goes where it is from, and its exposure; onto stdout, if that is found.
 Result<Environment> opened_environment(const Scene& scene, CommandContext& context);
 
-/// Adds room_stops to the exposure of a light, in the report's `environments`, too; prints a line if there
+/// Adds entity_stops to the exposure of a light, in the report's `environments`, too; prints a line if there
 /// are any. Returns the stops.
 ///
 /// number  of the light in the report.

@@ -2,6 +2,8 @@
 
 #include "scenes/furniture/modelling.h"
 
+#include <random>
+
 namespace haarfield {
 
 namespace {
@@ -317,6 +319,36 @@ Mesh floor_mesh() {
     mesh.vertex_materials.assign(4, 0);
     mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
     mesh.material_names = {"floor"};
+    return mesh;
+}
+
+Mesh parquet_mesh() {
+    constexpr int block = 5, half_lattice = 40;  // squares
+    constexpr double half_diagonal = 0.11, half_floor = 4;
+    Mesh mesh;
+    mesh.material_names = {"light", "medium", "dark"};
+    for (std::uint16_t material = 0; material < 3; ++material)
+        for (int i = -half_lattice; i < half_lattice; ++i)
+            for (int j = -half_lattice; j < half_lattice; ++j) {
+                const auto place = [&](int u, int v) {
+                    return Vec3d(half_diagonal * (u - v), 0, half_diagonal * (u + v));
+                };
+                const Vec3d middle = (place(i, j) + place(i + 1, j + 1)) * 0.5;
+                if (std::abs(middle.x) > half_floor || std::abs(middle.z) > half_floor) continue;
+                // Blocks along u begin where `along` is 0, those along v where it is the last.
+                const int along = ((i - j) % (2 * block) + 2 * block) % (2 * block);
+                const int first_i = along < block ? i - along : i,
+                          first_j = along < block ? j : j - (2 * block - 1 - along);
+                std::mt19937 random(static_cast<std::uint32_t>(1000 * (first_i + 500) + first_j + 500));
+                if (random() % 3 != material) continue;
+                const auto corner = static_cast<std::uint32_t>(mesh.positions.size());
+                for (const Vec3d& p : {place(i, j), place(i, j + 1), place(i + 1, j + 1), place(i + 1, j)})
+                    mesh.positions.emplace_back(p);
+                mesh.triangles.push_back({corner, corner + 1, corner + 2});
+                mesh.triangles.push_back({corner, corner + 2, corner + 3});
+                mesh.vertex_materials.insert(mesh.vertex_materials.end(), 4, material);
+            }
+    mesh.normals.assign(mesh.positions.size(), Vec3f(0, 1, 0));
     return mesh;
 }
 

@@ -24,4 +24,8 @@ Mesh room_mesh();
 /// A square of 6 x 6 m, two triangles, which faces up. Material: "floor".
 Mesh floor_mesh();
 
+/// A floor of some 8 x 8 m in herringbone, which faces up: blocks of 0.78 x 0.156 m at 45 degrees to the axes,
+/// in squares, so that no edge ends within another. Materials: "light", "medium", "dark", at random.
+Mesh parquet_mesh();
+
 }  // namespace haarfield

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
     for (const auto& [name, mesh] : {std::pair<const char*, Mesh>{"table.obj", table_mesh()},
                                      {"chair.obj", chair_mesh()},
                                      {"floor.obj", floor_mesh()},
+                                     {"parquet.obj", parquet_mesh()},
                                      {"room.obj", room_mesh()}}) {
         if (written) written = write_file(folder / name, obj_text(mesh));
     }

@@ -45,11 +45,12 @@ private:
     double energy_ = 0, error_ = 0, radiance_ = 0;
 };
 
-std::vector<BudgetVertex> random_vertices(const ShadedScene& scene, std::size_t wanted) {
+std::vector<BudgetVertex> random_vertices(const ShadedScene& scene, const PlacedSolids& solids,
+                                          std::size_t wanted) {
     std::vector<BudgetVertex> all;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const std::vector<std::uint8_t>& buried =
-            scene.entities[scene.instances[i].entity].occlusion->samples().buried;
+        const std::vector<std::uint8_t> buried =
+            buried_vertices(solids, scene, i, scene.entities[scene.instances[i].entity].occlusion->samples());
         for (std::size_t v = 0; v < buried.size(); ++v)
             if (!buried[v]) all.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(v)});
     }
@@ -179,7 +180,7 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
     if (!geometry) return geometry.error();
     const OracleContext context(scene, originals, settings, *geometry);
     ErrorBudget budget;
-    budget.vertices = random_vertices(scene, vertices);
+    budget.vertices = random_vertices(scene, geometry->solids, vertices);
     std::vector<OracleRadiances> radiances(budget.vertices.size());
     const Result<Done> measured = parallel_loop(
         {radiances.size()},
@@ -232,11 +233,12 @@ Result<BudgetEntry> ray_difference(const ShadedScene& scene, std::span<const Bud
         noise += squared(estimates[k].deviation);
         energy += squared(estimates[k].radiance);
     }
-    return errors.entry(
-        "rays",
-        fmt::format("direct light, against {} rays a vertex, whose standard error is {:.3f} %", samples,
-                    energy > 0 ? 100 * std::sqrt(noise / energy) : 0.0),
-        vertices.size());
+    BudgetEntry entry = errors.entry("rays", {}, vertices.size());
+    entry.noise = energy > 0 ? std::sqrt(noise / energy) : 0.0;
+    entry.meaning = fmt::format(
+        "direct light, against {} rays a vertex; {:.3f} % without their standard error of {:.3f} %", samples,
+        100 * entry.without_noise(), 100 * entry.noise);
+    return entry;
 }
 
 Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<const MeshPoint> points,

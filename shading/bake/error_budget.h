@@ -1,6 +1,9 @@
 #pragma once
 /// What each approximation of a bake costs, one at a time, against the dense oracle.
 
+#include <algorithm>
+#include <cmath>
+
 #include "shading/bake/mesh_point.h"
 #include "shading/bake/renderer.h"
 
@@ -13,6 +16,12 @@ struct BudgetEntry {
     double relative_rmse = 0;  ///< RMS of the error over all points / RMS of the oracle's radiance.
     double relative_99 = 0;    ///< 99 % of all points err by at most this: magnitudes, relative to the RMS.
     double bias = 0;           ///< Mean error / mean of the oracle's radiance.
+    double noise = 0;          ///< Standard error of a random oracle, relative as `relative_rmse`.
+
+    /// The estimate of relative_rmse for an oracle without noise: the squares of both errors add up.
+    double without_noise() const {
+        return std::sqrt(std::max(0.0, relative_rmse * relative_rmse - noise * noise));
+    }
 };
 
 /// A vertex, its radiance by the finest oracle, and by the bake; with light that bounces, if there are
@@ -33,7 +42,7 @@ struct ErrorBudget {
     std::vector<BudgetVertex> wrong;
 };
 
-/// Measures at random vertices that are not buried, the same ones each time.
+/// Measures at random vertices that are not buried (buried_vertices), the same ones each time.
 ///
 /// alone       the oracle with one part exchanged, less the oracle: visibility as the field's truncation
 ///             leaves it, or interpolated between exact samples; the lighting's truncated wavelets; lobes and
@@ -51,8 +60,9 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
                                  const RenderSettings& settings, std::size_t vertices,
                                  const Progress& progress = {});
 
-/// The direct light of a bake against rays (ray_renderer.h), which share neither fields nor the splitting of
-/// light into sources with it and its oracle. `meaning` has the rays' own standard error.
+/// Compares the direct light of a bake with rays (ray_renderer.h), which share neither fields nor the
+/// splitting of light into sources with the bake and its oracle. `noise` is the standard error of the rays,
+/// from eight independent estimates per vertex.
 ///
 /// vertices  of error_budget.
 /// samples   of each vertex.

@@ -11,6 +11,7 @@
 #include "shading/bake/source_choice.h"
 #include "shading/bounces/cosine_directions.h"
 #include "shading/scene/light_sources.h"
+#include "shading/scene/scene_light.h"
 #include "shading/visibility/instanced_triangles.h"
 
 namespace haarfield {
@@ -29,7 +30,7 @@ struct RoomPoint {
 
 class Room {
 public:
-    explicit Room(const ShadedScene& scene) : scene_(scene) {
+    explicit Room(const ShadedScene& scene) : scene_(scene), emitters_(scene_emitters(scene)) {
         for (const ShadedEntity& entity : scene.entities) {
             const Occluder& original = entity.occlusion->original();
             triangles_.add_entity(original.positions(), original.triangles());
@@ -98,6 +99,21 @@ public:
         return sum;
     }
 
+    /// The luminance of white paint in the light of the emitters.
+    double emitter_luminance(const RoomPoint& point) const {
+        constexpr float before = 1 - 1e-3f;  // the emitter itself
+        std::vector<EmitterPatch> patches;
+        find_patches(emitters_, point.from, point.normal, {}, patches);
+        double irradiance = 0;
+        for (const EmitterPatch& patch : patches) {
+            const Vec3f towards = patch.place - point.from;
+            if (!meets_any(triangles_.scene(),
+                           embree_ray(point.from, towards.normalized(), towards.length() * before)))
+                irradiance += double(luminance(patch.irradiance));
+        }
+        return white * irradiance / pi;
+    }
+
 private:
     /// Of a surface that reflects all of it, from one light of the sources.
     double source_luminance(const RoomPoint& point, double drawn) const {
@@ -110,6 +126,7 @@ private:
     }
 
     const ShadedScene& scene_;
+    const EmitterTree emitters_;
     InstancedTriangles triangles_;
     LatLongImage smooth_;
     SourceChoice sources_;
@@ -126,7 +143,7 @@ float room_exposure(const ShadedScene& scene, std::span<const Vec3f> directions)
     tbb::parallel_for(std::size_t(0), directions.size(), [&](std::size_t i) {
         if (const std::optional<RoomPoint> point = room.first_point(scene.eye, directions[i].normalized()))
             luminances[i] = room.white_luminance(*point, static_cast<std::uint32_t>(i)) /
-                            std::max(1 - room.lamp_luminance(*point), least);
+                            std::max(1 - room.lamp_luminance(*point) - room.emitter_luminance(*point), least);
     });
     std::erase(luminances, -1);
     if (luminances.empty()) return 0;

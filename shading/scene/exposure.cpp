@@ -14,14 +14,9 @@ constexpr double white = 0.8;  // albedo
 constexpr int columns = 64, rows = 32;
 constexpr std::size_t normals = 1024;
 
-/// Light from a direction, in luminance.
-struct Ray {
-    Vec3d direction;
-    double irradiance;
-};
+}  // namespace
 
-/// The environment's light, gathered from cells of its image.
-std::vector<Ray> gathered_light(const Environment& environment) {
+std::vector<ExposedLight> gathered_light(const Environment& environment) {
     const LatLongImage& image = environment.image;
     std::vector<Vec3d> cells(std::size_t(columns * rows), Vec3d(0, 0, 0));  // irradiance * direction
     for (int row = 0; row < image.height; ++row) {
@@ -35,7 +30,7 @@ std::vector<Ray> gathered_light(const Environment& environment) {
                 direction * (double(luminance(radiance)) * solid_angle);
         }
     }
-    std::vector<Ray> light;
+    std::vector<ExposedLight> light;
     for (const Vec3d& cell : cells)
         if (cell.length() > 0) light.push_back({cell.normalized(), cell.length()});
     for (const SunDisc& sun : environment.suns)
@@ -43,21 +38,23 @@ std::vector<Ray> gathered_light(const Environment& environment) {
     return light;
 }
 
-}  // namespace
-
 float automatic_exposure(const Environment& environment) {
     return automatic_exposure(environment, {});
 }
 
 float automatic_exposure(const Environment& environment, std::span<const ExposedLight> local) {
+    return automatic_exposure(gathered_light(environment), local);
+}
+
+float automatic_exposure(std::span<const ExposedLight> environment, std::span<const ExposedLight> local) {
     constexpr double brightest = pi / white, least = brightest / 16;  // irradiance
-    const std::vector<Ray> light = gathered_light(environment);
     double gain = INFINITY;
     for (std::size_t i = 0; i < normals; ++i) {
         const Vec3d upright = spiral_direction(i, 1 - (2 * double(i) + 1) / normals),
                     normal(upright.x, upright.z, upright.y);
         double distant = 0, near = 0;
-        for (const Ray& ray : light) distant += ray.irradiance * std::max(0.0, normal.dot(ray.direction));
+        for (const ExposedLight& light : environment)
+            distant += light.irradiance * std::max(0.0, normal.dot(light.direction));
         for (const ExposedLight& lamp : local)
             near += lamp.irradiance * std::max(0.0, normal.dot(lamp.direction));
         if (distant > 0) gain = std::min(gain, std::max(brightest - near, least) / distant);

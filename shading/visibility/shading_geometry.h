@@ -1,6 +1,7 @@
 #pragma once
 /// What shading prepares once for a scene's objects, whatever the light and the view.
 
+#include <memory>
 #include <optional>
 
 #include "shading/scene/shaded_scene.h"
@@ -8,6 +9,7 @@
 #include "shading/visibility/buried_fill.h"
 #include "shading/visibility/impostors.h"
 #include "shading/visibility/instance_grid.h"
+#include "shading/visibility/placed_solids.h"
 #include "shading/visibility/shadow_rays.h"
 #include "shading/visibility/turned_occluders.h"
 #include "shading/walk/blocked_cones.h"
@@ -26,7 +28,7 @@ struct ShadingGeometry {
         /// Within these distances of the samplers' centres the entity is seen exactly, from its ground plane
         /// and from elsewhere; see adapt_to_light. [m]
         float exact_on_ground = 0, exact_around = 0;
-        BuriedFill fill;  ///< Of the fine mesh.
+        std::shared_ptr<const BuriedFill> fill;  ///< Of the fine mesh.
     };
     std::vector<Entity> entities;  ///< As in the scene.
     int face_size;
@@ -42,11 +44,14 @@ struct ShadingGeometry {
         bool is_turned;
         Vec3f middle;          ///< Of its sphere, in the world. [m]
         float radius, nearer;  ///< Of the sphere; and beyond this distance it is seen by its impostors. [m]
+        /// Fills the fine mesh: Entity::fill, or with the vertices inside other instances; see place_solids.
+        std::shared_ptr<const BuriedFill> fill;
     };
     std::vector<Instance> instances;
     std::vector<std::optional<Impostors>> impostors;  ///< By entity, of those that are seen from so far.
     InstanceGrid grid;                                ///< Of the places from which the instances can be seen.
     ShadowRays rays;                                  ///< For concentrated light.
+    PlacedSolids solids;                              ///< What contains vertices of other instances.
     std::optional<double> openness;                   ///< See adapt_to_light; once it was needed.
     /// @}
 
@@ -82,6 +87,11 @@ void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, do
 /// errors  interrupted; then the geometry is as it was.
 Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry,
                              const Progress& progress = {});
+
+/// Computes which vertices lie inside other instances: `solids`, and the instances' fills.
+///
+/// cost  an inside test for each vertex in the box of another instance.
+void place_solids(const ShadedScene& scene, ShadingGeometry& geometry);
 
 /// Where a vertex looks up what it sees past an instance: samples of its field, which must be one of the
 /// instance as it is turned.

@@ -83,7 +83,7 @@ Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(BakedVertices
     made->entities = shared_entities;
     made->scene.camera = scene_camera(scene_, *made->entities);
     made->scene.finds_camera = false;
-    if (const float stops = room_stops(made->scene, *made->entities, made->light.environment); stops != 0) {
+    if (const float stops = entity_stops(made->scene, *made->entities, made->light.environment); stops != 0) {
         made->light.environment = turned_environment(made->light.environment, 0, double(stops));
         made->light.exposure += stops;
     }

@@ -42,7 +42,8 @@ Result<std::shared_ptr<const EncodedLight>> LightTable::encoded(const std::files
     SplitLight split = split_light(*read, settings_.sources);
     light->smooth = turnable_light(split.smooth, settings_.face_size);
     light->sources = std::move(split.sources);
-    light->automatic_exposure = automatic_exposure(*read);
+    light->gathered = gathered_light(*read);
+    light->automatic_exposure = automatic_exposure(light->gathered, {});
     light->environment = std::move(*read);
     if (known_.size() == most_known) known_.erase(known_.begin());
     known_.emplace_back(key, light);
@@ -115,14 +116,15 @@ float LightTable::exposure(const Design& design) const {
     const std::optional<float>& given = design.scene.environment.exposure;
     if (given) return *given;
     if (!first_) return 0;
-    const float share = second_share(design);
-    if (!second_ || share <= 0)
-        return design.scene.lamps.empty() ? first_->automatic_exposure
-                                          : found_exposure(design.scene, first_->environment);
-    if (mixed_ && mixed_share_ == share) return automatic_exposure(*mixed_);
-    // What white paint shows at most of either, added: the most of both at least.
-    return -std::log2((1 - share) * std::exp2(-first_->automatic_exposure) +
-                      share * std::exp2(-second_->automatic_exposure));
+    const float share = second_ ? second_share(design) : 0;
+    if (share <= 0 && design.scene.lamps.empty()) return first_->automatic_exposure;
+    std::vector<ExposedLight> distant;
+    for (const auto& [light, of] : {std::pair(first_.get(), 1 - share), std::pair(second_.get(), share)}) {
+        if (!light || of <= 0) continue;
+        for (const ExposedLight& one : light->gathered)
+            distant.push_back({design.scene.environment.turn(one.direction), one.irradiance * double(of)});
+    }
+    return automatic_exposure(distant, local_lights(design.scene));
 }
 
 }  // namespace haarfield

@@ -1,6 +1,7 @@
 #pragma once
 /// The lights that a design has had, encoded so that they can be turned, mixed and dimmed in every frame.
 
+#include "shading/scene/exposure.h"
 #include "shading/scene/light_sources.h"
 #include "shading/scene/turned_light.h"
 #include "shading/transfer/session_inputs.h"
@@ -12,10 +13,11 @@ namespace haarfield {
 
 /// A light as it can be turned from frame to frame.
 struct EncodedLight {
-    Environment environment;           ///< As its file has it, cleaned; neither turned nor exposed.
-    TurnableLight smooth;              ///< What wavelets serve of it,
-    std::vector<LightSource> sources;  ///< and what rays do.
-    float automatic_exposure = 0;      ///< [stops]
+    Environment environment;             ///< As its file has it, cleaned; neither turned nor exposed.
+    TurnableLight smooth;                ///< What wavelets serve of it,
+    std::vector<LightSource> sources;    ///< and what rays do.
+    float automatic_exposure = 0;        ///< [stops]
+    std::vector<ExposedLight> gathered;  ///< For the exposure of mixtures, and with lamps.
 };
 
 /// Reads and encodes lights, and keeps the last few.
@@ -35,7 +37,10 @@ public:
     /// @name Of the design that was taken last; share, turn and exposure may be others. @{
     MomentaryLight momentary(const Design& design, bool few) const;  ///< cost: some 5 ms a light.
     const Environment& mixed(const Design& design);  ///< Not turned; kept until the share changes.
-    float exposure(const Design& design) const;      ///< [stops]
+    /// The scene's exposure; if it is to be found, found_exposure of the mixture as it is turned. [stops]
+    ///
+    /// cost  some 3 ms for a mixture, or with lamps.
+    float exposure(const Design& design) const;
     /// @}
 
 private:
