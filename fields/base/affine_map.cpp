@@ -5,7 +5,7 @@
 namespace haarfield {
 
 Vec3d AffineMap::normal(const Vec3d& n) const {
-    // The inverse, transposed, but for the determinant: of that only the sign matters.
+    // The inverse transpose, up to a positive factor: only the sign of the determinant matters.
     const Vec3d result =
         axes[1].cross(axes[2]) * n.x + axes[2].cross(axes[0]) * n.y + axes[0].cross(axes[1]) * n.z;
     const double length = result.length();

@@ -1,5 +1,5 @@
 #pragma once
-/// Any affine map, in double.
+/// Affine maps in double precision.
 
 #include "fields/base/vector.h"
 
@@ -7,24 +7,24 @@
 
 namespace haarfield {
 
-/// Where the axes and the origin go to.
+/// An affine map: the images of the three axes and of the origin.
 struct AffineMap {
     std::array<Vec3d, 3> axes{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
     Vec3d origin{0, 0, 0};
 
-    /// A direction, or the difference of two points, moved.
+    /// Maps a direction, or the difference of two points.
     Vec3d direction(const Vec3d& d) const { return axes[0] * d.x + axes[1] * d.y + axes[2] * d.z; }
-    /// A point, moved.
+    /// Maps a point.
     Vec3d point(const Vec3d& p) const { return direction(p) + origin; }
-    /// A normal, as the surface that it stands on is moved; of another length.
+    /// Maps a surface normal. Returns a unit vector, or zero if the map is singular.
     Vec3d normal(const Vec3d& n) const;
-    bool is_mirrored() const;           ///< Turns left hands into right ones.
-    std::array<Vec3d, 3> rows() const;  ///< Of the linear part, as a matrix that stands before columns.
+    bool is_mirrored() const;           ///< True if the map swaps right-handed and left-handed frames.
+    std::array<Vec3d, 3> rows() const;  ///< The rows of the linear part, for column vectors.
 
-    bool operator==(const AffineMap&) const = default;  ///< Equal in all bits, but for signs of zeros.
+    bool operator==(const AffineMap&) const = default;  ///< Exact, except that -0 equals 0.
 };
 
-/// `second` after `first`.
+/// Returns the composition of two maps: `first`, then `second`.
 AffineMap operator*(const AffineMap& second, const AffineMap& first);
 
 }  // namespace haarfield

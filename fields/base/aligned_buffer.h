@@ -1,5 +1,5 @@
 #pragma once
-/// Memory for vectors.
+/// Aligned memory for vector instructions.
 
 #include <algorithm>
 #include <cstddef>
@@ -8,16 +8,17 @@
 
 namespace haarfield {
 
-/// Elements of the widest vector of any target. So many more than there are have room where whole vectors are
-/// read or written past the last one.
+/// Elements of the widest vector of any instruction set. Arrays are padded by this number of elements so that
+/// the last elements can be loaded and stored as a whole vector.
 template <class T>
 inline constexpr std::size_t widest_vector = 64 / sizeof(T);
 
-/// Plain numbers in memory that starts a cache line, so that no vector straddles two.
+/// A buffer of numbers that is aligned to cache lines, so that no aligned vector crosses a cache line.
 template <class T>
 class AlignedBuffer {
 public:
-    /// At least this many elements; they are zeros after growth, and otherwise what they were.
+    /// Allocates at least `count` elements. If the buffer grows, all elements become zero; otherwise they are
+    /// unchanged.
     void reserve(std::size_t count) {
         if (count <= count_) return;
         values_.reset(static_cast<T*>(::operator new(count * sizeof(T), alignment)));

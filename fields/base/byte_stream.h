@@ -1,5 +1,5 @@
 #pragma once
-/// Values as bytes, from one process of a machine to another: in the machine's own order.
+/// Values as bytes in native byte order, for transfer between processes of one machine.
 
 #include <cstdint>
 #include <cstring>
@@ -12,26 +12,26 @@
 
 namespace haarfield {
 
-/// Bytes out, in pieces.
+/// Writes values as bytes.
 class ByteSink {
 public:
-    /// write  takes each piece in turn.
+    /// write  is called with each piece in order.
     explicit ByteSink(std::function<void(std::string_view)> write) : write_(std::move(write)) {}
 
-    void bytes(std::string_view piece) { write_(piece); }  ///< As they are.
+    void bytes(std::string_view piece) { write_(piece); }  ///< Writes the bytes without their length.
 
     template <class T>
-    void value(const T& value) {  ///< A number, or a struct of numbers.
+    void value(const T& value) {  ///< Writes a number or a struct of numbers.
         static_assert(std::is_standard_layout_v<T> && std::is_trivially_destructible_v<T>);
         write_({reinterpret_cast<const char*>(&value), sizeof value});
     }
     template <class T>
-    void values(const std::vector<T>& values) {  ///< With their number.
+    void values(const std::vector<T>& values) {  ///< Writes the number of elements, then the elements.
         static_assert(std::is_standard_layout_v<T> && std::is_trivially_destructible_v<T>);
         value(std::uint64_t(values.size()));
         write_({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)});
     }
-    void text(std::string_view text) {  ///< With its length.
+    void text(std::string_view text) {  ///< Writes the length, then the characters.
         value(std::uint64_t(text.size()));
         write_(text);
     }
@@ -40,16 +40,20 @@ private:
     std::function<void(std::string_view)> write_;
 };
 
-/// The same bytes in. What they say is not believed: a piece that is not there makes all that follow fail.
+/// Reads the bytes of a ByteSink. The bytes are untrusted: after a read past the end, this read and all
+/// further ones fail.
 class ByteSource {
 public:
+    /// Refers to the bytes, which must outlive the source.
+    /// The bytes must outlive it.
     explicit ByteSource(std::string_view bytes) : rest_(bytes) {}
 
-    bool is_good() const { return good_; }                     ///< Whether all that was asked for was there.
-    bool is_at_end() const { return good_ && rest_.empty(); }  ///< And nothing more is.
+    bool is_good() const { return good_; }  ///< True if no read has failed.
+    /// True if, in addition, all bytes have been read.
+    bool is_at_end() const { return good_ && rest_.empty(); }
 
     template <class T>
-    T value() {  ///< A number, or a struct of numbers; zeros if it is not there.
+    T value() {  ///< Reads a number or a struct of numbers; zeros on failure.
         static_assert(std::is_standard_layout_v<T> && std::is_trivially_destructible_v<T>);
         T value{};
         const std::string_view piece = take(sizeof(T));
@@ -57,7 +61,7 @@ public:
         return value;
     }
     template <class T>
-    std::vector<T> values() {  ///< As many as they say they are.
+    std::vector<T> values() {  ///< Reads a number of elements, then the elements; empty on failure.
         static_assert(std::is_standard_layout_v<T> && std::is_trivially_destructible_v<T>);
         const std::uint64_t count = value<std::uint64_t>();
         if (count > rest_.size() / sizeof(T)) good_ = false;
@@ -67,11 +71,12 @@ public:
         std::memcpy(static_cast<void*>(values.data()), piece.data(), piece.size());
         return values;
     }
-    std::string text() {  ///< As long as it says it is.
+    std::string text() {  ///< Reads a length, then the characters; empty on failure.
         const std::uint64_t size = value<std::uint64_t>();
         return std::string(take(size));
     }
-    /// A number of things that are at least so many bytes each; 0 if they can not be there.
+    /// Reads the number of items that follow, each at least `least_bytes` long; 0 if fewer bytes remain than
+    /// that.
     std::uint64_t count(std::size_t least_bytes) {
         const std::uint64_t count = value<std::uint64_t>();
         if (count > rest_.size() / least_bytes) good_ = false;

@@ -11,7 +11,7 @@
 namespace haarfield {
 namespace {
 
-/// The same as a T; std::bad_alloc if it is null, as Embree's buffers are when there is no memory.
+/// Casts to T*. Throws std::bad_alloc for null, which Embree returns if memory runs out.
 template <class T>
 T* allocated(void* memory) {
     if (!memory) throw std::bad_alloc();
@@ -53,7 +53,7 @@ std::shared_ptr<RTCGeometryTy> EmbreeDevice::triangles(
     std::shared_ptr<RTCGeometryTy> made(
         allocated<RTCGeometryTy>(rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_TRIANGLE)),
         &rtcReleaseGeometry);
-    if (triangles.empty()) return made;  // a buffer of nothing is null, too
+    if (triangles.empty()) return made;  // Embree returns null for an empty buffer, too
     auto* coordinates = allocated<float>(rtcSetNewGeometryBuffer(
         made.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), positions.size()));
     for (const Vec3f& p : positions)
@@ -65,7 +65,7 @@ std::shared_ptr<RTCGeometryTy> EmbreeDevice::triangles(
 }
 
 void EmbreeDevice::commit(RTCSceneTy* scene) const {
-    // Embree isolates its builds itself only if it was compiled for a recent oneTBB.
+    // Embree itself isolates its builds only if it was compiled for a recent oneTBB.
     tbb::this_task_arena::isolate([scene] { rtcCommitScene(scene); });
     if (state_->failed) throw std::bad_alloc();
 }

@@ -1,5 +1,6 @@
 #pragma once
-/// Embree's device and objects where there is little memory: exceptions instead of rays that meet nothing.
+/// Embree's device and geometries. If memory runs out, an exception is thrown instead of rays missing
+/// geometry.
 
 #include <array>
 #include <cstdint>
@@ -15,24 +16,25 @@ struct RTCSceneTy;
 
 namespace haarfield {
 
-/// One of Embree's devices. Copies share it, and the last releases it, unless memory ran out in a commit:
-/// Embree then waits endlessly in the release, so that the device stays until the process ends.
+/// An Embree device. Copies share it, and the last copy releases it. If memory ran out in a commit, the
+/// device is never released, because Embree would wait forever in the release.
 ///
 /// A device limits neither the number of oneTBB's threads nor their affinity.
 class EmbreeDevice {
 public:
-    /// A device for the chosen instruction set.
+    /// Creates a device for the chosen instruction set.
     ///
-    /// throws  std::bad_alloc without memory for one.
+    /// throws  std::bad_alloc if memory runs out.
     EmbreeDevice();
 
-    RTCDeviceTy* get() const;
+    RTCDeviceTy* get() const;  ///< Embree's device.
 
-    /// Triangles for one of its scenes, not committed yet: filters and masks may still be set.
+    /// Returns triangles for a scene of this device. They are not committed, so filters and masks can still
+    /// be set.
     ///
     /// positions  in metres; copied
     /// triangles  indices into positions; copied
-    /// throws     std::bad_alloc without memory for them.
+    /// throws     std::bad_alloc if memory runs out.
     std::shared_ptr<RTCGeometryTy> triangles(std::span<const Vec3f> positions,
                                              std::span<const std::array<std::uint32_t, 3>> triangles) const;
 
@@ -40,7 +42,7 @@ public:
     /// a loop body may call this function while it uses its thread's buffers or holds a lock. The BVH does
     /// not depend on the number of threads.
     ///
-    /// throws  std::bad_alloc where it needs more memory than there is.
+    /// throws  std::bad_alloc if memory runs out.
     void commit(RTCSceneTy* scene) const;
 
 private:

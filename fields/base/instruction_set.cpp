@@ -8,7 +8,7 @@
 namespace haarfield {
 namespace {
 
-/// In the order in which Highway prefers them: the lowest bit is the best.
+/// Instruction sets in Highway's order of preference: the lowest bit is the best.
 constexpr std::int64_t eligible = (HWY_AVX2 << 1) - 1;
 
 std::int64_t& chosen() {
@@ -41,8 +41,8 @@ Result<Done> use_instruction_set(const std::string& name) {
     if (found == all.end()) {
         std::string has;
         for (const std::string& other : instruction_sets()) has += (has.empty() ? "" : ", ") + other;
-        return Error{"", fmt::format("instructions {} are not this machine's; it has {}", name,
-                                     has.empty() ? "none of those that can be chosen" : has)};
+        return Error{"", fmt::format("instruction set {} is not supported by this machine; expected {}", name,
+                                     has.empty() ? "a machine with AVX2" : has)};
     }
     chosen() = *found;
     hwy::SetSupportedTargetsForTest(*found);
@@ -51,7 +51,7 @@ Result<Done> use_instruction_set(const std::string& name) {
 }
 
 std::string embree_settings() {
-    return chosen() == HWY_AVX2 ? "isa=avx2" : "";  // Embree knows one kind of AVX-512 and uses it by default
+    return chosen() == HWY_AVX2 ? "isa=avx2" : "";  // Embree's only AVX-512 kernels are its default
 }
 
 }  // namespace haarfield

@@ -1,8 +1,9 @@
 #pragma once
-/// Vector instructions by name, so that machines of several kinds can be told to make the same bits.
+/// Selection of the vector instruction set by name, so that machines of different kinds compute bit-identical
+/// results.
 ///
-/// A result's last bits depend on the width of the vectors. The sets that can be chosen have fused
-/// multiply-add, by which the C library chooses its functions, too.
+/// The last bits of a result depend on the vector width. All selectable sets have fused multiply-add, because
+/// the C library chooses its functions by it, too.
 
 #include "fields/base/result.h"
 
@@ -12,14 +13,14 @@
 
 namespace haarfield {
 
-/// Those that this machine has, as Highway names them, the best one first: `AVX3_ZEN4`, `AVX3`, `AVX2`; empty
-/// if it has none of those that can be chosen.
+/// Returns the sets that this machine supports, best first, by Highway's names: `AVX3_ZEN4`, `AVX3`, `AVX2`.
+/// Empty if it supports none of the selectable sets.
 std::vector<std::string> instruction_sets();
 
-/// Uses this one for all that follows, here and in Embree. Before that the best one is used. Not while others
-/// compute.
+/// Uses an instruction set for all further computations, in this library and in Embree. The default is the
+/// best one. Must not be called while other threads compute.
 ///
-/// errors  (with an empty `where`) it is none of this machine's.
+/// errors  (with an empty `where`) the machine does not support it.
 Result<Done> use_instruction_set(const std::string& name);
 
 /// Returns the settings of Embree's devices: the instruction set, if one was chosen.

@@ -1,5 +1,5 @@
 #pragma once
-/// Names of files and of things in them: made plain, told apart, listed.
+/// Names of files and of objects in them: plain, unique, quoted.
 
 #include <cstdint>
 #include <filesystem>
@@ -10,23 +10,24 @@
 
 namespace haarfield {
 
-/// A letter of ASCII, a digit, `_`, `-` or `.`: what files and POV-Ray's scenes take in a name.
+/// True for an ASCII letter, a digit, `_`, `-` or `.`: the characters that are valid in names of files and of
+/// POV-Ray scenes.
 bool is_plain(char c);
 
-/// The name with `_` for all that is not plain.
+/// Replaces each character that is not plain by `_`.
 std::string plain_name(std::string_view name);
 
-/// A file's ending in lower case, with its point.
+/// Returns the extension of a file name in lower case, including the dot.
 std::string lower_ending(const std::filesystem::path& file);
 
-/// A name unlike those that are taken: numbered from 2 on, `name_2`, where it has to be. It is then
-/// taken, too.
+/// Returns `name`, or if it is taken, the first free one of `name_2`, `name_3` ... Adds the result to
+/// `taken`.
 ///
-/// before, after  what stands round the number.
+/// before, after  the text around the number.
 std::string unique_name(const std::string& name, std::set<std::string>& taken, std::string_view before = "_",
                         std::string_view after = "");
 
-/// `"a", "b" and 3 more`: at most so many of them.
+/// Returns `"a", "b" and 3 more`: quotes at most `most` names.
 std::string quoted_list(std::span<const std::string> names, std::size_t most = SIZE_MAX);
 
 }  // namespace haarfield

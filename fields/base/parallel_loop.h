@@ -1,5 +1,5 @@
 #pragma once
-/// A loop on all of oneTBB's threads that tells how far it is, and can be stopped.
+/// Parallel loops on oneTBB with progress reports and cancellation.
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
@@ -10,28 +10,28 @@
 
 namespace haarfield {
 
-/// Does one item of a loop.
+/// Processes one item of a loop.
 using LoopBody = std::function<void(std::size_t item)>;
 
-/// How a loop is shared out among threads.
+/// The items of a loop, and how many of them form one task.
 struct LoopItems {
     std::size_t count = 0;
-    std::size_t together = 1;  ///< So many neighbours are done by one thread, one after the other. >= 1.
+    std::size_t together = 1;  ///< Consecutive items that one thread processes in order. >= 1.
 };
 
-/// Does the items 0 ... count - 1, each once.
+/// Processes the items 0 ... count - 1, each once.
 ///
-/// make_body  makes the body for one thread, with that thread's buffers. What a body does with an item may
-///            depend on nothing but the item, so that the number of threads changes nothing. Bodies and
-///            reports may run parallel algorithms: no body is entered again before it has returned.
-/// stage      what progress is told, with the number of items that are done; never from two threads at once.
-/// cost       a few nanoseconds an item, and a lock for each `together` of them where progress is reported.
-/// errors     interrupted: as soon as the items at hand are done.
+/// make_body  makes the body of one thread, with that thread's buffers. The result of an item must depend on
+///            the item only, so that results do not depend on the number of threads. Bodies and reports may
+///            run parallel algorithms: no body is entered again before it has returned.
+/// stage      the name passed to `progress.report`, with the number of finished items. Reports never overlap.
+/// cost       a few nanoseconds per item, and one lock per `together` items if progress is reported.
+/// errors     interrupted, once the current items are finished.
 Result<Done> parallel_loop(const LoopItems& items, const std::function<LoopBody()>& make_body,
                            std::string_view stage, const Progress& progress);
 
-/// What to pass on where an item of a loop is a run of smaller ones: reports these, `together` an item and
-/// `count` in all. The progress must outlive the result.
+/// Returns a Progress for a loop whose items each stand for `together` smaller ones, `count` of these in all.
+/// It converts counts to smaller items. `progress` must outlive the result.
 Progress counted_by(std::size_t together, std::size_t count, const Progress& progress);
 
 }  // namespace haarfield

@@ -1,26 +1,26 @@
 #pragma once
-/// Where an object stands in the world.
+/// The placement of an object in the world.
 
 #include "fields/base/rotation.h"
 
 namespace haarfield {
 
-/// world = translate + scale * rotate(object).
+/// A similarity transform: world = translate + scale * rotate(object).
 ///
-/// Directions and normals are turned alone; distances in the world are `scale` times as long. What is not
-/// turned at all keeps every bit of its directions.
+/// Directions and normals are only rotated. Distances in the world are `scale` times as long. Without a
+/// rotation, directions are unchanged to the last bit.
 struct Placement {
     Vec3f translate{0, 0, 0};  ///< [m]
     float scale = 1;           ///< > 0, finite.
     Rotation rotate{};         ///< About the object's origin.
 
-    /// A point of the object in the world. [m]
+    /// Maps a point from the object's frame to the world. [m]
     Vec3f point_to_world(const Vec3f& point) const { return rotate(point) * scale + translate; }
-    /// A point of the object in the world. [m]
+    /// Maps a point from the object's frame to the world. [m]
     Vec3d point_to_world(const Vec3d& point) const {
         return rotate(point) * double(scale) + Vec3d(translate);
     }
-    /// A direction or normal of the object in the world.
+    /// Rotates a direction or normal from the object's frame to the world.
     Vec3f direction_to_world(const Vec3f& direction) const { return rotate(direction); }
 
     /// The inverse of point_to_world, up to rounding. [m]
@@ -28,10 +28,11 @@ struct Placement {
     /// The inverse of direction_to_world, up to rounding.
     Vec3f direction_to_object(const Vec3f& direction) const { return rotate.back(direction); }
 
-    /// To the frame of the object as it is turned, which is neither scaled nor translated. [m]
+    /// Maps a world point to the object's rotated frame, which is neither scaled nor translated. [m]
     Vec3f point_to_turned(const Vec3f& point) const { return (point - translate) / scale; }
 
-    /// The map to the world as columns of three: where the axes go to, and the origin. What Embree takes.
+    /// Returns the map to the world as a 3 x 4 matrix in column-major order, as Embree expects it: the images
+    /// of the axes, then the origin.
     std::array<float, 12> columns() const {
         std::array<float, 12> result;
         for (std::size_t row = 0; row < 3; ++row) {
@@ -43,7 +44,7 @@ struct Placement {
         return result;
     }
 
-    bool operator==(const Placement&) const = default;  ///< Equal in all bits.
+    bool operator==(const Placement&) const = default;  ///< Exact, except that -0 equals 0.
 };
 
 }  // namespace haarfield

@@ -1,5 +1,5 @@
 #pragma once
-/// How a long computation tells how far it is, and learns that it should stop.
+/// Progress reports and cancellation of long computations.
 
 #include <cstdint>
 #include <functional>
@@ -8,18 +8,19 @@
 
 namespace haarfield {
 
-/// Passed to everything that may last longer than a second. Both members may be left empty.
+/// The progress and cancellation interface of every function that may run longer than a second. Both members
+/// may be empty.
 struct Progress {
-    /// Called with the name of the stage and the items done of a total. It may be called from any
-    /// thread, but never from two at once, and must be cheap.
+    /// Called with the name of the stage and the number of finished items. Calls may come from any thread,
+    /// but never overlap. The callee must be cheap.
     std::function<void(std::string_view stage, std::uint64_t done, std::uint64_t total)> report;
 
-    /// When a stop is requested the computation returns soon (within some 50 ms) with the error
-    /// `interrupted`, leaving nothing half-written.
+    /// After a stop request, the computation returns within about 50 ms with the error `interrupted` and
+    /// leaves nothing half-written.
     std::stop_token stop;
 };
 
-/// The `what` of the error with which an interrupted computation returns.
+/// The `what` of the error that an interrupted computation returns.
 inline constexpr const char* interrupted = "interrupted";
 
 }  // namespace haarfield

@@ -1,5 +1,5 @@
 #pragma once
-/// A few of many, at random, and the same ones everywhere: std::shuffle differs from library to library.
+/// A random choice that is the same on every platform: std::shuffle differs between standard libraries.
 
 #include <algorithm>
 #include <cstddef>
@@ -10,14 +10,13 @@
 
 namespace haarfield {
 
-/// Leaves so many of the items, each as likely as any other, in random order; all of them, reordered, if
-/// there are no more. The same choice from as many items on every machine.
+/// Keeps `wanted` of the items, chosen uniformly, in random order. If there are fewer, keeps and shuffles
+/// all. The choice depends only on the number of items.
 ///
 /// items   fewer than 2^32.
-/// cost    one swap an item that is left.
-/// source  the shuffle of Fisher and Yates from the front, stopped once enough are chosen. The k-th step
-///         takes a number r in [0, 2^32) from std::mt19937, seeded with 2006, and with it the item
-///         k + floor(r (items - k) / 2^32).
+/// cost    one swap per kept item.
+/// source  Fisher-Yates shuffle from the front, stopped after `wanted` steps. Step k draws r in [0, 2^32)
+///         from std::mt19937 (seed 2006) and swaps the items k and k + floor(r (items - k) / 2^32).
 template <class T>
 void keep_random(std::vector<T>& items, std::size_t wanted) {
     std::mt19937 random(2006);

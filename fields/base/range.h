@@ -1,5 +1,5 @@
 #pragma once
-/// Which numbers are allowed where one is read.
+/// Ranges of allowed numbers.
 
 #include <string>
 
@@ -10,14 +10,14 @@ struct Range {
     double lowest = 0, highest = 0;
     bool without_lowest = false, without_highest = false;
 
-    /// Whether it holds a number, as it is and as the nearest float: what is stored is in the range, too. NaN
-    /// and infinities are in none.
+    /// Tests whether the range contains a number, both exactly and rounded to float, so that the stored value
+    /// is in the range, too. False for NaN and infinities.
     bool contains(double value) const;
 
-    std::string text() const;  ///< Such as `(0, 1]`.
+    std::string text() const;  ///< For example `(0, 1]`.
 };
 
-/// Coordinates of places. Beyond, float steps are 6 cm and more. [m]
+/// Allowed coordinates. Beyond them, float steps are 6 cm or more. [m]
 inline constexpr Range coordinates{-1e6, 1e6};
 
 }  // namespace haarfield

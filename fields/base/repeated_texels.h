@@ -10,20 +10,20 @@
 
 namespace haarfield {
 
-/// The row or column that a whole number means.
+/// Wraps a row or column index into [0, size).
 inline int repeated(std::int64_t at, int size) {
     const auto rest = static_cast<int>(at % size);
     return rest < 0 ? rest + size : rest;
 }
 
-/// The number of a texel, row by row.
+/// Returns the index of a texel in row-major order; column and row wrap around.
 inline std::size_t repeated_texel(std::int64_t column, std::int64_t row, int width, int height) {
     return std::size_t(repeated(row, height)) * std::size_t(width) + std::size_t(repeated(column, width));
 }
 
-/// Whether a test holds for the number of a texel that bilinear lookup takes somewhere in a box.
+/// Tests whether `test` is true for the index of any texel that bilinear lookups inside a box read.
 ///
-/// lower, upper  corners of the box: x right, y down, 1 the image's width and height.
+/// lower, upper  corners of the box: x right, y down; 1 is the image's width and height.
 template <class Test>
 bool any_texel(const Imath::V2d& lower, const Imath::V2d& upper, int width, int height, const Test& test) {
     const auto first = [](double at) { return static_cast<std::int64_t>(std::floor(at - 0.5)); };

@@ -1,5 +1,5 @@
 #pragma once
-/// Bad input is a value: what a function returns that reads, writes or runs something from outside.
+/// Results of functions that read, write or run something external: bad input is a value, not an exception.
 
 #include <cassert>
 #include <string>
@@ -8,34 +8,34 @@
 
 namespace haarfield {
 
-/// What went wrong, for a person to read.
+/// An error message for a person.
 struct Error {
     std::string where;  ///< `file`, `file:line` or `file:line:column`.
-    std::string what;   ///< What was found; what was wanted.
+    std::string what;   ///< What was found, and what was expected.
 
-    /// Place and matter in one line.
+    /// Returns place and description in one line.
     std::string message() const { return where.empty() ? what : where + ": " + what; }
 };
 
-/// A T, or the reason why there is none. Reading the wrong one is a caller's bug (asserted).
+/// A T, or the error that prevented it. Reading the wrong alternative is a caller's bug (asserted).
 template <class T>
 class [[nodiscard]] Result {
 public:
-    Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}  ///< A value.
-    /// The reason why there is none.
+    Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}  ///< Success.
+    /// Failure.
     Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}
 
-    explicit operator bool() const { return state_.index() == 0; }  ///< Whether there is a value.
+    explicit operator bool() const { return state_.index() == 0; }  ///< True if there is a value.
 
-    T& operator*() & { return checked_value(); }  ///< The value; only where there is one.
-    /// The value; only where there is one.
+    T& operator*() & { return checked_value(); }  ///< The value; requires success.
+    /// The value; requires success.
     const T& operator*() const& { return const_cast<Result*>(this)->checked_value(); }
-    T&& operator*() && { return std::move(checked_value()); }  ///< The value; only where there is one.
-    T* operator->() { return &checked_value(); }               ///< The value; only where there is one.
-    /// The value; only where there is one.
+    T&& operator*() && { return std::move(checked_value()); }  ///< The value; requires success.
+    T* operator->() { return &checked_value(); }               ///< The value; requires success.
+    /// The value; requires success.
     const T* operator->() const { return &const_cast<Result*>(this)->checked_value(); }
 
-    /// The reason; only where there is no value.
+    /// The error; requires failure.
     const Error& error() const {
         assert(!*this);
         return std::get<1>(state_);

@@ -45,7 +45,7 @@ Vec3f angles_xyz(const Rotation& rotation) {
     const auto& m = rotation.row;
     const double sine = std::clamp(-m[2].x, -1.0, 1.0);
     Vec3d angles(std::atan2(m[2].y, m[2].z), std::asin(sine), std::atan2(m[1].x, m[0].x));
-    // At the ends x and z turn about one axis, so that only their difference or sum is known.
+    // At +-pi/2, x and z rotate about one axis, and only the sum or difference of their angles is determined.
     if (std::abs(sine) > 1 - 1e-12)
         angles = {std::atan2(sine > 0 ? m[0].y : -m[0].y, m[1].y), std::asin(sine), 0};
     return Vec3f(angles);
@@ -82,7 +82,7 @@ Vec3f degrees_xyz(const Rotation& rotation) {
 }
 
 Rotation as_degrees(const Rotation& rotation) {
-    constexpr int enough = 4;  // where an angle is rounded to one beyond half a turn, the other end is taken
+    constexpr int enough = 4;  // angles near half a turn may flip to the other end when they are rounded
     Rotation said = rotation_of_degrees(degrees_xyz(rotation));
     for (int i = 0; i < enough; ++i) {
         const Rotation again = rotation_of_degrees(degrees_xyz(said));

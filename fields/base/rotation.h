@@ -1,5 +1,5 @@
 #pragma once
-/// Rotations, and the angles that scene files have for them.
+/// Rotations, and their angles in scene files.
 
 #include <array>
 
@@ -11,49 +11,50 @@ namespace haarfield {
 struct Rotation {
     std::array<Vec3d, 3> row{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
 
-    /// A vector, turned.
+    /// Rotates a vector.
     Vec3d operator()(const Vec3d& v) const { return {row[0].dot(v), row[1].dot(v), row[2].dot(v)}; }
-    Vec3f operator()(const Vec3f& v) const { return Vec3f((*this)(Vec3d(v))); }  ///< A vector, turned.
+    Vec3f operator()(const Vec3f& v) const { return Vec3f((*this)(Vec3d(v))); }  ///< Rotates a vector.
 
-    /// What is turned to `v`.
+    /// Applies the inverse rotation.
     Vec3f back(const Vec3f& v) const {
         return Vec3f(row[0] * double(v.x) + row[1] * double(v.y) + row[2] * double(v.z));
     }
-    Rotation inverse() const;  ///< Turns back.
+    Rotation inverse() const;  ///< The inverse rotation.
 
-    bool operator==(const Rotation&) const = default;  ///< Equal in all bits, but for signs of zeros.
+    bool operator==(const Rotation&) const = default;  ///< Exact, except that -0 equals 0.
 };
 
-/// Whether it turns nothing: to the last bit.
+/// True if the rotation is exactly the identity.
 inline bool is_identity(const Rotation& rotation) {
     return rotation == Rotation();
 }
 
-/// `second` after `first`.
+/// Returns the composition of two rotations: `first`, then `second`.
 Rotation operator*(const Rotation& second, const Rotation& first);
 
-/// Counter-clockwise seen from the tip of the axis. The axis has any length but zero. [rad]
+/// Returns a rotation that is counter-clockwise as viewed from the tip of the axis. The axis need not be a
+/// unit vector, but must not be zero. [rad]
 Rotation rotation_about(const Vec3d& axis, double angle);
 
-/// About x, then y, then z: what scene files call `rotate`. [rad]
+/// Returns the rotation about x, then y, then z: the key `rotate` of scene files. [rad]
 Rotation rotation_xyz(const Vec3f& angles);
 
-/// The inverse: angles[1] in [-pi/2, pi/2]; where it is at an end, angles[2] = 0.
+/// The inverse of rotation_xyz. angles[1] is in [-pi/2, pi/2]; at either end, angles[2] is 0.
 Vec3f angles_xyz(const Rotation& rotation);
 
-float radians(float degrees);  ///< Of an angle in degrees, as files have them. [rad]
+float radians(float degrees);  ///< Converts degrees, as in files. [rad]
 
-/// Degrees whose radians() is the angle, to the last bit where there are such; the nearest otherwise.
+/// Returns degrees for which radians() is exactly the given angle, if they exist, and the nearest otherwise.
 float degrees(float radians);
 
-/// What files call `rotate`: about x, then y, then z. [degrees]
+/// Returns the rotation about x, then y, then z: the key `rotate` of scene files. [degrees]
 Rotation rotation_of_degrees(const Vec3f& angles);
 
-/// Degrees whose rotation_of_degrees is the rotation: to the last bit where that was made of angles about one
-/// axis, of at most half a turn, or of what as_degrees has made; to 1e-6 otherwise.
+/// Returns angles for rotation_of_degrees. They reproduce the rotation exactly if it was made of an angle
+/// about one axis, of at most half a turn, or by as_degrees; otherwise within 1e-6.
 Vec3f degrees_xyz(const Rotation& rotation);
 
-/// A rotation that degrees can say to the last bit, within 1e-6 of this.
+/// Returns a rotation within 1e-6 of this one that degrees_xyz reproduces exactly.
 Rotation as_degrees(const Rotation& rotation);
 
 }  // namespace haarfield

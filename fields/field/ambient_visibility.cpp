@@ -9,11 +9,12 @@
 namespace haarfield {
 namespace {
 
-/// Integrals over the solid angle of a face: of a function, and of it times the direction's components along
-/// the face's axis, its u and its v. [sr]
+/// Integrals over the solid angle of a face: of a function, and of the function times the direction's
+/// components along the face's axis, u and v. [sr]
 using FaceIntegrals = std::array<double, 4>;
 
-/// Those of the wavelets, so that those of a tree are a few products a node. All faces are alike.
+/// The integrals of all wavelets of a face, so that those of a tree cost a few products per node. The same
+/// for all faces.
 class SolidAngleWavelets {
 public:
     explicit SolidAngleWavelets(int face_size) {
@@ -44,7 +45,7 @@ public:
         face_ = sums[0];
     }
 
-    /// Of a face's tree.
+    /// Returns the integrals of a face's tree.
     FaceIntegrals integrals(const Quadtree& tree) const {
         FaceIntegrals sum{};
         add(sum, double(tree.scaling), face_);
@@ -69,11 +70,12 @@ private:
                           sum);
     }
 
-    std::vector<std::vector<std::array<FaceIntegrals, 3>>> levels_;  ///< Root first; 2^l cells across.
+    /// Root first; 2^l cells across at level l.
+    std::vector<std::vector<std::array<FaceIntegrals, 3>>> levels_;
     FaceIntegrals face_{};
 };
 
-/// No longer than 1, as means of unit vectors are.
+/// Limits the length to 1, the largest mean of unit vectors.
 Vec3f shortened(const Vec3f& mean) {
     return mean / std::max(1.0f, mean.length());
 }
@@ -134,15 +136,15 @@ AmbientVisibility ambient_visibility(const VisibilityField& field) {
                                                          volume.voxel_size;
                 const Interpolation interpolation = field.spherical.interpolation(centre);
                 float open = interpolation.open;
-                Vec3f directions(0.0f);  // where all is open they cancel
+                Vec3f directions(0.0f);  // open directions cancel
                 for (std::size_t i = 0; i < static_cast<std::size_t>(interpolation.count); ++i) {
                     const DirectionMeans& mean =
                         means[static_cast<std::size_t>(field.spherical_handles[interpolation.sample[i]])];
                     open += interpolation.weight[i] * mean.visibility;
                     directions += mean.direction * interpolation.weight[i];
                 }
-                volume.values[voxel] = std::clamp(open, 0.0f, 1.0f);  // truncated trees overshoot
-                // What is left of trees whose mean is next to nothing is their error.
+                volume.values[voxel] = std::clamp(open, 0.0f, 1.0f);  // truncated trees may overshoot
+                // If the mean visibility is nearly zero, only the truncation error remains.
                 constexpr float least_open = 1e-3f;
                 if (open > least_open) volume.directions[voxel] = shortened(directions / open);
             }

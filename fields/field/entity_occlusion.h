@@ -1,5 +1,6 @@
 #pragma once
-/// What an entity hides of the world, and of itself: made once per prepared mesh, for precompute and shading.
+/// The occluders of an entity, for other objects and for itself, built once per prepared mesh for precompute
+/// and shading.
 
 #include "fields/occluder/occluder.h"
 #include "fields/preparation/local_samples.h"
@@ -7,41 +8,41 @@
 
 namespace haarfield {
 
-/// Safe to share between threads. Its parts refer to each other: it can be neither copied nor moved.
+/// Safe to share between threads. Members refer to each other, so that it can be neither copied nor moved.
 ///
-/// cost  some two occluders and inside tests, and one inside query per triangle of the fine mesh.
+/// cost  two occluders, two inside tests, and one inside query per triangle of the fine mesh.
 class EntityOcclusion {
 public:
-    /// The mesh is not referred to afterwards.
+    /// Builds the occluders. The mesh is not referred to afterwards.
     ///
-    /// stop  when it is requested, returns soon, and the result is of no use.
+    /// stop  after a stop request, returns soon with an unusable result.
     explicit EntityOcclusion(const PreparedMesh& mesh, const std::stop_token& stop = {});
     EntityOcclusion(const EntityOcclusion&) = delete;
     EntityOcclusion& operator=(const EntityOcclusion&) = delete;
 
-    /// Of the coarse mesh: what others see of the entity.
+    /// The occluder of the coarse mesh, which blocks light for other objects.
     const Occluder& coarse() const { return coarse_; }
 
-    /// The occluder that the vertices of the fine mesh see of their own entity: the coarse or the original one.
+    /// The occluder by which the entity occludes its own vertices: that of the coarse or the original mesh.
     ///
-    /// It is the original one, of up to 100,000 triangles, in two cases. A simplified two-sided surface passes
-    /// over some vertices of the original surface and would darken them. Simplification also opens crevices,
-    /// such as that below a cushion. The original avoids both where it has at most twice the triangles of the
-    /// coarse mesh.
+    /// The original mesh is used in two cases, if it has at most 100,000 triangles:
+    /// - It is two-sided. A simplified surface would pass over some vertices and darken them.
+    /// - It has at most twice the triangles of the coarse mesh. Simplification opens crevices, such as that
+    ///   below a cushion.
     const Occluder& own() const { return own_; }
 
-    /// Of the mesh as it was read, without what images cut out.
+    /// The occluder of the original mesh, without the areas that images cut out.
     const Occluder& original() const { return original_; }
 
-    /// Whether a point is inside the coarse mesh.
+    /// Tests whether a point is inside the coarse mesh.
     const InsideTest& in_coarse() const { return in_coarse_; }
-    /// Whether a point is inside the original mesh.
+    /// Tests whether a point is inside the original mesh.
     const InsideTest& in_original() const { return in_original_; }
 
-    /// One sample per vertex of the fine mesh; each sees `own`.
+    /// One sample point per vertex of the fine mesh, for visibility around own().
     const LocalSamples& samples() const { return samples_; }
 
-    /// For points that are no vertices of the fine mesh.
+    /// Places samples at points that are not vertices of the fine mesh.
     const LocalSampler& sampler() const { return sampler_; }
 
 private:

@@ -15,12 +15,12 @@
 namespace haarfield {
 namespace {
 
-/// Sums over the sphere of directions.
+/// Squared norms over the sphere of directions.
 struct SquaredNorms {
     double error = 0, occlusion = 0, open = 0;
 };
 
-/// Of the texels of one face, row by row. [sr]
+/// Returns the solid angles of the texels of one face, in row-major order. [sr]
 std::vector<double> solid_angles(int face_size) {
     std::vector<double> angles;
     for (int row = 0; row < face_size; ++row)
@@ -47,7 +47,7 @@ SquaredNorms squared_norms(const CubemapTree& found, std::span<const std::uint8_
 
 constexpr std::size_t points_a_band = 40;
 
-/// Random points, band by band; on the sampler's level, or all around.
+/// Returns random points, band by band: on the plane of the sampler's centre, or all around it.
 template <class Sampler>
 std::vector<Vec3f> random_points(const Sampler& sampler, bool on_level) {
     std::mt19937 random(1);
@@ -64,7 +64,7 @@ std::vector<Vec3f> random_points(const Sampler& sampler, bool on_level) {
     return points;
 }
 
-/// lift  added to the points for the exact visibility.
+/// Measures the error of one sampler. lift: added to the points for the exact visibility.
 template <class Sampler>
 SamplerError sampler_error(const VisibilityField& field, const Sampler& sampler,
                            const std::vector<std::int32_t>& handles, const std::vector<Vec3f>& points,

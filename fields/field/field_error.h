@@ -1,5 +1,5 @@
 #pragma once
-/// How far the visibility that is looked up in a field is from what would be seen.
+/// The error of visibility that is interpolated from a field.
 
 #include <stop_token>
 
@@ -8,13 +8,13 @@
 
 namespace haarfield {
 
-/// Measured at 40 random points of each band on the ground plane, and as many around the entity, those
-/// inside of it left out. All errors of the field take part: interpolation, truncation and rounding.
+/// Measures the error at 40 random points of each band on the ground plane and as many around the entity,
+/// except points inside it. Includes all errors of the field: interpolation, truncation and rounding.
 ///
-/// field  as precompute_field makes it, of the same mesh as `occlusion`.
-/// stop   when it is requested, returns soon, and the result is of no use.
-/// cost   1,280 rasterizations and lookups, on all of oneTBB's threads; the result does not depend on their
-///        number.
+/// field  as computed by precompute_field, for the same mesh as `occlusion`.
+/// stop   after a stop request, returns soon with an unusable result.
+/// cost   1,280 rasterizations and lookups, in parallel on oneTBB. The result does not depend on the number
+///        of threads.
 FieldError field_error(const VisibilityField& field, const EntityOcclusion& occlusion,
                        const std::stop_token& stop = {});
 

@@ -19,24 +19,25 @@ struct OpenedField {
     bool sealed = false;
 };
 
-/// Files without a seal are searched for their blob. Other programs may have added grids to these. [bytes]
+/// A file without a seal is searched for its blob. Other programs may have added grids to it. [bytes]
 constexpr std::uint64_t largest_unsealed = std::uint64_t{16} << 30;
 
-/// The largest file that write_field makes of a blob. The handles, as grids, take less than 32 times the
-/// bytes that they have in the blob; grids of visibility have a fixed size. [bytes]
+/// Returns the size of the largest file that write_field makes of a blob. As grids, handles take less than 32
+/// times their size in the blob. Grids of visibility have a fixed size. [bytes]
 std::uint64_t largest_sealed(std::uint64_t blob_bytes) {
     return (std::uint64_t{8} << 20) + 32 * blob_bytes;
 }
 
-/// The field's blob, by the seal; without a seal, wherever in the file it is. Checks sizes and headers, and
-/// reads no more than these of a file with a seal, so that a sparse file of any size is refused at once.
+/// Finds the field's blob by the seal, or by a search if the file has no seal. Checks sizes and headers. Of a
+/// file with a seal it reads nothing else, so that a sparse file of any size is rejected at once.
 Result<std::string_view> plausible_blob(std::string_view file, Unsealed unsealed) {
     if (unsealed == Unsealed::allowed && !has_field_seal(file)) {
         if (file.size() > largest_unsealed)
             return Error{"", fmt::format("has {} bytes and no seal; expected at most {}", file.size(),
                                          largest_unsealed)};
         const std::string_view blob = find_field_blob(file);
-        if (blob.empty()) return Error{"", "neither a seal nor a field's tables: cut short, or not a field"};
+        if (blob.empty())
+            return Error{"", "has neither a seal nor a field's tables: it is cut short, or not a field"};
         return blob;
     }
     const Result<FieldSeal> seal = read_field_seal(file);
@@ -49,7 +50,7 @@ Result<std::string_view> plausible_blob(std::string_view file, Unsealed unsealed
     return blob;
 }
 
-/// The field's blob, once the checksum of the seal holds.
+/// Returns the field's blob if the checksum of the seal is correct.
 Result<std::string_view> checked_blob(std::string_view file, Unsealed unsealed) {
     const Result<std::string_view> blob = plausible_blob(file, unsealed);
     if (!blob || !has_field_seal(file)) return blob;
@@ -80,7 +81,7 @@ Result<OpenedField> opened_field(const path& file, Unsealed unsealed) {
 Result<Done> write_field(const VisibilityField& field, const path& file) {
     const std::string where = file.string();
     if (const std::string defect = field_defect(field); !defect.empty())
-        return Error{where, "the field is not written, for it has a defect: " + defect};
+        return Error{where, "the field has a defect and was not written: " + defect};
     Result<VdbFile> made = vdb_file(field);
     if (!made) return Error{where, made.error().what};
     made->bytes += field_seal(made->bytes, made->blob());
@@ -138,7 +139,7 @@ Result<FieldVerdict> verify_field(const path& file, Unsealed unsealed) {
     const Result<VdbFile> made = vdb_file(opened->field);
     if (!made) return Error{file.string(), made.error().what};
     if (opened->file.bytes.substr(0, opened->file.bytes.size() - field_seal_size) != made->bytes)
-        return Error{file.string(), "its grids are not those of its field"};
+        return Error{file.string(), "its grids do not match its field"};
     return FieldVerdict{true, true};
 }
 

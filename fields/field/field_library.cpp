@@ -21,12 +21,12 @@ std::string short_hex(const ContentHash& hash) {
     return fmt::format("{:016x}", hash.high);
 }
 
-/// What the name of a field's file ends with.
+/// Returns the end of a field's file name.
 std::string keys_part(const FieldKeys& keys) {
     return fmt::format("-{}-{}", short_hex(keys.surroundings), short_hex(keys.whole));
 }
 
-/// Files of a folder whose names are of that kind, by name.
+/// Returns the files of a folder whose names satisfy the predicate, sorted by name.
 template <class IsWanted>
 std::vector<path> files_of(const path& folder, const IsWanted& is_wanted) {
     std::vector<path> files;
@@ -46,10 +46,10 @@ Clock::time_point last_used(const struct stat& status) {
 void note_use(const path& file) {
     struct stat status {};
     if (stat(file.c_str(), &status) == 0 && Clock::now() - last_used(status) > std::chrono::hours(1))
-        utimensat(AT_FDCWD, file.c_str(), nullptr, 0);  // of no matter where it is not allowed
+        utimensat(AT_FDCWD, file.c_str(), nullptr, 0);  // fails harmlessly without permission
 }
 
-/// Reads the field if it is there, may be used, and has the keys.
+/// Reads the field with these keys, if it exists and is valid.
 bool find_field(const path& folder, const FieldKeys& keys, Unsealed unsealed, LibraryField& found) {
     const std::string name_end = keys_part(keys) + std::string(ending);
     for (const path& file :
@@ -63,15 +63,15 @@ bool find_field(const path& folder, const FieldKeys& keys, Unsealed unsealed, Li
             found.remade_because.clear();
             return true;
         }
-        found.remade_because = field
-                                   ? fmt::format("{}: holds another field than its name says", file.string())
-                                   : field.error().message();
-        found.file = file;  // the new one takes its place
+        found.remade_because =
+            field ? fmt::format("{}: contains a different field than its name indicates", file.string())
+                  : field.error().message();
+        found.file = file;  // the new field replaces it
     }
     return false;
 }
 
-/// A field with the same surroundings.
+/// Returns a field with the same surroundings, if there is one.
 std::optional<VisibilityField> field_with(const path& folder, const ContentHash& surroundings,
                                           Unsealed unsealed) {
     const std::string part = "-" + short_hex(surroundings) + "-";
@@ -97,8 +97,8 @@ Result<LibraryField> library_field(const path& folder, std::string_view entity, 
                                    Unsealed unsealed, const FieldMaker& make, const Progress& progress) {
     LibraryField result;
     if (find_field(folder, keys, unsealed, result)) return result;
-    // Held while the field is made: who wants the same one waits for it, and a folder where nothing can be
-    // written is noticed before the work.
+    // Held while the field is computed. Other processes that need it wait, and a folder that is not writable
+    // is detected before the work.
     const Result<std::optional<Claim>> claim =
         Claim::on(folder / (keys_part(keys).substr(1) + claim_ending), progress);
     if (!claim) return claim.error();
@@ -126,7 +126,7 @@ bool has_library_field(const path& folder, const FieldKeys& keys, Unsealed unsea
 Result<std::vector<LibraryEntry>> library_entries(const path& folder) {
     std::error_code unknown;
     if (!std::filesystem::is_directory(folder, unknown))
-        return Error{folder.string(), "is no folder; wanted one of fields"};
+        return Error{folder.string(), "is not a directory; expected a directory of fields"};
     std::vector<LibraryEntry> entries;
     for (const path& file : files_of(folder, [](std::string_view name) { return name.ends_with(ending); })) {
         struct stat status {};

@@ -19,19 +19,19 @@ namespace {
 /// Raised whenever the same mesh and settings would give another field.
 constexpr std::uint32_t field_version = 12;
 
-/// What samples see.
+/// The occluders that samples are taken around.
 struct SampledOccluder {
     const Occluder& around;
     const std::function<bool(const Vec3f&)>& is_inside;
 
-    /// @name Of local samples. @{
+    /// @name For local samples. @{
     const Occluder* own = nullptr;
     std::span<const Vec3f> points, normals;
     std::span<const std::uint8_t> buried;
     /// @}
 };
 
-/// Makes the samples of a field, numbered in the order planar, spherical, local. From any thread.
+/// Computes the samples of a field, numbered in the order planar, spherical, local. Thread-safe.
 class FieldSampler {
 public:
     FieldSampler(const VisibilityField& field, const SampledOccluder& occluder,
@@ -57,7 +57,7 @@ public:
     }
 
 private:
-    /// One thread's buffers.
+    /// The buffers of one thread.
     struct Thread {
         VisibilityRasterizer rasterizer;
         VisibilityTransform transform;
@@ -98,13 +98,13 @@ private:
     PackedTrees closed_;
 };
 
-/// Neighbouring samples on their way to the pool.
+/// Consecutive samples on their way to the pool.
 struct Chunk {
     std::uint64_t first = 0;
     std::vector<PackedTrees> samples;
 };
 
-/// Sets up a field's samplers.
+/// Initialises a field's samplers.
 void set_samplers(VisibilityField& field, const Bounds& bounds, const FieldSettings& settings) {
     field.settings = settings;
     field.bounds = bounds;
@@ -115,13 +115,13 @@ void set_samplers(VisibilityField& field, const Bounds& bounds, const FieldSetti
     field.spherical = spherical_sampler(centre, radius, settings.spherical_samples);
 }
 
-/// Makes samples from `begin` up to, but not at, `end`.
+/// Computes the samples [begin, end).
 Result<SampleRun> made_samples(const std::string& entity, const FieldSettings& settings,
                                FieldSampler& sampler, std::uint64_t begin, std::uint64_t end,
                                const Progress& progress) {
     if (sampler.count() > 0x7fffffff) return Error{entity, "more than 2^31 samples"};
-    // Chunks are made in parallel and put into the pool in order, a few at a time, so that memory stays
-    // bounded and the pool does not depend on the threads.
+    // Chunks are computed in parallel and added to the pool in order, a few at a time. So memory is bounded
+    // and the pool does not depend on the number of threads.
     constexpr std::uint64_t chunk_size = 64;
     std::vector<Chunk> chunks(4 * std::size_t(tbb::this_task_arena::max_concurrency()));
     QuadtreePoolBuilder pool(settings.face_size);
@@ -160,7 +160,7 @@ Result<SampleRun> made_samples(const std::string& entity, const FieldSettings& s
     return run;
 }
 
-/// Makes all samples of a field that has its samplers.
+/// Computes all samples of a field whose samplers are set.
 Result<Done> make_samples(VisibilityField& field, const SampledOccluder& occluder,
                           std::span<const SampleRun> known, const Progress& progress) {
     FieldSampler sampler(field, occluder, known);
@@ -177,7 +177,7 @@ Result<Done> make_samples(VisibilityField& field, const SampledOccluder& occlude
     return Done{};
 }
 
-/// What the samples of an entity's field see; `is_inside` must outlive it, and so must its mesh.
+/// Returns the occluders of an entity's field. `is_inside` and the mesh must outlive the result.
 SampledOccluder sampled_occluder(const PreparedMesh& mesh, const EntityOcclusion& occlusion,
                                  const std::function<bool(const Vec3f&)>& is_inside) {
     return {occlusion.coarse(),         is_inside,         &occlusion.own(),

@@ -6,12 +6,12 @@
 namespace haarfield {
 namespace {
 
-/// Of the samples together.
+/// Returns the sum of the samples' weights.
 double total_weight(double radius, double outer_radius) {
     return radius > outer_radius ? outer_radius * outer_radius / (radius * radius) : 1;
 }
 
-/// A position between two neighbouring samples of one axis.
+/// A position between two adjacent samples along one axis.
 struct Bracket {
     std::uint32_t lower, upper;
     double fraction;
@@ -32,7 +32,7 @@ Bracket wrapped_bracket(double azimuth, int count) {
     return {lower, (lower + 1) % static_cast<std::uint32_t>(count), fraction};
 }
 
-/// Adds a sample, unless its weight is zero.
+/// Adds a sample unless its weight is zero.
 void add_sample(Interpolation& interpolation, std::uint32_t sample, double weight) {
     if (!(weight > 0)) return;
     const auto slot = static_cast<std::size_t>(interpolation.count++);
@@ -82,7 +82,7 @@ Vec3f SphericalSampler::sample_position(std::uint32_t sample) const {
                shell = sample / columns / rows;
     const double radius = distance_at(double(shell) / (shells - 1), outer_radius, growth);
     const double inclination = pi * row / (polar - 1), azimuth = 2 * pi * azimuth_index / azimuths;
-    // At the poles the sine is exactly zero, so that all azimuths are one place and share one cubemap.
+    // At the poles the sine is exactly zero, so that all azimuths coincide and share one cubemap.
     const double across = row == 0 || row + 1 == rows ? 0 : radius * std::sin(inclination);
     return centre + Vec3f(static_cast<float>(across * std::cos(azimuth)),
                           static_cast<float>(radius * std::cos(inclination)),
@@ -117,7 +117,7 @@ PlanarSampler planar_sampler(const Vec3f& ground_centre, float radius, std::uint
     PlanarSampler sampler;
     sampler.centre = ground_centre;
     sampler.outer_radius = 6 * radius;
-    // Near the object the spacing along a ring then about equals the one between rings.
+    // Near the object, the spacing along a ring is then about that between rings.
     sampler.rings = std::max(2, static_cast<int>(std::sqrt(samples / 2.0)));
     sampler.angles = std::max(3, static_cast<int>(samples / static_cast<std::uint32_t>(sampler.rings)));
     return sampler;

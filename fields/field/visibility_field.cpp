@@ -26,7 +26,7 @@ CubemapTree interpolated_visibility(const VisibilityField& field, const std::vec
         std::array<float, 8> weights;
         std::array<std::uint32_t, 8> faces;
         std::size_t count = 0;
-        // Corners that share a face are one corner with their weights together.
+        // Corners that share a face are merged, with the sum of their weights.
         for (int i = 0; i < interpolation.count; ++i) {
             const auto sample = interpolation.sample[std::size_t(i)];
             const std::uint32_t index = field.pool.cubemaps[std::size_t(handles[sample])][face];

@@ -1,5 +1,5 @@
 #pragma once
-/// The visibility field of one entity: what can be seen past it, around it and on its surface.
+/// The visibility field of an entity: visibility around the entity and on its surface.
 
 #include "fields/field/samplers.h"
 #include "fields/mesh/mesh.h"
@@ -9,66 +9,70 @@
 
 namespace haarfield {
 
-/// 128 bits of XXH3.
+/// A 128 bit XXH3 hash.
 struct ContentHash {
     std::uint64_t low = 0, high = 0;
 
-    bool operator==(const ContentHash&) const = default;  ///< Equal in all bits.
+    bool operator==(const ContentHash&) const = default;  ///< Exact comparison.
     std::string hex() const;                              ///< 32 digits, high half first.
 };
 
-/// What fields are called: equal keys, equal fields, bit for bit.
+/// The identity of a field: fields with equal keys are bit-identical.
 struct FieldKeys {
-    /// Of all that planar and spherical samples depend on: coarse mesh, what is inside, settings, format.
+    /// Covers everything that planar and spherical samples depend on: coarse and original mesh, bounds,
+    /// settings, format.
     ContentHash surroundings;
-    ContentHash whole;  ///< Of that and the fine mesh, with its local samples.
+    ContentHash whole;  ///< Covers the surroundings and the fine mesh with its local samples.
 
-    bool operator==(const FieldKeys&) const = default;  ///< Equal in all bits.
+    bool operator==(const FieldKeys&) const = default;  ///< Exact comparison.
 };
 
-/// What decides a field, beside the mesh.
+/// The parameters of a field besides the mesh.
 struct FieldSettings {
-    std::int32_t face_size = 64;     ///< Texels along a cubemap edge: 16, 32, 64, 128 or 256.
-    std::int32_t coefficients = 0;   ///< At most so many wavelets a face; 0: no limit.
-    float relative_l2_error = 0.1f;  ///< Of the wavelets that are dropped, to the smaller of what is open and
-                                     ///< blocked; 0: none are dropped. See VisibilityTransform.
+    std::int32_t face_size = 64;    ///< Texels along a cubemap edge: 16, 32, 64, 128 or 256.
+    std::int32_t coefficients = 0;  ///< At most this number of wavelets per face; 0: no limit.
+    /// L2 error of truncation, relative to the smaller of visibility and occlusion; 0: keep all wavelets. See
+    /// VisibilityTransform.
+    float relative_l2_error = 0.1f;
     std::uint32_t planar_samples = 20000;
     std::uint32_t spherical_samples = 10000;
 
-    bool operator==(const FieldSettings&) const = default;  ///< Equal in all bits.
+    bool operator==(const FieldSettings&) const = default;  ///< Exact comparison.
 };
 
-/// The error of visibility that is looked up between a sampler's samples: RMS over points and all directions.
-/// See field_error().
+/// The RMS error of visibility interpolated between a sampler's samples, over points and all directions. See
+/// field_error().
 struct SamplerError {
     static constexpr std::size_t bands = 16;
 
-    float relative = 0;  ///< To the RMS of the occlusion (1 - visibility) that is really there.
-    /// In each sixteenth of the radial position (samplers.h), by itself, to the RMS of the visibility that is
-    /// really there: inside a room, where little is open, a small error is large. In [0, 1]; 1 where nothing
-    /// could be measured, or nothing is open.
+    float relative = 0;  ///< Relative to the RMS of the exact occlusion (1 - visibility).
+    /// The error in each sixteenth of the radial position (samplers.h), relative to the RMS of the exact
+    /// visibility: inside a room, where visibility is low, a small error is large. In [0, 1]; 1 if nothing
+    /// could be measured, or no direction is unoccluded.
     std::array<float, bands> band{};
 
-    bool operator==(const SamplerError&) const = default;  ///< Equal in all bits.
+    bool operator==(const SamplerError&) const = default;  ///< Exact comparison.
 };
 
 /// The errors of both samplers.
 struct FieldError {
     SamplerError planar, spherical;
 
-    bool operator==(const FieldError&) const = default;  ///< Equal in all bits.
+    bool operator==(const FieldError&) const = default;  ///< Exact comparison.
 };
 
-/// Handles of cubemaps in a pool, by sample of each sampler and by vertex of the fine mesh.
+/// The visibility field of an entity: handles of cubemaps in a pool, for each sample of both samplers and
+/// each vertex of the fine mesh.
 ///
-/// Visibility is 1 where a direction is open, 0 where the entity blocks it, and between on a texel that
-/// it covers in part. Planar and spherical samples see the whole coarse mesh. Local samples see it from
-/// the vertex; texels below the vertex's horizon hold nothing to rely on and must be multiplied by zero.
+/// Visibility is 1 if a direction is unoccluded, 0 if the entity blocks it, and in between on a partly
+/// covered texel. Planar and spherical samples are taken around the coarse mesh, local samples around
+/// EntityOcclusion::own at the vertices. Texels below a vertex's horizon are undefined and must be multiplied
+/// by zero.
 struct VisibilityField {
     std::string entity;
     FieldKeys keys;
     FieldSettings settings;
-    Bounds bounds;  ///< Of the mesh. [m]
+    Bounds bounds;  ///< Bounds of the mesh. [m]
     PlanarSampler planar;
     SphericalSampler spherical;
     std::vector<std::int32_t> planar_handles;     ///< One per sample of `planar`.
@@ -78,16 +82,16 @@ struct VisibilityField {
     FieldError error;
 };
 
-/// What the planar sampler's positions are raised by where visibility is sampled: just above the ground, lest
-/// what stands on it be seen edge-on. [m]
+/// Returns the offset of the planar samples above the sampler's plane, so that surfaces on the ground are not
+/// viewed edge-on. [m]
 Vec3f planar_lift(const VisibilityField& field);
 
-/// A cubemap interpolated from a field, face by face: open where nothing blocks.
+/// Interpolates a cubemap of a field, face by face.
 CubemapTree interpolated_visibility(const VisibilityField& field, const std::vector<std::int32_t>& handles,
                                     const Interpolation& interpolation);
 
-/// Whether a handle or face index is out of range, a table has the wrong length, or the pool has a
-/// defect (pool_defect). Empty if all is well; otherwise what is wrong.
+/// Checks a field: handles, face indices, the lengths of tables, the pool (pool_defect). Returns the first
+/// defect, or an empty string.
 std::string field_defect(const VisibilityField& field);
 
 }  // namespace haarfield

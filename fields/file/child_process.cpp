@@ -13,11 +13,11 @@
 namespace haarfield {
 namespace {
 
-/// What the child does between fork and its new life: nothing that another thread's lock could stop. Tells
-/// `failure` the error's number if there is none.
+/// Runs in the child between fork and exec, and must not acquire a lock that another thread may hold. If exec
+/// fails, writes the error number to `failure`.
 [[noreturn]] void become(const char* program, char* const* arguments, const char* folder, pid_t parent,
                          int log, int failure) {
-    // Whoever runs it may be killed without a chance to end it.
+    // The parent may be killed before it can end the child.
     end_with_parent();
     for (const int ignored : {SIGPIPE, SIGXFSZ}) ::signal(ignored, SIG_DFL);
     sigset_t none;
@@ -69,7 +69,7 @@ int ChildProcess::start(const std::string& program, const std::vector<std::strin
         if (size == sizeof number)
             wait();
         else
-            number = 0;  // closed by what it has become
+            number = 0;  // exec succeeded and closed the pipe
     }
     ::close(failure[0]);
     return number;

@@ -1,5 +1,5 @@
 #pragma once
-/// A program that we run and listen to.
+/// A child process whose stderr is read.
 
 #include <sys/types.h>
 
@@ -9,9 +9,9 @@
 
 namespace haarfield {
 
-/// A running child whose stderr we read; its stdin and stdout are /dev/null. Ended, if need be, and waited
-/// for when it goes out of scope; ended by the system, too, if this process or the thread that started it
-/// ends.
+/// A running child process. Its stderr can be read; its stdin and stdout are /dev/null. The destructor kills
+/// the child if it still runs, and waits for it. The kernel kills the child if this process or the thread
+/// that started it ends.
 class ChildProcess {
 public:
     ChildProcess() = default;
@@ -19,16 +19,18 @@ public:
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 
+    /// Starts a program.
+    ///
     /// program   a path, or a name to be looked up in PATH.
-    /// folder    its working directory.
-    /// returns   an error number (ENOENT: no such program), or 0.
+    /// folder    the working directory of the program.
+    /// returns   0, or an error number (ENOENT: the program does not exist).
     int start(const std::string& program, const std::vector<std::string>& arguments,
               const std::filesystem::path& folder);
 
-    /// Reads what there is, waiting some 20 ms for it; false at the end of what it says.
+    /// Appends available output to `text`; waits up to 20 ms for it. Returns false at the end of the output.
     bool read_some(std::string& text) const;
 
-    /// Waits for its end: its status as waitpid has it; -1 if there is none.
+    /// Waits until the child ends. Returns its status as waitpid does, or -1 if there is no child.
     int wait();
 
 private:

@@ -1,7 +1,7 @@
 #pragma once
-/// Who is at work on what, in a folder that processes and machines share: so that none does what another one
-/// does already. Nothing else rests on it; whoever can make no claim does the work, and at worst it is done
-/// twice.
+/// Claims on work in a folder that processes and machines share, so that no two processes do the same work.
+/// Correctness does not depend on claims: a process that cannot create one does the work, so at worst it is
+/// done twice.
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
@@ -13,37 +13,36 @@
 
 namespace haarfield {
 
-/// A file that names the process that made it, and whose time of writing that process renews every few
-/// seconds while it lives.
+/// A file that names the process that created it. The process renews its modification time every few seconds.
 class Claim {
 public:
-    /// Waits while another one has the claim: while its process runs on this machine and renews it, or, of
-    /// another machine, while it is renewed. (That is watched by this process's clock; those of the machines
-    /// may differ.)
+    /// Creates a claim. Waits while another process holds it. A process on this machine holds its claim while
+    /// it runs and renews it, one on another machine while it renews it. (Intervals are measured with this
+    /// process's clock, since the clocks of machines may differ.)
     ///
-    /// file      its folder is there.
-    /// patience  how long a claim may go without being renewed.
-    /// returns   the claim; nothing where the folder knows no hard links, so that there can be none.
-    /// errors    what the system says (no such folder, no right to write ...); `interrupted`.
+    /// file      must be in an existing folder.
+    /// patience  the longest time without renewal.
+    /// returns   the claim, or nothing if the folder does not support hard links.
+    /// errors    those of the system (no such folder, no permission ...); `interrupted`.
     static Result<std::optional<Claim>> on(const std::filesystem::path& file, const Progress& progress = {},
                                            std::chrono::milliseconds patience = std::chrono::seconds(60));
 
-    Claim(Claim&& other) noexcept;  ///< Takes it over.
+    Claim(Claim&& other) noexcept;  ///< Takes ownership of the claim.
     Claim& operator=(Claim&&) = delete;
-    ~Claim();  ///< Gives it up.
+    ~Claim();  ///< Releases the claim.
 
 private:
     Claim(std::filesystem::path file, int descriptor);
 
     std::filesystem::path file_;
     int descriptor_;         ///< -1: moved from.
-    std::jthread renewing_;  ///< Of descriptor_.
+    std::jthread renewing_;  ///< Renews the file.
 };
 
-/// The ending of claims' names.
+/// The file name extension of claims.
 inline constexpr const char* claim_ending = ".claim";
 
-/// Removes the claims in a folder of this machine's processes that have ended.
+/// Removes all claims in a folder whose processes ran on this machine and have ended.
 void remove_abandoned_claims(const std::filesystem::path& folder);
 
 }  // namespace haarfield

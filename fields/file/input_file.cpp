@@ -17,7 +17,7 @@ Error system_failure(const std::string& where, int number) {
     return {where, fmt::format("cannot be read: {}", std::strerror(number))};
 }
 
-/// The type of anything but a regular file.
+/// Returns the type of a file that is not a regular file.
 const char* type_name(mode_t mode) {
     switch (mode & S_IFMT) {
         case S_IFDIR: return "a directory";
@@ -38,8 +38,8 @@ Result<Done> check_type(const struct stat& status, const std::string& where, con
 
 Result<InputFile> InputFile::open(const std::filesystem::path& file) {
     const std::string where = file.string();
-    // Opening a device can have effects, so its type is tested before. Another file may take the name in
-    // between.
+    // Checked before opening, because opening a device can have side effects. Checked again below, because
+    // another file may take the name in between.
     if (const Result<Done> good = check_input_file(file); !good) return good.error();
     const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
     if (descriptor < 0) return system_failure(where, errno);

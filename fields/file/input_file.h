@@ -12,16 +12,18 @@ namespace haarfield {
 /// A regular file, open for reading.
 class InputFile {
 public:
-    /// Never waits for the writer of a pipe.
+    /// Opens a file. Never waits for the writer of a pipe.
     ///
     /// errors  no such file; a directory, a pipe, a device or a socket; those of the system.
     static Result<InputFile> open(const std::filesystem::path& file);
 
+    /// Takes ownership of the file.
+    /// Takes over the open file.
     InputFile(InputFile&& other) noexcept : descriptor_(other.descriptor_) { other.descriptor_ = -1; }
     InputFile& operator=(InputFile&&) = delete;
     ~InputFile();
 
-    int descriptor() const { return descriptor_; }  ///< Closed with this object.
+    int descriptor() const { return descriptor_; }  ///< Closed by the destructor.
 
 private:
     explicit InputFile(int descriptor) : descriptor_(descriptor) {}

@@ -10,9 +10,9 @@
 
 namespace haarfield {
 
-/// The bytes of a file. They begin at a multiple of 4096 and stay readable while `owner` lives, also when the
-/// file is removed or another one takes its name. A program that cuts the file short in place takes the
-/// memory away: files that appear as TemporaryFile makes them are never changed in place.
+/// The bytes of a file. They start at a multiple of 4096 and stay readable while `owner` lives, even if the
+/// file is removed or replaced. If a program truncates the file in place, accessing the bytes crashes. Files
+/// that TemporaryFile writes are never modified in place.
 struct MappedFile {
     std::string_view bytes;
     std::shared_ptr<const void> owner;

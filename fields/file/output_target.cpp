@@ -16,7 +16,7 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr int most_links = 40;  // as many as Linux follows
+constexpr int most_links = 40;  // the limit of Linux
 
 Error system_error(const path& file, const char* action, int number) {
     return {file.string(), fmt::format("cannot {}: {}", action, std::strerror(number))};
@@ -26,7 +26,8 @@ bool is_same_file(const struct stat& a, const struct stat& b) {
     return a.st_dev == b.st_dev && a.st_ino == b.st_ino;
 }
 
-/// The standard stream that goes to the file: /dev/stdout of a program whose output goes to a file.
+/// Returns the standard stream that writes to the file, such as /dev/stdout if output is redirected to a
+/// file.
 std::optional<int> standard_stream(const struct stat& file) {
     for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
         struct stat status {};
@@ -44,7 +45,7 @@ Result<OutputTarget> output_target(const path& file) {
             return Error{file.string(), "is a directory; expected the name of a file"};
         if (!S_ISREG(status.st_mode) || standard_stream(status)) return OutputTarget{file, true};
     } else if (errno == ELOOP) {
-        return system_error(file, "follow it", ELOOP);
+        return system_error(file, "follow its symbolic links", ELOOP);
     }
     path target = file;
     for (int links = 0; links < most_links; ++links) {
@@ -53,7 +54,7 @@ Result<OutputTarget> output_target(const path& file) {
         if (no_link) return OutputTarget{target, false};
         target = target.parent_path() / next;
     }
-    return system_error(file, "follow it", ELOOP);
+    return system_error(file, "follow its symbolic links", ELOOP);
 }
 
 Result<Done> write_stream(const OutputTarget& stream, std::string_view bytes) {
@@ -79,7 +80,7 @@ Result<Done> write_stream(const OutputTarget& stream, std::string_view bytes) {
 Result<Done> move_output(const path& made, const OutputTarget& target) {
     if (!target.is_stream) {
         if (std::rename(made.c_str(), target.file.c_str()) != 0)
-            return system_error(target.file, "put it in its place", errno);
+            return system_error(target.file, "replace it", errno);
         return Done{};
     }
     Result<Done> written = Done{};

@@ -8,13 +8,14 @@
 
 namespace haarfield {
 
-/// The place that the name of an output stands for.
+/// The file or stream that the name of an output refers to.
 struct OutputTarget {
     std::filesystem::path file;  ///< Without symbolic links, unless `is_stream`.
-    bool is_stream = false;      ///< A device, a pipe or this process's stdout or stderr: written in place.
+    /// A device, a pipe or this process's stdout or stderr, which is written in place.
+    bool is_stream = false;
 };
 
-/// Follows symbolic links, also to files that do not exist yet.
+/// Resolves symbolic links, even if the target does not exist yet.
 ///
 /// errors  a directory; too many links.
 Result<OutputTarget> output_target(const std::filesystem::path& file);
@@ -24,9 +25,9 @@ Result<OutputTarget> output_target(const std::filesystem::path& file);
 /// errors  those of the system (no reader, no space ...).
 Result<Done> write_stream(const OutputTarget& stream, std::string_view bytes);
 
-/// Moves a finished file to where an output goes: renames it, or copies its bytes into a stream.
+/// Moves a finished file to an output: renames it, or copies its bytes to a stream.
 ///
-/// made    in the directory of `target` if `target` is no stream; gone afterwards.
+/// made    in the directory of `target` unless that is a stream; removed afterwards.
 /// errors  those of the system.
 Result<Done> move_output(const std::filesystem::path& made, const OutputTarget& target);
 

@@ -1,24 +1,24 @@
 #pragma once
-/// Which process something in a shared folder belongs to, as processes of this and of other machines can read
-/// it.
+/// Names of processes, in files that several machines share.
 
 #include <string>
 #include <string_view>
 
 namespace haarfield {
 
-/// `PLACE-PID-START`: twelve hexadecimal digits for the machine since it was started, with its name and its
-/// space of process numbers; the process's number there; when it was started. No other process has the same.
+/// Returns the name of this process, which no other process has: `PLACE-PID-START`. PLACE is twelve
+/// hexadecimal digits that identify the machine since its last boot and its process number space. PID is the
+/// process number and START the start time.
 std::string process_name();
 
-/// What can be known of a process.
+/// The state of a process.
 enum class Liveness {
     alive,
     ended,
-    unknown,  ///< It is another machine's, or the name is none.
+    unknown,  ///< It runs on another machine, or the name is invalid.
 };
 
-/// Whether the process of that name still runs.
+/// Tests whether the process of that name is still running.
 Liveness process_liveness(std::string_view name);
 
 }  // namespace haarfield

@@ -27,37 +27,36 @@
 
 namespace haarfield {
 
-/// What a worker may use.
+/// The resources that a worker may use.
 struct ReaderLimits {
-    std::uint64_t memory = 0;  ///< [bytes] Worker and answer together, beyond the reader process's own.
+    std::uint64_t memory = 0;  ///< [bytes] Worker and answer together, not counting the reader process.
     std::uint64_t answer = 0;  ///< [bytes] The part of `memory` that is reserved for the answer.
-    double seconds = 0;        ///< Processor time. Load of the machine does not count.
+    double seconds = 0;        ///< Processor time, independent of the load of the machine.
 };
 
 /// Returns the limits for a file of `file_bytes`: 1 GiB plus `memory_per_byte` times its size, but at most
 /// the memory of the machine, one half of it for the answer; 10 s plus 1 s per MB.
 ReaderLimits reader_limits(std::uint64_t file_bytes, double memory_per_byte);
 
-/// A kind of files and its reader.
+/// A kind of file and its reader.
 struct ReaderTask {
     std::string_view name;
-    /// Reads a file of which the bytes are given. `details` is what the asker said of it.
+    /// Reads a file from its bytes. `details` is the text that the client passed.
     Result<Done> (*read)(std::string_view bytes, std::string_view details, ByteSink& answer);
-    /// Returns the folder that `read` opens further files in. Null: `read` opens no files.
+    /// Returns the folder in which `read` opens further files. Null: `read` opens no files.
     std::string (*folder)(std::string_view details) = nullptr;
 };
 
-/// Forks this process's reader, within some milliseconds. Once, from the beginning of `main`, before there
-/// are threads but those that libraries have from their loading on: a fork would leave locks behind that
-/// others hold, so that it waits for these to sleep.
+/// Forks the reader process of this process, which takes some milliseconds. Call it once, at the start of
+/// `main`, before the program starts threads. A fork would copy locks that other threads hold. Therefore,
+/// this function waits until all threads that libraries started on loading are asleep.
 ///
-/// Does nothing where HAARFIELD_READER is set.
+/// Does nothing if HAARFIELD_READER is set.
 ///
-/// errors  other threads are at work; what the system says.
+/// errors  other threads are running; those of the system.
 Result<Done> fork_reader_process(std::span<const ReaderTask> tasks);
 
-/// What `haarfield-reader` does: waits for files on a socket that it has inherited, until its other end is
-/// closed.
+/// Runs `haarfield-reader`: serves requests on an inherited socket until its other end is closed.
 [[noreturn]] void serve_reader_process(int socket, std::span<const ReaderTask> tasks);
 
 /// Lets this process read untrusted files without a sandbox from now on if there is no reader process or the
@@ -77,16 +76,17 @@ inline constexpr const char* unsandboxed_remedy =
 ///         a program that cannot be run.
 Result<bool> reads_apart();
 
-/// Has a file read. Only where reads_apart(). From any thread.
+/// Reads a file in a worker. Requires reads_apart(). Thread-safe.
 ///
-/// descriptor  of the file, a regular one or one in memory; read from its beginning. Stays open.
-/// where       what errors call it.
-/// returns     what the task wrote: not to be believed, as the file's author may have had his way with it.
-/// errors      the task's; that it crashed, or took more than its limits.
+/// descriptor  a regular file or a file in memory, read from its beginning. Stays open.
+/// where       the name of the file in errors.
+/// returns     the output of the task. It is untrusted, because a malicious file may have compromised the
+///             worker.
+/// errors      those of the task; it crashed or exceeded its limits.
 Result<MappedFile> read_apart(std::string_view task, int descriptor, std::string_view details,
                               const ReaderLimits& limits, const std::string& where);
 
-/// The same of bytes in memory.
+/// Reads bytes in memory like a file.
 Result<MappedFile> read_apart(std::string_view task, std::string_view bytes, std::string_view details,
                               const ReaderLimits& limits, const std::string& where);
 

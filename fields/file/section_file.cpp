@@ -22,7 +22,7 @@ void append(std::string& bytes, const T& value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Takes a value off the begin; there are enough bytes.
+/// Removes a value from the front; there must be enough bytes.
 template <class T>
 T taken(std::string_view& bytes) {
     T value;
@@ -36,14 +36,14 @@ std::array<std::uint64_t, 2> hash_of(std::string_view bytes) {
     return {hash.low64, hash.high64};
 }
 
-/// A section in the bytes of a file.
+/// A section within the bytes of a file.
 struct SectionView {
     std::string_view name, bytes;
 
     Section copy() const { return {std::string(name), std::string(bytes)}; }
 };
 
-/// Takes a section off the begin; nothing if it is longer than what there is.
+/// Removes a section from the front; nothing if it is longer than the remaining bytes.
 std::optional<SectionView> taken_section(std::string_view& bytes) {
     if (bytes.size() < 2 * sizeof(std::uint64_t)) return std::nullopt;
     const auto name = taken<std::uint64_t>(bytes), size = taken<std::uint64_t>(bytes);
@@ -75,21 +75,21 @@ Result<std::vector<Section>> read_section_file(const std::filesystem::path& file
     std::string_view bytes = mapped->bytes;
     const auto refusal = [&](const char* reason) { return Error{file.string(), reason}; };
     if (bytes.size() < head_size + hash_size || !bytes.starts_with(magic))
-        return refusal("cut short, or no file of a task's results");
+        return refusal("is cut short, or not a file of task results");
     if (const Result<Done> loaded = load_pages(*mapped, file.string()); !loaded) return loaded.error();
     std::string_view end = bytes.substr(bytes.size() - hash_size);
     bytes.remove_suffix(hash_size);
     if (taken<std::array<std::uint64_t, 2>>(end) != hash_of(bytes))
-        return refusal("cut short or damaged: its checksum is wrong");
+        return refusal("is cut short or damaged: its checksum is wrong");
     bytes.remove_prefix(magic.size());
-    if (taken<std::uint32_t>(bytes) != version) return refusal("of another version");
+    if (taken<std::uint32_t>(bytes) != version) return refusal("has an unsupported version");
     std::vector<Section> sections;
     for (auto count = taken<std::uint32_t>(bytes); count > 0; --count) {
         const std::optional<SectionView> section = taken_section(bytes);
-        if (!section) return refusal("its sections are not as long as they say");
+        if (!section) return refusal("its sections are longer than the file");
         sections.push_back(section->copy());
     }
-    if (!bytes.empty()) return refusal("something follows its last section");
+    if (!bytes.empty()) return refusal("has data after its last section");
     return sections;
 }
 
@@ -98,13 +98,13 @@ Result<Section> read_first_section(const std::filesystem::path& file) {
     if (!mapped) return mapped.error();
     std::string_view bytes = mapped->bytes;
     if (bytes.size() < head_size || !bytes.starts_with(magic))
-        return Error{file.string(), "cut short, or no file of a task's results"};
+        return Error{file.string(), "is cut short, or not a file of task results"};
     bytes.remove_prefix(magic.size() + sizeof version);
     const auto count = taken<std::uint32_t>(bytes);
     std::optional<SectionView> first = taken_section(bytes), last = first;
     for (std::uint32_t taken = 1; last && taken < count; ++taken) last = taken_section(bytes);
     if (count == 0 || !last || bytes.size() != hash_size)
-        return Error{file.string(), "cut short, or longer than its sections"};
+        return Error{file.string(), "is cut short, or has data after its last section"};
     return first->copy();
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Files of named sections that tell whether they are whole: what one process leaves for another.
+/// Files of named sections with a checksum, which one process writes for another.
 ///
 ///     "HAARPART"  u32 version  u32 sections                                     16 bytes
 ///     sections x { u64 bytes of the name  u64 bytes  name  bytes }
@@ -16,26 +16,26 @@
 
 namespace haarfield {
 
-/// A part of such a file.
+/// A section of such a file.
 struct Section {
     std::string name, bytes;
 };
 
-/// The content of a file.
+/// Returns the content of a file with these sections.
 std::string section_file(const std::vector<Section>& sections);
 
-/// Reads a file, once its checksum holds.
+/// Reads a file and verifies its checksum.
 ///
-/// errors  what the system says; cut short, changed, of another version or not such a file.
+/// errors  those of the system; the file is cut short, modified, of another version or not a section file.
 Result<std::vector<Section>> read_section_file(const std::filesystem::path& file);
 
 /// Reads the first section. Checks the length of the file, but not its checksum.
 ///
-/// errors  those of the system; another length than that of all sections.
-/// cost    a page of the file for each section, and the bytes of the first.
+/// errors  those of the system; the length of the file is not that of its sections.
+/// cost    one page of the file per section, and the bytes of the first section.
 Result<Section> read_first_section(const std::filesystem::path& file);
 
-/// The bytes of the section of that name; null if there is none.
+/// Returns the bytes of the section with that name; null if there is none.
 const std::string* section_named(const std::vector<Section>& sections, std::string_view name);
 
 }  // namespace haarfield

@@ -24,12 +24,13 @@ constexpr std::string_view ending = ".tmp";
 
 path temporary_path(const path& target) {
     static std::atomic<unsigned> count = 0;
-    constexpr std::size_t kept = 100;  // of a name; all of it and ours may be longer than names can be
+    // bytes of the target's name, so that the result does not exceed the limit for names
+    constexpr std::size_t kept = 100;
     const std::string name = target.filename().string().substr(0, kept);
     return target.parent_path() / fmt::format("{}.{}.{}{}", name, process_name(), count++, ending);
 }
 
-/// The process that a temporary file is named after; empty if it is none of ours.
+/// Returns the process in the name of a temporary file; empty for any other file.
 std::string_view process_of(std::string_view file_name) {
     if (!file_name.ends_with(ending)) return {};
     file_name.remove_suffix(ending.size());
@@ -58,7 +59,7 @@ Result<TemporaryFile> TemporaryFile::beside(const path& target) {
     if (output->is_stream) return Error{target.string(), "is a device or a pipe; expected a file"};
     const path file = temporary_path(output->file);
     const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
-    if (descriptor < 0) return system_error(target, "make a file beside it", errno);
+    if (descriptor < 0) return system_error(target, "create a file next to it", errno);
     return TemporaryFile(output->file, file, descriptor);
 }
 
@@ -85,22 +86,21 @@ Result<Done> TemporaryFile::write(std::string_view bytes) {
 }
 
 Result<Done> TemporaryFile::take_place() {
-    if (std::rename(file_.c_str(), target_.c_str()) != 0)
-        return system_error(target_, "put it in its place", errno);
+    if (std::rename(file_.c_str(), target_.c_str()) != 0) return system_error(target_, "replace it", errno);
     in_place_ = true;
     return Done{};
 }
 
 Result<Done> TemporaryFile::replace_target(std::string_view bytes) {
-    if (fsync(descriptor_) != 0) return system_error(target_, "bring it to the disk", errno);
+    if (fsync(descriptor_) != 0) return system_error(target_, "flush it to disk", errno);
     {
         const Result<MappedFile> written = mapped_file(file_);
         if (!written) return written.error();
-        if (written->bytes != bytes) return Error{target_.string(), "reads back otherwise than written"};
+        if (written->bytes != bytes) return Error{target_.string(), "reads back differently than written"};
     }
     if (Result<Done> placed = take_place(); !placed) return placed;
-    // The file is whole and in place. Whether the folder's entry has reached the disk is all that is left to
-    // ask for, and some file systems can not tell.
+    // The file is complete and in place. Flushing the folder's entry is best effort, because some file
+    // systems do not support it.
     const path folder = target_.has_parent_path() ? target_.parent_path() : ".";
     if (const int entry = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); entry >= 0) {
         fsync(entry);

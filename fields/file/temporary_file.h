@@ -1,5 +1,5 @@
 #pragma once
-/// Files that appear whole or not at all, whoever else makes the same ones.
+/// Files that appear complete or not at all, even if several processes write the same file.
 
 #include "fields/base/result.h"
 
@@ -8,36 +8,36 @@
 
 namespace haarfield {
 
-/// An empty file beside a target, of a name that no other process has, on whatever machine: the target's (its
-/// first 100 bytes), process_name, a number, `.tmp`. Removed with this object unless it took the target's
-/// place. Several may be made for one target at once, by threads, processes and machines: the last one that
-/// takes the place stays. Nothing rests on locks, which some network file systems grant to everybody.
+/// An empty file next to its target, with a name that is unique among all processes and machines: the first
+/// 100 bytes of the target's name, process_name, a number, `.tmp`. The destructor removes it unless it has
+/// replaced the target. Threads, processes and machines may write files for one target at the same time; the
+/// last one to replace it wins. No locks are used, because some network file systems grant them to everyone.
 class TemporaryFile {
 public:
-    /// Symbolic links to the target are followed.
+    /// Creates a file next to the target. Symbolic links to the target are followed.
     ///
-    /// errors  those of the system (no such folder, no right to write ...); a directory, a device or a pipe.
+    /// errors  those of the system (no such folder, no permission ...); a directory, a device or a pipe.
     static Result<TemporaryFile> beside(const std::filesystem::path& target);
 
-    TemporaryFile(TemporaryFile&& other) noexcept;  ///< Takes the file over.
+    TemporaryFile(TemporaryFile&& other) noexcept;  ///< Takes ownership of the file.
     TemporaryFile& operator=(TemporaryFile&&) = delete;
     ~TemporaryFile();
 
-    const std::filesystem::path& target() const { return target_; }  ///< The file that it is to become.
+    const std::filesystem::path& target() const { return target_; }  ///< The file that it will replace.
 
-    /// Appends.
+    /// Appends bytes.
     ///
-    /// errors  what the system says (full disk ...).
+    /// errors  those of the system (full disk ...).
     Result<Done> write(std::string_view bytes);
 
-    /// Takes the target's place, in one step.
+    /// Atomically replaces the target.
     ///
-    /// errors  what the system says; the target is then as it was.
+    /// errors  those of the system; the target is then unchanged.
     Result<Done> take_place();
 
-    /// The same once the content is on disk, and equal to `bytes`.
+    /// Flushes the file to disk, verifies that it contains `bytes`, and replaces the target.
     ///
-    /// errors  as above; content that is not `bytes`.
+    /// errors  those of take_place(); the content differs from `bytes`.
     Result<Done> replace_target(std::string_view bytes);
 
 private:
@@ -46,11 +46,11 @@ private:
 
     std::filesystem::path target_, file_;
     int descriptor_;         ///< -1: moved from.
-    bool in_place_ = false;  ///< Took the target's place.
+    bool in_place_ = false;  ///< True once it has replaced the target.
 };
 
-/// Removes the temporary files in a folder whose processes have ended: this machine's at once, those of other
-/// machines, of which that can not be known, after a day. What cannot be removed stays.
+/// Removes the temporary files in a folder whose processes have ended: those of this machine at once, those
+/// of other machines, whose state is unknown, after a day. Ignores files that cannot be removed.
 void remove_abandoned_files(const std::filesystem::path& folder);
 
 }  // namespace haarfield

@@ -19,7 +19,7 @@ Result<Done> make_folder(const std::filesystem::path& folder) {
     std::error_code code, ignored;
     std::filesystem::create_directories(folder, code);
     if (!std::filesystem::is_directory(folder, ignored))
-        return Error{folder.string(), "is no folder, and can not be made: " + code.message()};
+        return Error{folder.string(), "is not a directory and cannot be created: " + code.message()};
     remove_abandoned_files(folder);
     return Done{};
 }

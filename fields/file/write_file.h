@@ -1,5 +1,5 @@
 #pragma once
-/// Whole files out, and the folders that they go to.
+/// Writing of complete files, and creation of folders.
 
 #include "fields/base/result.h"
 
@@ -8,16 +8,16 @@
 
 namespace haarfield {
 
-/// Writes bytes to a file, a device or a pipe. A file appears whole or not at all: it is a TemporaryFile
-/// before. Symbolic links are followed. Does not wait until the bytes are on the disk.
+/// Writes bytes to a file, a device or a pipe. A file appears complete or not at all (TemporaryFile).
+/// Symbolic links are followed. Does not wait until the bytes are on disk.
 ///
-/// errors  those of the system (no such folder, full disk ...); a directory has the name.
+/// errors  those of the system (no such folder, full disk ...); a directory has this name.
 Result<Done> write_file(const std::filesystem::path& file, std::string_view bytes);
 
-/// Makes the folder, with those above it, if it is not there; and removes from it what processes that have
-/// ended left half-written (remove_abandoned_files).
+/// Creates a folder, with its parents, unless it exists. Removes files in it that were left by processes that
+/// have ended (remove_abandoned_files).
 ///
-/// errors  what the system says; a file of that name.
+/// errors  those of the system; a file has this name.
 Result<Done> make_folder(const std::filesystem::path& folder);
 
 }  // namespace haarfield

@@ -12,7 +12,7 @@ namespace {
 using Triangle = std::array<std::uint32_t, 3>;
 constexpr std::size_t most_rooms = 64;
 
-/// Of the pieces that pass a test the largest, by number.
+/// Returns the indices of the largest pieces that pass a test.
 template <class Test>
 std::vector<std::size_t> largest_pieces(std::span<const ClosedPiece> pieces, const Test& passes) {
     std::vector<std::size_t> numbers;
@@ -35,7 +35,7 @@ bool encloses(std::span<const Vec3f> positions, const ClosedPiece& outer, const 
            encloses(positions, outer, inner.bounds.centre());
 }
 
-/// Tests whether the middle of the box lies in front of all triangles, turned inwards.
+/// Tests whether the centre of the box is in front of all triangles, after they are flipped inwards.
 bool is_visible_from_middle(std::span<const Vec3f> positions, const ClosedPiece& piece) {
     const Vec3d middle(piece.bounds.centre());
     return std::ranges::all_of(piece.triangles, [&](const Triangle& t) {
@@ -44,8 +44,8 @@ bool is_visible_from_middle(std::span<const Vec3f> positions, const ClosedPiece&
     });
 }
 
-/// Tests whether all triangles are walls parallel to `up`, or lie in the lowest or the highest plane across
-/// it: floor and ceiling.
+/// Tests whether each triangle is a wall parallel to `up`, or part of a level floor or ceiling in the lowest
+/// or highest plane.
 bool is_prism(std::span<const Vec3f> positions, const ClosedPiece& piece, const Vec3d& up) {
     constexpr double angle = 0.01, level = 0.01;  // sine; of the height
     double lowest = INFINITY, highest = -INFINITY;
@@ -65,16 +65,16 @@ bool is_prism(std::span<const Vec3f> positions, const ClosedPiece& piece, const 
     });
 }
 
-/// Tests whether a box is as large as another that contains it, to a hundredth.
+/// Tests whether a box is as large as another one that contains it, within a hundredth.
 bool fills(const Bounds& inner, const Bounds& outer) {
     const Vec3f small = inner.upper - inner.lower, large = outer.upper - outer.lower;
     return small.x >= 0.99f * large.x && small.y >= 0.99f * large.y && small.z >= 0.99f * large.z;
 }
 
-/// Closed and open pieces by their first triangles: union-find over shared edges.
+/// Pieces of triangles connected by shared edges, and whether they are open.
 struct EdgePieces {
     Pieces pieces;
-    std::vector<std::uint8_t> is_open;  ///< By root.
+    std::vector<std::uint8_t> is_open;  ///< Indexed by root.
 };
 
 EdgePieces edge_pieces(const std::vector<Triangle>& triangles) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Closed pieces of a mesh: which enclose which, and which way their triangles face.
+/// Closed pieces of a mesh: which enclose which, and to which side their triangles face.
 
 #include "fields/mesh/mesh.h"
 
@@ -10,22 +10,23 @@ namespace haarfield {
 /// The side on which the closed pieces of a mesh are visible.
 enum class ClosedFaces : std::uint8_t {
     outwards,  ///< Every closed piece is a solid: its triangles face outwards.
-    /// Closed pieces face as their file has them: a room inwards, its furniture outwards. If none faces
-    /// inwards in the file, those that no other closed piece encloses are turned inwards.
+    /// Closed pieces face as in their file: a room inwards, its furniture outwards. If none faces inwards in
+    /// the file, the pieces that no other closed piece encloses are flipped inwards.
     inwards,
 };
 
-/// A piece whose triangles agree and traverse every edge as often in one direction as in the other.
+/// A piece whose triangles are consistently oriented and traverse every edge equally often in both
+/// directions.
 struct ClosedPiece {
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< Facing outwards.
     Bounds bounds;
-    bool faces_inwards = false;  ///< In the file.
+    bool faces_inwards = false;  ///< Orientation in the file.
 };
 
-/// The winding number of a piece's surface around a point: 1 inside of an outward-facing simple piece, 0
+/// Returns the winding number of a piece's surface around a point: 1 inside an outward-facing simple piece, 0
 /// outside.
 ///
-/// accuracy  1e-6, but within some 1e-6 sizes of the surface.
+/// accuracy  1e-6, except within about 1e-6 sizes of the surface.
 /// cost      O(triangles).
 /// source    van Oosterom and Strackee 1983: the solid angle of a triangle.
 double winding_number(std::span<const Vec3f> positions,
@@ -34,9 +35,9 @@ double winding_number(std::span<const Vec3f> positions,
 /// Tests whether one box lies within another; boxes may touch.
 bool contains(const Bounds& outer, const Bounds& inner);
 
-/// By piece: 1 if it faces inwards, as ClosedFaces::inwards defines it.
+/// Returns one flag per piece: 1 if it faces inwards as defined by ClosedFaces::inwards.
 ///
-/// limits  the 64 largest pieces can face inwards.
+/// limits  only the 64 largest pieces can face inwards.
 std::vector<std::uint8_t> inward_pieces(std::span<const Vec3f> positions,
                                         std::span<const ClosedPiece> pieces);
 
@@ -55,15 +56,17 @@ std::vector<std::size_t> rooms(std::span<const Vec3f> positions, std::span<const
 
 /// The way in which a triangle blocks light.
 enum class PieceKind : std::uint8_t {
-    open,   ///< Of a piece with an edge that is not shared by exactly two triangles that agree.
-    solid,  ///< Of a closed piece that faces outwards, or inwards within one that faces outwards: its cavity.
-    room,   ///< Of any other closed piece: a wall without thickness.
+    open,  ///< The piece has an edge that is not shared by exactly two consistently oriented triangles.
+    /// The piece is closed and faces outwards, or is a cavity: it faces inwards, within a piece that faces
+    /// outwards.
+    solid,
+    room,  ///< Any other closed piece: a wall without thickness.
 };
 
-/// By triangle. Pieces are connected by shared edges.
+/// Returns the kind of each triangle. Pieces are connected by shared edges.
 ///
-/// triangles  equal positions have one index.
-/// limits     the 64 largest pieces that face inwards can be cavities.
+/// triangles  equal positions must have one index.
+/// limits     only the 64 largest inward-facing pieces can be cavities.
 std::vector<PieceKind> piece_kinds(std::span<const Vec3f> positions,
                                    const std::vector<std::array<std::uint32_t, 3>>& triangles);
 

@@ -59,7 +59,7 @@ std::vector<EdgeBisection::Side> EdgeBisection::sides(std::uint32_t edge) const 
 
 Vec3f EdgeBisection::middle_normal(const Side& side) const {
     const Vec3d sum = Vec3d(mesh_.normals[side.low]) + Vec3d(mesh_.normals[side.high]);
-    // opposite normals have no mean
+    // the mean of opposite normals is undefined
     return sum.length2() > 1e-12 ? Vec3f(sum.normalized()) : mesh_.normals[side.low];
 }
 

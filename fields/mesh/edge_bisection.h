@@ -1,5 +1,5 @@
 #pragma once
-/// Splitting the edges of a mesh without cracks.
+/// Splitting of edges without cracks.
 
 #include "fields/mesh/mesh.h"
 
@@ -9,46 +9,47 @@
 
 namespace haarfield {
 
-/// A mesh whose edges can be split at their middles. An edge runs between two places, not between two
-/// vertices: where a seam leaves several vertices in one place, a split divides the triangles on all sides of
-/// it, so that there are no T-junctions.
+/// A mesh whose edges can be split at their midpoints. An edge connects two places, not two vertices. If
+/// several vertices share a place along a seam, a split divides the triangles on all sides of the seam, so
+/// that there are no T-junctions.
 class EdgeBisection {
 public:
-    /// An edge, by the positions at its ends.
+    /// An edge between two places.
     struct Edge {
-        std::array<std::uint32_t, 2> ends;     ///< Places.
-        std::vector<std::uint32_t> triangles;  ///< Round it, any number.
+        std::array<std::uint32_t, 2> ends;     ///< Indices of places.
+        std::vector<std::uint32_t> triangles;  ///< All triangles at the edge, in any number.
     };
 
-    /// The triangles of an edge that share its vertices: a seam has several sides.
+    /// The triangles of an edge that share its vertices. A seam has several sides.
     struct Side {
         std::uint32_t low, high;  ///< Vertices; low < high.
         std::vector<std::uint32_t> triangles;
     };
 
-    explicit EdgeBisection(Mesh mesh);  ///< Takes the mesh over.
+    explicit EdgeBisection(Mesh mesh);  ///< Takes ownership of the mesh.
 
-    const Mesh& mesh() const { return mesh_; }        ///< The mesh so far.
-    Mesh take_mesh() && { return std::move(mesh_); }  ///< Gives it away.
+    const Mesh& mesh() const { return mesh_; }        ///< The current mesh.
+    Mesh take_mesh() && { return std::move(mesh_); }  ///< Moves the mesh out.
 
-    /// New edges come behind those that there are.
+    /// New edges are appended.
     std::span<const Edge> edges() const { return edges_; }
-    /// Of a triangle: from corner k to k + 1.
+    /// The edges of a triangle, from corner k to k + 1.
     const std::array<std::uint32_t, 3>& edges_of(std::uint32_t triangle) const {
         return edges_of_triangle_[triangle];
     }
     double squared_length(std::uint32_t edge) const;  ///< [m^2]
-    Vec3f middle(std::uint32_t edge) const;           ///< Of an edge. [m]
+    Vec3f middle(std::uint32_t edge) const;           ///< Midpoint of an edge. [m]
 
-    /// In the order of their first triangles.
+    /// Returns the sides of an edge, in the order of their first triangles.
     std::vector<Side> sides(std::uint32_t edge) const;
 
-    /// The normal of a vertex in the middle of a side: the normalised mean of its ends'.
+    /// Returns the normal of a vertex at the middle of a side: the normalised mean of the normals at its
+    /// ends.
     Vec3f middle_normal(const Side& side) const;
 
-    /// Puts a vertex in the middle of each side, in their order, and divides the edge's triangles. The edge
-    /// becomes its half at ends[0]; the other half and the cuts to the opposite corners are new. Does
-    /// nothing, and returns false, where single precision has no middle.
+    /// Adds a vertex at the midpoint of each side, in their order, and divides the edge's triangles. The edge
+    /// becomes its half at ends[0]. The other half and the edges to the opposite corners are new. Does
+    /// nothing and returns false if single precision has no value in between.
     bool split(std::uint32_t edge);
 
 private:

@@ -1,5 +1,5 @@
 #pragma once
-/// Which triangles share which edges, and what pieces they make.
+/// Shared edges of triangles, and connected pieces.
 
 #include <algorithm>
 #include <array>
@@ -16,12 +16,13 @@ struct EdgeUse {
     bool forward;  ///< From low to high.
 };
 
-/// Whether two uses are of one edge.
+/// True if two uses are of the same edge.
 inline bool same_edge(const EdgeUse& a, const EdgeUse& b) {
     return a.low == b.low && a.high == b.high;
 }
 
-/// Sorted, so that the uses of one undirected edge lie side by side, in the order of their triangles.
+/// Returns all uses, sorted so that the uses of an undirected edge are adjacent, in the order of their
+/// triangles.
 inline std::vector<EdgeUse> sorted_edge_uses(const std::vector<std::array<std::uint32_t, 3>>& triangles) {
     std::vector<EdgeUse> uses;
     uses.reserve(3 * triangles.size());
@@ -40,14 +41,14 @@ inline std::vector<EdgeUse> sorted_edge_uses(const std::vector<std::array<std::u
 struct Pieces {
     std::vector<std::uint32_t> parent;
 
-    /// Each thing a piece by itself.
+    /// Creates one piece per element.
     explicit Pieces(std::size_t count) : parent(count) { std::iota(parent.begin(), parent.end(), 0u); }
-    /// What stands for the piece of i.
+    /// Returns the representative of the piece of i.
     std::uint32_t root(std::uint32_t i) {
         while (parent[i] != i) i = parent[i] = parent[parent[i]];
         return i;
     }
-    /// Makes the pieces of i and j one.
+    /// Merges the pieces of i and j.
     void join(std::uint32_t i, std::uint32_t j) { parent[root(i)] = root(j); }
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The first surface that a ray meets. Embree's work.
+/// The first surface that a ray hits. Implemented with Embree.
 
 #include "fields/base/embree_device.h"
 #include "fields/mesh/mesh.h"
@@ -11,22 +11,24 @@ struct RTCSceneTy;
 
 namespace haarfield {
 
-/// Triangles for rays. Safe to share between threads.
+/// A BVH of triangles. Safe to share between threads.
 class FirstSurface {
 public:
+    /// A hit on a triangle.
+    /// The first intersection of a ray.
     struct Hit {
         std::uint32_t triangle;
-        bool is_front;  ///< The ray arrives at the front.
-        float u, v;     ///< The triangle's corners weigh 1 - u - v, u and v.
+        bool is_front;  ///< True if the ray hits the front.
+        float u, v;     ///< Barycentric: the triangle's corners have weights 1 - u - v, u and v.
     };
 
-    /// Copies what it needs.
+    /// Copies the required data.
     explicit FirstSurface(const Mesh& mesh);
 
-    /// The first triangle in a direction, however far.
+    /// Returns the first triangle in a direction, at any distance.
     std::optional<Hit> operator()(const Vec3f& from, const Vec3f& direction) const;
 
-    /// True if a triangle lies between two points: `from` and `from + way`.
+    /// Tests whether a triangle intersects the segment from `from` to `from + way`.
     bool is_met(const Vec3f& from, const Vec3f& way) const;
 
 private:

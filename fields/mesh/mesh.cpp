@@ -56,13 +56,12 @@ std::string MeshFindings::summary() const {
     std::string text;
     const auto add = [&text](const std::string& finding) { text += (text.empty() ? "" : ", ") + finding; };
     if (polygons) add(counted(polygons, "n-gon", "n-gons") + " triangulated");
-    if (non_finite_vertices)
-        add(counted(non_finite_vertices, "vertex", "vertices") + " not finite, left out");
+    if (non_finite_vertices) add(counted(non_finite_vertices, "vertex", "vertices") + " not finite, removed");
     if (degenerate_triangles)
-        add(counted(degenerate_triangles, "triangle", "triangles") + " without area left out");
+        add(counted(degenerate_triangles, "triangle", "triangles") + " without area removed");
     if (duplicate_triangles)
-        add(counted(duplicate_triangles, "duplicate triangle", "duplicate triangles") + " left out");
-    if (flipped_triangles) add(counted(flipped_triangles, "triangle", "triangles") + " turned round");
+        add(counted(duplicate_triangles, "duplicate triangle", "duplicate triangles") + " removed");
+    if (flipped_triangles) add(counted(flipped_triangles, "triangle", "triangles") + " reversed");
     if (non_manifold_edges)
         add(counted(non_manifold_edges, "edge", "edges") + " shared by more than two triangles");
     if (boundary_edges)
@@ -70,7 +69,7 @@ std::string MeshFindings::summary() const {
             (components == 1 ? " in its only piece"
                              : fmt::format(" in {} of {} pieces", open_components, components)));
     if (backs) add(counted(backs, "triangle", "triangles") + " of sheets baked from both sides");
-    if (parted_vertices) add("sheets without thickness, their two sides parted");
+    if (parted_vertices) add("sheets without thickness separated into two sides");
     if (self_intersecting) add("a piece intersects itself");
     return text;
 }

@@ -11,7 +11,7 @@ namespace {
 struct Candidate {
     double length2;  // [m^2]
     std::uint32_t edge;
-    bool operator<(const Candidate& other) const {  // the heap's top is the largest
+    bool operator<(const Candidate& other) const {  // the top of the heap is the longest
         return length2 != other.length2 ? length2 < other.length2 : edge > other.edge;
     }
 };
@@ -41,7 +41,7 @@ Mesh subdivided(Mesh mesh, std::uint32_t vertices, const Progress& progress) {
             offer(longest.edge);
             for (std::uint32_t edge = first_new; edge < bisection.edges().size(); ++edge) offer(edge);
         }
-        // the class of equal edges is that of the last split that was needed
+        // the class of equal edges is that of the last required split
         if (count < vertices) last_length2 = longest.length2;
     }
     return std::move(bisection).take_mesh();

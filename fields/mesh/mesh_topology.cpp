@@ -23,7 +23,7 @@ struct PositionHash {
     }
 };
 
-/// One side of a triangle, on its way from `a` to `b` of the edge {low, high}.
+/// A side of a triangle, directed along its edge {low, high}.
 struct Side {
     std::uint32_t low, high;
     std::uint32_t triangle;
@@ -58,8 +58,8 @@ void for_each_edge(const std::vector<Side>& sides, const Visit& visit) {
     }
 }
 
-/// By piece: 1 if it has an edge with one triangle only. As long as `pieces` is, which may be more than there
-/// are.
+/// Returns, by piece, 1 if it has an edge with one triangle only. The result is as long as `pieces`, which
+/// may exceed the number of pieces.
 std::vector<std::uint8_t> open_pieces(const std::vector<Side>& sides,
                                       const std::vector<std::uint32_t>& pieces) {
     std::vector<std::uint8_t> open(pieces.size());
@@ -69,21 +69,21 @@ std::vector<std::uint8_t> open_pieces(const std::vector<Side>& sides,
     return open;
 }
 
-/// The parts within which "facing the same way" has a meaning, and the triangles that must be
-/// turned round to agree with the first of their part.
+/// Parts in which triangles can be oriented consistently, and the triangles to reverse so that they agree
+/// with the first of their part.
 struct Parts {
     std::vector<std::uint32_t> of_triangle;
     std::vector<bool> turned;
     std::uint32_t count = 0;
 };
 
-/// A triangle across an edge, and whether it faces the same way there.
+/// The triangle across an edge, and whether it is consistently oriented.
 struct Neighbour {
     std::uint32_t triangle = none;
     bool agrees = true;
 };
 
-/// By triangle: its neighbours across edges that exactly two triangles share.
+/// Returns each triangle's neighbours across edges that exactly two triangles share.
 std::vector<std::array<Neighbour, 3>> neighbours_across_edges(const std::vector<Side>& sides,
                                                               std::size_t triangle_count) {
     std::vector<std::array<Neighbour, 3>> neighbours(triangle_count);
@@ -120,8 +120,8 @@ Parts agreeing_parts(const std::vector<Side>& sides, std::size_t triangle_count)
     return parts;
 }
 
-/// Whether each part is closed: it goes along every edge as often forwards as backwards, which is
-/// also when its volume does not depend on the origin.
+/// Determines which parts are closed: they traverse every edge equally often in both directions. Their volume
+/// is then independent of the origin.
 std::vector<bool> closed_parts(const std::vector<Side>& sides, const Parts& parts) {
     std::vector<bool> closed(parts.count, true);
     std::vector<std::pair<std::uint32_t, int>> balance;
@@ -146,14 +146,14 @@ Vec3d area_vector(const Mesh& mesh, const Triangle& t) {
     return (Vec3d(mesh.positions[t[1]]) - p).cross(Vec3d(mesh.positions[t[2]]) - p);
 }
 
-/// Sums over the triangles of each part, after those that disagree are turned.
+/// Sums over the triangles of each part, after inconsistent ones are reversed.
 struct PartSums {
     std::vector<double> volume;     ///< Six times the volume. [m^3]
     std::vector<double> area;       ///< Twice the area. [m^2]
-    std::vector<double> agreement;  ///< Of normals with triangles: up to three times `area`. [m^2]
-    std::vector<double>
-        majority;               ///< Twice the area of triangles as they are, less that of turned ones. [m^2]
-    std::vector<double> count;  ///< The number of triangles as they are, less that of turned ones.
+    std::vector<double> agreement;  ///< Of normals and triangles: at most three times `area`. [m^2]
+    /// Twice the area of unchanged triangles, minus that of reversed ones. [m^2]
+    std::vector<double> majority;
+    std::vector<double> count;  ///< The number of unchanged triangles, minus that of reversed ones.
 };
 
 PartSums part_sums(const Mesh& mesh, const Parts& parts) {
@@ -166,7 +166,7 @@ PartSums part_sums(const Mesh& mesh, const Parts& parts) {
         const double sign = parts.turned[t] ? -1.0 : 1.0;
         const Triangle& corners = mesh.triangles[t];
         const Vec3d area = area_vector(mesh, corners) * sign;
-        // from a point of the part, so that small far pieces keep their digits
+        // relative to a point of the part, for precision in small pieces far from the origin
         const Vec3d origin(mesh.positions[mesh.triangles[first[part]][0]]);
         sums.volume[part] += area.dot(Vec3d(mesh.positions[corners[0]]) - origin);
         for (std::uint32_t corner : corners) sums.agreement[part] += area.dot(Vec3d(mesh.normals[corner]));
@@ -177,7 +177,7 @@ PartSums part_sums(const Mesh& mesh, const Parts& parts) {
     return sums;
 }
 
-/// Pieces, and the part that each is.
+/// Closed pieces and the parts that they are made from.
 struct ClosedParts {
     std::vector<ClosedPiece> pieces;
     std::vector<std::uint32_t> part_of_piece;
@@ -189,7 +189,7 @@ ClosedParts closed_parts_facing_outwards(const Mesh& mesh, const Parts& parts,
     std::vector<std::uint32_t> piece_of_part(parts.count, none);
     for (std::uint32_t part = 0; part < parts.count; ++part) {
         if (!closed[part] || sums.volume[part] == 0) continue;
-        constexpr double clearly = 0.25;  // a cube whose corners have one normal each: 0.58
+        constexpr double clearly = 0.25;  // for comparison: 0.58 for a cube with one normal per corner
         const double outwards = sums.volume[part] > 0 ? 1 : -1;
         const double normals = outwards * sums.agreement[part] / (3 * sums.area[part]),
                      winding = outwards * sums.majority[part] / sums.area[part];
@@ -209,7 +209,7 @@ ClosedParts closed_parts_facing_outwards(const Mesh& mesh, const Parts& parts,
     return result;
 }
 
-/// Adds to `turned` the parts that face the wrong way as a whole.
+/// Reverses the parts in `turned` that face the wrong way as a whole.
 void turn_parts(const Mesh& mesh, const std::vector<bool>& closed, ClosedFaces faces, Parts& parts) {
     const PartSums sums = part_sums(mesh, parts);
     std::vector<bool> wanted_inwards(parts.count, false);
@@ -228,10 +228,11 @@ void turn_parts(const Mesh& mesh, const std::vector<bool>& closed, ClosedFaces f
         if (faces_wrongly(parts.of_triangle[t])) parts.turned[t] = !parts.turned[t];
 }
 
-/// A normal stays if it is only bent (as on a coarse round shape), unless its triangle was turned.
+/// Reverses normals that point backwards. Slightly bent normals, as on coarse round shapes, are kept unless
+/// their triangle was reversed.
 void turn_normals(Mesh& mesh, const std::vector<bool>& turned) {
     constexpr double clearly_backwards = -0.5;
-    std::vector<std::uint8_t> wishes(mesh.positions.size(), 0);  // 1: as it is, 2: turned, 3: both
+    std::vector<std::uint8_t> wishes(mesh.positions.size(), 0);  // 1: unchanged, 2: reversed, 3: both
     const auto wants_turned = [&](std::uint32_t t, std::uint32_t vertex) {
         const Vec3d area = area_vector(mesh, mesh.triangles[t]);
         return area.dot(Vec3d(mesh.normals[vertex])) < (turned[t] ? 0.0 : clearly_backwards) * area.length();
@@ -276,7 +277,7 @@ MergedPositions merged_positions(std::span<const Vec3f> positions) {
     std::unordered_map<std::array<std::uint32_t, 3>, std::uint32_t, PositionHash> seen;
     seen.reserve(positions.size());
     for (const Vec3f& p : positions) {
-        // adding 0 makes -0 to 0
+        // adding 0 converts -0 to 0
         const std::array<std::uint32_t, 3> bits{std::bit_cast<std::uint32_t>(p.x + 0.0f),
                                                 std::bit_cast<std::uint32_t>(p.y + 0.0f),
                                                 std::bit_cast<std::uint32_t>(p.z + 0.0f)};

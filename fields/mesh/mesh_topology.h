@@ -1,5 +1,5 @@
 #pragma once
-/// Which triangles of a mesh hang together, and which way round they should face.
+/// Connectivity and orientation of triangles.
 
 #include "fields/mesh/closed_pieces.h"
 #include "fields/mesh/mesh.h"
@@ -8,58 +8,57 @@
 
 namespace haarfield {
 
-/// Vertices by position: where normals or materials part a mesh has several at one place.
+/// Vertices merged by position: if normals or materials differ, a mesh has several vertices at one place.
 struct MergedPositions {
-    std::vector<std::uint32_t> index;  ///< One per vertex: its place in `positions`.
-    std::vector<Vec3f> positions;      ///< Each one once, in the order of its first vertex. [m]
+    std::vector<std::uint32_t> index;  ///< One per vertex: its index in `positions`.
+    std::vector<Vec3f> positions;      ///< Distinct positions, in the order of their first vertices. [m]
 };
 
-/// Merges positions that are equal (0 and -0 are), without a tolerance.
+/// Merges exactly equal positions (0 and -0 are equal).
 ///
 /// cost  linear.
 MergedPositions merged_positions(std::span<const Vec3f> positions);
 
-/// Leaves out triangles without area, and all but the first of those that join the same places, whichever way
-/// round.
+/// Removes triangles without area, and all but the first of those that connect the same places in any order.
 ///
 /// findings  adds to degenerate_triangles and duplicate_triangles.
 /// cost      n log n.
 void leave_out_bad_triangles(Mesh& mesh, MeshFindings& findings);
 
-/// Makes triangles agree with their neighbours, turns pieces to face the right way, and counts what it finds.
+/// Orients triangles consistently with their neighbours, orients each piece, and counts findings.
 ///
-/// Triangles agree across edges that exactly two of them share. A part that is closed then faces
-/// outwards (positive volume), or as ClosedFaces says; an open one faces as its normals do, and if there are
-/// none, as most of its triangles did. Normals that afterwards look backwards are turned round, on a vertex
-/// of their own where triangles differ about that.
+/// Triangles agree across edges that exactly two of them share. A closed piece then faces outwards (positive
+/// volume), or as specified by ClosedFaces. An open piece faces as its normals do, or without normals, as
+/// most of its triangles did. Normals that then point backwards are reversed, on a separate vertex if the
+/// triangles at a vertex differ.
 ///
 /// mesh      normals may be zero (missing).
-/// findings  sets components, open_components, boundary_edges, non_manifold_edges and
-///           duplicate_vertices; adds to flipped_triangles.
-/// limits    a one-sided surface (Moebius) keeps a line of disagreement.
+/// findings  sets components, open_components, boundary_edges, non_manifold_edges and duplicate_vertices;
+///           adds to flipped_triangles.
+/// limits    a one-sided surface (Moebius) keeps a line of inconsistent edges.
 /// cost      n log n; a second per two million triangles.
 void orient_triangles(Mesh& mesh, MeshFindings& findings, ClosedFaces faces = ClosedFaces::outwards);
 
-/// The closed parts of a mesh, before orient_triangles: whether they face inwards their normals say, and if
-/// there are none, most of their triangles.
+/// Returns the closed pieces of a mesh, before orient_triangles. `faces_inwards` is determined by their
+/// normals, or without normals, by most of their triangles.
 ///
 /// cost  n log n.
 std::vector<ClosedPiece> closed_pieces(const Mesh& mesh);
 
-/// By triangle: PieceKind.
+/// Returns the PieceKind of each triangle.
 std::vector<PieceKind> triangle_kinds(const Mesh& mesh);
 
-/// For each triangle the connected piece it belongs to, counted from 0 in the order of the first
-/// triangle. Pieces are connected by shared positions.
+/// Returns the connected piece of each triangle, numbered from 0 in the order of first triangles. Pieces are
+/// connected by shared positions.
 std::vector<std::uint32_t> triangle_pieces(const Mesh& mesh, const MergedPositions& merged);
 
-/// For each triangle its neighbours across edges that exactly two triangles share, whichever way round they
-/// are; UINT32_MAX fills the rest. Vertices at equal positions count as one.
+/// Returns each triangle's neighbours across edges that exactly two triangles share, in any orientation.
+/// Unused elements are UINT32_MAX. Vertices with equal positions count as one.
 ///
 /// cost  n log n.
 std::vector<std::array<std::uint32_t, 3>> edge_neighbours(const Mesh& mesh);
 
-/// For each triangle whether its piece has an edge with one triangle only: 1 or 0.
+/// Returns 1 for each triangle whose piece has an edge with one triangle only, and 0 for all others.
 std::vector<std::uint8_t> triangles_of_open_pieces(const Mesh& mesh);
 
 }  // namespace haarfield

@@ -16,7 +16,7 @@ double turn(const Vec2d& a, const Vec2d& b, const Vec2d& c) {
     return (b - a).cross(c - a);
 }
 
-/// The polygon in the plane in which it is seen largest, counter-clockwise.
+/// Projects a polygon along the axis that preserves most of its area. The result is counter-clockwise.
 std::vector<Vec2d> flattened(const std::vector<Vec3f>& polygon) {
     Vec3d normal(0, 0, 0);  // Newell's
     for (std::size_t i = 0; i < polygon.size(); ++i)
@@ -59,7 +59,7 @@ std::vector<Triangle> triangulated(const std::vector<Vec3f>& polygon) {
         }
         return true;
     };
-    // whether a corner is an ear changes only at its neighbours when another one is cut
+    // cutting an ear changes the status of a corner only for its neighbours
     std::vector<std::optional<bool>> ear(polygon.size());
     while (left.size() > 3) {
         std::size_t best = 0;
@@ -79,7 +79,7 @@ std::vector<Triangle> triangulated(const std::vector<Vec3f>& polygon) {
         ear[t[2]].reset();
         if (best_length == INFINITY) std::fill(ear.begin(), ear.end(), std::nullopt);
         left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
-        // a cut can also free a corner that was shut in; only failed ones need another look
+        // a cut can also make an ear of a blocked corner, so corners that failed are tested again
         for (std::uint32_t i : left)
             if (ear[i] && !*ear[i]) ear[i].reset();
     }

@@ -1,5 +1,5 @@
 #pragma once
-/// N-gons into triangles.
+/// Triangulation of polygons.
 
 #include "fields/base/vector.h"
 
@@ -9,15 +9,15 @@
 
 namespace haarfield {
 
-/// Cuts a polygon, flat or nearly so, into triangles of its own corners.
+/// Triangulates a planar or nearly planar polygon without adding vertices.
 ///
-/// The ear with the shortest cut goes first, so that a concave polygon stays what it is and a round
-/// one gets no needles. A polygon that crosses itself has no right answer and gets any. Corners in a
-/// line may give triangles without area.
+/// Clips the ear with the shortest cut first, so that concave polygons are correct and round ones get no
+/// needles. The triangulation of a self-intersecting polygon is arbitrary. Collinear corners may result in
+/// triangles without area.
 ///
 /// polygon  finite, at least three corners (asserted).
-/// returns  polygon.size() - 2 triangles, turning as the polygon does; indices into it.
-/// cost     quadratic while mostly convex, cubic at worst; above 2000 corners a plain fan.
+/// returns  polygon.size() - 2 triangles with the orientation of the polygon, as indices into it.
+/// cost     quadratic for mostly convex polygons, cubic in the worst case; above 2000 corners a plain fan.
 std::vector<std::array<std::uint32_t, 3>> triangulated(const std::vector<Vec3f>& polygon);
 
 }  // namespace haarfield

@@ -7,7 +7,7 @@
 namespace haarfield {
 namespace {
 
-/// All that tells a vertex from others, by bits.
+/// The bits of everything that distinguishes vertices.
 struct VertexKey {
     std::array<std::uint32_t, 13> bits{};
     bool operator==(const VertexKey&) const = default;

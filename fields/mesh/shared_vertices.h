@@ -1,5 +1,5 @@
 #pragma once
-/// One vertex for corners of triangles that are alike.
+/// Vertices shared by equal corners of triangles.
 
 #include "fields/mesh/mesh.h"
 
@@ -7,26 +7,28 @@
 
 namespace haarfield {
 
-/// What of a mesh's appearance tells vertices apart.
+/// The attributes of appearance that distinguish vertices.
 struct WantedAppearance {
-    std::vector<bool> uvs;  ///< By material: whether an image is used. Of the others' vertices uv is (0, 0).
-    std::vector<bool> colours;  ///< By material: whether colours are used. Those of the others are white.
-    bool originals = false;     ///< Whether vertices stay apart that are several in the file.
+    std::vector<bool> uvs;      ///< By material: true if an image is used. Without one, uv is (0, 0).
+    std::vector<bool> colours;  ///< By material: true if colours are used. Otherwise they are white.
+    bool originals = false;     ///< True to keep vertices separate that are separate in the file.
 
+    /// True if any material uses an image.
     bool has_uvs() const { return std::ranges::find(uvs, true) != uvs.end(); }
+    /// True if any material uses colours.
     bool has_colours() const { return std::ranges::find(colours, true) != colours.end(); }
 };
 
-/// Each vertex once, in the order in which the triangles use them: corners share one where position, normal,
-/// material and what is wanted of the appearance are equal in all bits (-0 is 0). Materials stay as they are.
-/// Of several of the file's vertices a shared one has the first's number.
+/// Returns a mesh with each distinct vertex once, in the order in which triangles use them. Corners share a
+/// vertex if position, normal, material and all wanted appearance are bit-identical (-0 is 0). Materials are
+/// unchanged. A shared vertex has the number of the first of its vertices in the file.
 ///
 /// corner_normals  [3 * triangle + corner].
-/// wanted          by the mesh's materials; what is wanted must be there.
+/// wanted          by the mesh's materials; wanted attributes must exist.
 Mesh with_shared_vertices(const Mesh& mesh, std::span<const Vec3f> corner_normals,
                           const WantedAppearance& wanted);
 
-/// The same of a mesh whose vertices have their normals: after less of its appearance is wanted.
+/// Shares vertices of a mesh whose vertices have normals, after fewer attributes are wanted.
 Mesh with_shared_vertices(const Mesh& mesh, const WantedAppearance& wanted);
 
 }  // namespace haarfield

@@ -8,7 +8,8 @@
 namespace haarfield {
 namespace {
 
-/// Embree's normal has the triangle's own orientation, and any length: counter-clockwise seen from its tip.
+/// Accepts hits of back faces at less than 45 degrees to the normal. Embree's normal has the triangle's
+/// orientation and is not normalised: the triangle is counter-clockwise as viewed from its tip.
 void keep_steep_backs(const RTCFilterFunctionNArguments* query) {
     const auto* hit = reinterpret_cast<const RTCHit*>(query->hit);
     const auto* ray = reinterpret_cast<const RTCRay*>(query->ray);
@@ -35,7 +36,7 @@ float SurfaceRays::distance_to_back(const Vec3f& from, const Vec3f& direction, f
 }
 
 bool SurfaceRays::meets_surface(const Vec3f& from, const Vec3f& direction) const {
-    // not rtcOccluded1, which the filter works for
+    // rtcOccluded1 would use the filter
     return nearest_hit(scene_.get(), embree_ray(from, direction, INFINITY)).has_value();
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Rays against triangles, where a few of them answer what no rasterizer would: Embree's work.
+/// Ray queries against triangles, for tasks in which few rays suffice. Implemented with Embree.
 
 #include "fields/base/embree_device.h"
 #include "fields/base/vector.h"
@@ -12,23 +12,23 @@ struct RTCSceneTy;
 
 namespace haarfield {
 
-/// Safe to share between threads once made.
+/// A BVH of triangles. Safe to share between threads.
 class SurfaceRays {
 public:
-    /// Copies what it needs.
+    /// Copies the required data.
     ///
-    /// triangles  counter-clockwise seen from their front.
+    /// triangles  counter-clockwise as viewed from their front.
     SurfaceRays(std::span<const Vec3f> positions, std::span<const std::array<std::uint32_t, 3>> triangles);
 
-    /// How far along a unit direction the first surface lies, if it is within a range and met from behind;
-    /// 0 otherwise. [m]
+    /// Returns the distance to the first surface along a unit direction, if that is within the range and is
+    /// hit from behind; otherwise 0. [m]
     float distance_to_back(const Vec3f& from, const Vec3f& direction, float range) const;
 
-    /// Whether any surface within a range is met from behind, at less than 45 degrees from its normal; what
-    /// is met from the front is passed through.
+    /// Tests whether any surface within the range is hit from behind, at less than 45 degrees to its normal.
+    /// Front faces are ignored.
     bool passes_a_back(const Vec3f& from, const Vec3f& direction, float range) const;
 
-    /// Whether any surface lies in a direction, however far.
+    /// Tests whether there is any surface in a direction, at any distance.
     bool meets_surface(const Vec3f& from, const Vec3f& direction) const;
 
 private:

@@ -26,10 +26,10 @@
 namespace haarfield {
 namespace {
 
-/// What of each format assimp calls its files and its importer.
+/// assimp's names for a format: the extension of its files, and its importer.
 struct AssimpFormat {
     const char* ending;
-    const char* importer;  ///< What its name begins with.
+    const char* importer;  ///< The beginning of its name.
 };
 
 AssimpFormat assimp_format(ModelFormat format) {
@@ -42,10 +42,10 @@ AssimpFormat assimp_format(ModelFormat format) {
         case ModelFormat::off:
         case ModelFormat::mesh2: break;
     }
-    return {"", ""};  // a caller's bug: these have readers of their own
+    return {"", ""};  // unreachable: these formats have their own readers
 }
 
-/// Leaves one importer.
+/// Removes all importers but one.
 void keep_importer(Assimp::Importer& importer, const char* wanted) {
     for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
         Assimp::BaseImporter* const known = importer.GetImporter(i);
@@ -55,12 +55,12 @@ void keep_importer(Assimp::Importer& importer, const char* wanted) {
     }
 }
 
-/// A text in the place of a file, and the folder that it is in, with what lies below. Names of files are
-/// never URLs; names with a way up are nobody's.
+/// Presents a text as a file, and gives access to the folder of that file and everything below. Names of
+/// files are never URLs. Names with `..` are refused.
 ///
-/// The text outlives the streams over it, as assimp closes them before it lets go of the system.
-/// All other files that assimp opens for an OBJ file are MTL files. Their statements before the first
-/// material are left out.
+/// The text outlives the streams over it, because assimp closes them before it releases the system. All other
+/// files that assimp opens for an OBJ file are MTL files. Their statements before the first material are
+/// removed.
 class FolderIoSystem : public Assimp::DefaultIOSystem {
 public:
     FolderIoSystem(std::filesystem::path file, std::string_view text, ModelFormat format)
@@ -90,7 +90,7 @@ private:
         Result<std::string> text = read_whole_file(name, largest);
         if (!text) return nullptr;
         std::string mended = without_leading_statements(*std::move(text));
-        mended.append(8, '\n');  // assimp 5.2 refuses an OBJ file if a text is shorter
+        mended.append(8, '\n');  // assimp 5.2 rejects an OBJ file if a text is shorter
         auto* const bytes = new std::uint8_t[mended.size()];
         std::memcpy(bytes, mended.data(), mended.size());
         return new Assimp::MemoryIOStream(bytes, mended.size(), /*own=*/true);
@@ -99,7 +99,7 @@ private:
     bool is_below(const std::filesystem::path& name) const {
         std::error_code ignored;
         if (!std::filesystem::is_regular_file(name, ignored)) return false;
-        // What assimp asks for are the file's own folder and what the file says.
+        // assimp builds names from the file's own folder and the name in the file.
         const std::filesystem::path& own = file_.parent_path();
         const auto [own_end, said] = std::mismatch(own.begin(), own.end(), name.begin(), name.end());
         if (own_end == own.end() && std::find(said, name.end(), "..") != name.end()) return false;
@@ -117,7 +117,8 @@ Vec3f vector_from(const aiVector3D& v) {
     return {v.x, v.y, v.z};
 }
 
-/// Whether the pieces of a GLB file are as long as they say: assimp makes room for them before it looks.
+/// Tests whether the chunks of a GLB file are as long as their headers state. assimp allocates memory for
+/// them without a check.
 bool has_whole_chunks(std::string_view glb) {
     constexpr std::size_t file_head = 12, chunk_head = 8;
     std::size_t at = file_head;
@@ -131,7 +132,7 @@ bool has_whole_chunks(std::string_view glb) {
     return true;
 }
 
-/// The JSON of a glTF or GLB file.
+/// Returns the JSON of a glTF or GLB file.
 std::string_view gltf_json(std::string_view bytes, bool is_binary) {
     constexpr std::size_t file_head = 12, chunk_head = 8;
     if (!is_binary) return bytes;
@@ -141,8 +142,8 @@ std::string_view gltf_json(std::string_view bytes, bool is_binary) {
     return bytes.substr(file_head + chunk_head, length);
 }
 
-/// Whether each media type in a glTF file's text has its two halves: assimp 5.2 looks behind the slash
-/// without asking for it.
+/// Tests whether each media type in the text of a glTF file contains a slash. assimp 5.2 reads behind the
+/// slash without testing that there is one.
 bool has_whole_media_types(std::string_view text) {
     for (const std::string_view key : {"\"mimeType\"", "\"data:"})
         for (std::size_t at = text.find(key); at != text.npos; at = text.find(key, at + 1)) {
@@ -157,15 +158,17 @@ bool has_whole_media_types(std::string_view text) {
     return true;
 }
 
-/// Checks what assimp does not check in a glTF file. errors (with an empty `where`) what is wrong.
+/// Checks for defects in a glTF file that assimp does not check.
+///
+/// errors  (with an empty `where`) the first defect.
 Result<GltfDepth> check_gltf(std::string_view bytes, bool is_binary) {
     if (is_binary && !has_whole_chunks(bytes)) return Error{"", "a chunk is longer than the file"};
     if (!has_whole_media_types(bytes))
-        return Error{"", "the media type of an image or buffer has no slash; wanted one as image/png"};
+        return Error{"", "the media type of an image or buffer has no slash; expected one such as image/png"};
     return check_gltf_nodes(gltf_json(bytes, is_binary));
 }
 
-/// Calls `act` with each node and where it stands, in the order of the file.
+/// Calls `act` with each node and its transformation, in the order of the file.
 template <class Act>
 void for_each_node(const aiScene& scene, const Act& act) {
     std::vector<std::pair<const aiNode*, aiMatrix4x4>> open;
@@ -174,12 +177,12 @@ void for_each_node(const aiScene& scene, const Act& act) {
         const auto [node, transform] = open.back();
         open.pop_back();
         act(*node, transform);
-        for (unsigned i = node->mNumChildren; i-- > 0;)  // so that they come off in order
+        for (unsigned i = node->mNumChildren; i-- > 0;)  // reversed, because they are taken from the end
             open.emplace_back(node->mChildren[i], transform * node->mChildren[i]->mTransformation);
     }
 }
 
-/// The numbers of a node's meshes that are there.
+/// Returns the valid mesh indices of a node.
 std::vector<std::uint32_t> meshes_of(const aiScene& scene, const aiNode& node) {
     std::vector<std::uint32_t> meshes;
     for (unsigned i = 0; i < node.mNumMeshes; ++i)
@@ -187,19 +190,20 @@ std::vector<std::uint32_t> meshes_of(const aiScene& scene, const aiNode& node) {
     return meshes;
 }
 
-/// The first camera that there is.
+/// Returns the first valid camera.
 std::optional<ModelCamera> camera_of(const aiScene& scene, bool is_gltf) {
     std::optional<ModelCamera> found;
     for_each_node(scene, [&](const aiNode& node, const aiMatrix4x4& transform) {
         for (unsigned i = 0; i < scene.mNumCameras && !found; ++i) {
             const aiCamera& camera = *scene.mCameras[i];
             if (camera.mName != node.mName) continue;
-            // Of glTF's cameras assimp says the node's translation a second time.
+            // For glTF cameras, assimp repeats the node's translation in the position.
             const aiVector3D own = is_gltf ? aiVector3D() : camera.mPosition, at = transform * own,
                              ahead = transform * (own + camera.mLookAt) - at;
             ModelCamera made{vector_from(at), vector_from(ahead)};
             if (!is_finite(made.position) || !(made.direction.length() > 0)) continue;
-            // assimp multiplies glTF's angle with the aspect; of others it is not sure which angle it is.
+            // assimp multiplies glTF's angle by the aspect ratio. For other formats, its definition of the
+            // angle varies.
             if (is_gltf) {
                 const float fov = camera.mHorizontalFOV / (camera.mAspect > 0 ? camera.mAspect : 1);
                 if (fov > 0.01f && fov < 3) made.vertical_fov = fov;
@@ -212,7 +216,7 @@ std::optional<ModelCamera> camera_of(const aiScene& scene, bool is_gltf) {
 
 constexpr float lumens_a_watt = 683;  ///< glTF's units are photometric.
 
-/// glTF's KHR_lights_punctual. Of other formats assimp is not sure what their numbers mean.
+/// Returns the lights of glTF's KHR_lights_punctual. For other formats, assimp's units vary.
 std::vector<ModelLight> lights_of(const aiScene& scene) {
     std::vector<ModelLight> lights;
     for_each_node(scene, [&](const aiNode& node, const aiMatrix4x4& transform) {
@@ -278,7 +282,7 @@ ContentMesh content_of(const aiScene& scene, const aiMesh& part, bool is_gltf) {
         for (std::size_t i = 0; i < vertices; ++i)
             made.uvs.push_back(place_in_image(part.mTextureCoords[set][i]));
     }
-    // Linear: glTF's are, those that others write are as screens show them.
+    // Converted to linear: those of glTF already are, others are assumed to be sRGB.
     if (part.HasVertexColors(0))
         for (std::size_t i = 0; i < vertices; ++i) {
             const aiColor4D& colour = part.mColors[0][i];
@@ -296,7 +300,7 @@ ContentMesh content_of(const aiScene& scene, const aiMesh& part, bool is_gltf) {
     return made;
 }
 
-/// Reads a file in this process, with the stack of this thread.
+/// Reads a file in this process, on the stack of this thread.
 Result<ModelContent> imported_content(std::string_view bytes, const std::filesystem::path& file,
                                       ModelFormat format) {
     const bool is_gltf = format == ModelFormat::gltf || format == ModelFormat::glb;
@@ -306,15 +310,15 @@ Result<ModelContent> imported_content(std::string_view bytes, const std::filesys
         bytes = mended;
     }
     const AssimpFormat by_assimp = assimp_format(format);
-    // Its own name with the ending of what it is: by that assimp chooses.
+    // assimp selects its importer by the extension.
     const std::string name = (file.parent_path() / (file.stem().string() + by_assimp.ending)).string();
     Assimp::Importer importer;
     keep_importer(importer, by_assimp.importer);
-    importer.SetIOHandler(new FolderIoSystem(name, bytes, format));  // the importer's own from here on
-    // no post-processing: it would take indices and coordinates on trust
+    importer.SetIOHandler(new FolderIoSystem(name, bytes, format));  // owned by the importer
+    // no post-processing, because it does not validate indices and coordinates
     const aiScene* const read = importer.ReadFile(name, 0);
     if (!read) {
-        // assimp catches exceptions, and would call missing memory `std::bad_alloc`.
+        // assimp catches exceptions, and would report lack of memory as `std::bad_alloc`.
         if (const std::exception_ptr& thrown = importer.GetException()) try {
                 std::rethrow_exception(thrown);
             } catch (const std::bad_alloc&) {
@@ -322,7 +326,7 @@ Result<ModelContent> imported_content(std::string_view bytes, const std::filesys
             } catch (const std::exception&) {
             }
         const std::string words = importer.GetErrorString();
-        return Error{"", words.empty() ? "assimp does not say why" : words};
+        return Error{"", words.empty() ? "assimp reports no reason" : words};
     }
 
     const aiScene& scene = *read;
@@ -345,9 +349,9 @@ Result<ModelContent> imported_content(std::string_view bytes, const std::filesys
     return content;
 }
 
-constexpr std::string_view task_name = "model 2";  // another number whenever write_content changes
+constexpr std::string_view task_name = "model 2";  // incremented whenever write_content changes
 
-/// `details` are the number of the format and the file's path.
+/// details: the number of the format, then the file's path.
 Result<Done> read_model(std::string_view bytes, std::string_view details, ByteSink& answer) {
     if (details.empty()) return Error{"", "no format"};
     const Result<ModelContent> content =
@@ -357,7 +361,7 @@ Result<Done> read_model(std::string_view bytes, std::string_view details, ByteSi
     return Done{};
 }
 
-/// Returns the folder that a model may refer to.
+/// Returns the folder of the files that a model may refer to.
 std::string model_folder(std::string_view details) {
     if (details.empty()) return "";
     return std::filesystem::path(details.substr(1)).parent_path().string();
@@ -371,8 +375,7 @@ Result<ModelContent> assimp_content(std::string_view bytes, const std::filesyste
         return imported_content(bytes, file, format);
     const Result<GltfDepth> depth = check_gltf(bytes, format == ModelFormat::glb);
     if (!depth) return depth.error();
-    // assimp 5.2 reads, converts and deletes nodes recursively. It was measured to use 480 bytes of stack per
-    // level.
+    // assimp 5.2 reads, converts and deletes nodes recursively, with 480 bytes of stack per level (measured).
     constexpr std::size_t ordinary_depth = 256, stack = std::size_t{8} << 20, stack_per_level = 2048;
     if (depth->nodes <= ordinary_depth) return imported_content(bytes, file, format);
     Result<ModelContent> content = Error{};
@@ -391,7 +394,7 @@ Result<ModelContent> guarded_content(std::string_view bytes, const std::filesyst
     if (!*apart) {
         try {
             return assimp_content(bytes, whole, format);
-        } catch (const std::exception& error) {  // assimp's, on some damaged files
+        } catch (const std::exception& error) {  // assimp throws for some damaged files
             return Error{"", exception_message(error)};
         }
     }

@@ -9,21 +9,21 @@
 
 namespace haarfield {
 
-/// Reads a model's bytes with the one importer of its format, in this process. What the file refers to (MTL,
-/// buffers of glTF) is opened only beside it or below: no URL, no way up.
+/// Reads a model's bytes with the importer of its format, in this process. Files that it refers to (MTL,
+/// buffers of glTF) are opened only in its directory or below: no URLs, no parent directories.
 ///
-/// file    absolute: where the bytes are from.
-/// errors  (with an empty `where`) what assimp says.
+/// file    the absolute path of the file with these bytes.
+/// errors  (with an empty `where`) those of assimp.
 Result<ModelContent> assimp_content(std::string_view bytes, const std::filesystem::path& file,
                                     ModelFormat format);
 
-/// The same, in a reader process if there is one.
+/// Like assimp_content, but in a reader process if there is one.
 ///
-/// errors  (with an empty `where`) as above; that the reader crashed, or took more than it may.
+/// errors  (with an empty `where`) as above; the reader crashed or exceeded its limits.
 Result<ModelContent> guarded_content(std::string_view bytes, const std::filesystem::path& file,
                                      ModelFormat format);
 
-/// For fork_reader_process: reads models.
+/// Returns the task for fork_reader_process that reads models.
 ReaderTask model_reader_task();
 
 }  // namespace haarfield

@@ -17,7 +17,7 @@ std::optional<T> found(const aiMaterial& material, const char* key, unsigned typ
     return value;
 }
 
-/// A channel that a file may have as any number.
+/// Clamps a channel, which may be any number in a file.
 float clean(float value, float highest) {
     return value >= 0 ? std::min(value, highest) : 0;  // NaN becomes 0
 }
@@ -35,7 +35,7 @@ std::optional<Rgb> colour(const aiMaterial& material, const char* key, unsigned 
 
 constexpr std::array image_types{aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE};
 
-/// Of the textures that may be the colour's, the one that is there.
+/// Returns the type of the first texture that defines the colour.
 std::optional<aiTextureType> colour_type(const aiMaterial& material) {
     for (const aiTextureType type : image_types)
         if (material.GetTextureCount(type) > 0) return type;
@@ -48,7 +48,7 @@ MeshImage image_of(const aiScene& scene, const aiMaterial& material, aiTextureTy
     if (material.GetTexture(type, 0, &name) != aiReturn_SUCCESS) return image;
     image.name = name.C_Str();
     if (const aiTexture* embedded = scene.GetEmbeddedTexture(name.C_Str())) {
-        // Of raw texels, which no format in use embeds, the height is not 0.
+        // The height is not 0 for raw texels, which no supported format embeds.
         if (embedded->mHeight == 0 && embedded->mWidth > 0)
             image.bytes = std::make_shared<const std::string>(reinterpret_cast<const char*>(embedded->pcData),
                                                               embedded->mWidth);
@@ -96,7 +96,7 @@ void take_alpha(const aiScene& scene, const aiMaterial& material, MeshMaterial& 
         made.alpha = AlphaMode::mask;
         made.opacity_map = image_of(scene, material, aiTextureType_OPACITY);
     } else {
-        made.alpha = AlphaMode::mask;  // by the colour's own image, if that has an alpha channel
+        made.alpha = AlphaMode::mask;  // if the colour's image has an alpha channel
     }
     if (found<float>(material, AI_MATKEY_OPACITY).value_or(1) < 1) unused("opacity below 1");
 }
@@ -111,7 +111,7 @@ MeshMaterial mesh_material(const aiScene& scene, const aiMaterial& material,
                diffuse = colour(material, AI_MATKEY_COLOR_DIFFUSE);
     const auto metallic = found<float>(material, AI_MATKEY_METALLIC_FACTOR);
     const int shading = found<int>(material, AI_MATKEY_SHADING_MODEL).value_or(aiShadingMode_Phong);
-    // Exporters write a factor of 1 next to a map. Without the map the whole surface would emit light.
+    // Exporters write a factor of 1 next to a map. Without the map, the whole surface would emit light.
     if (!has_emission_map(material))
         made.emission = colour(material, AI_MATKEY_COLOR_EMISSIVE, brightest).value_or(Rgb(0.0f)) *
                         clean(found<float>(material, AI_MATKEY_EMISSIVE_INTENSITY).value_or(1), brightest);
@@ -135,7 +135,7 @@ MeshMaterial mesh_material(const aiScene& scene, const aiMaterial& material,
         return made;
     }
     if (const auto type = colour_type(material)) made.image = image_of(scene, material, *type);
-    // Some exporters leave the colour black where there is an image.
+    // Some exporters leave the colour black if there is an image.
     if (!made.image.name.empty() && made.diffuse == Rgb(0.0f)) made.diffuse = Rgb(1.0f);
     if (made.model == MeshMaterial::Model::metallic && shading == aiShadingMode_Unlit) {
         made.emission = made.diffuse;
@@ -161,8 +161,8 @@ std::function<Vec2f(const aiVector3D&)> uv_map(const aiMaterial& material) {
     if (!type) return as_it_is;
     const auto transform = found<aiUVTransform>(material, AI_MATKEY_UVTRANSFORM(*type, 0));
     if (!transform) return as_it_is;
-    // assimp turns about the image's middle, and has put into the translation what that needs to be glTF's
-    // offset, rotation and scale about the upper left corner. Here these are found again.
+    // assimp rotates about the image's centre, and compensates in the translation for glTF's rotation about
+    // the upper left corner. This recovers glTF's offset, rotation and scale.
     const double angle = -double(transform->mRotation), cosine = std::cos(angle), sine = std::sin(angle),
                  scale_u = double(transform->mScaling.x), scale_v = double(transform->mScaling.y),
                  offset_u = double(transform->mTranslation.x) - 0.5 * scale_u * (1 - cosine + sine),

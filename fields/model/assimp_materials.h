@@ -1,5 +1,5 @@
 #pragma once
-/// Materials as assimp has read them.
+/// Materials of models that assimp reads.
 
 #include "fields/mesh/mesh_material.h"
 
@@ -10,17 +10,17 @@
 
 namespace haarfield {
 
-/// What a file says of a material. Images that are not embedded have their names, and are not looked for.
+/// Converts a material. Images that are not embedded have their names; their files are not searched for.
 ///
-/// unused  told what there is that haarfield does not use, such as "normal map", once each.
+/// unused  called once for each property that haarfield does not use, such as "normal map".
 MeshMaterial mesh_material(const aiScene& scene, const aiMaterial& material,
                            const std::function<void(std::string_view)>& unused);
 
-/// Which of a mesh's sets of texture coordinates the material's image wants.
+/// Returns the index of the texture coordinates that the material's image uses.
 unsigned uv_set(const aiMaterial& material);
 
-/// Where in the image a texture coordinate lies, after the material's own transformation of it
-/// (KHR_texture_transform).
+/// Returns the map from texture coordinates to positions in the image, which applies the material's own
+/// transformation (KHR_texture_transform).
 std::function<Vec2f(const aiVector3D&)> uv_map(const aiMaterial& material);
 
 }  // namespace haarfield

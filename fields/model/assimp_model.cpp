@@ -19,7 +19,8 @@ bool is_file(const std::filesystem::path& path) {
     return std::filesystem::is_regular_file(path, ignored);
 }
 
-/// A file that a mesh's file names, if it lies in that one's folder or below; else one of its name there.
+/// Returns the path of a file that a mesh's file names, if it is in that file's folder or below; otherwise a
+/// file of the same name in that folder.
 std::filesystem::path beside(const std::filesystem::path& file, std::string name) {
     std::replace(name.begin(), name.end(), '\\', '/');
     const std::filesystem::path folder = file.parent_path(), named(name);
@@ -55,7 +56,7 @@ bool is_mirrored(const aiMatrix4x4& transform) {
     return aiMatrix3x3(transform).Determinant() < 0;
 }
 
-/// Vertices and faces behind those that are there, numbered on.
+/// Appends vertices and faces, with consecutive numbers.
 void list_mesh(const ContentMesh& mesh, const aiMatrix4x4& transform, ListedMesh& to) {
     const auto first = static_cast<std::uint32_t>(to.positions.size());
     for (const Vec3f& position : mesh.positions) {
@@ -77,7 +78,7 @@ void list_mesh(const ContentMesh& mesh, const aiMatrix4x4& transform, ListedMesh
     }
 }
 
-/// What a part of an OBJ file uses.
+/// Returns the vertices and faces that a part of an OBJ file uses.
 ListedMesh listed_part(const ContentListing& file, std::vector<std::uint32_t> faces) {
     std::ranges::sort(faces);
     std::vector<std::uint32_t> first{0};
@@ -103,11 +104,11 @@ ListedMesh listed_part(const ContentListing& file, std::vector<std::uint32_t> fa
     return part;
 }
 
-/// What was read, put into a Gatherer.
+/// Adds a model's content to a FaceGatherer.
 struct ContentGatherer {
     const ModelContent& content;
     FaceGatherer& gatherer;
-    std::map<std::uint32_t, std::uint16_t> materials{};  // by their numbers in the content
+    std::map<std::uint32_t, std::uint16_t> materials{};  // by their indices in the content
 
     std::uint16_t material_of(const ContentMesh& part) {
         const auto [found, is_new] = materials.try_emplace(part.material, std::uint16_t(0));
@@ -215,7 +216,7 @@ std::map<std::string, std::set<std::string>> AssimpModel::unused() const {
 ListedMesh AssimpModel::listed(std::optional<std::size_t> part) const {
     const ModelContent& model = content_->model;
     ListedMesh made;
-    if (model.listing && !part) {  // whose nodes are all where they are
+    if (model.listing && !part) {  // its nodes have no transformations
         made = {model.listing->positions, {}, model.listing->corners, model.listing->face_corners};
         made.numbers.resize(made.positions.size());
         std::iota(made.numbers.begin(), made.numbers.end(), 0);

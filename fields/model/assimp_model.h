@@ -12,28 +12,28 @@
 
 namespace haarfield {
 
-/// A file, read once. Safe to share between threads.
+/// The content of a file, read once. Safe to share between threads.
 class AssimpModel {
 public:
-    /// What the file refers to is opened only beside it or below. Where there is a reader process, that one
-    /// reads it: see reader_process.h.
+    /// Reads a file, in a reader process if there is one (reader_process.h). Files that it refers to are
+    /// opened only in its directory or below.
     ///
-    /// bytes   of the file, of a format that assimp is there for: OBJ, STL, glTF.
-    /// errors  (with an empty `where`) what assimp says; that it crashed, or took more than it may.
+    /// bytes   a file of a format that assimp reads: OBJ, STL, glTF.
+    /// errors  (with an empty `where`) those of assimp; the reader crashed or exceeded its limits.
     static Result<AssimpModel> from(std::string_view bytes, const std::filesystem::path& file,
                                     ModelFormat format);
 
-    /// A node with meshes, and those like it, are a part.
+    /// A part is a node with meshes, together with all nodes like it.
     const ModelParts& parts() const { return parts_; }
 
-    void gather(FaceGatherer& to) const;                         ///< All nodes, as they stand.
-    void gather_part(std::size_t part, FaceGatherer& to) const;  ///< One part, in its own frame.
+    void gather(FaceGatherer& to) const;                         ///< Adds all nodes in world coordinates.
+    void gather_part(std::size_t part, FaceGatherer& to) const;  ///< Adds one part, in its own frame.
 
-    /// ModelFile::unused.
+    /// The value of ModelFile::unused.
     std::map<std::string, std::set<std::string>> unused() const;
 
-    /// The vertices and faces that the file lists, of all nodes or of one part. Of faces that no file may
-    /// have (a corner that is none of the vertices) there are none.
+    /// Returns the vertices and faces that the file lists, of all nodes or of one part. Invalid faces, with a
+    /// corner that is not a vertex, are omitted.
     ListedMesh listed(std::optional<std::size_t> part) const;
 
 private:

@@ -1,5 +1,5 @@
 #pragma once
-/// What the readers of mesh files fill.
+/// The container that readers of mesh files fill.
 
 #include "fields/base/names.h"
 #include "fields/base/range.h"
@@ -14,26 +14,26 @@
 
 namespace haarfield {
 
-/// Faces as a file has them, each vertex as it is there; normals are zero where there are none.
+/// Faces and vertices as in a file. Missing normals are zero.
 struct FaceGatherer {
     Mesh mesh{};
     std::vector<MeshMaterial> descriptions{};  // by material
-    std::vector<bool> mapped{}, coloured{};    // by material: whether vertices have uvs, and colours
+    std::vector<bool> mapped{}, coloured{};    // by material: true if vertices have uvs or colours
     std::map<std::string, std::size_t> unused{};
     MeshFindings findings{};
-    std::set<std::string> names{};                        // of materials
-    std::map<std::string, std::uint16_t> by_name{};       // of those that are nothing but names
-    std::set<std::array<std::uint32_t, 3>> non_finite{};  // by bits: one vertex may come many times
+    std::set<std::string> names{};                        // names of materials
+    std::map<std::string, std::uint16_t> by_name{};       // materials without properties
+    std::set<std::array<std::uint32_t, 3>> non_finite{};  // as bits: a vertex may occur several times
     bool too_large = false;
-    std::int32_t listed = 0;  // how many vertices of the file are passed: the number of the next
+    std::int32_t listed = 0;  // number of vertices of the file so far: the index of the next
 
-    /// Whether so many more vertices fit; if not, the file is too large.
+    /// Tests whether `vertices` more vertices fit. If not, the file is too large.
     bool has_room_for(std::size_t vertices) {
         too_large |= mesh.positions.size() + vertices > INT32_MAX || mesh.material_names.size() > 60000;
         return !too_large;
     }
 
-    /// Of materials of one name the later ones are called `name (2)` and so on.
+    /// Adds a material. Further materials with the same name become `name (2)` and so on.
     std::uint16_t new_material(const std::string& name, const MeshMaterial& description) {
         const auto number = static_cast<std::uint16_t>(mesh.material_names.size());
         mesh.material_names.push_back(unique_name(name, names, " (", ")"));
@@ -43,14 +43,14 @@ struct FaceGatherer {
         return number;
     }
 
-    /// Of which the file says nothing but the name.
+    /// Returns a material of which the file contains only the name.
     std::uint16_t material_named(const std::string& name) {
         const auto [known, is_new] = by_name.try_emplace(name, std::uint16_t(0));
         if (is_new) known->second = new_material(name, {});
         return known->second;
     }
 
-    /// Its uv is (0, 0), its colour white.
+    /// Adds a vertex with uv (0, 0) and colour white.
     ///
     /// number  of the vertex in the file: see ListedMesh.
     void add_vertex(const Vec3f& position, const Vec3d& normal, std::uint16_t material, std::int32_t number) {
@@ -70,7 +70,7 @@ struct FaceGatherer {
         mesh.original_vertices.push_back(number);
     }
 
-    /// Passes over so many vertices of the file, whether they were added or not.
+    /// Counts vertices of the file, whether they were added or not.
     void pass_vertices(std::size_t count) {
         if (count > static_cast<std::size_t>(INT32_MAX - listed))
             too_large = true;
@@ -78,19 +78,24 @@ struct FaceGatherer {
             listed += static_cast<std::int32_t>(count);
     }
 
+    /// Sets the uv of the last vertex, unless it is out of range.
+    /// Sets the uv of the last vertex. Coordinates that are too large are ignored.
     void set_uv(const Vec2f& uv) {
-        // Beyond that a float can not tell neighbouring texels apart.
+        // At larger coordinates, a float cannot distinguish adjacent texels.
         constexpr float farthest = 1e4f;
         mapped[mesh.vertex_materials.back()] = true;
         if (std::abs(uv.x) <= farthest && std::abs(uv.y) <= farthest) mesh.uvs.back() = uv;
     }
+    /// Sets the colour of the last vertex, clamped to [0, 1].
+    /// Sets the colour of the last vertex, clamped to [0, 1]. NaN becomes 0.
     void set_colour(const Rgb& colour) {
         const auto clean = [](float channel) { return channel >= 0 ? std::min(channel, 1.0f) : 0.0f; };
         mesh.colours.back() = Rgb(clean(colour.x), clean(colour.y), clean(colour.z));
         coloured[mesh.vertex_materials.back()] = true;
     }
 
-    /// corners  from `first` on; passed over if there are fewer than three, or one that is no finite vertex.
+    /// Adds a polygon. corners: counted from `first`. Skipped if there are fewer than three, or if one is not
+    /// a finite vertex.
     void add_face(std::span<const std::uint32_t> corners, std::uint32_t first) {
         if (corners.size() < 3) return;  // points and lines
         polygon_.clear();

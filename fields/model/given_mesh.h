@@ -1,5 +1,5 @@
 #pragma once
-/// A mesh that a program holds, as a file would list it.
+/// A mesh in the memory of a program, in the form of a file.
 
 #include "fields/base/vector.h"
 
@@ -10,15 +10,15 @@
 
 namespace haarfield {
 
-/// Vertices and triangles. What is there once for each vertex may have another length of none.
+/// Vertices and triangles. The attributes of vertices have one element per position, or none.
 struct GivenMesh {
     std::vector<Vec3f> positions;  ///< [m]
-    std::vector<Vec3f> normals;    ///< One per position, of any length; or none. Zero: to be found.
+    std::vector<Vec3f> normals;    ///< One per position, of any length, or none. Zero: compute it.
     std::vector<Vec2f> uvs;        ///< One per position, or none.
     std::vector<Rgb> colours;      ///< One per position, linear, or none.
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< Indices of positions.
-    std::vector<std::uint32_t>
-        triangle_materials;                       ///< One per triangle, index in material_names; or none: 0.
+    /// One per triangle, index in material_names; or none: 0.
+    std::vector<std::uint32_t> triangle_materials;
     std::vector<std::string> material_names{""};  ///< At least one.
 };
 

@@ -11,14 +11,14 @@ namespace haarfield {
 namespace {
 
 constexpr std::size_t deepest_value = 1000, longest_path = 100000, most_instances = 1000000;
-constexpr std::size_t many = std::size_t{1} << 40;  // where counts of instances saturate
+constexpr std::size_t many = std::size_t{1} << 40;  // saturation value for counts of instances
 
-/// Child lists of all nodes, one after the other.
+/// The child lists of all nodes, concatenated.
 struct Hierarchy {
-    std::vector<std::size_t>
-        first;  ///< Node n has child[first[n]] to child[first[n + 1] - 1], if there is n + 1.
+    /// Node n has child[first[n]] to child[first[n + 1] - 1], or for the last node, all remaining ones.
+    std::vector<std::size_t> first;
     std::vector<std::uint32_t> child;
-    std::size_t nesting = 0;  ///< The deepest value of the whole text.
+    std::size_t nesting = 0;  ///< Nesting depth of the whole text.
 
     std::size_t size() const { return first.size(); }
     std::size_t end_of(std::size_t node) const { return node + 1 < size() ? first[node + 1] : child.size(); }
@@ -51,7 +51,7 @@ public:
     }
 
 private:
-    /// The closing quotation mark of the string that begins at an opening one.
+    /// Returns the position of the closing quotation mark of a string.
     static std::size_t end_of_string(std::string_view json, std::size_t begin) {
         std::size_t end = begin + 1;
         while (end < json.size() && json[end] != '"') end += json[end] == '\\' ? 2 : 1;
@@ -69,7 +69,7 @@ private:
         if (depth_ == 4 && bracket == '[') in_children_ = in_nodes_ && node_key_ == "children";
     }
 
-    /// Returns the place of the last digit.
+    /// Adds a child and returns the position of its last digit.
     std::size_t add_child(std::string_view json, std::size_t begin) {
         std::uint32_t number = 0;
         const auto [end, failure] = std::from_chars(json.data() + begin, json.data() + json.size(), number);
@@ -83,17 +83,17 @@ private:
     bool in_nodes_ = false, in_children_ = false;
 };
 
-/// What hangs from a node, itself included.
+/// The properties of a node and all its descendants.
 struct Subtree {
     std::size_t depth = 0, instances = 0;  ///< Instances saturate at `many`.
 };
 
-/// Visits children before their parents, without recursion.
+/// Measures nodes without recursion: visits children before their parents.
 class Measurer {
 public:
     explicit Measurer(const Hierarchy& hierarchy) : hierarchy_(hierarchy), of_(hierarchy.size()) {}
 
-    /// False if a node is its own descendant.
+    /// Measures a node and its descendants. False if a node is its own descendant.
     bool measure(std::uint32_t root) {
         if (of_[root].depth > 0) return true;
         open(root);
@@ -105,7 +105,7 @@ public:
             }
             const std::uint32_t child = hierarchy_.child[next++];
             if (child >= hierarchy_.size() || of_[child].depth > 0) continue;
-            if (of_[child].instances > 0) return false;  // open
+            if (of_[child].instances > 0) return false;  // on the current path
             open(child);
         }
         return true;
@@ -133,8 +133,9 @@ private:
     }
 
     const Hierarchy& hierarchy_;
-    std::vector<Subtree> of_;  ///< Depth 0: not measured yet; then with 1 instance: open.
-    std::vector<std::pair<std::uint32_t, std::size_t>> open_;  ///< Nodes and their next children.
+    std::vector<Subtree> of_;  ///< Depth 0: not measured yet; if also 1 instance: on the current path.
+    /// The current path: nodes and their next children.
+    std::vector<std::pair<std::uint32_t, std::size_t>> open_;
 };
 
 }  // namespace

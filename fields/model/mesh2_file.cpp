@@ -16,20 +16,21 @@ namespace {
 
 constexpr std::size_t most_places = 100000, deepest = 1000;
 
-/// What stands between a brace and the one that ends it.
+/// A block between braces.
 struct Frame {
     std::string_view kind;             ///< The word before the brace.
-    std::string_view name;             ///< What it is declared as; "" if it is not.
-    std::size_t place = 0;             ///< Of the brace.
+    std::string_view name;             ///< Its name if it is declared, else "".
+    std::size_t place = 0;             ///< Place of the opening brace.
     std::vector<PlacedMesh2> parts{};  ///< In the frame's coordinates.
     AffineMap transform{};
     std::string material{};
-    std::optional<PovrayText::Failure> unreadable{};  ///< Why its shape or its place is not known.
+    /// Why its shape or its placement cannot be determined.
+    std::optional<PovrayText::Failure> unreadable{};
 };
 
-/// An `#if` and its like.
+/// An `#if` or similar directive.
 struct Condition {
-    bool is_known;  ///< What of it is to be read.
+    bool is_known;  ///< True if its branches are known.
     std::size_t place;
     std::string_view word;  ///< "if", "macro" ...
 };
@@ -40,7 +41,7 @@ bool opens_block(std::string_view directive) {
     return std::find(words.begin(), words.end(), directive) != words.end();
 }
 
-/// Blocks that hold no objects, or none that are to be seen.
+/// True for blocks that contain no objects, or only invisible ones.
 bool holds_no_objects(std::string_view word) {
     constexpr std::array<std::string_view, 13> words{
         "pigment", "finish", "normal",     "interior",   "camera",   "light_source",    "global_settings",
@@ -59,7 +60,7 @@ public:
             for (const Frame& frame : frames_)
                 if (!frame.parts.empty() && &frame != &frames_.front())
                     text_.fail_at(frame.place,
-                                  fmt::format("the {} that holds a mesh2 does not end", frame.kind));
+                                  fmt::format("the {} that contains a mesh2 does not end", frame.kind));
         if (text_.failed()) return text_.error();
         if (file_.meshes.empty())
             return Error{"",
@@ -96,7 +97,7 @@ private:
         }
     }
 
-    /// What can not be read may belong to something that holds no mesh: it is an error only where one does.
+    /// A transformation that cannot be read is an error only if the object contains a mesh.
     void take_transformation_of_frame(std::string_view word) {
         Frame& frame = frames_.back();
         PovrayText after = text_;
@@ -107,7 +108,7 @@ private:
             frame.unreadable = after.failure();
     }
 
-    /// Lights that can not be read are none of a mesh's business, and only counted.
+    /// Lights that cannot be read are only counted.
     void take_light(std::string_view name) {
         const std::optional<ModelLight> light = povray_light(text_);
         text_.pass_over_braces();
@@ -134,19 +135,19 @@ private:
         }
     }
 
-    /// Of places that only grow.
+    /// Returns the line of a place. Places must not decrease between calls.
     std::size_t line_at(std::size_t place) {
         for (; counted_ < place; ++counted_) line_ += bytes_[counted_] == '\n';
         return line_;
     }
 
-    /// A mesh may be there or not, or many times.
+    /// Fails if a mesh depends on a condition or a loop.
     void refuse_conditions(std::size_t place) {
         for (const Condition& condition : conditions_)
             if (!condition.is_known)
                 text_.fail_at(
                     place,
-                    fmt::format("a mesh stands within the #{} of line {}, which is not evaluated; wanted "
+                    fmt::format("a mesh is inside the #{} of line {}, which is not evaluated; expected "
                                 "plain data",
                                 condition.word, text_.line_at(condition.place)));
     }
@@ -159,7 +160,7 @@ private:
     void open(std::string_view kind, std::string_view name) {
         const std::size_t place = text_.place();
         text_.expect('{');
-        if (frames_.size() > deepest) return text_.fail_at(place, "braces nest too deep");
+        if (frames_.size() > deepest) return text_.fail_at(place, "braces are nested too deeply");
         frames_.push_back({kind, name, place});
         if (kind != "object") return;
         PovrayText after = text_;
@@ -174,16 +175,16 @@ private:
 
     void close() {
         text_.expect('}');
-        if (frames_.size() == 1) return;  // of a block that a condition opened twice
+        if (frames_.size() == 1) return;  // closes a block that several branches of a condition opened
         Frame frame = std::move(frames_.back());
         frames_.pop_back();
         if (frame.kind == "clipped_by")
-            frames_.back().unreadable = {frame.place, "clipped_by would cut a mesh; wanted a whole one"};
+            frames_.back().unreadable = {frame.place, "clipped_by would cut a mesh; expected an uncut mesh"};
         if (!frame.parts.empty()) {
             if (frame.unreadable) return text_.fail_at(frame.unreadable->place, frame.unreadable->what);
             if (frame.kind == "difference" || frame.kind == "intersection")
-                return text_.fail_at(frame.place,
-                                     fmt::format("a mesh is cut by a {}; wanted a whole one", frame.kind));
+                return text_.fail_at(
+                    frame.place, fmt::format("a mesh is cut by a {}; expected an uncut mesh", frame.kind));
         }
         for (PlacedMesh2& part : frame.parts) {
             part.transform = frame.transform * part.transform;
@@ -228,11 +229,12 @@ private:
     }
 
     void begin_condition(const Condition& condition) {
-        if (conditions_.size() > deepest) return text_.fail_at(condition.place, "conditions nest too deep");
+        if (conditions_.size() > deepest)
+            return text_.fail_at(condition.place, "conditions are nested too deeply");
         conditions_.push_back(condition);
     }
 
-    /// From within a condition to behind its next `#else`, or to its `#end`.
+    /// Skips from within a condition to after its next `#else`, or to its `#end`.
     void pass_over_branch() {
         std::size_t depth = 0;
         while (!text_.at_end()) {
@@ -252,7 +254,7 @@ private:
         }
     }
 
-    /// Meshes that stand nowhere, as they are declared: if they can, in what no other object uses.
+    /// Places the remaining meshes as they are declared, preferably in objects that no other object uses.
     void place_the_rest() {
         file_.placed = std::move(frames_.front().parts);
         std::vector<bool> stands(file_.meshes.size(), false);
@@ -269,20 +271,20 @@ private:
                     file_.placed.push_back(part);
                 }
             }
-        for (std::size_t i = 0; i < stands.size(); ++i)  // their names were given to others
+        for (std::size_t i = 0; i < stands.size(); ++i)  // their names were declared again
             if (!stands[i]) file_.placed.push_back({i, {}, ""});
     }
 
     std::string_view bytes_;
     PovrayText text_;
     Mesh2File file_;
-    std::vector<Frame> frames_;  ///< The outermost is the file.
+    std::vector<Frame> frames_;  ///< The outermost frame is the file.
     std::vector<Condition> conditions_;
     std::map<std::string_view, std::vector<PlacedMesh2>> declared_;
-    std::vector<std::string_view> order_;  ///< Of first declarations.
+    std::vector<std::string_view> order_;  ///< In the order of first declarations.
     std::set<std::string_view> names_, used_;
-    std::string_view pending_;   ///< The name that is being declared.
-    std::string_view included_;  ///< The first file that is asked for.
+    std::string_view pending_;   ///< The name of the current declaration.
+    std::string_view included_;  ///< The first included file.
     std::size_t places_ = 0, counted_ = 0, line_ = 1;
 };
 

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double degree = pi / 180;
 
-/// As POV-Ray turns: on the bare numbers, whatever the hand of the frame.
+/// Rotates like POV-Ray: on the coordinates, for either handedness.
 AffineMap turned(const Vec3d& degrees) {
     AffineMap result;
     for (int axis = 0; axis < 3; ++axis) {
@@ -26,7 +26,7 @@ AffineMap turned(const Vec3d& degrees) {
 
 AffineMap scaled(const Vec3d& factors) {
     AffineMap result;
-    for (int axis = 0; axis < 3; ++axis)  // POV-Ray takes 0 for a mistake
+    for (int axis = 0; axis < 3; ++axis)  // POV-Ray ignores a factor of 0
         result.axes[std::size_t(axis)][axis] = factors[axis] == 0 ? 1 : factors[axis];
     return result;
 }
@@ -39,7 +39,7 @@ AffineMap moved(const std::array<double, 12>& matrix) {
     return result;
 }
 
-/// Words that stand by themselves in an object, or with `on` or `off`.
+/// True for words that occur in an object alone, or with `on` or `off`.
 bool is_flag(std::string_view word) {
     constexpr std::array<std::string_view, 15> flags{
         "hollow",           "hierarchy",      "inverse",           "sturm",        "uv_mapping",
@@ -53,7 +53,7 @@ bool is_transformation(std::string_view word) {
            word == "transform";
 }
 
-/// Takes one item of a mesh2 after the other.
+/// Parses the items of a mesh2.
 class Mesh2Parser {
 public:
     explicit Mesh2Parser(PovrayText& text) : text_(text), begin_(text.place()) {}
@@ -93,7 +93,7 @@ private:
         if (word == "inside_vector") {
             text_.vector();
         } else if (word == "clipped_by") {
-            text_.fail_at(place, "clipped_by would cut the mesh; wanted a whole one");
+            text_.fail_at(place, "clipped_by would cut the mesh; expected an uncut mesh");
         } else if (take_transformation(word, text_, transform_)) {
             return;
         } else if (!word.empty() && text_.next() == '{') {
@@ -105,13 +105,13 @@ private:
             text_.fail("an item of a mesh2 or \"}\"");
         } else {
             text_.fail_at(place,
-                          fmt::format("found \"{}\"; wanted an item of a mesh2 or \"}}\": calls of macros "
+                          fmt::format("found \"{}\"; expected an item of a mesh2 or \"}}\": calls of macros "
                                       "and identifiers are not read",
                                       word.substr(0, 40)));
         }
     }
 
-    /// `on`, `off` and the like after a flag.
+    /// Reads `on`, `off` and the like after a flag.
     void take_switch() {
         PovrayText after = text_;
         const std::string_view word = after.word();
@@ -122,7 +122,7 @@ private:
             text_.number();
     }
 
-    /// `#declare NAME = texture { ... }`: Blender's exporter puts that here.
+    /// Reads `#declare NAME = texture { ... }`, which Blender's exporter writes here.
     void take_directive() {
         const std::size_t place = text_.place();
         text_.expect('#');
@@ -137,7 +137,7 @@ private:
             }
         }
         text_.fail_at(place,
-                      fmt::format("found \"#{}\" within a mesh2; wanted plain data: no conditions, loops, "
+                      fmt::format("found \"#{}\" inside a mesh2; expected plain data: no conditions, loops, "
                                   "macros, other files or values",
                                   directive.substr(0, 40)));
     }
@@ -145,7 +145,7 @@ private:
     std::string texture() {
         const std::size_t place = text_.place();
         if (text_.word() != "texture") {
-            text_.fail_at(place, "wanted \"texture { ... }\" in a texture_list");
+            text_.fail_at(place, "expected \"texture { ... }\" in a texture_list");
             return {};
         }
         return plain_name(text_);
@@ -163,11 +163,11 @@ private:
             result.textures[count++] = text_.count();
         }
         if (count == 1) result.textures[1] = result.textures[2] = result.textures[0];
-        if (count == 2) text_.fail_at(place, "a face has two textures; wanted none, one or three");
+        if (count == 2) text_.fail_at(place, "a face has two textures; expected none, one or three");
         return result;
     }
 
-    /// Takes `{ N, item, item ... }`.
+    /// Reads `{ N, item, item ... }`.
     template <class T, class TakeItem>
     void take_list(std::size_t place, std::string_view name, std::vector<T>& items, const TakeItem& item) {
         if (!items.empty()) return text_.fail_at(place, fmt::format("there is a second {}", name));
@@ -179,7 +179,7 @@ private:
             return text_.fail_at(place, fmt::format("{} of {} items: the text is too short", name, count));
         while (text_.take(',')) {
         }
-        // Growing as items come: a count is a promise only.
+        // The count is untrusted, so the list grows only as items are read.
         while (!text_.failed() && text_.next() != '}' && items.size() < count) {
             items.push_back(item());
             text_.take(',');
@@ -244,7 +244,7 @@ private:
                 std::swap((*corners)[1], (*corners)[2]);
     }
 
-    /// Of the mesh as a whole.
+    /// Fails at the beginning of the mesh.
     void fail(const std::string& what) { text_.fail_at(begin_, what); }
 
     PovrayText& text_;
@@ -275,7 +275,7 @@ bool take_transformation(std::string_view word, PovrayText& text, AffineMap& tra
             const std::size_t place = text.place();
             const std::string_view inner = text.word();
             if (inner == "transform" || !take_transformation(inner, text, transform))
-                text.fail_at(place, "wanted scale, rotate, translate or matrix in a transform");
+                text.fail_at(place, "expected scale, rotate, translate or matrix in a transform");
         }
     } else
         return false;

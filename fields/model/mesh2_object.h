@@ -1,19 +1,21 @@
 #pragma once
-/// One mesh2 object, and what stands in the braces of objects, taken off a POV-Ray text.
+/// Parsers of a mesh2 object, and of items in the braces of objects, in a POV-Ray text.
 
 #include "fields/model/mesh2_file.h"
 #include "fields/model/povray_text.h"
 
 namespace haarfield {
 
-/// Takes what follows the keyword `mesh2`, to its last brace. Nothing of worth if the text has failed.
+/// Reads a mesh2 from after its keyword to its closing brace. The result is meaningless if the text has
+/// failed.
 Mesh2 mesh2_object(PovrayText& text);
 
-/// Takes what follows a keyword that moves things, and lets `transform` do that after what it does; false,
-/// and nothing is taken, if `word` is none.
+/// Reads the arguments of a transformation whose keyword is `word`, and appends it to `transform`. Returns
+/// false and reads nothing if `word` is not such a keyword.
 bool take_transformation(std::string_view word, PovrayText& text, AffineMap& transform);
 
-/// Takes a block in braces. Returns NAME of `{ NAME }`, also if transformations follow it; else "".
+/// Reads a block in braces. Returns NAME for `{ NAME }`, also if transformations follow the name; otherwise
+/// "".
 std::string plain_name(PovrayText& text);
 
 }  // namespace haarfield

@@ -16,15 +16,15 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Corners at one position whose triangles face one way.
+/// Corners at one position whose triangles have similar normals.
 struct FacetGroup {
-    Vec3d normal;                      ///< Unit normal of the first.
-    std::span<std::uint32_t> corners;  ///< 3 * triangle + corner.
-    Vec3d sum{0, 0, 0};                ///< Of their weighted normals.
+    Vec3d normal;                      ///< Unit normal of the first corner's triangle.
+    std::span<std::uint32_t> corners;  ///< As 3 * triangle + corner.
+    Vec3d sum{0, 0, 0};                ///< Weighted sum of their triangles' normals.
 };
 
-/// Groups of one corner each; at a fan of very many, of those whose normals differ by less than three degrees
-/// or so, lest the pairs of them be too many. Reorders the corners of such a fan.
+/// Returns a group for each corner. For fans of very many triangles, groups corners whose normals differ by
+/// less than about three degrees, to limit the number of pairs, and reorders the corners.
 ///
 /// unit  normals by triangle.
 std::vector<FacetGroup> facet_groups(std::span<std::uint32_t> corners, const std::vector<Vec3d>& unit) {
@@ -48,11 +48,11 @@ std::vector<FacetGroup> facet_groups(std::span<std::uint32_t> corners, const std
     return groups;
 }
 
-/// One normal per corner of every triangle, [3 * triangle + corner].
+/// Returns one normal per corner of every triangle, [3 * triangle + corner].
 ///
-/// A missing one is the mean of the faces round its position that meet its own face at less than the
-/// crease angle, weighted by area and by angle at the corner: by area, so that a flat board with a
-/// rounded edge stays flat; by angle, so that the choice of diagonals does not show.
+/// A missing normal is the mean over the faces at its position that meet its own face at less than the crease
+/// angle. Faces are weighted by area and by the angle at the corner. Weights by area keep a flat board with a
+/// rounded edge flat. Weights by angle make the result independent of the choice of diagonals.
 std::vector<Vec3f> corner_normals(const Mesh& mesh, float crease_angle) {
     const std::size_t corner_count = 3 * mesh.triangles.size();
     std::vector<Vec3f> normals(corner_count);
@@ -105,7 +105,7 @@ std::vector<Vec3f> corner_normals(const Mesh& mesh, float crease_angle) {
     return normals;
 }
 
-/// Leaves out materials that no triangle uses; the others come in the order in which triangles use them.
+/// Removes materials that no triangle uses. Sorts the others by their first use.
 void leave_out_unused_materials(FaceGatherer& gatherer) {
     Mesh& mesh = gatherer.mesh;
     constexpr std::uint16_t none = UINT16_MAX;
@@ -119,7 +119,7 @@ void leave_out_unused_materials(FaceGatherer& gatherer) {
             used.push_back(material);
         }
     for (std::uint16_t& material : mesh.vertex_materials)
-        material = number[material] == none ? std::uint16_t(0) : number[material];  // of no triangle
+        material = number[material] == none ? std::uint16_t(0) : number[material];  // used by no triangle
     std::vector<std::string> names;
     std::vector<MeshMaterial> descriptions;
     std::vector<bool> mapped, coloured;
@@ -135,10 +135,10 @@ void leave_out_unused_materials(FaceGatherer& gatherer) {
     gatherer.coloured = std::move(coloured);
 }
 
-/// Below that floats have too few digits left for what is computed of a mesh. [m]
+/// Below this extent, computations on a mesh lose too many digits in single precision. [m]
 constexpr float smallest_extent = 1e-6f;
 
-/// Of what triangles use, along the longest axis. [m]
+/// Returns the extent of the vertices in use along the longest axis. [m]
 float extent(const Mesh& mesh) {
     Bounds bounds;
     for (const Triangle& triangle : mesh.triangles)
@@ -173,8 +173,8 @@ Result<ImportedMesh> read_mesh(const ModelFile& model, std::optional<std::size_t
                                     (found.empty() ? "" : " (" + found + ")")};
         }
         if (const float size = extent(imported.mesh); !(size >= smallest_extent))
-            return Error{where, fmt::format("is {:.2g} m large; wanted at least {} m: is it in metres?", size,
-                                            smallest_extent)};
+            return Error{where, fmt::format("is {:.2g} m large; expected at least {} m: is it in metres?",
+                                            size, smallest_extent)};
         orient_triangles(imported.mesh, imported.findings, options.faces);
         const std::vector<bool> none(imported.mesh.material_names.size(), false);
         imported.mesh =
@@ -184,7 +184,7 @@ Result<ImportedMesh> read_mesh(const ModelFile& model, std::optional<std::size_t
         imported.findings.duplicate_vertices =
             imported.mesh.positions.size() - merged_positions(imported.mesh.positions).positions.size();
         return imported;
-    } catch (const std::exception& error) {  // memory
+    } catch (const std::exception& error) {  // out of memory
         return Error{where, "not a mesh that can be read: " + exception_message(error)};
     }
 }

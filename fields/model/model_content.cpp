@@ -23,7 +23,7 @@ MeshImage image_from(ByteSource& source) {
     return image;
 }
 
-/// What of a material is numbers.
+/// The numeric properties of a material.
 struct MaterialNumbers {
     std::array<float, 13> numbers;
     std::array<std::uint8_t, 2> model_and_alpha;
@@ -35,7 +35,7 @@ MaterialNumbers numbers_of(const MeshMaterial& m) {
             {static_cast<std::uint8_t>(m.model), static_cast<std::uint8_t>(m.alpha)}};
 }
 
-/// False if a number is out of its range.
+/// Sets the numeric properties. False if a number is out of range.
 bool take_numbers(const MaterialNumbers& taken, MeshMaterial& m) {
     const auto& n = taken.numbers;
     constexpr float brightest = 1e12f;
@@ -65,7 +65,7 @@ bool is_whole(const ContentListing& listing) {
                                [&](std::uint32_t corner) { return corner < listing.positions.size(); });
 }
 
-/// Whether the numbers of a mesh are those of a listing; of none there are none.
+/// Tests whether the numbers of a mesh are valid for a listing. Without a listing, there must be none.
 bool is_numbered(const ContentMesh& mesh, const std::optional<ContentListing>& listing) {
     if (!listing) return mesh.numbers.empty() && mesh.faces.empty();
     const auto vertices = static_cast<std::int64_t>(listing->positions.size());
@@ -166,11 +166,11 @@ void write_content(const ModelContent& content, ByteSink& sink) {
 }
 
 Result<ModelContent> content_from(std::string_view bytes) {
-    const Error wrong{"", "what its reader made of it is not a model: the file is damaged"};
+    const Error wrong{"", "its reader returned invalid data: the file is damaged"};
     ByteSource source(bytes);
     ModelContent content;
     if (source.value<std::uint32_t>() != content_magic) return wrong;
-    // Of each thing at least the counts are there, so that none can be counted that is not.
+    // Every item contains at least its counts, which limits the number of items by the number of bytes.
     content.materials.resize(source.count(sizeof(MaterialNumbers)));
     for (ContentMaterial& material : content.materials) {
         material.name = source.text();

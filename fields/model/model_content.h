@@ -1,5 +1,5 @@
 #pragma once
-/// What a library has read of a model's file: plain arrays, which a process can hand to another.
+/// The content of a model's file as plain arrays, which can be passed between processes.
 
 #include "fields/base/byte_stream.h"
 #include "fields/base/result.h"
@@ -14,62 +14,64 @@
 
 namespace haarfield {
 
-/// Faces of one material, in their own frame. Coordinates and corners are the file's, and may be anything.
+/// Faces of one material, in their own frame. Coordinates and corners are the file's and unverified.
 struct ContentMesh {
     static constexpr std::uint32_t no_material = UINT32_MAX;
 
     std::string name;
     std::uint32_t material = no_material;     ///< Index in ModelContent::materials, or no_material.
     std::vector<Vec3f> positions, normals;    ///< As many normals as positions, or none.
-    std::vector<Vec2f> uvs;                   ///< Of the material's image; as many, or none.
+    std::vector<Vec2f> uvs;                   ///< In the material's image; as many, or none.
     std::vector<Rgb> colours;                 ///< Linear; as many, or none.
-    std::vector<std::uint32_t> face_corners;  ///< How many each face has; empty: three each.
-    std::vector<std::uint32_t> corners;       ///< Of all faces: positions.
-    /// Of OBJ: which vertices and faces of ModelContent::listing these are. A number for each position,
-    /// not_original where none was found; faces as many as were found.
+    std::vector<std::uint32_t> face_corners;  ///< The number of corners of each face; empty: three each.
+    std::vector<std::uint32_t> corners;       ///< Corners of all faces: indices of positions.
+    /// For OBJ: the vertices and faces of ModelContent::listing. One number per position, not_original if
+    /// there is none; and the faces that were found.
     std::vector<std::int32_t> numbers;
     std::vector<std::uint32_t> faces;
 };
 
-/// The vertices and faces of a file whose meshes have them in another order: OBJ.
+/// The vertices and faces of a file whose meshes store them in another order: OBJ.
 struct ContentListing {
     std::vector<Vec3f> positions;             ///< Any numbers.
-    std::vector<std::uint32_t> corners;       ///< Of all faces: positions.
-    std::vector<std::uint32_t> face_corners;  ///< How many each face has.
+    std::vector<std::uint32_t> corners;       ///< Corners of all faces: indices of positions.
+    std::vector<std::uint32_t> face_corners;  ///< The number of corners of each face.
 };
 
-/// A material, of which the images' files are not yet looked for.
+/// A material whose image files have not been searched for.
 struct ContentMaterial {
     std::string name;
     MeshMaterial description;
-    std::vector<std::string> unused;  ///< What there is that haarfield does not use.
+    std::vector<std::string> unused;  ///< Properties that haarfield does not use.
 };
 
-/// Meshes that stand somewhere.
+/// A placement of meshes.
 struct ContentNode {
     std::string name;
-    std::array<float, 16> transform{};  ///< To the file's world: rows, which stand before columns.
+    std::array<float, 16> transform{};  ///< To the file's world: a row-major matrix for column vectors.
     std::vector<std::uint32_t> meshes;  ///< Indices in ModelContent::meshes; at least one.
 };
 
+/// The content of a model's file.
 struct ModelContent {
     std::vector<ContentMesh> meshes;
     std::vector<ContentMaterial> materials;
     std::vector<ContentNode> nodes;  ///< In the order of the file.
     std::optional<ModelCamera> camera;
-    std::vector<ModelLight> lights;  ///< Of kind, place, colour and angles; the rest is as ModelLight has it.
-    std::optional<ContentListing> listing;  ///< Of OBJ.
+    /// With kind, position, colour and angles; other members have their defaults.
+    std::vector<ModelLight> lights;
+    std::optional<ContentListing> listing;  ///< For OBJ.
 };
 
-/// Whether a light's numbers are of one: finite, none negative, a direction, angles in their order below pi.
+/// Tests whether a light is valid: finite numbers, none negative, a direction, ordered angles below pi.
 bool is_light(const ModelLight& light);
 
-/// As bytes, in pieces.
+/// Writes a model's content as bytes.
 void write_content(const ModelContent& content, ByteSink& sink);
 
-/// From these, of which nothing is believed.
+/// Reads a model's content from untrusted bytes.
 ///
-/// errors  (with an empty `where`) less or more than there should be; numbers out of their range.
+/// errors  (with an empty `where`) too few or too many bytes; numbers out of range.
 Result<ModelContent> content_from(std::string_view bytes);
 
 }  // namespace haarfield

@@ -34,7 +34,7 @@ void gather(const PolygonFile& file, FaceGatherer& to) {
     }
 }
 
-/// A vertex for each material that its triangles have.
+/// Adds one vertex for each material of the triangles at a vertex.
 void gather(const GivenMesh& mesh, FaceGatherer& to) {
     if (!to.has_room_for(3 * mesh.triangles.size())) return;
     MeshMaterial description;
@@ -64,7 +64,7 @@ void gather(const GivenMesh& mesh, FaceGatherer& to) {
     }
 }
 
-/// What the faces of a mesh2 are made of, found once for each texture.
+/// The materials of a mesh2's faces, determined once per texture.
 class Mesh2Materials {
 public:
     Mesh2Materials(const Mesh2File& file, const PlacedMesh2& placed)
@@ -76,7 +76,7 @@ public:
         const auto is_blended = [](const Mesh2Face& face) {
             return face.textures[1] != face.textures[0] || face.textures[2] != face.textures[0];
         };
-        // Colours of vertices, not materials.
+        // The blended textures are vertex colours, not materials.
         has_colours_ = std::any_of(mesh_.faces.begin(), mesh_.faces.end(), is_blended);
         is_plain_ = mesh_.textures.size() == 1;
         of_texture_.assign(mesh_.textures.size(), unknown);
@@ -106,7 +106,7 @@ private:
     std::uint32_t of_whole_ = unknown;
 };
 
-/// A mesh where it stands, every corner a vertex of its own.
+/// Adds a placed mesh, with a separate vertex for every corner.
 void gather(const Mesh2File& file, const PlacedMesh2& placed, FaceGatherer& to) {
     const Mesh2& part = file.meshes[placed.mesh];
     const std::int32_t first_number = to.listed;
@@ -133,7 +133,7 @@ void gather(const Mesh2File& file, const PlacedMesh2& placed, FaceGatherer& to) 
     }
 }
 
-/// The vertices of a list, numbered from 0.
+/// Returns a list of vertices, numbered from 0.
 ListedMesh listed_vertices(std::vector<Vec3f> positions) {
     ListedMesh listed{std::move(positions), {}, {}, {}};
     listed.numbers.resize(listed.positions.size());
@@ -141,7 +141,7 @@ ListedMesh listed_vertices(std::vector<Vec3f> positions) {
     return listed;
 }
 
-/// Those of several meshes, each where it stands.
+/// Lists several meshes at their placements.
 ListedMesh listed_meshes(const Mesh2File& file, std::span<const PlacedMesh2> placed) {
     std::vector<Vec3f> positions;
     for (const PlacedMesh2& mesh : placed)
@@ -162,7 +162,7 @@ ListedMesh listed_meshes(const Mesh2File& file, std::span<const PlacedMesh2> pla
     return made;
 }
 
-/// A mesh of one material is a part.
+/// Returns the parts of a file: each combination of a mesh and a material.
 ModelParts parts_of(const Mesh2File& file, std::vector<std::size_t>& placed_of_part) {
     ModelParts parts;
     std::map<std::pair<std::size_t, std::string>, std::size_t> known;
@@ -196,7 +196,7 @@ Result<ModelFile> ModelFile::open(const std::filesystem::path& file) {
         const Result<MappedFile> mapped = mapped_file(file, MappedPages::as_read);
         if (!mapped) return mapped.error();
         const std::optional<ModelFormat> format = model_format(mapped->bytes, lower_ending(file));
-        if (!format) return unreadable(fmt::format("holds none of those; wanted {}", model_formats));
+        if (!format) return unreadable(fmt::format("found no supported format; expected {}", model_formats));
         if (const Result<Done> loaded = load_pages(*mapped, file.string()); !loaded) return loaded.error();
         if (*format == ModelFormat::mesh2) {
             Result<Mesh2File> meshes = read_mesh2(mapped->bytes);
@@ -219,7 +219,7 @@ Result<ModelFile> ModelFile::open(const std::filesystem::path& file) {
         model.parts_.nodes = {{model.parts_.names[0], 0}};
         model.content_ = std::move(*polygons);
         return model;
-    } catch (const std::exception& error) {  // memory
+    } catch (const std::exception& error) {  // out of memory
         return unreadable(exception_message(error));
     }
 }
@@ -264,12 +264,12 @@ Result<FaceGatherer> ModelFile::faces(std::optional<std::size_t> part) const {
                 for (const PlacedMesh2& placed : meshes.placed) gather(meshes, placed, gathered);
             }
         }
-    } catch (const std::exception& error) {  // memory
+    } catch (const std::exception& error) {  // out of memory
         return Error{file_.string(), "not a mesh that can be read: " + exception_message(error)};
     }
     if (gathered.too_large)
         return Error{file_.string(),
-                     "is too large: wanted coordinates within 1e6 m, fewer than 2^31 "
+                     "is too large; expected coordinates within 1e6 m, fewer than 2^31 "
                      "vertices and 60000 materials"};
     gathered.findings.non_finite_vertices = gathered.non_finite.size();
     return gathered;
@@ -301,7 +301,7 @@ Result<ListedMesh> ModelFile::listed(std::optional<std::size_t> part) const {
         PlacedMesh2 own = meshes.placed[placed_of_part_[*part]];
         own.transform = {};
         return listed_meshes(meshes, {&own, 1});
-    } catch (const std::exception& error) {  // memory
+    } catch (const std::exception& error) {  // out of memory
         return Error{file_.string(), "not a mesh that can be read: " + exception_message(error)};
     }
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// Model files: PLY, OFF and POV-Ray's mesh2 by readers of our own (polygon_file.h, mesh2_file.h); OBJ, STL
-/// and glTF through assimp, in a reader process where there is one. What a file is, its content decides
+/// Model files. Readers of our own read PLY, OFF and POV-Ray's mesh2 (polygon_file.h, mesh2_file.h). assimp
+/// reads OBJ, STL and glTF, in a reader process if there is one. The format is determined by content
 /// (model_format.h).
 
 #include "fields/base/result.h"
@@ -16,50 +16,53 @@
 
 namespace haarfield {
 
-/// Names of materials by what they have that haarfield does not use, such as "normal map".
+/// For each property that haarfield does not use, such as "normal map": the names of materials that have it.
 using UnusedProperties = std::map<std::string, std::set<std::string>>;
 
-/// A model's file, read once, of which parts are taken. Safe to share between threads.
+/// A model's file, read once, with access to its parts. Safe to share between threads.
 class ModelFile {
 public:
-    /// errors  those of InputFile::open; none of model_formats; not a model that can be read (with its
-    ///         reader's words).
+    /// Opens a model file.
+    ///
+    /// errors  those of InputFile::open; not one of model_formats; not a readable model (with its reader's
+    ///         message).
     static Result<ModelFile> open(const std::filesystem::path& file);
 
-    /// As if a file of this name held the mesh. Its arrays have the lengths, and the indices the range, that
-    /// GivenMesh wants (asserted).
+    /// Returns the model of a file of this name that contains the mesh. Lengths of arrays and indices must be
+    /// as required by GivenMesh (asserted).
     static ModelFile of(GivenMesh mesh, const std::string& name);
 
-    const std::filesystem::path& file() const { return file_; }
+    const std::filesystem::path& file() const { return file_; }  ///< The path, or the name given to `of`.
 
-    /// The mesh that `of` was given; null if a file was opened.
+    /// The mesh that was passed to `of`; null if a file was opened.
     const GivenMesh* given() const { return std::get_if<GivenMesh>(&content_); }
 
-    /// Pieces that the file places: assimp's nodes with meshes, mesh2 objects; else all of it is one, of the
-    /// file's name.
+    /// Pieces that the file places: assimp's nodes with meshes, or mesh2 objects. Otherwise the whole file is
+    /// one part with the file's name.
     const ModelParts& parts() const { return parts_; }
 
-    /// All of the file, as it stands; or one part, in its own frame. As the file has it: see FaceGatherer.
+    /// Returns the whole file with all placements, or one part in its own frame, before repair: see
+    /// FaceGatherer.
     ///
-    /// errors  coordinates beyond 1e6 m, too many vertices or materials.
+    /// errors  coordinates beyond 1e6 m; too many vertices or materials.
     Result<FaceGatherer> faces(std::optional<std::size_t> part = {}) const;
 
-    /// Tests whether coordinates are left-handed: only those of POV-Ray are (mesh2_file.h).
+    /// True if coordinates are left-handed, as only those of POV-Ray files can be (mesh2_file.h).
     bool is_left_handed() const;
 
-    /// Of the materials that meshes of the file have.
+    /// Returns unused properties of materials that meshes of the file have.
     UnusedProperties unused() const;
 
-    /// Its vertices and faces, or those of a part, as the file lists them.
+    /// Returns the vertices and faces of the file or of one part, as the file lists them.
     ///
-    /// errors  more memory than there is.
+    /// errors  not enough memory.
     Result<ListedMesh> listed(std::optional<std::size_t> part = {}) const;
 
 private:
     std::filesystem::path file_;
     ModelParts parts_;
     std::variant<PolygonFile, Mesh2File, AssimpModel, GivenMesh> content_;
-    std::vector<std::size_t> placed_of_part_;  ///< Of Mesh2File: where each part stands first.
+    std::vector<std::size_t> placed_of_part_;  ///< For Mesh2File: the first placement of each part.
 };
 
 }  // namespace haarfield

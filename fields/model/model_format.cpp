@@ -24,7 +24,8 @@ std::string_view without_byte_order_mark(std::string_view text) {
     return text.starts_with(mark) ? text.substr(mark.size()) : text;
 }
 
-/// 80 bytes of anything, the number of triangles, 50 bytes for each: and nothing else tells.
+/// Tests the length of a binary STL file, which has no signature: 80 arbitrary bytes, the number of
+/// triangles, and 50 bytes for each.
 bool is_binary_stl(std::string_view bytes, bool may_be_longer) {
     constexpr std::size_t head = 84, triangle = 50;
     if (bytes.size() < head) return false;
@@ -34,20 +35,20 @@ bool is_binary_stl(std::string_view bytes, bool may_be_longer) {
     return may_be_longer ? bytes.size() >= wanted : bytes.size() == wanted;
 }
 
-/// The first bytes of a text, long enough for the words that tell its format. The other bytes of large files
-/// that are no text, such as sparse ones, are not read.
+/// Returns the first bytes of a text, enough for the words that identify its format. The remaining bytes of
+/// large files, such as sparse ones, are not read.
 std::string_view first_bytes(std::string_view text) {
     return text.substr(0, std::size_t{1} << 16);
 }
 
-/// `solid` and a `facet` or the end.
+/// Tests for the word `solid`, and `facet` or the end.
 bool is_text_stl(std::string_view text) {
     text = first_bytes(text);
     return text.starts_with("solid") &&
            (text.find("facet") != text.npos || text.find("endsolid") != text.npos);
 }
 
-/// A first word that ends in OFF, in the lines that are no comments.
+/// Tests whether the first word after comment lines ends in OFF.
 bool is_off(std::string_view text) {
     text = first_bytes(text);
     while (true) {
@@ -59,7 +60,7 @@ bool is_off(std::string_view text) {
     return word.size() <= 8 && word.ends_with("OFF");
 }
 
-/// Text with a line that begins with `v` and a number.
+/// Tests for a line that begins with `v` and a number.
 bool is_obj(std::string_view text) {
     for (std::size_t at = text.find('v'); at != text.npos; at = text.find('v', at + 1)) {
         std::size_t begin = at;

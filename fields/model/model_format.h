@@ -1,22 +1,23 @@
 #pragma once
-/// Which models are read, and how they are known: by what is in the file, whatever it is called.
+/// The supported model formats, and their detection by content, not by file name.
 
 #include <optional>
 #include <string_view>
 
 namespace haarfield {
 
-/// A format that is read. The readers of these, and no others, are given files.
+/// A supported format. Only the readers of these formats are given files.
 enum class ModelFormat { obj, ply, gltf, glb, stl, off, mesh2 };
 
-/// For messages and help: `OBJ, PLY, glTF, ...`.
+/// For messages and help.
 inline constexpr std::string_view model_formats = "OBJ, PLY, glTF (.gltf, .glb), STL, OFF or POV-Ray's mesh2";
 
-/// What a file begins with or, of the formats without a beginning of their own (STL, OBJ, mesh2), what is in
-/// it; none if that is none of them.
+/// Detects the format of a file: by its first bytes, or for formats without a signature (STL, OBJ, mesh2), by
+/// its content. Returns nothing for any other file.
 ///
-/// ending  of the file's name, lower case, with its point: the word `mesh2` may stand in a comment of an OBJ
-///         file, and `v 1 2 3` in one of POV-Ray's, so that it decides between these two where both may be.
+/// ending  the extension of the file's name, in lower case with the dot. It decides between OBJ and POV-Ray
+///         if both are possible: the word `mesh2` may occur in a comment of an OBJ file, and `v 1 2 3` in a
+///         POV-Ray file.
 std::optional<ModelFormat> model_format(std::string_view bytes, std::string_view ending);
 
 }  // namespace haarfield

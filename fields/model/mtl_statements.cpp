@@ -6,7 +6,7 @@
 namespace haarfield {
 namespace {
 
-/// The begin of the first line whose first word is `newmtl`; the end of the text if there is none.
+/// Returns the beginning of the first line whose first word is `newmtl`, or the end of the text.
 std::size_t first_material(std::string_view mtl) {
     constexpr std::string_view word = "newmtl", blanks = " \t", line_ends = "\r\n";
     for (std::size_t line = 0; line < mtl.size();) {

@@ -5,7 +5,7 @@
 
 namespace haarfield {
 
-/// Replaces the statements before the first `newmtl` by blanks. They describe no material, and assimp 5.2
+/// Replaces the statements before the first `newmtl` by blanks. They belong to no material, and assimp 5.2
 /// crashes on some of them.
 std::string without_leading_statements(std::string mtl);
 

@@ -1,12 +1,12 @@
 #pragma once
-/// OBJ files as assimp wants to see them.
+/// A workaround for OBJ numbers that assimp does not read.
 
 #include <string>
 
 namespace haarfield {
 
-/// The text of an OBJ file with a zero before every decimal point that begins a number (`.5`, `-.5`) in a
-/// line of vertices, texture coordinates or normals: assimp 5.2 takes it for no number at all.
+/// Returns the text of an OBJ file with a zero before every leading decimal point of a number (`.5`, `-.5`)
+/// in lines of vertices, texture coordinates or normals. assimp 5.2 does not read such numbers.
 std::string with_leading_zeros(const std::string& text);
 
 }  // namespace haarfield

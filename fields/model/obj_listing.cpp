@@ -15,7 +15,7 @@
 namespace haarfield {
 namespace {
 
-/// Takes the next line off a text, with those that a backslash at an end joins to it.
+/// Removes the next line from a text, joined with the following ones if it ends in a backslash.
 std::string joined_line(std::string_view& text) {
     std::string line;
     bool goes_on = true;
@@ -29,12 +29,12 @@ std::string joined_line(std::string_view& text) {
     return line;
 }
 
-/// What assimp's template throws: its own errors are not exported.
+/// The exception type of assimp's template, because assimp does not export its own.
 struct NotANumber {
     explicit NotANumber(const auto&...) {}
 };
 
-/// As assimp rounds it; not a number where assimp finds none.
+/// Converts a word with assimp's rounding; NaN if assimp rejects it.
 float number(const std::string& word) {
     try {
         return Assimp::fast_atof<NotANumber>(word.c_str());
@@ -43,7 +43,7 @@ float number(const std::string& word) {
     }
 }
 
-/// x y z, with a weight or a colour behind it or not; other lines make no vertex.
+/// Adds a vertex from x y z, optionally followed by a weight or a colour. Ignores other lines.
 void add_vertex(std::string_view line, ContentListing& listing) {
     std::vector<float> numbers;
     for (std::string_view word = next_word(line); !word.empty(); word = next_word(line))
@@ -53,7 +53,8 @@ void add_vertex(std::string_view line, ContentListing& listing) {
     listing.positions.emplace_back(numbers[0] / weight, numbers[1] / weight, numbers[2] / weight);
 }
 
-/// Corners are numbers from 1, or from -1 backwards, with others behind slashes.
+/// Adds a face. Corners are numbers from 1, or from -1 backwards, possibly followed by slashes and other
+/// numbers.
 void add_face(std::string_view line, ContentListing& listing) {
     const auto vertices = static_cast<std::int64_t>(listing.positions.size());
     const std::size_t before = listing.corners.size();
@@ -70,7 +71,7 @@ void add_face(std::string_view line, ContentListing& listing) {
     listing.face_corners.push_back(static_cast<std::uint32_t>(listing.corners.size() - before));
 }
 
-/// A hash of places.
+/// Returns a hash of the positions of corners.
 std::uint64_t face_key(const std::vector<Vec3f>& positions, std::span<const std::uint32_t> corners) {
     std::uint64_t hash = corners.size();
     for (const std::uint32_t corner : corners)
@@ -81,7 +82,7 @@ std::uint64_t face_key(const std::vector<Vec3f>& positions, std::span<const std:
     return hash;
 }
 
-/// The faces of a listing, each to be taken once.
+/// The faces of a listing, each of which can be used once.
 class ListedFaces {
 public:
     explicit ListedFaces(const ContentListing& listing) : listing_(listing) {
@@ -99,7 +100,7 @@ public:
         return std::span(listing_.corners).subspan(first_[face], listing_.face_corners[face]);
     }
 
-    /// The first one left with its corners at these places, if there is any.
+    /// Returns the first unused face with corners at these positions, if there is one.
     std::optional<std::uint32_t> take(const std::vector<Vec3f>& positions,
                                       std::span<const std::uint32_t> at) {
         const std::uint64_t key = face_key(positions, at);
@@ -110,16 +111,16 @@ public:
         const bool is_same = std::ranges::equal(corners(face), at, [&](std::uint32_t own, std::uint32_t its) {
             return listing_.positions[own] == positions[its];
         });
-        if (!is_same) return std::nullopt;  // another one's key
+        if (!is_same) return std::nullopt;  // hash collision
         ++next->second;
         return face;
     }
 
 private:
     const ContentListing& listing_;
-    std::vector<std::uint32_t> first_;                             // corner, by face
+    std::vector<std::uint32_t> first_;                             // first corner, by face
     std::vector<std::pair<std::uint64_t, std::uint32_t>> by_key_;  // sorted
-    std::unordered_map<std::uint64_t, std::size_t> next_;          // in by_key_
+    std::unordered_map<std::uint64_t, std::size_t> next_;          // index in by_key_
 };
 
 }  // namespace

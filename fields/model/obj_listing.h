@@ -1,6 +1,6 @@
 #pragma once
-/// The vertices and faces of OBJ files by their numbers: assimp makes a vertex of every corner, and forgets
-/// them.
+/// Numbers of vertices and faces in OBJ files. assimp makes a vertex of every corner and discards the
+/// numbers.
 
 #include "fields/model/model_content.h"
 
@@ -8,15 +8,15 @@
 
 namespace haarfield {
 
-/// Finds the lines `v` and `f` that assimp reads, with coordinates of the same bits; what assimp does not
-/// take (coordinates that are no numbers, corners without a vertex) is left out.
+/// Finds the lines `v` and `f` that assimp reads, with bit-identical coordinates. Omits those that assimp
+/// ignores (invalid coordinates, corners without a vertex).
 ///
-/// text  as assimp is given it.
-/// cost  proportional to the bytes, whatever they say.
+/// text  as passed to assimp.
+/// cost  proportional to the bytes, even for malicious files.
 ContentListing obj_listing(std::string_view text);
 
-/// Fills ContentMesh::numbers and ContentMesh::faces: a face is known by the places of its corners, and of
-/// equal ones the first that is left is taken.
+/// Fills ContentMesh::numbers and ContentMesh::faces. A face is identified by the positions of its corners;
+/// of equal faces, the first unused one is chosen.
 void number_obj_vertices(const ContentListing& listing, std::vector<ContentMesh>& meshes);
 
 }  // namespace haarfield

@@ -18,7 +18,7 @@
 namespace haarfield {
 namespace {
 
-/// The number that a whole word is. Too large ones are infinite.
+/// Returns the number that a whole word represents. Overflow results in infinity.
 std::optional<double> number(std::string_view word) {
     if (word.starts_with('+')) word.remove_prefix(1);
     double value = 0;
@@ -31,7 +31,7 @@ std::optional<double> number(std::string_view word) {
     return value;
 }
 
-/// A number as an index or a count below a limit.
+/// Returns a number as an index or a count below a limit.
 std::optional<std::uint32_t> index_below(double value, std::size_t limit) {
     if (!(value >= 0 && value < static_cast<double>(limit)) || value != std::floor(value))
         return std::nullopt;
@@ -62,14 +62,14 @@ std::optional<Scalar> scalar_named(std::string_view name) {
     return std::nullopt;
 }
 
-/// The numbers after a PLY file's header, one after the other.
+/// The numbers after the header of a PLY file, in order.
 class PlyNumbers {
 public:
     enum class Form { text, little_endian, big_endian };
 
     PlyNumbers(std::string_view bytes, Form form) : bytes_(bytes), form_(form) {}
 
-    /// The next one; nothing at the end of the file or where it is none.
+    /// Returns the next number; nothing at the end of the file or if it is invalid.
     std::optional<double> next(Scalar scalar) {
         if (form_ == Form::text) return number(next_word(bytes_));
         switch (scalar) {
@@ -104,7 +104,7 @@ private:
 struct PlyProperty {
     std::string_view name;
     Scalar scalar;
-    std::optional<Scalar> count;  ///< Of a list.
+    std::optional<Scalar> count;  ///< For lists: the type of the count.
 };
 
 struct PlyElement {
@@ -118,7 +118,7 @@ struct PlyHeader {
     std::vector<PlyElement> elements;
 };
 
-/// The words of a line after its keyword, as one thing of the header; false if they make no sense.
+/// Reads a line of the header: its keyword and the words after it. False if it is invalid.
 bool read_header_line(std::string_view keyword, std::string_view words, std::size_t file_bytes,
                       PlyHeader& header) {
     if (keyword.empty() || keyword == "comment" || keyword == "obj_info") return true;
@@ -132,7 +132,7 @@ bool read_header_line(std::string_view keyword, std::string_view words, std::siz
     }
     if (keyword == "element") {
         const std::optional<double> value = number(next_word(words));
-        // Each takes a byte, or a line, at least.
+        // Each element is at least a byte or a line long.
         const auto count = value ? index_below(*value, file_bytes) : std::nullopt;
         if (first.empty() || !count) return false;
         header.elements.push_back({first, *count, {}});
@@ -153,7 +153,7 @@ bool read_header_line(std::string_view keyword, std::string_view words, std::siz
     return true;
 }
 
-/// Reads the header off the begin of a file.
+/// Reads the header and removes it from `bytes`.
 Result<PlyHeader> read_ply_header(std::string_view& bytes) {
     const std::size_t file_bytes = bytes.size();
     if (next_line(bytes) != "ply") return Error{"", "does not begin with \"ply\""};
@@ -165,17 +165,17 @@ Result<PlyHeader> read_ply_header(std::string_view& bytes) {
         if (keyword == "end_header") return header;
         if (!read_header_line(keyword, words, file_bytes, header))
             return Error{"",
-                         fmt::format("line {} of the header is \"{}\"; wanted a format, a property, or an "
-                                     "element of which the file can hold so many",
+                         fmt::format("line {} of the header is \"{}\"; expected a format, a property, or an "
+                                     "element with a count that the file can hold",
                                      line_number, line.substr(0, 80))};
     }
     return Error{"", "ends within its header"};
 }
 
-/// What is kept of a vertex: position, normal, colour.
+/// The position, normal and colour of a vertex.
 using PlyVertex = std::array<double, 9>;
 
-/// Where a vertex's property goes; or nowhere.
+/// Returns the index of a property in PlyVertex; nothing for other properties.
 std::optional<std::size_t> vertex_slot(std::string_view name) {
     constexpr std::array<std::string_view, 9> names{"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"};
     const auto found = std::find(names.begin(), names.end(), name);
@@ -188,7 +188,7 @@ bool is_corner_list(const PlyElement& element, const PlyProperty& property) {
            (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
-/// Reads one element of a kind; false where the file ends or is no number. Corners are any numbers yet.
+/// Reads an element. False if the file ends or a number is invalid. Corners are not checked.
 bool read_element(const PlyElement& element, PlyNumbers& numbers, PlyVertex& vertex,
                   std::vector<double>& corners) {
     for (const PlyProperty& property : element.properties) {
@@ -214,7 +214,7 @@ Vec3f vector_of(std::span<const double, 3> values) {
     return {static_cast<float>(values[0]), static_cast<float>(values[1]), static_cast<float>(values[2])};
 }
 
-/// Linear: whole numbers are sRGB, up to the largest that fits.
+/// Converts a colour to linear. Integers are sRGB, scaled by the largest value of their type.
 Rgb colour_of(std::span<const double, 3> values, Scalar scalar) {
     const double largest = scalar == Scalar::float32 || scalar == Scalar::float64 ? 0
                            : scalar == Scalar::uint16 || scalar == Scalar::int16  ? 65535
@@ -226,7 +226,7 @@ Rgb colour_of(std::span<const double, 3> values, Scalar scalar) {
     return colour;
 }
 
-/// Whether every corner is a position's index; if not, the error.
+/// Returns an error if a corner is not the index of a position.
 std::optional<Error> corner_error(const PolygonFile& file, const std::vector<double>& corners) {
     for (const double corner : corners)
         if (!index_below(corner, file.positions.size()))
@@ -259,8 +259,8 @@ Result<PolygonFile> read_ply(std::string_view bytes) {
             PlyVertex vertex{};
             corners.clear();
             if (!read_element(element, numbers, vertex, corners))
-                return Error{"", fmt::format("{} {} of {} ends early or is no number", element.name, i,
-                                             element.count)};
+                return Error{"", fmt::format("{} {} of {} is cut short or has an invalid number",
+                                             element.name, i, element.count)};
             if (is_vertex) file.positions.push_back(vector_of(std::span(vertex).first<3>()));
             if (is_vertex && has_normals)
                 file.normals.push_back(vector_of(std::span(vertex).subspan<3, 3>()));
@@ -278,12 +278,12 @@ Result<PolygonFile> read_ply(std::string_view bytes) {
 
 namespace {
 
-/// The lines of an OFF file that hold something, without comments.
+/// The non-empty lines of an OFF file, without comments.
 class OffLines {
 public:
     explicit OffLines(std::string_view text) : text_(text) {}
 
-    /// The next one; empty at the end.
+    /// Returns the next line; empty at the end.
     std::string_view next() {
         while (!text_.empty()) {
             ++line_number_;
@@ -295,7 +295,7 @@ public:
     }
 
     Error error(std::string_view wanted) const {
-        return {"", fmt::format("line {}: wanted {}", line_number_, wanted)};
+        return {"", fmt::format("line {}: expected {}", line_number_, wanted)};
     }
 
 private:
@@ -303,7 +303,7 @@ private:
     int line_number_ = 0;
 };
 
-/// Takes numbers off a line; false if there are fewer.
+/// Removes numbers from the front of a line. False if there are fewer.
 bool take_numbers(std::string_view& line, std::span<double> values) {
     for (double& value : values) {
         const std::optional<double> found = number(next_word(line));

@@ -1,5 +1,5 @@
 #pragma once
-/// PLY and OFF files. assimp 5.2 crashes, hangs or takes gigabytes on damaged ones.
+/// PLY and OFF files. assimp 5.2 crashes, hangs or uses gigabytes on damaged ones.
 
 #include "fields/base/result.h"
 #include "fields/base/vector.h"
@@ -10,27 +10,27 @@
 
 namespace haarfield {
 
-/// Vertices and faces as a file lists them.
+/// Vertices and faces as in a file.
 struct PolygonFile {
-    std::vector<Vec3f> positions;        ///< Numbers out of range are infinite.
-    std::vector<Vec3f> normals;          ///< One per position, of any length; or none.
-    std::vector<Rgb> colours;            ///< One per position, linear, any numbers; or none.
-    std::vector<std::uint32_t> corners;  ///< Of all faces, one face after the other; each a position's index.
-    std::vector<std::uint32_t> face_corners;  ///< How many of them are each face's; any number.
+    std::vector<Vec3f> positions;             ///< Numbers out of range become infinite.
+    std::vector<Vec3f> normals;               ///< One per position, of any length, or none.
+    std::vector<Rgb> colours;                 ///< One per position, linear, any numbers; or none.
+    std::vector<std::uint32_t> corners;       ///< Corners of all faces in turn: indices of positions.
+    std::vector<std::uint32_t> face_corners;  ///< The number of corners of each face; any number.
 };
 
-/// Reads a PLY file, as text or binary of either byte order. Elements but `vertex` and `face`, and properties
-/// but x, y, z, nx, ny, nz, red, green, blue and vertex_indices (or vertex_index), are passed over. Colours
-/// that are whole numbers are taken as sRGB, floats as linear.
+/// Reads a PLY file, as text or binary in either byte order. Skips elements other than `vertex` and `face`,
+/// and properties other than x, y, z, nx, ny, nz, red, green, blue and vertex_indices (or vertex_index).
+/// Integer colours are assumed to be sRGB, floats linear.
 ///
-/// errors  (with an empty `where`) what is not as the format wants it, and at which element.
-/// cost    proportional to the bytes, whatever they say.
+/// errors  (with an empty `where`) the violation of the format, and its element.
+/// cost    proportional to the bytes, even for malicious files.
 Result<PolygonFile> read_ply(std::string_view bytes);
 
-/// Reads an OFF file as text, one vertex or face a line, with colours and texture coordinates (passed over),
-/// normals (NOFF) or a fourth coordinate (4OFF).
+/// Reads an OFF file as text with one vertex or face per line. Accepts normals (NOFF) and a fourth coordinate
+/// (4OFF), and skips colours and texture coordinates.
 ///
-/// errors  (with an empty `where`) what is not as the format wants it, and in which line.
+/// errors  (with an empty `where`) the violation of the format, and its line.
 /// cost    as above.
 Result<PolygonFile> read_off(std::string_view bytes);
 

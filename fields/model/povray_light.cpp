@@ -8,7 +8,7 @@
 namespace haarfield {
 namespace {
 
-/// Takes one item of a light_source after the other.
+/// Parses the items of a light_source.
 class LightParser {
 public:
     explicit LightParser(PovrayText text) : text_(text) {}
@@ -21,7 +21,8 @@ public:
         if (text_.failed() || !is_read_) return std::nullopt;
         if (has_reach_) {
             light_.falloff = static_cast<float>(falloff_);
-            light_.radius = static_cast<float>(std::min(radius_, falloff_));  // the edge is sharp, then
+            // the edge is sharp if radius exceeds falloff
+            light_.radius = static_cast<float>(std::min(radius_, falloff_));
         }
         light_.position = Vec3f(transform_.point(position_));
         light_.target = Vec3f(transform_.point(target_));
@@ -109,7 +110,7 @@ private:
                             : light_.area->illumination) = on;
     }
 
-    /// Takes `on` or `off`; without either it is on.
+    /// Reads `on` or `off`; the default is on.
     bool is_on() {
         PovrayText after = text_;
         const std::string_view word = after.word();
@@ -119,7 +120,7 @@ private:
     }
 
     bool is_good() const {
-        const auto in = [](double value, double lowest, double highest) {  // refuses NaN too
+        const auto in = [](double value, double lowest, double highest) {  // false for NaN
             return value >= lowest && value <= highest;
         };
         const auto near = [&](const Vec3f& v) { return is_finite(v) && v.length() <= 1e6f; };
@@ -146,7 +147,7 @@ private:
     PovrayText text_;
     ModelLight light_;
     AffineMap transform_;
-    Vec3d position_{0, 0, 0}, target_{0, 0, 1};  // POV-Ray's own
+    Vec3d position_{0, 0, 0}, target_{0, 0, 1};  // POV-Ray's defaults
     double radius_ = 0, falloff_ = 0;
     bool is_read_ = false, has_reach_ = false;
 };

@@ -6,12 +6,12 @@
 
 namespace haarfield {
 
-/// Reads what stands in the braces of a `light_source`, as far as it is plain data: place, colour (`rgb` of
-/// numbers, or White), spotlight, cylinder, parallel, area_light, fading, shadowless, transformations. What
-/// changes only how POV-Ray samples, and looks_like, is passed over.
+/// Reads the braces of a `light_source`, as far as it is plain data: position, colour (`rgb` of numbers, or
+/// White), spotlight, cylinder, parallel, area_light, fading, shadowless, transformations. Skips looks_like
+/// and everything that only affects POV-Ray's sampling.
 ///
-/// text     at the first brace; nothing is taken.
-/// returns  nothing if something else is in it, such as names and sums.
+/// text     at the opening brace; the original is not advanced.
+/// returns  nothing if the light contains anything else, such as identifiers and sums.
 std::optional<ModelLight> povray_light(PovrayText text);
 
 }  // namespace haarfield

@@ -45,10 +45,10 @@ void PovrayText::fail(std::string_view wanted) {
         for (char& c : found)
             if (static_cast<unsigned char>(c) < ' ' || static_cast<unsigned char>(c) > '~') c = '?';
     }
-    fail_at(at_, fmt::format("found {}; wanted {}", found, wanted));
+    fail_at(at_, fmt::format("found {}; expected {}", found, wanted));
 }
 
-/// Whether the comment ends.
+/// Skips a comment. False if it does not end.
 bool PovrayText::pass_over_block_comment() {
     int depth = 0;
     while (true) {
@@ -135,11 +135,11 @@ void PovrayText::pass_over_braces() {
     }
 }
 
-/// POV-Ray would go on to calculate.
+/// Fails before an operator, which would continue an expression.
 void PovrayText::refuse_operator() {
     const char c = next();
     if (c == '+' || c == '-' || c == '*' || c == '/' || c == '.' || c == '(' || c == '[' || c == '?')
-        fail("a plain number or vector, nothing to be calculated");
+        fail("a plain number or vector, not an expression");
 }
 
 double PovrayText::sign() {
@@ -187,7 +187,7 @@ std::uint32_t PovrayText::count() {
     const double value = number();
     if (value >= 0 && value <= std::numeric_limits<std::uint32_t>::max() && value == std::floor(value))
         return static_cast<std::uint32_t>(value);
-    fail_at(begin, fmt::format("found {:g}; wanted a whole number that is not negative", value));
+    fail_at(begin, fmt::format("found {:g}; expected a whole number that is not negative", value));
     return 0;
 }
 

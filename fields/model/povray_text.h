@@ -1,5 +1,5 @@
 #pragma once
-/// POV-Ray's scene description language, as far as plain data goes.
+/// A tokenizer for plain data in POV-Ray's scene description language.
 
 #include "fields/base/result.h"
 #include "fields/base/vector.h"
@@ -13,51 +13,53 @@
 
 namespace haarfield {
 
-/// Walks over a text word by word; blanks and comments (`//`, and nested `/* */`) are passed over.
+/// Reads a text word by word. Skips blanks and comments (`//`, and nested `/* */`).
 ///
-/// The first thing that is not as it is wanted fails the whole walk: from then on the text is at its end, and
-/// all that is taken from it is empty or zero. Whoever walks asks `failed` in the end. Nothing is evaluated:
-/// identifiers, calls and sums where a number is wanted are failures.
+/// The first violation of the expected syntax fails the text: it is then at its end, and all further reads
+/// return empty or zero. Callers test `failed` once, at the end. Nothing is evaluated: an identifier, call or
+/// sum in place of a number is a failure.
 ///
-/// cost  proportional to what is walked over; a copy is cheap, and walks by itself.
+/// cost  proportional to the text that is read. Copies are cheap and independent.
 class PovrayText {
 public:
+    /// Refers to the text, which must outlive the reader.
+    /// The text must outlive it.
     explicit PovrayText(std::string_view text) : text_(text) { pass_over_blanks(); }
 
-    bool at_end() const { return at_ == text_.size(); }           ///< Nothing is left.
-    char next() const { return at_end() ? '\0' : text_[at_]; }    ///< What comes next; '\0' at the end.
-    std::size_t place() const { return at_; }                     ///< Of what comes next. [bytes]
+    bool at_end() const { return at_ == text_.size(); }           ///< True if no text remains.
+    char next() const { return at_end() ? '\0' : text_[at_]; }    ///< The next character; '\0' at the end.
+    std::size_t place() const { return at_; }                     ///< Offset of the next character. [bytes]
     std::size_t remaining() const { return text_.size() - at_; }  ///< [bytes]
-    std::size_t line_at(std::size_t place) const;                 ///< From 1. cost: linear.
+    std::size_t line_at(std::size_t place) const;                 ///< Line of a place, from 1. cost: linear.
 
-    /// Why a walk ended.
+    /// The reason why reading failed.
     struct Failure {
         std::size_t place;
         std::string what;
     };
-    bool failed() const { return failure_.has_value(); }                ///< Whether there is a failure.
-    const std::optional<Failure>& failure() const { return failure_; }  ///< The first one.
-    Error error() const;  ///< The failure as `line 3: ...`, with an empty `where`; only where there is one.
+    bool failed() const { return failure_.has_value(); }                ///< True after a failure.
+    const std::optional<Failure>& failure() const { return failure_; }  ///< The first failure.
+    Error error() const;  ///< The failure as `line 3: ...`, with an empty `where`; requires a failure.
 
-    /// Fails at a place; only the first failure counts.
+    /// Fails at a place. Only the first failure is kept.
     void fail_at(std::size_t place, std::string what);
-    /// Fails in the line of what comes next: "WANTED; found ...".
+    /// Fails at the next character with the message "found ...; expected WANTED".
     void fail(std::string_view wanted);
 
-    bool take(char c);          ///< Whether this comes next; if so, passes over it.
-    void expect(char c);        ///< Passes over it, or fails.
-    std::string_view word();    ///< Takes an identifier or keyword; empty if there is none.
-    std::string_view string();  ///< Takes what stands in double quotes; empty if there is none.
-    void pass_over_one();       ///< A word, a number, a string or a single character.
-    void pass_over_braces();    ///< From a `{`, which must come next, to the `}` that ends it.
+    bool take(char c);          ///< Skips the character if it is next. Returns true if so.
+    void expect(char c);        ///< Skips the character, or fails.
+    std::string_view word();    ///< Reads an identifier or keyword; empty if there is none.
+    std::string_view string();  ///< Reads a string in double quotes; empty if there is none.
+    void pass_over_one();       ///< Skips a word, a number, a string or a single character.
+    void pass_over_braces();    ///< Skips from a `{`, which must be next, to its closing `}`.
 
-    std::uint32_t count();  ///< Takes a whole number in [0, 2^32).
-    double number();        ///< Takes a number with its signs. Out of range it is infinite or zero.
-    /// Takes `<a, b, c>`, `x`, `-1.5*y`, `2*<a, b, c>`, or a number that stands for all three.
+    std::uint32_t count();  ///< Reads an integer in [0, 2^32).
+    double number();        ///< Reads a number with its signs. Out of range, it becomes infinite or zero.
+    /// Reads `<a, b, c>`, `x`, `-1.5*y`, `2*<a, b, c>`, or a number that is used for all three.
     Vec3d vector();
-    std::array<float, 2> uv();               ///< Takes `<u, v>`.
-    std::array<std::uint32_t, 3> indices();  ///< Takes `<a, b, c>`.
-    /// Takes `<12 numbers>`.
+    std::array<float, 2> uv();               ///< Reads `<u, v>`.
+    std::array<std::uint32_t, 3> indices();  ///< Reads `<a, b, c>`.
+    /// Reads `<12 numbers>`.
     std::array<double, 12> matrix();
 
 private:

@@ -1,14 +1,14 @@
 #pragma once
-/// Text files of meshes by lines and words.
+/// Lines and words of text files.
 
 #include <algorithm>
 #include <string_view>
 
 namespace haarfield {
 
-inline constexpr std::string_view blanks = " \t\r\n\v\f";  ///< What stands between words.
+inline constexpr std::string_view blanks = " \t\r\n\v\f";  ///< Characters that separate words.
 
-/// Takes the first word off a text; empty at its end.
+/// Removes the first word from a text; empty at the end.
 inline std::string_view next_word(std::string_view& text) {
     text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
     const std::string_view word = text.substr(0, text.find_first_of(blanks));
@@ -16,7 +16,7 @@ inline std::string_view next_word(std::string_view& text) {
     return word;
 }
 
-/// Takes the first line off a text, without its end.
+/// Removes the first line from a text, without its line break.
 inline std::string_view next_line(std::string_view& text) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);

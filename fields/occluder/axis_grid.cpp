@@ -12,7 +12,7 @@ namespace {
 using Triangle = std::array<std::uint32_t, 3>;
 using Point = std::array<float, 2>;  // across and up
 
-/// A mesh seen along an axis.
+/// A mesh projected along an axis.
 struct Projection {
     std::span<const Vec3f> positions;
     std::span<const Triangle> triangles;
@@ -46,7 +46,7 @@ Box box_of(const std::array<Point, 3>& points) {
     return box;
 }
 
-/// The longest edge of a projected triangle.
+/// Returns the longest edge of a projected triangle.
 std::array<double, 2> longest_edge(const std::array<Point, 3>& points) {
     std::array<double, 2> longest{};
     for (std::size_t v = 0; v < 3; ++v) {
@@ -57,14 +57,14 @@ std::array<double, 2> longest_edge(const std::array<Point, 3>& points) {
     return longest;
 }
 
-/// A long triangle with the keys by which it is sorted: the centre of its box, and the direction of its
-/// longest edge as an angle modulo pi.
+/// A long triangle with its sort keys: the centre of its box, and the direction of its longest edge as an
+/// angle modulo pi.
 struct Sorted {
     std::array<float, 3> key;
     std::uint32_t triangle;
 };
 
-/// Grows the tree of LongTriangles.
+/// Builds the tree of LongTriangles.
 class TreeBuilder {
 public:
     TreeBuilder(const Projection& projection, const std::vector<std::uint32_t>& triangles)
@@ -127,7 +127,7 @@ private:
         if (best + 1 != keys) split(best);
     }
 
-    /// An upper bound of the area where a node is entered.
+    /// Returns an upper bound of the area in which queries enter a node.
     static double area_of(const LongTriangles::Node& node) {
         const double width = double(node.upper[0]) - double(node.lower[0]),
                      height = double(node.upper[1]) - double(node.lower[1]),
@@ -156,7 +156,7 @@ private:
                 low = std::min(low, at);
                 high = std::max(high, at);
             }
-        // Coordinates relative to a point of the box are rounded to floats by callers.
+        // Callers round coordinates relative to a point of the box to floats.
         constexpr double rounding = 4 * std::numeric_limits<float>::epsilon();
         const double margin = rounding * (box.extent(0) + box.extent(1));
         node.strip_lower = std::nextafter(static_cast<float>(low - margin), -INFINITY);
@@ -169,7 +169,7 @@ private:
     LongTriangles made_;
 };
 
-/// An empty grid over the bounds of all vertices in use, with about one cell per triangle.
+/// Returns an empty grid over the bounds of all used vertices, with about one cell per triangle.
 AxisGrid empty_grid(const Projection& projection) {
     Box box;
     for (std::uint32_t t = 0; t < projection.triangles.size(); ++t)
@@ -179,14 +179,14 @@ AxisGrid empty_grid(const Projection& projection) {
     if (projection.triangles.empty()) return grid;
     grid.lower = box.lower;
     for (std::size_t k = 0; k < 2; ++k) {
-        // Of an extent that is next to nothing there would be infinitely many.
+        // An extent close to zero would result in an infinite number.
         const auto number = static_cast<float>(grid.cells / box.extent(k));
         grid.cells_per_metre[k] = std::isfinite(number) ? number : 0.0f;
     }
     return grid;
 }
 
-/// The cells that the box of a triangle touches.
+/// The cells that a triangle's box touches.
 struct CellRange {
     std::array<int, 2> low, high;
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Finds the triangles of a mesh that an axis-parallel line meets.
+/// A search structure for the triangles of a mesh that an axis-parallel line intersects.
 
 #include <array>
 #include <cstdint>
@@ -10,11 +10,11 @@
 
 namespace haarfield {
 
-/// The axes across an axis x, y or z, and up: a right-handed frame with it.
+/// The axes across and up, which form a right-handed frame with a given axis.
 struct AxisFrame {
     int across, up;
 };
-inline constexpr std::array<AxisFrame, 3> axis_frames{{{1, 2}, {2, 0}, {0, 1}}};  ///< Of x, y and z.
+inline constexpr std::array<AxisFrame, 3> axis_frames{{{1, 2}, {2, 0}, {0, 1}}};  ///< Frames of x, y and z.
 
 /// Triangles projected along an axis, in a binary tree of bounds. It holds long triangles, whose boxes cover
 /// many cells of a grid although the triangles do not.
@@ -32,6 +32,8 @@ struct LongTriangles {
         std::uint32_t next;                 ///< The first node after this subtree, in depth-first order.
         std::uint32_t first, count;         ///< Triangles of a leaf; count is 0 for inner nodes.
 
+        /// Tests whether a point is inside the box and the strip.
+        /// True if the box and the strip contain a point.
         bool may_contain(double across, double up) const;
     };
     std::vector<Node> nodes;              ///< In depth-first order.
@@ -51,13 +53,14 @@ struct AxisGrid {
     std::vector<std::uint32_t> first, triangle;  ///< Cell c has triangle[first[c]] to [first[c + 1] - 1].
     LongTriangles long_triangles;
 
-    /// The cell of a coordinate across the axis (k = 0) or up (k = 1); of the nearest cell outside the grid.
+    /// Returns the cell of a coordinate across the axis (k = 0) or up (k = 1); outside the grid, the nearest
+    /// cell.
     int cell(double coordinate, std::size_t k) const;
 
-    /// Calls visit(triangle) once for each of a superset of the triangles whose projections contain a point.
+    /// Calls visit(triangle) once for each triangle of a superset of those whose projections contain a point.
     ///
-    /// accuracy  finds also triangles that come to contain the point when each coordinate of their vertices
-    ///           relative to the point is rounded to float.
+    /// accuracy  also finds triangles that contain the point only after the coordinates of their vertices
+    ///           relative to the point are rounded to float.
     /// cost      O(log n + visited) for triangles of similar size and for fans and planks of long ones. O(n)
     ///           in the worst case, such as long triangles in random directions.
     template <class Visit>

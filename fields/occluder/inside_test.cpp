@@ -11,8 +11,8 @@ bool InsideTest::operator()(const Vec3f& point) const {
     int votes = 0;
     for (int axis = 0; axis < 3; ++axis) {
         const auto [across, up] = axis_frames[std::size_t(axis)];
-        // A ray along the axis, shifted by an odd amount so that it misses edges and vertices of axis-aligned
-        // parts.
+        // A ray along the axis, slightly shifted, so that it misses edges and vertices of axis-aligned
+        // geometry.
         const double shift = 1.1e-6 * bounds.radius();
         const double px = double(point[across]) + 1.37 * shift, py = double(point[up]) + 0.81 * shift,
                      pz = point[axis];
@@ -30,7 +30,7 @@ bool InsideTest::operator()(const Vec3f& point) const {
                          w2 = x[0] * y[1] - x[1] * y[0];
             const bool positive = w0 > 0 && w1 > 0 && w2 > 0, negative = w0 < 0 && w1 < 0 && w2 < 0;
             if (!positive && !negative) return;
-            // Where the ray meets the triangle's plane, times the (signed) area.
+            // The distance to the triangle's plane along the ray, times the absolute area.
             const double distance = (w0 * z[0] + w1 * z[1] + w2 * z[2]) * (positive ? 1 : -1);
             if (distance > 0) winding += positive ? 1 : -1;
         });

@@ -1,5 +1,5 @@
 #pragma once
-/// A mesh as something that blocks light: triangles, and which of them may be seen from behind.
+/// A mesh that blocks light: triangles, and which of them are visible from behind.
 
 #include "fields/base/rotation.h"
 #include "fields/mesh/mesh.h"
@@ -8,41 +8,40 @@
 
 namespace haarfield {
 
-/// What an occluder is made from.
+/// The data that an occluder is made from.
 ///
-/// A closed piece (every edge shared by exactly two triangles that agree in orientation, positive
-/// volume) blocks with its front faces only: from outside the union of the pieces that is the whole
-/// truth, and a point slightly under a simplified surface is not darkened by its inside. Any other
-/// piece blocks with both sides.
+/// A closed piece (positive volume, every edge shared by exactly two consistently oriented triangles) blocks
+/// only with its front faces. From outside all pieces this is exact, and a point slightly below a simplified
+/// surface is not darkened by its inside. Any other piece blocks with both sides.
 struct OccluderTriangles {
     std::vector<Vec3f> positions;                         ///< [m]
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< One-sided first, then two-sided.
-    std::uint32_t one_sided = 0;                          ///< How many of them are one-sided.
-    Bounds bounds;                                        ///< Of all positions that there were. [m]
+    std::uint32_t one_sided = 0;                          ///< The number of one-sided triangles.
+    Bounds bounds;                                        ///< Bounds of all positions of the mesh. [m]
 };
 
-/// Triangles ready for the visibility rasterizer: with what it wants to have at hand, which is derived from
-/// them when the occluder is made, and follows no change but that of the whole.
+/// An immutable set of triangles with the data that the visibility rasterizer derives from them.
 class Occluder {
 public:
-    /// Blocks nothing.
+    /// Creates an occluder that blocks nothing.
     Occluder() : Occluder(OccluderTriangles()) {}
     /// cost  O(n log n) in the triangles.
     explicit Occluder(OccluderTriangles source);
 
-    const OccluderTriangles& source() const { return source_; }  ///< What it is made from:
-    /// OccluderTriangles::positions,
+    const OccluderTriangles& source() const { return source_; }  ///< The data that it is made from.
+    /// OccluderTriangles::positions.
     const std::vector<Vec3f>& positions() const { return source_.positions; }
-    /// OccluderTriangles::triangles,
+    /// OccluderTriangles::triangles.
     const std::vector<std::array<std::uint32_t, 3>>& triangles() const { return source_.triangles; }
-    std::uint32_t one_sided() const { return source_.one_sided; }  ///< OccluderTriangles::one_sided,
+    std::uint32_t one_sided() const { return source_.one_sided; }  ///< OccluderTriangles::one_sided.
     const Bounds& bounds() const { return source_.bounds; }        ///< OccluderTriangles::bounds.
 
-    /// x, y, z, 0 of each position, and of a vector more.
+    /// x, y, z, 0 of each position, padded by one vector.
     const std::vector<float>& padded_positions() const { return padded_positions_; }
-    const OccluderPlanes& planes() const { return planes_; }         ///< Of the triangles.
-    const OccluderEdges& edges() const { return edges_; }            ///< Of most pieces, by clusters.
-    const std::array<AxisGrid, 3>& grids() const { return grids_; }  ///< Of the triangles, by axis.
+    const OccluderPlanes& planes() const { return planes_; }  ///< The triangles' planes.
+    const OccluderEdges& edges() const { return edges_; }     ///< Edges of most pieces, in clusters.
+    /// The triangles, projected along x, y and z.
+    const std::array<AxisGrid, 3>& grids() const { return grids_; }
 
 private:
     OccluderTriangles source_;
@@ -52,26 +51,25 @@ private:
     std::array<AxisGrid, 3> grids_;
 };
 
-/// The same, turned about the origin.
+/// Returns an occluder rotated about the origin.
 ///
-/// cost  some 1 ms per 5,000 triangles.
+/// cost  about 1 ms per 5,000 triangles.
 Occluder turned_occluder(const Occluder& occluder, const Rotation& rotation);
 
-/// From any mesh; normals and materials do not matter. Equal positions are merged first.
+/// Makes an occluder of any mesh. Normals and materials are ignored. Equal positions are merged first.
 Occluder make_occluder(const Mesh& mesh);
 
-/// Tells whether a point lies inside the closed (one-sided) pieces of an occluder: whether their winding
-/// number there is positive. Safe to share between threads.
+/// Tests whether a point is inside the closed (one-sided) pieces of an occluder: their winding number there
+/// is positive. Safe to share between threads.
 ///
-/// accuracy  the majority of three axis-parallel rays; right but for points within some 1e-6 radii of the
-///           surface.
-/// cost      O(triangles in one column) a query, through the occluder's grids.
+/// accuracy  the majority of three axis-parallel rays; correct except within about 1e-6 radii of the surface.
+/// cost      O(triangles in one column) per query, using the occluder's grids.
 class InsideTest {
 public:
     /// The occluder must outlive the test.
     explicit InsideTest(const Occluder& occluder);
 
-    bool operator()(const Vec3f& point) const;  ///< Whether the point lies inside.
+    bool operator()(const Vec3f& point) const;  ///< True if the point is inside.
 
 private:
     const Occluder& occluder_;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr float nan_offset = std::numeric_limits<float>::quiet_NaN();
 
-/// What edges are made from.
+/// The triangles that edges are built from.
 struct PlanedTriangles {
     const OccluderTriangles& source;
     const OccluderPlanes& planes;
@@ -23,10 +23,10 @@ struct PlanedTriangles {
 
 struct Edge {
     std::array<std::uint32_t, 2> ends;
-    std::array<std::uint32_t, 2> triangles;  ///< Left and right, as OccluderEdges::Cluster has them.
+    std::array<std::uint32_t, 2> triangles;  ///< Left and right, as in OccluderEdges::Cluster.
 };
 
-/// Edges with one triangle on each side as far as possible. `lone` counts, by piece, the others.
+/// Forms edges with one triangle on each side where possible. Counts all others in `lone`, by piece.
 std::vector<Edge> matched_edges(const std::vector<EdgeUse>& uses, std::uint32_t none, Pieces& pieces,
                                 std::vector<std::uint32_t>& lone) {
     std::vector<Edge> edges;
@@ -45,7 +45,7 @@ std::vector<Edge> matched_edges(const std::vector<EdgeUse>& uses, std::uint32_t 
     return edges;
 }
 
-/// A triangle's plane as a point of the dual space: unit normal, and offset. NaN without area.
+/// A triangle's plane as a point of the dual space: unit normal and offset. NaN for zero area.
 using DualPoint = std::array<double, 4>;
 
 DualPoint dual_point(const OccluderPlanes& planes, std::size_t t) {
@@ -54,11 +54,12 @@ DualPoint dual_point(const OccluderPlanes& planes, std::size_t t) {
     return {normal.x / length, normal.y / length, normal.z / length, double(planes.offset[t]) / length};
 }
 
-/// Where an edge is among others: its planes, and its middle; lengths in radii.
+/// The sort key of an edge: its planes and its midpoint. Lengths are in radii.
 using EdgePlace = std::array<float, 11>;
 using PlacedEdge = std::pair<EdgePlace, Edge>;
 
-/// How likely a view point's plane or horizon cuts a cluster of these edges, but for a factor.
+/// Returns the likelihood, up to a factor, that a view point's plane or a horizon cuts a cluster of these
+/// edges.
 float cut_likelihood(std::span<const PlacedEdge> edges) {
     EdgePlace low = edges[0].first, high = low;
     for (const auto& [place, edge] : edges)
@@ -71,7 +72,7 @@ float cut_likelihood(std::span<const PlacedEdge> edges) {
     return sum;
 }
 
-/// Halves edges until they are clusters, each time where that makes the halves most compact.
+/// Divides edges recursively down to clusters, each time in the way that makes the halves most compact.
 void sort_by_clusters(std::span<PlacedEdge> edges) {
     const std::size_t cluster = OccluderEdges::cluster_size,
                       half = (edges.size() / cluster + 1) / 2 * cluster;
@@ -98,7 +99,7 @@ void sort_by_clusters(std::span<PlacedEdge> edges) {
     sort_by_clusters(edges.subspan(half));
 }
 
-/// Puts edges beside each other that turn into the contour together.
+/// Makes edges adjacent that are likely to be contour edges for the same view points.
 void sort_by_facing(const PlanedTriangles& from, std::span<Edge> edges) {
     const auto& [source, planes] = from;
     const double radius = std::max(double(source.bounds.radius()), 1e-30);
@@ -106,7 +107,7 @@ void sort_by_facing(const PlanedTriangles& from, std::span<Edge> edges) {
     placed.reserve(edges.size());
     for (Edge edge : edges) {
         DualPoint a = dual_point(planes, edge.triangles[0]), b = dual_point(planes, edge.triangles[1]);
-        // The same way round, if they are alike.
+        // Orient similar edges in the same way.
         constexpr DualPoint some_direction{0.62, 0.53, 0.57, 0};
         if (std::inner_product(a.begin(), a.end(), some_direction.begin(), 0.0) <
             std::inner_product(b.begin(), b.end(), some_direction.begin(), 0.0)) {
@@ -129,7 +130,7 @@ void sort_by_facing(const PlanedTriangles& from, std::span<Edge> edges) {
     std::transform(placed.begin(), placed.end(), edges.begin(), [](const auto& p) { return p.second; });
 }
 
-/// An interval that rounding to floats does not make smaller.
+/// Sets an interval that rounding to floats does not shrink.
 template <std::size_t dimensions>
 void set_interval(SoaBoxes<dimensions>& boxes, std::size_t k, std::size_t cluster, double low, double high) {
     const auto middle = static_cast<float>((low + high) / 2);
@@ -138,7 +139,7 @@ void set_interval(SoaBoxes<dimensions>& boxes, std::size_t k, std::size_t cluste
         std::nextafter(static_cast<float>(std::max(high - double(middle), double(middle) - low)), INFINITY);
 }
 
-/// The boxes of a cluster's edges.
+/// Sets the boxes of a cluster's edges.
 void fill_boxes(const PlanedTriangles& from, std::span<const Edge> of, bool regular, std::size_t cluster,
                 OccluderEdges& edges) {
     const auto& [source, planes] = from;
@@ -195,7 +196,7 @@ OccluderEdges::Cluster cluster_of(const PlanedTriangles& from, std::span<const E
     return cluster;
 }
 
-/// Adds clusters. Of those that are not regular the planes' boxes tell nothing.
+/// Adds clusters. Boxes of planes are set for regular edges only.
 void add_clusters(const PlanedTriangles& from, std::span<const Edge> of, bool regular, OccluderEdges& edges) {
     for (std::size_t first = 0; first < of.size(); first += OccluderEdges::cluster_size) {
         const auto some = of.subspan(first, std::min(OccluderEdges::cluster_size, of.size() - first));
@@ -217,7 +218,7 @@ OccluderEdges occluder_edges(const OccluderTriangles& source, const OccluderPlan
     std::vector<Edge> all = matched_edges(uses, count, pieces, lone);
     for (std::uint32_t t = 0; t < count; ++t) ++size[pieces.root(t)];
 
-    // A lone edge is always drawn, and costs as much as half a triangle.
+    // A lone edge is always drawn, and costs about half a triangle.
     const auto is_loose = [&](std::uint32_t t) { return 2 * lone[pieces.root(t)] > size[pieces.root(t)]; };
     std::erase_if(all, [&](const Edge& e) { return is_loose(std::min(e.triangles[0], e.triangles[1])); });
     OccluderEdges edges;

@@ -16,7 +16,7 @@ std::vector<float> padded(const std::vector<Vec3f>& positions) {
 
 OccluderPlanes occluder_planes(const OccluderTriangles& source) {
     OccluderPlanes planes;
-    // Relative to the middle, so that offsets keep their digits in a mesh far from the origin.
+    // Relative to the centre, for precision in meshes far from the origin.
     planes.centre = source.positions.empty() ? Vec3d(0.0) : Vec3d(source.bounds.centre());
     const std::size_t padded = (source.triangles.size() + 63) / 64 * 64;
     for (std::vector<float>* coordinate : {&planes.x, &planes.y, &planes.z}) coordinate->assign(padded, 0.0f);
@@ -28,7 +28,7 @@ OccluderPlanes occluder_planes(const OccluderTriangles& source) {
                     c = Vec3d(source.positions[k]) - planes.centre;
         const double longest = std::max({(b - a).length(), (c - b).length(), (a - c).length()});
         const Vec3d normal = (b - a).cross(c - a) / longest;
-        // Of the rounded normal, through the middle.
+        // The plane of the rounded normal, through the centroid.
         const Vec3d rounded = Vec3d(Vec3f(normal));
         if (!(rounded.length() > 0)) continue;
         planes.x[t] = static_cast<float>(rounded.x);

@@ -14,13 +14,13 @@ namespace haarfield {
 namespace {
 
 constexpr double parallel = 0.999;  // cosine of the angle between planes
-constexpr double steep = 0.9;       // cosine of the largest angle between normals that is too small to count
+constexpr double steep = 0.9;       // cosine; triangles at smaller angles to the surface are ignored
 constexpr std::size_t most_planes = 16;
 
 /// A triangle in the plane normal . p = normal . corners[0].
 struct Facet {
     std::array<Vec3d, 3> corners;
-    Vec3d normal;  ///< Unit length; 0 without an area.
+    Vec3d normal;  ///< Unit length; 0 for zero area.
 };
 
 Facet facet(const Mesh& mesh, std::size_t triangle) {
@@ -46,7 +46,7 @@ double distance2(const Vec3d& point, const Facet& facet) {
     return is_over ? height * height : least;
 }
 
-/// Finds the triangles of a mesh that pass through points.
+/// Finds the triangles of a mesh that pass through given points.
 class PassingTriangles {
 public:
     explicit PassingTriangles(const Mesh& mesh)
@@ -59,7 +59,7 @@ public:
         device_.commit(scene_.get());
     }
 
-    /// In ascending order: those that stand on the front of a surface with this normal.
+    /// Returns, in ascending order, those that rise from the front of a surface with this normal.
     std::vector<std::uint32_t> operator()(const Vec3f& point, const Vec3f& normal) const {
         std::vector<std::uint32_t> near;
         RTCPointQuery query{point.x, point.y, point.z, 0, static_cast<float>(2 * reach_)};
@@ -92,7 +92,7 @@ private:
     std::unique_ptr<RTCSceneTy, void (*)(RTCSceneTy*)> scene_;
 };
 
-/// Planes through a vertex, none parallel to a triangle of its own or to another.
+/// Returns planes through a vertex that are parallel neither to its own triangles nor to each other.
 std::vector<Vec3d> dividing_planes(const Mesh& original, std::span<const std::uint32_t> passing,
                                    std::span<const Facet> own) {
     std::vector<Vec3d> planes;
@@ -106,7 +106,7 @@ std::vector<Vec3d> dividing_planes(const Mesh& original, std::span<const std::ui
     return planes;
 }
 
-/// The sides of planes through a point on which a triangle lies, as bits.
+/// Returns, as bits, on which sides of planes through a point a triangle lies.
 std::uint32_t sides_of(const Facet& triangle, const Vec3d& point, std::span<const Vec3d> planes) {
     const Vec3d middle = (triangle.corners[0] + triangle.corners[1] + triangle.corners[2]) / 3.0;
     std::uint32_t sides = 0;

@@ -35,7 +35,7 @@ struct Box {
     }
 };
 
-/// Whether a texel that bilinear lookup takes somewhere in a box is less than half opaque.
+/// Tests whether any texel that bilinear lookups inside a box read is less than half opaque.
 bool has_hole(const OpacityMap& map, const Box& box) {
     return any_texel(box.lower, box.upper, map.width, map.height,
                      [&](std::size_t texel) { return map.opacity[texel] < 128; });
@@ -45,12 +45,12 @@ double cross(const Place& a, const Place& b) {
     return a.x * b.y - a.y * b.x;
 }
 
-/// A convex polygon in a triangle, by the weights of the triangle's corners.
+/// A convex polygon in a triangle, in barycentric coordinates.
 struct Piece {
     std::array<Vec3d, 8> corner;
     std::size_t corners = 0;
 
-    /// Of the triangle, signed.
+    /// The signed fraction of the triangle's area.
     double share() const {
         double sum = 0;
         for (std::size_t i = 0; i < corners; ++i) {
@@ -60,8 +60,8 @@ struct Piece {
         return sum;
     }
 
-    /// Leaves out where a weight is negative. Where an edge is cut the weight is exactly 0, and other pieces
-    /// that have the edge find the same place.
+    /// Clips the part where a weight is negative. On the cut, the weight is exactly 0, so that other pieces
+    /// at the same edge of the triangle have the same cut.
     void keep_inside(int weight) {
         Piece kept;
         for (std::size_t i = 0; i < corners; ++i) {
@@ -77,7 +77,7 @@ struct Piece {
     }
 };
 
-/// Puts pieces in the place of triangles, as long as there are not too many.
+/// Replaces triangles by pieces, up to a maximum number.
 class Cutter {
 public:
     Cutter(const Mesh& mesh, std::span<const OpacityMap> maps, std::span<const OpaqueTile> tiles,
@@ -90,7 +90,7 @@ public:
         }
     }
 
-    /// Nothing if there would be more than there may be.
+    /// Returns nothing if the maximum would be exceeded.
     std::optional<Mesh> cut(const std::vector<std::uint8_t>& is_cut_out) {
         result_.positions = mesh_.positions;
         result_.normals = mesh_.normals;
@@ -105,7 +105,7 @@ public:
     }
 
 private:
-    /// Whether there are not too many, so far; if there are, the result is of no use.
+    /// Adds the pieces of a triangle. False if the maximum is exceeded; the result is then unusable.
     bool add(const Triangle& triangle) {
         const std::size_t material = mesh_.vertex_materials[triangle[0]];
         const OpaqueTile& tile = tiles_[material];
@@ -114,7 +114,7 @@ private:
         const Box box(places);
         const Place extent = box.upper - box.lower;
         if (std::abs(twice_area) <= 1e-9 * (extent.x * extent.x + extent.y * extent.y)) {
-            // Of an image on a line no outline can be put back on the surface.
+            // If the image is degenerate to a line, outlines cannot be mapped back to the surface.
             if (!has_hole(maps_[material], box)) result_.triangles.push_back(triangle);
             return result_.triangles.size() <= most_;
         }
@@ -189,7 +189,7 @@ private:
     const Mesh& mesh_;
     const std::span<const OpacityMap> maps_;
     const std::span<const OpaqueTile> tiles_;
-    std::vector<std::vector<Box>> boxes_;  // by tile and its triangles
+    std::vector<std::vector<Box>> boxes_;  // indexed by tile and its triangles
     std::size_t most_;
     Mesh result_;
 };
@@ -216,8 +216,8 @@ std::vector<std::uint8_t> cut_out_triangles(const Mesh& mesh, std::span<const Op
 
 Mesh without_cut_outs(const Mesh& mesh, std::span<const OpacityMap> maps, std::size_t most_triangles) {
     constexpr double finest = 0.25;              // [texels]
-    constexpr double coarsest = 1 / 16.0;        // of the image
-    constexpr std::size_t for_rough_shape = 16;  // triangles for each
+    constexpr double coarsest = 1 / 16.0;        // fraction of the image
+    constexpr std::size_t for_rough_shape = 16;  // triangles per cut triangle
     const std::vector<std::uint8_t> is_cut_out = cut_out_triangles(mesh, maps);
     const auto cut_triangles = static_cast<std::size_t>(std::ranges::count(is_cut_out, 1));
     std::vector<OpaqueTile> tiles(maps.size());

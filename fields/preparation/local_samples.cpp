@@ -8,9 +8,9 @@
 namespace haarfield {
 namespace {
 
-constexpr float inwards = 0.05f;  // of the way to the middle of the triangles
+constexpr float inwards = 0.05f;  // fraction of the way to the centroids
 
-/// By vertex.
+/// Indexed by vertex.
 std::vector<VisibleMiddles> visible_middles(const Mesh& mesh, const LocalSampler& sampler,
                                             const std::stop_token& stop) {
     std::vector<std::optional<Vec3f>> of_triangle(mesh.triangles.size());
@@ -38,7 +38,7 @@ void VisibleMiddles::add(const Vec3f& position, const Vec3f& middle) {
 
 LocalSampler::LocalSampler(const Occluder& original, const InsideTest& in_original, const Occluder& own)
     : in_original_(in_original), radius_(own.bounds().radius()) {
-    // One-sided pieces are open from below, so that only two-sided ones can hide a vertex under their bulges.
+    // The inside of one-sided pieces does not block, so only two-sided ones can cover a vertex with a bulge.
     if (own.one_sided() < own.triangles().size() && own.triangles().size() != original.triangles().size())
         rays_ = std::make_unique<SurfaceRays>(own.positions(), own.triangles());
 }
@@ -50,11 +50,11 @@ std::optional<Vec3f> LocalSampler::visible_middle(const Vec3f& a, const Vec3f& b
     return middle;
 }
 
-/// The first place outside on the way from a point to one that is, and a twentieth of what is left of the
-/// way.
+/// Moves a point inside another piece towards a visible one: to the boundary, and a twentieth of the
+/// remaining way beyond it.
 Vec3f LocalSampler::outside(const Vec3f& point, const Vec3f& visible) const {
     if (!in_original_(point)) return point;
-    float inside = 0, out = 1;  // parts of the way
+    float inside = 0, out = 1;  // fractions of the way
     for (int step = 0; step < 6; ++step) {
         const float middle = (inside + out) / 2;
         (in_original_(point + (visible - point) * middle) ? inside : out) = middle;
@@ -65,8 +65,7 @@ Vec3f LocalSampler::outside(const Vec3f& point, const Vec3f& visible) const {
 }
 
 Vec3f LocalSampler::sample(const Vec3f& position, const Vec3f& normal, const VisibleMiddles& middles) const {
-    constexpr float bulge_limit =
-        0.02f;  // beyond it, what lies over a vertex is no error of simplification [radii]
+    constexpr float bulge_limit = 0.02f;  // larger bulges do not result from simplification [radii]
     const float offset = radius_ * surface_offset;
     const Vec3f towards = middles.sum / static_cast<float>(middles.count) - position;
     Vec3f point = position;

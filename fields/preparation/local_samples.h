@@ -1,5 +1,5 @@
 #pragma once
-/// Where the visibility of the vertices of a fine mesh is sampled.
+/// Sample points for the visibility at the vertices of a fine mesh.
 
 #include "fields/mesh/mesh.h"
 #include "fields/mesh/surface_rays.h"
@@ -11,41 +11,41 @@
 
 namespace haarfield {
 
-/// Of those triangles round a point of a surface that are not buried in another piece: places right over
-/// their middles.
+/// Points just above the centroids of the triangles around a surface point, except triangles inside another
+/// piece.
 struct VisibleMiddles {
-    Vec3f sum{0.0f};          ///< Of all. [m]
-    Vec3f nearest{0.0f};      ///< To the point. [m]
-    std::uint32_t count = 0;  ///< 0: the point can not be seen.
+    Vec3f sum{0.0f};          ///< Sum of all points. [m]
+    Vec3f nearest{0.0f};      ///< The one nearest to the surface point. [m]
+    std::uint32_t count = 0;  ///< 0: the surface point is not visible.
 
-    /// The middle of one more triangle, for a point at the position.
+    /// Adds the point of one more triangle, for a surface point at `position`.
     void add(const Vec3f& position, const Vec3f& middle);
 };
 
-/// Finds where points of an entity's surface look from.
+/// Computes sample points for points of an entity's surface.
 ///
-/// A point lies on the surface, and on a crease, at a contact or where two pieces meet on other surfaces
-/// too, which would be seen edge-on, that is, not at all. So its sample is offset along the normal by
-/// surface_offset, and moved by a twentieth of the way towards the middle of the point's own triangles that
-/// are not buried in another piece; up with them where they are hollow, but not down. If that lies in another
-/// piece, as with triangles that are buried in part, it moves on towards the middle of the nearest of them
-/// until it is outside: what can be seen of the surface begins there, and from inside a piece one would look
-/// out through its back. Where a simplified two-sided occluder bulges over the point (its back is met along
-/// the normal within a fiftieth of the radius), the sample is lifted above the bulge.
+/// A surface point may also lie on other surfaces: at creases, at contacts, or where two pieces meet. These
+/// surfaces would be viewed edge-on, so that they would not block anything. Therefore the sample is offset
+/// along the normal by surface_offset. It is also moved by a twentieth of the way towards the centroids of
+/// the adjacent triangles that are not inside another piece, upwards on concave surfaces but never downwards.
+/// If it is then inside another piece, as at partly buried triangles, it moves towards the centroid of the
+/// nearest triangle until it is outside. From inside a piece, visibility would be sampled through its back
+/// faces. If a simplified two-sided occluder bulges over the point (its back is hit along the normal within a
+/// fiftieth of the radius), the sample is lifted above the bulge.
 ///
 /// Safe to share between threads.
 class LocalSampler {
 public:
-    /// original, in_original  of the mesh as it was read; the test must outlive the sampler.
-    /// own                    what the points see of the entity; see EntityOcclusion.
+    /// original, in_original  of the original mesh; the test must outlive the sampler.
+    /// own                    the occluder of the entity for its own vertices; see EntityOcclusion.
     LocalSampler(const Occluder& original, const InsideTest& in_original, const Occluder& own);
 
-    /// The place right over a triangle's middle; nothing if it lies inside another piece of the entity, that
-    /// is, if the triangle is buried.
+    /// Returns the point just above a triangle's centroid; nothing if it is inside another piece of the
+    /// entity.
     std::optional<Vec3f> visible_middle(const Vec3f& a, const Vec3f& b, const Vec3f& c) const;
 
-    /// The sample of a point with these middles round it, of which there is one at least: outside of all
-    /// closed pieces, but where it is lifted.
+    /// Returns the sample of a surface point with at least one such point around it. The sample is outside of
+    /// all closed pieces, unless it was lifted.
     Vec3f sample(const Vec3f& position, const Vec3f& normal, const VisibleMiddles& middles) const;
 
 private:
@@ -56,16 +56,16 @@ private:
     std::unique_ptr<const SurfaceRays> rays_;  // null if nothing bulges
 };
 
-/// Where the vertices of a fine mesh look from.
+/// The samples of the vertices of a fine mesh.
 struct LocalSamples {
-    std::vector<Vec3f> points;         ///< One per vertex of the fine mesh: off the surface, beside it. [m]
-    std::vector<std::uint8_t> buried;  ///< 1 where all triangles round the vertex lie inside the entity.
+    std::vector<Vec3f> points;         ///< One per vertex of the fine mesh, next to the surface. [m]
+    std::vector<std::uint8_t> buried;  ///< 1 if all triangles around the vertex are inside the entity.
 };
 
-/// stop  when it is requested, returns soon, and the samples are of no use.
+/// Computes the samples of all vertices. stop: after a stop request, returns soon with unusable samples.
 LocalSamples local_samples(const Mesh& fine, const LocalSampler& sampler, std::stop_token stop = {});
 
-/// The offset of a sample above the surface. [radii]
+/// The offset of a sample above the surface, relative to the radius of the mesh.
 inline constexpr float surface_offset = 1e-4f;
 
 }  // namespace haarfield

@@ -39,7 +39,7 @@ using Kernel = CGAL::Simple_cartesian<double>;
 using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Ends the collapsing.
+/// The stop condition of simplification.
 struct EnoughTriangles {
     std::size_t wanted;
     const Surface* surface;
@@ -52,8 +52,8 @@ struct EnoughTriangles {
 
 struct Interrupted {};
 
-/// Tells how far the collapsing is, and throws Interrupted when a stop is requested: while the costs of all
-/// edges are found, too.
+/// Reports the progress of simplification. Throws Interrupted after a stop request, also while the costs of
+/// all edges are computed.
 struct CollapseProgress : simplification::Edge_collapse_visitor_base<Surface> {
     std::size_t wanted, initial, selected = 0;
     const Surface* surface;
@@ -89,14 +89,14 @@ Surface surface_from(const Mesh& mesh) {
     triangles.reserve(mesh.triangles.size());
     for (const Triangle& t : mesh.triangles)
         triangles.push_back({merged.index[t[0]], merged.index[t[1]], merged.index[t[2]]});
-    // cuts the surface where it is not a manifold, by doubling points
+    // duplicates points to cut the surface where it is not a manifold
     CGAL::Polygon_mesh_processing::orient_polygon_soup(points, triangles);
     Surface surface;
     CGAL::Polygon_mesh_processing::polygon_soup_to_polygon_mesh(points, triangles, surface);
     return surface;
 }
 
-/// Positions and triangles only; the surface must have no garbage.
+/// Returns positions and triangles only. The surface must have no garbage.
 Mesh mesh_from(const Surface& surface) {
     Mesh mesh;
     mesh.material_names = {""};
@@ -120,7 +120,7 @@ Vec3d area_vector(const Mesh& mesh, const Triangle& t) {
     return (Vec3d(mesh.positions[t[1]]) - p).cross(Vec3d(mesh.positions[t[2]]) - p);
 }
 
-/// Area-weighted. Nobody shades a coarse mesh, but a mesh has unit normals.
+/// Sets area-weighted normals. A coarse mesh is never shaded, but must have unit normals.
 void set_smooth_normals(Mesh& mesh) {
     std::vector<Vec3d> sums(mesh.positions.size(), Vec3d(0, 0, 0));
     for (const Triangle& t : mesh.triangles) {
@@ -131,13 +131,13 @@ void set_smooth_normals(Mesh& mesh) {
         mesh.normals[i] = sums[i].length2() > 0 ? Vec3f(sums[i].normalized()) : Vec3f(0, 1, 0);
 }
 
-/// Rounding to float, or a collapse onto a line, may leave triangles without area.
+/// Removes triangles without area, which result from rounding to float or from collapses onto a line.
 void remove_empty_triangles(Mesh& mesh) {
     std::erase_if(mesh.triangles, [&mesh](const Triangle& t) { return area_vector(mesh, t).length2() == 0; });
 }
 
-/// What was cut at non-manifold edges leaves crumbs that no collapse removes. Drops the smallest parts
-/// until there are `wanted` triangles, but never more than a hundredth of the surface.
+/// Cuts at non-manifold edges leave fragments that no collapse removes. Drops the smallest parts until there
+/// are `wanted` triangles, but at most a hundredth of the surface.
 void drop_crumbs(Mesh& mesh, std::size_t wanted) {
     if (mesh.triangles.size() <= wanted) return;
     MergedPositions as_they_are{{}, mesh.positions};
@@ -192,16 +192,16 @@ void remove_unused_vertices(Mesh& mesh) {
     mesh.vertex_materials.assign(mesh.positions.size(), 0);
 }
 
-/// A collapse looks at each edge round its vertex, and from each at all of them again: the middle of a fan of
-/// thousands takes minutes. Turns every second edge of such a fan into one between its neighbours, where the
-/// two triangles are about level, until no vertex has `most` edges, or no edge can be turned.
+/// A collapse visits each edge at its vertex, and from each all of them again, so that the centre of a fan of
+/// thousands takes minutes. Flips every second edge of such a fan to connect its neighbours, if the two
+/// triangles are nearly coplanar. Ends when no vertex has more than `most` edges or no edge can be flipped.
 ///
-/// returns  the most edges that are left at a vertex.
+/// returns  the largest remaining number of edges at a vertex.
 std::size_t turn_edges_of_fans(Surface& surface, std::size_t most) {
     const auto normal = [&](Surface::Vertex_index a, Surface::Vertex_index b, Surface::Vertex_index c) {
         return CGAL::cross_product(surface.point(b) - surface.point(a), surface.point(c) - surface.point(a));
     };
-    // Both new triangles face as both old ones do, within 60 degrees.
+    // Both new triangles are within 60 degrees of the mean of the old normals.
     const auto stays_level = [&](Surface::Halfedge_index h) {
         const auto from = surface.source(h), to = surface.target(h), left = surface.target(surface.next(h)),
                    right = surface.target(surface.next(surface.opposite(h)));
@@ -235,7 +235,7 @@ std::size_t turn_edges_of_fans(Surface& surface, std::size_t most) {
 
 constexpr std::uint32_t fewest_coarse = 4000, most_coarse = 64000;
 
-/// How far some thousand vertices of a mesh are from a surface: root mean square. [m]
+/// Returns the RMS distance of up to several thousand vertices of a mesh from a surface. [m]
 double distance_from(const Mesh& mesh, const Surface& surface) {
     using Primitive = CGAL::AABB_face_graph_triangle_primitive<Surface>;
 #if __has_include(<CGAL/AABB_traits_3.h>)
@@ -255,8 +255,8 @@ double distance_from(const Mesh& mesh, const Surface& surface) {
     return std::sqrt(sum / double(count));
 }
 
-/// Ends the collapsing before the surface is too far from a mesh. At numbers of triangles that fall by a
-/// factor of sqrt(2) it measures the distance, and keeps the surface.
+/// A stop condition that ends simplification before the surface is too far from a mesh. Whenever the number
+/// of triangles has fallen by a factor of sqrt(2), it measures the distance and saves the surface.
 class NearSurfaces {
 public:
     NearSurfaces(const Mesh& mesh, const Surface& surface) : mesh_(mesh), surface_(surface) {
@@ -272,7 +272,7 @@ public:
         while (next_ < counts_.size() && surface_.number_of_faces() <= counts_[next_]) {
             Surface now = surface_;
             now.collect_garbage();
-            // More than most_coarse are too many, however far the surface is then.
+            // Large meshes are simplified at least to most_coarse, at any distance.
             const bool is_needed = next_ == 0 && mesh_.triangles.size() > 2 * most_coarse;
             if (!is_needed && distance_from(mesh_, now) > allowed_) return true;
             kept_ = std::move(now);
@@ -280,7 +280,7 @@ public:
         }
         return next_ == counts_.size();
     }
-    const std::optional<Surface>& kept() const { return kept_; }  ///< None: the mesh as it is.
+    const std::optional<Surface>& kept() const { return kept_; }  ///< None: use the original mesh.
 
 private:
     const Mesh& mesh_;
@@ -291,7 +291,7 @@ private:
     std::optional<Surface> kept_;
 };
 
-/// For CGAL, which copies it.
+/// A stop condition that CGAL can copy.
 struct NearEnough {
     NearSurfaces* surfaces;
 
@@ -301,9 +301,9 @@ struct NearEnough {
     }
 };
 
-/// Quadrics cost some 12 microseconds per triangle, so that a scan is first thinned by short edges to
-/// a size at which the difference can not be seen in the few thousand triangles that are left. What has fans
-/// that can not be taken apart stays as it is. Throws Interrupted.
+/// Simplifies a mesh. Quadrics cost about 12 microseconds per triangle. A large scan is therefore first
+/// thinned by collapsing short edges, to a size at which the effect on the final few thousand triangles is
+/// negligible. Returns the mesh unchanged if it has large fans that cannot be flipped. Throws Interrupted.
 Mesh simplified(const Mesh& mesh, std::size_t wanted, ClosedFaces faces, const Progress& progress) {
     const bool is_by_distance = wanted == chosen_by_distance;
     const std::size_t thinned = std::max<std::size_t>(100000, is_by_distance ? 2 * most_coarse : 8 * wanted);
@@ -345,7 +345,8 @@ Mesh simplified(const Mesh& mesh, std::size_t wanted, ClosedFaces faces, const P
     return coarse;
 }
 
-/// What images cut into, more coarsely cut, and the rest, simplified. Throws Interrupted.
+/// Returns a coarser cut of the triangles that images cut, and a simplification of all others. Throws
+/// Interrupted.
 Mesh coarse_and_cut(const Mesh& mesh, const std::vector<std::uint8_t>& is_cut_out,
                     const MeshPreparation& wanted, const Progress& progress) {
     Mesh cut = mesh, rest = mesh;
@@ -367,8 +368,8 @@ Mesh coarse_and_cut(const Mesh& mesh, const std::vector<std::uint8_t>& is_cut_ou
     return coarse;
 }
 
-/// Whether two triangles of one piece that share no position meet. Pieces may cross each other: that
-/// is how furniture is joined.
+/// Tests whether two triangles of one piece intersect that share no position. Different pieces may cross each
+/// other, as in furniture.
 bool intersects_itself(const Mesh& mesh, const Progress& progress) {
     using Exact = CGAL::Exact_predicates_inexact_constructions_kernel;
     using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
@@ -436,7 +437,7 @@ Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& 
             prepared.opaque = without_cut_outs(prepared.original, wanted.opacity, most_cut_triangles);
             if (progress.stop.stop_requested()) return stopped;
         }
-        // What images cut into has no surface to be near to.
+        // Cut meshes have no surface to measure a distance to.
         MeshPreparation cut = wanted;
         if (cut.coarse_triangles == chosen_by_distance) cut.coarse_triangles = fewest_coarse;
         if (wanted.coarse_triangles == 0 ||

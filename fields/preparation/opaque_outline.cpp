@@ -27,7 +27,7 @@ using Outlines = CGAL::Constrained_triangulation_plus_2<Delaunay>;
 
 constexpr double half = 127.5;
 
-/// Which vertex goes first must not depend on where CGAL's lists lie in memory, as it does among equals.
+/// Makes costs distinct, because CGAL orders vertices of equal cost by their addresses in memory.
 struct DistinctCost {
     template <class Iterator>
     auto operator()(const Outlines& outlines, Iterator vertex) const {
@@ -54,13 +54,14 @@ OpacityMap averaged(const OpacityMap& map, int width, int height) {
     return small;
 }
 
-/// A line along which opacity is one half. [texels]
+/// A line along which the opacity is one half. [texels]
 struct Outline {
     std::vector<Point> points;
     bool is_closed = false;
 };
 
-/// Finds the outlines in a tile. They cross the edges of a lattice that joins the texels' middles: nodes.
+/// Finds the outlines in a tile. The nodes of an outline are its crossings with the edges of the lattice of
+/// texel centres.
 class MarchingSquares {
 public:
     explicit MarchingSquares(const OpacityMap& map)
@@ -76,7 +77,7 @@ public:
 
     std::vector<Outline> outlines() {
         std::vector<Outline> found;
-        // Those that begin at the tile's border first; then all others are closed.
+        // Outlines that begin at the tile's border come first. All others are closed.
         for (const bool is_closed : {false, true})
             for (std::uint32_t node = 0; node < links_.size(); ++node)
                 if (links_[node][0] != none && (is_closed || links_[node][1] == none))
@@ -119,14 +120,14 @@ private:
         if ((d > half) != (a > half)) crossed[count++] = before;
         if (count == 2) link(crossed[0], crossed[1]);
         if (count != 4) return;
-        // a and c hang together if the saddle between them is on their side.
+        // a and c are connected if the value at the saddle is on their side.
         const double saddle = (a * c - b * d) / (a + c - b - d);
         const bool is_joined = (saddle > half) == (a > half);
         link(above, is_joined ? behind : before);
         link(below, is_joined ? before : behind);
     }
 
-    /// Unlinks what it passes.
+    /// Follows an outline from a node, and removes its links.
     std::vector<Point> traced(std::uint32_t from) {
         std::vector<Point> points{place(from)};
         std::uint32_t at = from, last = none;
@@ -141,7 +142,7 @@ private:
     }
 
     const OpacityMap& map_;
-    std::vector<std::array<std::uint32_t, 2>> links_;  // by node
+    std::vector<std::array<std::uint32_t, 2>> links_;  // indexed by node
 };
 
 double area(const std::vector<Point>& points) {
@@ -153,7 +154,7 @@ double area(const std::vector<Point>& points) {
     return std::abs(twice) / 2;
 }
 
-/// Spreads from a face to all others: on the other side of an outline is the other side.
+/// Assigns sides to all faces, starting at one of them. The side changes at outlines.
 void tell_sides(Outlines& outlines, Outlines::Face_handle from, Side side) {
     from->info() = side;
     std::vector<Outlines::Face_handle> open{from};

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint32_t none = UINT32_MAX;
 
-/// Spread evenly over the upper hemisphere about z.
+/// Returns directions that are evenly distributed over the upper hemisphere about z.
 std::vector<Vec3f> hemisphere_directions(std::size_t count) {
     std::vector<Vec3f> directions(count);
     for (std::size_t i = 0; i < directions.size(); ++i)
@@ -24,7 +24,7 @@ std::vector<Vec3f> hemisphere_directions(std::size_t count) {
     return directions;
 }
 
-/// How far a ray from inside a box goes to the planes that bound it along an axis. [m]
+/// Returns the distance from a point in a box to the bounding plane along an axis that a ray hits. [m]
 float distance_to_side(const Bounds& box, const Vec3f& from, const Vec3f& direction, int axis) {
     if (direction[axis] == 0) return INFINITY;
     return ((direction[axis] > 0 ? box.upper : box.lower)[axis] - from[axis]) / direction[axis];
@@ -42,7 +42,7 @@ public:
           few_directions_(hemisphere_directions(16)),
           many_directions_(hemisphere_directions(128)) {}
 
-    /// Tests whether a triangle is modelled with a back of its own.
+    /// Tests whether a triangle is modelled with a back.
     bool has_back(std::size_t triangle) const {
         const Place at = place(triangle);
         return surface_.passes_a_back(at.middle + at.normal * offset_, -at.normal, 2 * offset_);
@@ -61,7 +61,7 @@ public:
         });
     }
 
-    /// The same with more rays, from the middle.
+    /// Like is_seen, with more rays, from the centroid.
     bool is_seen_closely(std::size_t triangle) const {
         const Place at = place(triangle);
         return looks_out(at.middle - at.normal * offset_, -at.normal, many_directions_);
@@ -79,7 +79,7 @@ private:
         return {{a, b, c}, (a + b + c) / 3.0f, (b - a).cross(c - a).normalized()};
     }
 
-    /// Tests whether a ray into the hemisphere about a unit vector leaves the box, but not through its
+    /// Tests whether any ray into the hemisphere about a unit vector leaves the box other than through its
     /// bottom, or reaches the inside of a room.
     bool looks_out(const Vec3f& from, const Vec3f& up, const std::vector<Vec3f>& directions) const {
         const Vec3f aside = (std::abs(up.x) < 0.5f ? Vec3f(1, 0, 0) : Vec3f(0, 1, 0)).cross(up).normalized();
@@ -103,7 +103,7 @@ private:
     const std::vector<Vec3f> few_directions_, many_directions_;
 };
 
-/// By triangle: whether it may have a back, and whether that is visible.
+/// By triangle: whether it may have a back, and whether that back is visible.
 struct Backs {
     std::vector<std::uint8_t> possible;
     std::vector<std::uint8_t> seen;
@@ -113,7 +113,8 @@ struct Backs {
     }
 };
 
-/// Tests the neighbours of visible backs closely, and the neighbours of those that turn out to be visible.
+/// Tests the neighbours of visible backs with more rays, then the neighbours of those that are visible, and
+/// so on.
 void extend_seen(const BackView& view, const std::vector<std::array<std::uint32_t, 3>>& neighbours,
                  Backs& backs) {
     std::vector<std::uint8_t> is_tested(backs.seen.size());
@@ -138,8 +139,8 @@ void extend_seen(const BackView& view, const std::vector<std::array<std::uint32_
     }
 }
 
-/// Counts groups of triangles among visible backs as visible, if they are small: at most a tenth of the area
-/// of all visible backs, and bordered by more visible backs than by edges of the surface.
+/// Marks small groups of triangles among visible backs as visible. Such a group has at most a tenth of the
+/// area of all visible backs, and more edges to visible backs than other borders.
 void fill_gaps(const Mesh& mesh, const std::vector<std::array<std::uint32_t, 3>>& neighbours, Backs& backs) {
     const auto area = [&](std::uint32_t t) {
         const auto& [i, j, k] = mesh.triangles[t];
@@ -177,7 +178,7 @@ void fill_gaps(const Mesh& mesh, const std::vector<std::array<std::uint32_t, 3>>
     for (const std::uint32_t t : filled) backs.seen[t] = 1;
 }
 
-/// Finds the visible backs among the possible ones.
+/// Determines which of the possible backs are visible.
 void find_seen(const Mesh& mesh, const Mesh& blocking, Backs& backs) {
     const BackView view(mesh, blocking);
     backs.seen.resize(backs.possible.size());

@@ -15,7 +15,7 @@ std::size_t part_thin_sheets(Mesh& fine, const Mesh& original) {
     const SurfaceRays rays(original.positions, original.triangles);
     const float offset = mesh_bounds(original).radius() * surface_offset;
     struct Facet {
-        Vec3f normal, above;  // above: just over its middle
+        Vec3f normal, above;  // above: just above its centroid
     };
     const auto facet = [&](std::size_t t) {
         const Vec3f &a = fine.positions[fine.triangles[t][0]], &b = fine.positions[fine.triangles[t][1]],
@@ -25,14 +25,14 @@ std::size_t part_thin_sheets(Mesh& fine, const Mesh& original) {
     };
     std::vector<std::uint8_t> lies_on_a_back(fine.triangles.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, fine.triangles.size(), 256), [&](const auto& range) {
-        // The triangle itself is met from the front, and passed through.
+        // The ray hits the triangle itself from the front, which is ignored.
         for (std::size_t t = range.begin(); t != range.end(); ++t) {
             const Facet seen = facet(t);
             lies_on_a_back[t] = rays.passes_a_back(seen.above, -seen.normal, 2 * offset);
         }
     });
     std::vector<std::uint8_t> moves(fine.positions.size());
-    std::optional<Occluder> occluder;  // made only if there is something to ask
+    std::optional<Occluder> occluder;  // built on first use
     std::optional<InsideTest> is_inside;
     for (std::size_t t = 0; t < fine.triangles.size(); ++t) {
         if (!lies_on_a_back[t]) continue;

@@ -1,5 +1,5 @@
 #pragma once
-/// Sheets that are modelled with two sides and no thickness between them.
+/// Sheets that are modelled with two sides and no thickness.
 
 #include "fields/mesh/mesh.h"
 
@@ -7,16 +7,15 @@
 
 namespace haarfield {
 
-/// Parts what lies on its own back: a solid extruded by nothing, a sheet modelled once from each side. A
-/// renderer sees the one or the other there by chance, and only one of them is lit. The vertices of a
-/// triangle move outwards along their normals by surface_offset if the back of another triangle lies within
-/// that distance of its middle, so that of two such sides each shows its own colours. Solids that touch are
-/// left alone.
+/// Separates coinciding opposite surfaces: a solid extruded by zero, or a sheet that is modelled once from
+/// each side. A renderer would show one or the other at random, and only one of them is lit. The vertices of
+/// a triangle move outwards along their normals by surface_offset if the back of another triangle is within
+/// that distance of its centroid. Each side then shows its own colours. Solids that touch are not changed.
 ///
-/// fine      changes by 1e-4 radii at such places only.
-/// original  the surface that `fine` subdivides; its triangles agree (orient_triangles).
-/// returns   how many vertices were moved.
-/// cost      a ray per triangle, on all cores, and an inside query where a back is found.
+/// fine      changes by 1e-4 radii, only at such places.
+/// original  the surface that `fine` subdivides; consistently oriented (orient_triangles).
+/// returns   the number of moved vertices.
+/// cost      one ray per triangle, in parallel, and one inside query for each back that is hit.
 std::size_t part_thin_sheets(Mesh& fine, const Mesh& original);
 
 }  // namespace haarfield

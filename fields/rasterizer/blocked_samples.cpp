@@ -20,7 +20,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Words = hn::CappedTag<std::uint64_t, 8>;
 using Bytes = hn::CappedTag<std::uint8_t, 64>;
 
-/// Exchanges the bits of b under the mask with those of a above it.
+/// Swaps the bits of b under the mask with the bits of a above it, `shift` positions higher.
 template <int shift, class DU, class V>
 HWY_INLINE void exchange(DU d, V& a, V& b, std::uint64_t mask) {
     const V t = hn::And(hn::Xor(hn::ShiftRight<shift>(a), b), hn::Set(d, mask));
@@ -28,7 +28,7 @@ HWY_INLINE void exchange(DU d, V& a, V& b, std::uint64_t mask) {
     a = hn::Xor(a, hn::ShiftLeft<shift>(t));
 }
 
-/// The transpose of 8 x 8 bytes, one block a lane: byte r of row c becomes byte c of row r.
+/// Transposes 8 x 8 bytes, one block per lane: byte r of row c becomes byte c of row r.
 template <class DU, class V>
 HWY_INLINE void transpose_bytes(DU d, V (&rows)[8]) {
     for (int i = 0; i < 4; ++i) exchange<32>(d, rows[i], rows[i + 4], 0x00000000ffffffff);
@@ -36,7 +36,7 @@ HWY_INLINE void transpose_bytes(DU d, V (&rows)[8]) {
     for (const int i : {0, 2, 4, 6}) exchange<8>(d, rows[i], rows[i + 1], 0x00ff00ff00ff00ff);
 }
 
-/// The transpose of 8 x 8 bits, one block in each byte of a lane: bit r of row c becomes bit c of row r.
+/// Transposes 8 x 8 bits, one block in each byte of a lane: bit r of row c becomes bit c of row r.
 template <class DU, class V>
 HWY_INLINE void transpose_bits(DU d, V (&rows)[8]) {
     for (int i = 0; i < 4; ++i) exchange<4>(d, rows[i], rows[i + 4], 0x0f0f0f0f0f0f0f0f);
@@ -44,25 +44,25 @@ HWY_INLINE void transpose_bits(DU d, V (&rows)[8]) {
     for (const int i : {0, 2, 4, 6}) exchange<1>(d, rows[i], rows[i + 1], 0x5555555555555555);
 }
 
-/// Adds eight texel columns of a strip of spans to the texels; row after row is size texels apart.
+/// Adds eight texel columns of a strip of spans to the texels, whose rows are `size` apart.
 void add_spans(const std::uint64_t* words, std::size_t column_count, std::size_t rows, std::size_t size,
                std::uint8_t* texels) {
     const Words d;
     std::uint64_t any = 0;
     for (std::size_t k = 0; k < samples_per_texel * column_count; ++k) any |= words[k];
     if (any == 0) return;
-    // By sub-column of a texel, the words of eight texel columns.
+    // Indexed by sub-column of a texel: the words of eight texel columns.
     alignas(64) std::uint64_t sub_columns[8][8] = {}, turned[8][8];
     for (std::size_t c = 0; c < column_count; ++c)
         for (std::size_t j = 0; j < 8; ++j) sub_columns[j][c] = words[8 * c + j];
-    // Then, by the row's lowest three bits, the words whose bytes are its upper three.
+    // Indexed by the lowest three bits of the row: words whose bytes are indexed by its upper three bits.
     for (std::size_t c = 0; c < 8; c += hn::Lanes(d)) {
         hn::Vec<Words> block[8];
         for (std::size_t j = 0; j < 8; ++j) block[j] = hn::Load(d, sub_columns[j] + c);
         transpose_bits(d, block);
         for (std::size_t r = 0; r < 8; ++r) hn::Store(block[r], d, turned[r] + c);
     }
-    // Then, by texel column, the words of all rows.
+    // Indexed by row: words whose bytes are indexed by texel column.
     alignas(64) std::uint64_t by_row[8][8];
     for (std::size_t low = 0; low < 8; low += hn::Lanes(d)) {
         hn::Vec<Words> block[8];
@@ -74,7 +74,7 @@ void add_spans(const std::uint64_t* words, std::size_t column_count, std::size_t
         transpose_bytes(d, block);
         for (std::size_t high = 0; high < 8; ++high) hn::Store(block[high], d, by_row[high] + low);
     }
-    for (std::size_t r = 0; r < rows; ++r) {  // columns past the last are zeros
+    for (std::size_t r = 0; r < rows; ++r) {  // columns beyond the last are zero
         std::uint64_t eight;
         std::memcpy(&eight, texels + r * size, sizeof eight);
         eight |= by_row[r / 8][r % 8];

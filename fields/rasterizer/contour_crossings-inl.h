@@ -1,5 +1,5 @@
-/// Where contour lines cross the sub-columns of a cubemap face.
-/// Included once per instruction set, as Highway wants it.
+/// Crossings of contour lines with the sub-columns of a cubemap face.
+/// Included once per instruction set, as Highway requires.
 
 #include <algorithm>
 #include <cmath>
@@ -14,27 +14,27 @@
 
 namespace haarfield {
 
-/// Crossings are listed until there are so many.
+/// The number of listed crossings at which a list is applied.
 inline constexpr std::size_t crossings_at_a_time = 4096;
 
-/// The bits of 2^23 as a float. Those of 2^23 and a smaller integer are these and the integer's.
+/// 2^23 as a float, and its bits. The bits of 2^23 + n are float_offset_bits + n, for an integer n < 2^23.
 inline constexpr float float_offset = 0x1p23f;
 inline constexpr std::uint32_t float_offset_bits = 0x4b000000;
 
-/// Crossings of lines and sub-columns: places of counters, and float_offset_bits more. Where the number of
-/// layers changes by two it is listed twice.
+/// Crossings of lines and sub-columns: indices of counters plus float_offset_bits. A crossing at which the
+/// number of layers changes by two is listed twice.
 struct CrossingList {
     std::uint32_t* places;
     std::size_t count = 0;
 
-    /// How many places there must be: for a full list, and two lines of all sub-columns or eight of a
-    /// texel's, and a vector.
+    /// The required capacity: a full list, two lines across all sub-columns or eight across a texel's, and
+    /// one vector.
     static constexpr std::size_t room(int face_size) {
         return crossings_at_a_time +
                std::size_t(2 * samples_per_texel) * std::size_t(std::max(face_size, 8)) + 16;
     }
 
-    /// Adds a change to the counters, and empties the list.
+    /// Adds `change` to the counters of all crossings, then empties the list.
     void apply(int change, std::uint8_t* counters) {
         std::for_each(places, places + count, [change, counters](std::uint32_t place) {
             std::uint8_t& counter = counters[place - float_offset_bits];
@@ -44,16 +44,16 @@ struct CrossingList {
     }
 };
 
-/// The counters of a face, and what is not in them yet.
+/// The counters of a face, and changes that have not been applied to them yet.
 struct LayerChanges {
     std::uint8_t *counters, *starts;
-    CrossingList beginning, ending;  ///< Where a layer begins, and where one ends.
+    CrossingList beginning, ending;  ///< Crossings at which a layer begins, and at which one ends.
 
     void apply() {
         beginning.apply(1, counters);
         ending.apply(-1, counters);
     }
-    /// Called often enough that there is always room for what comes next.
+    /// Must be called often enough that the next crossings always fit.
     void apply_if_full() {
         if (std::max(beginning.count, ending.count) > crossings_at_a_time) apply();
     }
@@ -74,11 +74,11 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// Lists the crossings of lines with no more sub-columns than a texel: a line in each lane, one sub-column
-/// after the other. Notes the numbers of the others; returns how many these are.
+/// Lists the crossings of lines no wider than a texel: one line per lane, one sub-column per step. Stores the
+/// numbers of wider lines in `wide` and returns their count.
 inline HWY_NOINLINE std::size_t list_narrow(const LineList& list, int face_size, LayerChanges& changes,
                                             std::uint32_t* wide) {
-    using ShortFloats = hn::CappedTag<float, 8>;  // longer vectors would wait for the longest line of more
+    using ShortFloats = hn::CappedTag<float, 8>;  // longer vectors would wait for the longest of more lines
     using ShortNumbers = hn::RebindToUnsigned<ShortFloats>;
     const ShortFloats d;
     const ShortNumbers du;
@@ -106,7 +106,7 @@ inline HWY_NOINLINE std::size_t list_narrow(const LineList& list, int face_size,
         const auto on_line = hn::IfThenZeroElse(begins, one),
                    narrow_end = hn::IfThenElseZero(hn::And(valid, is_narrow), end);
         const bool twice = !hn::AllFalse(d, hn::And(valid, hn::Gt(hn::Abs(change), one)));
-        // Sub-column k has its sample in sub-row 3 k + 1, modulo 8.
+        // Sub-column k has its sample in sub-row (3 k + 1) mod 8.
         const auto first = hn::ConvertTo(di, begin);
         auto sub_row = hn::Add(hn::Add(first, first), hn::Add(first, hn::Set(di, 1)));
         auto k = begin;
@@ -118,7 +118,7 @@ inline HWY_NOINLINE std::size_t list_narrow(const LineList& list, int face_size,
             const auto line = hn::Min(hn::Max(hn::Add(hn::Mul(slope, column), constant), lowest), highest);
             const auto above = hn::Sub(line, offset), whole = hn::Floor(above),
                        row = hn::Add(whole, hn::IfThenElse(hn::Eq(whole, above), on_line, one));
-            // Whole numbers below 2^24: exact.
+            // Integers below 2^24, so exact.
             const auto place =
                 hn::BitCast(du, hn::Add(hn::Mul(row, stride), hn::Add(k, hn::Set(d, float_offset))));
             const auto list_those = [&](hn::Mask<ShortFloats> mask, CrossingList& to) {
@@ -142,7 +142,7 @@ inline HWY_NOINLINE std::size_t list_narrow(const LineList& list, int face_size,
     return wide_count;
 }
 
-/// Lists the crossings of some of the lines, one after the other, a sub-column in each lane.
+/// Lists the crossings of the given lines, one line after the other, with one sub-column per lane.
 inline HWY_NOINLINE void list_wide(const LineList& list, const std::uint32_t* numbers, std::size_t count,
                                    int face_size, const float* columns, LayerChanges& changes) {
     const Floats d;
@@ -166,7 +166,7 @@ inline HWY_NOINLINE void list_wide(const LineList& list, const std::uint32_t* nu
             const VF above = hn::Sub(line, hn::LoadU(d, row_offsets.rows.data() + (k & 7))),
                      whole = hn::Floor(above),
                      row = hn::Add(whole, hn::IfThenElse(hn::Eq(whole, above), on_line, one));
-            // Whole numbers below 2^24: exact.
+            // Integers below 2^24, so exact.
             const VF place = hn::Add(hn::Mul(row, stride), hn::Add(lane, hn::Set(d, static_cast<float>(k))));
             hn::StoreU(hn::BitCast(du, place), du, to);
         }

@@ -1,5 +1,5 @@
-/// Contour edges as the lines that they are on a cubemap face, sorted by how they are best drawn.
-/// Included once per instruction set, as Highway wants it.
+/// Contour edges as lines on a cubemap face, classified by how to draw them.
+/// Included once per instruction set, as Highway requires.
 
 #include <algorithm>
 #include <cmath>
@@ -16,20 +16,20 @@
 
 namespace haarfield {
 
-/// Edges are taken by so many at a time, so that what is known of them stays in the nearest cache.
+/// The number of edges per batch, chosen so that their data stay in the nearest cache.
 inline constexpr std::size_t edges_at_a_time = 1024;
-/// From one coordinate of them to the next: room for a vector more, and not a multiple of a page.
+/// The distance between two arrays of a batch: padded by a vector, and not a multiple of a page.
 inline constexpr std::size_t edges_stride = edges_at_a_time + 16;
 
-/// What drawing needs of a line. Rows and sub-columns are counted from 0; it crosses the sub-columns
+/// The data of a line for drawing. Rows and sub-columns are numbered from 0. The line crosses the sub-columns
 /// [begin, end) at row  slope * c + constant,  clamped.
 ///
-/// Where layers begin, the first sample on the edge or below it is changed; where they end, the first one
-/// below: a sample on the edge is blocked.
+/// A sample on an edge is blocked. So if layers begin, the first changed sample is the one on the edge or the
+/// first below; if layers end, the first changed sample is the first one below.
 enum LineData : std::size_t {
     line_begin,
     line_end,
-    line_change,  ///< Downwards, of the number of layers.
+    line_change,  ///< Change of the number of layers, downwards.
     line_slope,
     line_constant,
     line_lowest,
@@ -37,7 +37,7 @@ enum LineData : std::size_t {
     line_data_count
 };
 
-/// SoA, edges_stride floats each.
+/// Structure of arrays, each edges_stride floats long.
 struct LineList {
     float* lines;
     std::size_t count = 0;
@@ -48,19 +48,19 @@ struct LineList {
 /// The lines of a face.
 struct FaceLines {
     LineList in_sight;
-    LineList above;  ///< Above the first row, so that the last four data do not matter.
+    LineList above;  ///< Above the first row; without slope, constant, lowest and highest.
 
     static constexpr std::size_t floats = 2 * line_data_count * edges_stride;
     explicit FaceLines(float* lines) : in_sight{lines}, above{lines + line_data_count * edges_stride} {}
 };
 
-/// What a face's contour changes: rows [top, bottom) and sub-columns [left, right); and how many layers begin
-/// all in all, more than there are anywhere.
+/// The region of a face that a contour changes: rows [top, bottom) and sub-columns [left, right). `beginning`
+/// sums all layers that begin, an upper bound for any sample.
 struct ContourExtent {
     float top = INFINITY, bottom = 0, left = INFINITY, right = 0, beginning = 0;
 };
 
-/// Relative rounding error of a component of a cross product, with room to spare.
+/// Bound of the relative rounding error of a component of a cross product, with a margin.
 inline constexpr float sign_doubt = 1e-6f;
 
 }  // namespace haarfield
@@ -78,7 +78,7 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// Of edges that pass the poles too closely for floats, decides in exact arithmetic which run to larger u.
+/// Decides in exact arithmetic which edges run to larger u, for edges too close to a pole for floats.
 HWY_INLINE VF exact_turn(hn::Mask<Floats> doubtful, const FaceVertices& p, const FaceVertices& q,
                          const FaceComponents& frame, VF turn) {
     const Floats d;
@@ -125,8 +125,9 @@ inline HWY_NOINLINE void set_up_lines(const VisibleContour& contour, std::size_t
         const auto p_ahead = hn::Gt(p.w, zero), q_ahead = hn::Gt(q.w, zero);
         const auto both = hn::And(p_ahead, q_ahead), either = hn::Or(p_ahead, q_ahead);
 
-        // v where an edge with one end behind leaves, but for a positive factor: it does so upwards, to rows
-        // below that of the end ahead, or downwards, or nobody knows.
+        // For an edge with one end behind the plane w = 0: the v at which it crosses that plane, up to a
+        // positive factor. Its sign determines whether the edge leaves upwards (to smaller rows than the end
+        // ahead) or downwards. Within the rounding error, neither is certain.
         const VF leaves = hn::Sub(hn::Mul(q.v, p.w), hn::Mul(p.v, q.w)),
                  leaves_at = hn::IfThenElse(p_ahead, leaves, hn::Neg(leaves)),
                  leaves_doubt = hn::Mul(hn::Set(d, sign_doubt),
@@ -137,24 +138,26 @@ inline HWY_NOINLINE void set_up_lines(const VisibleContour& contour, std::size_t
                                                 hn::Mul(hn::Set(d, sign_doubt), line.turn_terms)))));
         VF turn = hn::IfThenElse(both, hn::Sub(left_of_q, left_of_p), line.turn);
         if (!hn::AllFalse(d, doubtful)) {
-            // So close to a pole that it meets all sub-columns there.
+            // The edge passes a pole so closely that it crosses all sub-columns there.
             turn = exact_turn(doubtful, p, q, frame, turn);
             line.slope = hn::IfThenElse(doubtful, zero, line.slope);
             line.constant = hn::IfThenElse(
                 doubtful, hn::IfThenElse(hn::Gt(leaves_at, zero), far, hn::Neg(far)), line.constant);
         }
         const auto rightwards = hn::Gt(turn, zero);
-        // An edge that ends behind runs to the left or right end of all sub-columns.
+        // An edge with its end behind runs to the first or last of all sub-columns.
         const VF from = hn::IfThenElse(p_ahead, left_of_p, hn::IfThenElse(rightwards, zero, columns)),
                  until = hn::IfThenElse(q_ahead, left_of_q, hn::IfThenElse(rightwards, columns, zero)),
                  begin = hn::Min(from, until), end = hn::Max(from, until);
         const auto drawn = hn::And(hn::And(either, hn::Lt(begin, end)), hn::FirstN(d, count - i));
 
-        // Between its ends, or beyond the one ahead, with room for rounding; and not far out of sight.
+        // Clamp rows to those between the ends, or beyond the end ahead, with a margin for rounding, and to
+        // the face.
         const VF row_p = hn::Mul(hn::Add(hn::Div(p.v, p.w), one), half),
                  row_q = hn::Mul(hn::Add(hn::Div(q.v, q.w), one), half),
                  row_ahead = hn::IfThenElse(p_ahead, row_p, row_q);
-        // So steep that it is at its farther end, out of sight, in all sub-columns between the two.
+        // An edge so steep that, in all sub-columns between its ends, it is clamped to its farther end,
+        // outside of the face.
         const auto is_steep = hn::AndNot(line.crosses, both);
         line.slope = hn::IfThenZeroElse(is_steep, line.slope);
         line.constant = hn::IfThenElse(
@@ -170,7 +173,8 @@ inline HWY_NOINLINE void set_up_lines(const VisibleContour& contour, std::size_t
         const VF lowest = hn::Min(hn::Max(hn::Sub(upper, slack), zero), rows),
                  highest = hn::Min(hn::Max(hn::Add(lower, slack), zero), rows);
 
-        // Downwards: the layers of the triangle above end, those of the triangle below begin.
+        // Downwards across the edge, the layers of the triangle above end and those of the triangle below
+        // begin.
         const VF weight = hn::LoadU(d, edges.weights.data() + first + i),
                  change = hn::IfThenElse(rightwards, hn::Neg(weight), weight);
         const auto begins = hn::Gt(change, zero);

@@ -13,25 +13,26 @@
 
 #include "fields/rasterizer/contour_crossings-inl.h"
 
-// The number of layers along a ray grows and falls where the ray's direction crosses the image of an edge: by
-// one for each of its triangles that counts, up or down by the side on which it lies. On the common edge of
-// two that are both seen from the front, or both from behind, one is entered as the other is left. What is
-// left are contour edges. So each sub-column of a face is followed from the pole of all sub-columns, the
-// direction -down, where the layers are counted once, and each contour edge changes their number where it
-// crosses the sub-column. Every triangle counts as it is seen, whatever its winding: no sum is negative.
+// The number of layers along a ray changes where the ray's direction crosses the image of an edge. Each
+// facing triangle of the edge changes it by one, up or down, depending on the side of the edge on which it
+// lies. At an edge between two triangles that are both front-facing or both back-facing, one is entered as
+// the other is left. The remaining edges are contour edges. Each sub-column of a face is traversed from its
+// pole, the direction -down, at which the layers are counted once. Each contour edge changes the number of
+// layers where it crosses the sub-column. Triangles count by their facing, independent of their winding, so
+// the number is never negative.
 //
-// Which sub-columns an edge crosses follows from its ends alone, so that the edges of a closed contour always
-// agree about it. An edge with one end behind the face's plane w = 0 leaves by one of the poles; on which
-// side of it tells the sign that counting the layers at the pole goes by, in exact arithmetic.
+// The ends of an edge alone determine which sub-columns it crosses. So the edges of a closed contour are
+// always consistent. An edge with one end behind the face's plane w = 0 leaves through one of the poles. The
+// side of the pole is determined by the same exact predicate that counts the layers at the pole.
 
 #ifndef HAARFIELD_CONTOUR_RASTERIZER_ONCE
 #define HAARFIELD_CONTOUR_RASTERIZER_ONCE
 
 namespace haarfield {
 
-inline constexpr int most_layers = 255;  ///< That a counter holds.
+inline constexpr int most_layers = 255;  ///< The largest value of a counter.
 
-/// Where sub-columns are, in texels from the middle of a face.
+/// Computes the positions of the sub-columns, in texels from the centre of a face.
 inline void fill_columns(int face_size, AlignedBuffer<float>& columns) {
     const std::size_t count = std::size_t(samples_per_texel * face_size) + 16;
     columns.reserve(count);
@@ -40,7 +41,7 @@ inline void fill_columns(int face_size, AlignedBuffer<float>& columns) {
             (static_cast<float>(k) + 0.5f) / samples_per_texel - 0.5f * static_cast<float>(face_size);
 }
 
-/// Notes the changes of lines above the first row: each at its two ends.
+/// Adds the changes of lines above the first row to `starts`: each at both of its ends.
 inline void change_starts(const LineList& list, std::uint8_t* starts) {
     for (std::size_t i = 0; i < list.count; ++i) {
         const auto begin = static_cast<std::size_t>(list.data(line_begin)[i]),
@@ -59,7 +60,7 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// Adds the starts up, from the first sub-column to the last.
+/// Replaces the starts by their prefix sums over the sub-columns.
 void sum_starts(std::size_t count, std::uint8_t* starts) {
 #if HWY_TARGET == HWY_SCALAR
     std::partial_sum(starts, starts + count, starts);
@@ -78,7 +79,7 @@ void sum_starts(std::size_t count, std::uint8_t* starts) {
 #endif
 }
 
-/// Adds the counters up, from the first row to the last, and clears them; a bit a sample that has layers.
+/// Sums the counters from the first row to the last, and clears them. Sets one bit per sample with layers.
 void sum_layers(int face_size, int at_pole, const ContourExtent& extent, LayerChanges& changes,
                 std::uint8_t* blocked) {
     const auto size = static_cast<std::size_t>(face_size), stride = samples_per_texel * size;
@@ -112,7 +113,7 @@ void sum_layers(int face_size, int at_pole, const ContourExtent& extent, LayerCh
             hn::Store(zero, d, from);
             hn::StoreMaskBits(d, hn::Ne(layers, zero), to);
         }
-        hn::Store(zero, d, from);  // crossings below the last row that is wanted
+        hn::Store(zero, d, from);  // crossings below the last row
         std::uint8_t last[8] = {};
         hn::StoreMaskBits(d, hn::Ne(layers, zero), last);
         for (std::size_t r = bottom; r < size; ++r, to += size) std::memcpy(to, last, lanes / 8);
@@ -121,7 +122,7 @@ void sum_layers(int face_size, int at_pole, const ContourExtent& extent, LayerCh
     std::memset(starts, 0, stride + 1);
 }
 
-/// Visits the lines of a face, edges_at_a_time; returns their extent.
+/// Calls `visit` with the lines of a face, edges_at_a_time per call. Returns their extent.
 template <class Visit>
 ContourExtent for_each_face_lines(const VisibleContour& contour, int face, int face_size,
                                   ContourScratch& scratch, Visit&& visit) {
@@ -136,7 +137,7 @@ ContourExtent for_each_face_lines(const VisibleContour& contour, int face, int f
     return extent;
 }
 
-/// The most layers that begin along any sub-column of a face.
+/// Returns the maximum, over the sub-columns of a face, of the number of layers that begin.
 int most_beginning(const VisibleContour& contour, int face, int face_size, ContourScratch& scratch) {
     std::vector<int> beginning(std::size_t(samples_per_texel * face_size) + 1, 0);
     const auto add = [&](const LineList& list) {
@@ -155,7 +156,7 @@ int most_beginning(const VisibleContour& contour, int face, int face_size, Conto
     return *std::max_element(beginning.begin(), beginning.end());
 }
 
-/// Draws the edges of a face; returns what they change.
+/// Draws the edges of a face into the counters. Returns the changed region.
 ContourExtent count_changes(const VisibleContour& contour, int face, int face_size, ContourScratch& scratch,
                             LayerChanges& changes) {
     const ContourExtent extent =

@@ -1,5 +1,5 @@
 #pragma once
-/// The fast path of the visibility rasterizer: only the edges where the number of layers changes matter.
+/// The fast path of the visibility rasterizer: draws only edges at which the number of layers changes.
 
 #include "fields/rasterizer/blocked_samples.h"
 #include "fields/rasterizer/viewed_occluder.h"
@@ -9,17 +9,17 @@ namespace haarfield {
 
 /// Buffers of block_contour.
 struct ContourScratch {
-    AlignedBuffer<float> columns;                           ///< Where the sub-columns are.
-    AlignedBuffer<float> lines;                             ///< Contour edges on a face;
-    AlignedBuffer<std::uint32_t> wide;                      ///< those of many sub-columns;
-    std::array<AlignedBuffer<std::uint32_t>, 2> crossings;  ///< places in the counters that they change.
-    AlignedBuffer<std::uint8_t> counters;  ///< Changes of the number of layers: texel row, sub-column;
-    AlignedBuffer<std::uint8_t> starts;    ///< and above the first row, from sub-column to sub-column.
+    AlignedBuffer<float> columns;                           ///< Positions of the sub-columns.
+    AlignedBuffer<float> lines;                             ///< Contour edges on a face.
+    AlignedBuffer<std::uint32_t> wide;                      ///< Numbers of lines wider than a texel.
+    std::array<AlignedBuffer<std::uint32_t>, 2> crossings;  ///< Indices of the counters to change.
+    AlignedBuffer<std::uint8_t> counters;  ///< Changes of the number of layers, by texel row and sub-column.
+    AlignedBuffer<std::uint8_t> starts;    ///< Changes above the first row, by sub-column.
 };
 
-/// Blocks the samples that lie inside of a contour; the masks must be clear.
+/// Blocks the samples inside a contour. The masks must be clear.
 ///
-/// returns  false, and leaves them clear, where there may be more than 255 layers or a face has less than 8
+/// returns  false, with the masks still clear, if there may be more than 255 layers or a face has less than 8
 ///          texels along an edge.
 /// cost     O(contour edges + crossed sub-columns + texels of faces that the contour crosses).
 bool block_contour(const Occluder& occluder, const ViewedOccluder& viewed, const VisibleContour& contour,

@@ -1,5 +1,5 @@
-/// What the span and the contour rasterizer compute alike, to the bit: edges as lines on a cubemap face.
-/// Included once per instruction set, as Highway wants it.
+/// Edges as lines on a cubemap face, bit-identical for the span and the contour rasterizer.
+/// Included once per instruction set, as Highway requires.
 
 #include "fields/rasterizer/viewed_occluder-inl.h"
 
@@ -22,7 +22,7 @@ struct FaceVertices {
     VF u, v, w;
 };
 
-/// From vertices as ViewedOccluder has them, one after the other.
+/// Loads consecutive vertices in the layout of SpanScratch::vertices.
 HWY_INLINE FaceVertices load_vertices(const float* from, const FaceComponents& frame) {
     const Floats d;
     VF x, y, z, code;
@@ -34,7 +34,7 @@ HWY_INLINE FaceVertices load_vertices(const float* from, const FaceComponents& f
     return {component(0), component(1), component(2)};
 }
 
-/// How many sub-columns lie left of a vertex with w > 0: 0 to 8 face_size.
+/// Returns the number of sub-columns left of a vertex with w > 0: 0 to 8 face_size.
 HWY_INLINE VF sub_columns_left_of(const FaceVertices& vertex, int face_size) {
     const Floats d;
     const VF per_unit = hn::Set(d, 4.0f * static_cast<float>(face_size)), one = hn::Set(d, 1.0f);
@@ -42,21 +42,22 @@ HWY_INLINE VF sub_columns_left_of(const FaceVertices& vertex, int face_size) {
     return hn::Ceil(hn::Min(hn::Max(at, hn::Zero(d)), hn::Set(d, 8.0f * static_cast<float>(face_size))));
 }
 
-/// The line of an edge: at texel column c, counted from the middle of the face, it is at texel row
-/// slope * c + constant, counted from the top.
+/// The line of an edge: at texel column c, measured from the centre of the face, it is at texel row slope * c
+/// + constant, measured from the top.
 struct EdgeLine {
     VF slope, constant;
-    VF turn;                   ///< The v component of the edge's normal, w_p u_q - u_p w_q but for a factor:
-    VF turn_terms;             ///< positive if it runs to larger u. The sum of its terms' absolute values.
-    hn::Mask<Floats> crosses;  ///< Whether it meets all columns, and does not run along them.
+    VF turn;                   ///< w_p u_q - u_p w_q up to a positive factor: > 0 towards larger u.
+    VF turn_terms;             ///< Sum of the absolute values of the terms of `turn`.
+    hn::Mask<Floats> crosses;  ///< True if it crosses all columns, that is, is not parallel to them.
 };
 
-// The normal of the plane through the origin and an edge from p to q is taken as (p + q) x (q - p): short
-// edges lose no digits, and the other way round it is the same but for its sign, to the last bit. So all
-// triangles at an edge compute the same crossing with a sub-column.
+// The normal of the plane through the origin and an edge from p to q is computed as (p + q) x (q - p). Short
+// edges lose no digits, and reversing the edge only changes the sign, bit for bit. So all triangles at an
+// edge compute the same crossing with a sub-column.
 //
-// A line along the sub-columns has no crossing. It is made to cross far above or far below, by the sign of
-// its distance, with a bias that lets the triangles on both sides have a sub-column that it meets exactly.
+// A line parallel to the sub-columns has no crossing. It is made to cross far above or far below, by the
+// sign of its distance. A bias assigns a sub-column that coincides with the line to the triangles on both
+// sides.
 HWY_INLINE EdgeLine edge_line(const FaceVertices& p, const FaceVertices& q, int face_size) {
     const Floats d;
     const VF su = hn::Add(p.u, q.u), sv = hn::Add(p.v, q.v), sw = hn::Add(p.w, q.w);

@@ -1,4 +1,5 @@
-/// Moves chosen lanes of vectors to the front. Included once per instruction set, as Highway wants it.
+/// Compaction of vectors: moves selected lanes to the front. Included once per instruction set, as Highway
+/// requires.
 
 #include <array>
 #include <cstdint>
@@ -8,7 +9,7 @@
 
 namespace haarfield {
 
-/// By a mask of up to eight lanes: the numbers of its lanes, first to last.
+/// Indexed by a mask of up to eight lanes: the numbers of the set lanes in order.
 inline constexpr std::array<std::array<std::uint8_t, 8>, 256> lanes_of_mask = [] {
     std::array<std::array<std::uint8_t, 8>, 256> lanes{};
     for (unsigned mask = 0; mask < 256; ++mask)
@@ -36,8 +37,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The lanes of a mask, for vectors of 32-bit lanes. As hn::Compress has them, but what can be shared between
-/// vectors is worked out once.
+/// A selection of 32-bit lanes. Like hn::Compress, but computes the permutation once for several vectors.
 template <class D>
 class ChosenLanes {
 public:
@@ -52,7 +52,7 @@ public:
         lanes_ = hn::IndicesFromVec(d, hn::PromoteTo(di, hn::LoadU(bytes, lanes_of_mask[bits[0]].data())));
 #endif
     }
-    /// Stores them; what is stored after them, up to a vector, does not matter.
+    /// Stores the selected lanes. The elements after them, up to a full vector, are undefined.
     HWY_INLINE void store(hn::Vec<D> values, D d, hn::TFromD<D>* to) const {
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
         hn::StoreU(hn::Compress(values, mask_), d, to);

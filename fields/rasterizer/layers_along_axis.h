@@ -6,33 +6,31 @@
 
 namespace haarfield {
 
-/// On which side of an axis an edge from p to q passes, in coordinates across it (a) and up (b), a
-/// right-handed frame with the axis: the sign of p_a q_b - p_b q_a. Exact, as the products of two floats are
-/// exact in double. An edge that meets the axis passes it as if the axis were moved along a, and along b
-/// still less.
+/// Tests on which side of an axis an edge from p to q passes: the sign of p_a q_b - p_b q_a. The coordinates
+/// across (a) and up (b) form a right-handed frame with the axis. Exact, because products of two floats are
+/// exact in double. If the edge meets the axis, the axis is perturbed by an infinitesimal along a and a
+/// smaller one along b.
 inline bool turns_left(float p_a, float p_b, float q_a, float q_b) {
     const double left = double(p_a) * double(q_b), right = double(p_b) * double(q_a);
     if (left != right) return left > right;
     return p_b != q_b ? p_b > q_b : q_a > p_a;
 }
 
-/// The same on a face, for its axis v: whether an edge from p to q passes the poles of the sub-columns so
-/// that u grows, seen from the face's plane.
+/// Tests whether an edge from p to q passes the poles of a face's sub-columns (its v axis) towards larger u.
 inline bool runs_to_larger_u(float p_u, float p_w, float q_u, float q_w, const FaceComponents& frame) {
     const AxisFrame& axis = axis_frames[std::size_t(frame.component[1])];
-    // The face's coordinates back to those of the axis.
+    // Convert the face's coordinates to those of the axis.
     const bool u_is_across = frame.component[0] == axis.across;
     const float p_across = u_is_across ? p_u * frame.sign[0] : p_w * frame.sign[2],
                 p_up = u_is_across ? p_w * frame.sign[2] : p_u * frame.sign[0],
                 q_across = u_is_across ? q_u * frame.sign[0] : q_w * frame.sign[2],
                 q_up = u_is_across ? q_w * frame.sign[2] : q_u * frame.sign[0];
-    // w_p u_q - u_p w_q, in a frame that is turned or mirrored by the signs.
+    // w_p u_q - u_p w_q, in a frame that the signs rotate or mirror.
     const bool mirrored = u_is_across == (frame.sign[0] * frame.sign[2] > 0);
     return turns_left(p_across, p_up, q_across, q_up) != mirrored;
 }
 
-/// Layers of the triangles that count, along an axis, in the direction of its larger coordinates or the
-/// other.
+/// Counts the layers of facing triangles along an axis, in the positive or negative direction.
 inline int layers_along_axis(const Occluder& occluder, const ViewedOccluder& viewed, int axis,
                              bool to_larger) {
     const auto [across, up] = axis_frames[std::size_t(axis)];
@@ -48,8 +46,8 @@ inline int layers_along_axis(const Occluder& occluder, const ViewedOccluder& vie
             left += turns_left(from_view_point(p[across], from[across]), from_view_point(p[up], from[up]),
                                from_view_point(q[across], from[across]), from_view_point(q[up], from[up]));
         }
-        // All to the left: round the axis counter-clockwise, as seen from its larger coordinates. Seen from
-        // the front it then lies in the direction of the smaller ones.
+        // All three edges on the left: the triangle surrounds the axis counter-clockwise, as viewed from its
+        // positive end. If front-facing, it then lies in the negative direction.
         if (left == 3) layers += facing(occluder, viewed, t) == (to_larger ? -1 : 1);
         if (left == 0) layers += facing(occluder, viewed, t) == (to_larger ? 1 : -1);
     };

@@ -1,5 +1,5 @@
 #pragma once
-/// The samples of a cubemap texel that visibility is counted in.
+/// The sample pattern of cubemap texels.
 
 #include <array>
 #include <cstddef>
@@ -7,23 +7,24 @@
 
 namespace haarfield {
 
-/// Samples in a texel: one in each of eight sub-rows, in different columns (eight rooks).
+/// The samples per texel: one in each of eight sub-rows, each in a different column (eight rooks).
 inline constexpr int samples_per_texel = 8;
 
-/// The pattern: texel row r has the sub-rows 8r + s, s = 0 to 7, at v = (2 (8r + s) + 1) / (8 size) - 1. The
-/// sample of sub-row s in column c lies at u = 2 (c + sample_offset(s)) / size - 1.
+/// Returns the column offset of a sample, in texels. Texel row r has the sub-rows 8r + s, s = 0 to 7, at v =
+/// (2 (8r + s) + 1) / (8 size) - 1. The sample of sub-row s in texel column c is at u = 2 (c +
+/// sample_offset(s)) / size - 1.
 constexpr double sample_offset(int sub_row) {
     constexpr int column[samples_per_texel] = {5, 0, 3, 6, 1, 4, 7, 2};
     return (column[sub_row % samples_per_texel] + 0.5) / samples_per_texel;
 }
 
-/// Visibility of a texel from its count of open samples.
+/// Returns the visibility of a texel with the given number of open samples.
 constexpr float open_fraction(std::uint8_t open_samples) {
     return static_cast<float>(open_samples) / samples_per_texel;
 }
 
-/// Where in its texel column the sample of a sub-column lies, in texel rows; the inverse of the pattern's
-/// sub-row offsets. Twice, so that a vector of 8 may start anywhere.
+/// The offset of a sub-column's sample within a texel row, in texel rows: the inverse of sample_offset.
+/// Repeated, so that a vector can start at any of the 8 sub-columns.
 struct RowOffsets {
     std::array<float, 32> rows{};
     constexpr RowOffsets() {
@@ -34,6 +35,6 @@ struct RowOffsets {
             }
     }
 };
-inline constexpr RowOffsets row_offsets;  ///< Made at compile time.
+inline constexpr RowOffsets row_offsets;  ///< Computed at compile time.
 
 }  // namespace haarfield

@@ -20,13 +20,13 @@
 
 namespace haarfield {
 
-/// The bits of a word whose numbers, counted from `start`, are below `end`.
+/// Returns the bits of a word that are numbered from `start` and below `end`.
 constexpr std::uint64_t bits_below(std::uint32_t end, std::uint32_t start) {
     if (end <= start) return 0;
     return end - start >= 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (end - start)) - 1;
 }
 
-/// By the bits that all vertices have in common: the faces that the triangle may touch.
+/// The faces that a triangle may touch, indexed by the outcode bits that all its vertices share.
 struct FacesByOutcode {
     std::array<std::uint8_t, 4096> faces{};
     FacesByOutcode() {
@@ -39,15 +39,15 @@ struct FacesByOutcode {
 };
 inline const FacesByOutcode faces_by_outcode;
 
-/// Triangles wait in a queue per face until there are enough for full vectors.
+/// Triangles are queued per face to fill whole vectors.
 inline constexpr std::size_t queue_length = 64;
-inline constexpr std::size_t queue_floats = queue_length * 4;  ///< Of one of the three vertices.
+inline constexpr std::size_t queue_floats = queue_length * 4;  ///< Floats of one of the three vertices.
 
-/// What drawing needs of each triangle in the queue: SoA, queue_length floats each.
+/// The data of queued triangles for drawing. Structure of arrays, each queue_length floats long.
 enum EdgeData : std::size_t {
-    edge_slope,      ///< Three of them: the side is at row  slope * c + constant,  c the column.
-    edge_lower = 3,  ///< Three constants of sides that the rows lie under (at larger v), or -huge.
-    edge_upper = 6,  ///< Three constants of sides that the rows lie over, or +huge.
+    edge_slope,      ///< Three of them: the side is at row  slope * c + constant  at column c.
+    edge_lower = 3,  ///< Constants of the three sides if the rows are below them (larger v), or -huge.
+    edge_upper = 6,  ///< Constants of the three sides if the rows are above them, or +huge.
     edge_begin = 9,  ///< Sub-columns [begin, end).
     edge_end = 10,
     edge_data_count = 11
@@ -63,10 +63,10 @@ namespace HWY_NAMESPACE {
 
 using Words = hn::CappedTag<std::uint64_t, 8>;
 
-// A direction d lies in the cone of the triangle (a, b, c), seen from the origin, iff d = αa + βb + γc with
-// α, β, γ >= 0: three half-spaces through the origin, whose normals are cross products of two vertices. No
-// clipping is needed, wherever the vertices are. Neighbours compute the same crossing of their common side
-// with a sub-column, so every sample is on one side or on both.
+// A direction d lies in the cone of the triangle (a, b, c), viewed from the origin, iff d = αa + βb + γc with
+// α, β, γ >= 0. These are three half-spaces through the origin, whose normals are cross products of two
+// vertices. No clipping is needed, wherever the vertices are. Neighbours compute the same crossing of their
+// common side with a sub-column, so every sample is on one side or on both.
 HWY_INLINE void set_up_side(const FaceVertices& p, const FaceVertices& q, int face_size, float* edges,
                             std::size_t k) {
     const Floats d;
@@ -86,15 +86,15 @@ void set_up(const float* queue, std::size_t count, int face, int face_size, floa
         const FaceVertices a = load_vertices(queue + 4 * i, frame),
                            b = load_vertices(queue + queue_floats + 4 * i, frame),
                            c = load_vertices(queue + 2 * queue_floats + 4 * i, frame);
-        // Seen from the front a triangle turns counter-clockwise, so that normals of (b, a) and so on point
-        // in.
+        // A front-facing triangle is counter-clockwise, so the normals of (b, a), (c, b) and (a, c) point
+        // inwards.
         set_up_side(b, a, face_size, edges + i, 0);
         set_up_side(c, b, face_size, edges + i, 1);
         set_up_side(a, c, face_size, edges + i, 2);
 
         const VF left_of_a = sub_columns_left_of(a, face_size), left_of_b = sub_columns_left_of(b, face_size),
                  left_of_c = sub_columns_left_of(c, face_size);
-        // Around the view point the projection is not bounded by the vertices.
+        // If a vertex is behind, the vertices do not bound the projection.
         const auto bounded = hn::Gt(hn::Min(a.w, hn::Min(b.w, c.w)), hn::Zero(d));
         const VF columns = hn::Set(d, static_cast<float>(samples_per_texel * face_size));
         hn::StoreU(hn::IfThenElseZero(bounded, hn::Min(left_of_a, hn::Min(left_of_b, left_of_c))), d,
@@ -104,19 +104,19 @@ void set_up(const float* queue, std::size_t count, int face, int face_size, floa
     }
 }
 
-/// All bits from bit n on, 0 <= n <= 64.
+/// Returns a word with all bits from bit n on set, 0 <= n <= 64.
 template <class DU>
 HWY_INLINE hn::Vec<DU> bits_from(DU d, hn::Vec<DU> n) {
     const auto ones = hn::Set(d, ~std::uint64_t(0));
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX2
-    return hn::Shl(ones, n);  // here a shift by 64 gives 0
+    return hn::Shl(ones, n);  // here a shift by 64 yields 0
 #else
     const auto rest = hn::And(n, hn::Set(d, 63));
     return hn::IfThenElseZero(hn::Eq(rest, n), hn::Shl(ones, rest));
 #endif
 }
 
-/// Blocks the rows from begin up to, but not at, end in as many sub-columns as the vectors have lanes.
+/// Blocks the rows [begin, end) in one sub-column per lane.
 template <class VU>
 HWY_INLINE void block_rows(VU begin, VU end, std::uint64_t* words) {
     const Words d;
@@ -190,7 +190,7 @@ void block_queue(SpanScratch& scratch, std::size_t count, int face, BlockedSampl
     blocked.spanned_faces |= 1u << face;
 }
 
-/// A vector of vertices, the first of which has a number divisible by its length.
+/// Transforms one vector of vertices. `first` is a multiple of its length.
 void view_vertices(const Occluder& occluder, const ViewedOccluder& viewed, std::size_t first,
                    float* vertices) {
     const Floats d;

@@ -1,8 +1,8 @@
 #pragma once
-/// The general path of the visibility rasterizer: triangles to spans of samples, OR-ed into a bit mask.
+/// The general path of the visibility rasterizer: converts triangles to spans of samples in a bit mask.
 ///
-/// Right for any set of triangles. Everything is in float, in the same order of operations whatever the
-/// instruction set, so that every machine gives the same bits.
+/// Correct for any set of triangles. All arithmetic is in float, in the same order for every instruction set,
+/// so that results are bit-identical on all machines.
 
 #include "fields/rasterizer/blocked_samples.h"
 #include "fields/rasterizer/viewed_occluder.h"
@@ -11,17 +11,17 @@ namespace haarfield {
 
 /// Buffers of block_spans.
 struct SpanScratch {
-    AlignedBuffer<float>
-        vertices;  ///< x, y, z from the view point, never 0, and an outcode (face_outcodes.h).
-    AlignedBuffer<std::uint8_t> viewed_vectors;  ///< By vector of vertices: whether it is there.
-    AlignedBuffer<float> queue;                  ///< Triangles by face, waiting to be drawn.
-    AlignedBuffer<float> edges;                  ///< What drawing needs to know about a batch of triangles.
+    /// x, y, z relative to the view point, never 0, and an outcode (face_outcodes.h).
+    AlignedBuffer<float> vertices;
+    AlignedBuffer<std::uint8_t> viewed_vectors;  ///< One per vector of vertices: 1 once transformed.
+    AlignedBuffer<float> queue;                  ///< Triangles waiting to be drawn, by face.
+    AlignedBuffer<float> edges;                  ///< Drawing data of a batch of triangles (EdgeData).
 };
 
-/// Blocks the samples that triangles of the occluder cover, those before one_sided by their front faces
-/// alone; clears nothing.
+/// Blocks the samples that triangles of the occluder cover. Triangles before one_sided() block with their
+/// front faces only. Does not clear samples.
 ///
-/// chosen  a bit per triangle: which.
+/// chosen  one bit per triangle: set to draw it.
 /// cost    O(triangles / 64 + chosen triangles + covered sub-columns).
 void block_spans(const Occluder& occluder, const ViewedOccluder& viewed, const std::uint64_t* chosen,
                  SpanScratch& scratch, BlockedSamples& blocked);

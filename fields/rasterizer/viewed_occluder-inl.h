@@ -1,5 +1,5 @@
-/// Vertices and planes of an occluder as they are seen from a view point, in vectors.
-/// Included once per instruction set, as Highway wants it.
+/// Vertices and planes of an occluder relative to a view point, in vectors.
+/// Included once per instruction set, as Highway requires.
 
 #include <cstring>
 
@@ -21,14 +21,14 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A cap, so that vectors never exceed the padding; below it the length is the machine's.
+// The cap keeps vectors within the padding of arrays; below it, the length is the machine's.
 using Floats = hn::CappedTag<float, 16>;
 using VF = hn::Vec<Floats>;
 using Codes = hn::RebindToSigned<Floats>;
 using VC = hn::Vec<Codes>;
 
 struct ViewedVertices {
-    VF x, y, z;  ///< From the view point, never 0.
+    VF x, y, z;  ///< Relative to the view point, never 0.
 };
 
 HWY_INLINE ViewedVertices viewed_vertices(VF x, VF y, VF z, const Vec3f& view_point) {
@@ -40,7 +40,7 @@ HWY_INLINE ViewedVertices viewed_vertices(VF x, VF y, VF z, const Vec3f& view_po
     return {from(x, view_point.x), from(y, view_point.y), from(z, view_point.z)};
 }
 
-/// From vertices as Occluder::padded_positions has them, one after the other.
+/// Loads consecutive vertices in the layout of Occluder::padded_positions.
 HWY_INLINE ViewedVertices load_viewed_vertices(const float* positions, const Vec3f& view_point) {
     VF x, y, z, nothing;
     hn::LoadInterleaved4(Floats(), positions, x, y, z, nothing);
@@ -48,7 +48,7 @@ HWY_INLINE ViewedVertices load_viewed_vertices(const float* positions, const Vec
 }
 
 #if HWY_TARGET != HWY_SCALAR
-/// Vectors of x, y, z, 0 of every fourth vertex from the first on.
+/// Loads x, y, z, 0 of every fourth vertex, starting at the first.
 template <class D, class Vertex>
 HWY_INLINE hn::Vec<D> every_fourth_vertex(D d, const Vertex& vertex, std::size_t first) {
     if constexpr (hn::MaxLanes(D()) == 4) {
@@ -61,8 +61,8 @@ HWY_INLINE hn::Vec<D> every_fourth_vertex(D d, const Vertex& vertex, std::size_t
 }
 #endif
 
-/// In each lane the one of which  vertex(lane)  points at x, y, z, 0. Copied beside each other first, they
-/// would be loaded before they are stored.
+/// Gathers one vertex per lane: vertex(lane) points to its x, y, z, 0. Copying them to a buffer first would
+/// be slower: the vector load would wait for the stores.
 template <class Vertex>
 HWY_INLINE ViewedVertices gather_viewed_vertices(const Vertex& vertex, const Vec3f& view_point) {
     const Floats d;
@@ -88,7 +88,7 @@ HWY_INLINE VF height_over_view_point(const ViewedVertices& v, const Vec3f& up) {
                    hn::Mul(hn::Set(d, up.z), v.z));
 }
 
-/// The outcode bits (face_outcodes.h) that two vertices have in common, but for the horizon.
+/// Returns the outcode bits (face_outcodes.h) that two vertices share, except the horizon's.
 HWY_INLINE VC common_outcodes(const ViewedVertices& p, const ViewedVertices& q) {
     const Codes di;
     const auto bit_if = [&](auto mask, int bit) {
@@ -105,9 +105,9 @@ HWY_INLINE VC common_outcodes(const ViewedVertices& p, const ViewedVertices& q) 
                   pair(p.y, p.z, q.y, q.z, 8));
 }
 
-/// How far the view point is in front of planes of triangles, given by coordinate (OccluderPlanes): the
-/// measure of how thick they look, and its sign that of the side they show. 0 if seen exactly edge-on, NaN
-/// without area.
+/// Returns the heights of the view point above planes of triangles (OccluderPlanes). The magnitude measures
+/// the apparent thickness of a triangle, and the sign is that of its visible side. 0 if viewed exactly
+/// edge-on, NaN for zero area.
 template <class D>
 HWY_INLINE hn::Vec<D> heights_over_planes(D d, const float* x, const float* y, const float* z,
                                           const float* offset, const Vec3f& from_centre) {
@@ -117,7 +117,7 @@ HWY_INLINE hn::Vec<D> heights_over_planes(D d, const float* x, const float* y, c
                    hn::LoadU(d, offset));
 }
 
-/// A bit a lane.
+/// Returns a mask as an integer, one bit per lane.
 template <class D>
 HWY_INLINE std::uint64_t bits_of(D d, hn::Mask<D> mask) {
     std::uint8_t bytes[8] = {};

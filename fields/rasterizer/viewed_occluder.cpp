@@ -4,10 +4,10 @@
 
 namespace haarfield {
 
-// A triangle of altitude a, seen from the height h above its plane at the distance r, looks  a h / r^2  wide.
-// The error of a side's image is a few times the rounding error of a float, divided by the sine of the angle
-// between side and ray; by the same sine the triangle's other extent looks shorter, so that of two errors'
-// product with it a comparison of a h with a multiple of r^2 is left.
+// A triangle of altitude a, viewed at distance r from a height h above its plane, has an angular width of a h
+// / r^2. The error of a side's image is a small multiple of the float rounding error, divided by the sine of
+// the angle between side and ray. The same sine foreshortens the triangle's other extent, so that it cancels
+// in the product of error and extent. What remains is a comparison of a h with a multiple of r^2.
 ViewedOccluder look_at(const Occluder& occluder, const Vec3f& view_point, const Vec3f* horizon) {
     constexpr double thinnest = 5e-7;  // [rad]
     const Vec3d from_centre = Vec3d(view_point) - occluder.planes().centre;

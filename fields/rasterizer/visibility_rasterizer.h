@@ -11,44 +11,45 @@
 
 namespace haarfield {
 
-/// An occluder, and where it is seen from.
+/// An occluder and the point from which to sample visibility.
 struct OccluderView {
     const Occluder* occluder;
-    /// In the occluder's frame. Offset it from a surface by some 1e-4 of the occluder's radius: on the
-    /// surface itself the answer is arbitrary. [m]
+    /// The view point in the occluder's frame. Offset it from a surface by about 1e-4 of the occluder's
+    /// radius: exactly on the surface, the result is arbitrary. [m]
     Vec3f point;
-    /// Unit normal of a surface through the point; triangles that lie wholly below it are left out. Null:
-    /// none.
+    /// Unit normal of a surface through the point. Triangles entirely below the surface are skipped. Null: no
+    /// surface.
     const Vec3f* horizon = nullptr;
 };
 
-/// Rasterizes occluders; keeps its buffers, so that repeated use allocates nothing.
+/// Rasterizes occluders. Keeps its buffers, so that repeated use allocates nothing.
 ///
-/// A direction is blocked if the ray from the view point meets a two-sided triangle of the occluder or the
-/// front of a one-sided one; there is no depth. Triangles that share an edge compute the same crossing, so
-/// that no crack appears; nothing is clipped, so that triangles around and behind the view point are right.
-/// Which of two ways a piece goes, by its contour or triangle by triangle, changes no bit of the answer, nor
-/// does the instruction set.
+/// A direction is blocked if the ray from the view point hits a two-sided triangle of the occluder or the
+/// front of a one-sided one. There is no depth. Triangles that share an edge compute the same crossing, so
+/// that there are no cracks. Nothing is clipped, so that triangles around and behind the view point are
+/// handled correctly. Triangles are drawn by their contour or one by one. Results are bit-identical for both
+/// paths and for all instruction sets.
 class VisibilityRasterizer {
 public:
     /// face_size  texels along an edge, is_face_size.
     explicit VisibilityRasterizer(int face_size);
     ~VisibilityRasterizer();
-    VisibilityRasterizer(VisibilityRasterizer&&) noexcept;             ///< Takes the buffers over.
-    VisibilityRasterizer& operator=(VisibilityRasterizer&&) noexcept;  ///< Takes the buffers over.
+    VisibilityRasterizer(VisibilityRasterizer&&) noexcept;             ///< Takes ownership of the buffers.
+    VisibilityRasterizer& operator=(VisibilityRasterizer&&) noexcept;  ///< Takes ownership of the buffers.
 
-    /// What can be seen past an occluder: counts of open samples, 0 to samples_per_texel, face by face and
-    /// row by row, 6 * face_size^2 of them; valid until the next call. Arguments as OccluderView has them.
+    /// Returns the visibility around an occluder: counts of open samples, 0 to samples_per_texel, face by
+    /// face in row-major order, 6 * face_size^2 in all. The result is valid until the next call. The
+    /// arguments are those of OccluderView.
     ///
-    /// cost  O(triangles / 64 + edges near the contour + crossed sub-columns), and with a horizon vertices
-    ///       / 16; of pieces whose triangles share few edges, O(triangles + covered sub-columns).
+    /// cost  O(triangles / 64 + edges near the contour + crossed sub-columns), plus vertices / 16 with a
+    ///       horizon. For submeshes whose triangles share few edges, O(triangles + covered sub-columns).
     std::span<const std::uint8_t> open_samples(const Occluder& occluder, const Vec3f& view_point,
                                                const Vec3f* horizon = nullptr);
 
-    /// What can be seen past all of some occluders, whose frames differ by translation and scale alone: a
-    /// sample is open that is open past each.
+    /// Returns the visibility around several occluders: a sample is open if none of them blocks it. Their
+    /// frames may differ only by translation and scale.
     ///
-    /// cost  that of each, and a pass over the cubemap's samples.
+    /// cost  the sum of their costs, and one pass over the cubemap's samples for each.
     std::span<const std::uint8_t> open_samples(std::span<const OccluderView> views);
 
 private:

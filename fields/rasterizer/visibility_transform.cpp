@@ -11,49 +11,49 @@
 namespace haarfield {
 namespace {
 
-/// The mean of a square of which no texel lies above the horizon.
+/// The mean of a square without texels above the horizon.
 constexpr float empty = -1;
-/// The same, as a texel's count.
+/// The count of a texel below the horizon.
 constexpr std::uint8_t empty_texel = 255;
 
 constexpr std::size_t block_size = 8;  // texels
 
-/// A square of one level of one face.
+/// A square of a face at one level.
 struct Square {
-    float mean = 0;  ///< Of visibility, or `empty`.
+    float mean = 0;  ///< Mean visibility, or `empty`.
     std::array<float, 3> wavelet{};
-    bool varies = false;  ///< Whether it holds or leads to a wavelet that is not zero.
+    bool varies = false;  ///< True if it or a square below it has a non-zero wavelet.
 };
 
-/// A square that varies; they are in the order of Quadtree::nodes.
+/// A square that varies, stored in the order of Quadtree::nodes.
 struct VaryingSquare {
     std::array<float, 3> wavelet;
-    std::uint32_t parent;  ///< Its index; the root is its own.
+    std::uint32_t parent;  ///< Its index; the root's parent is itself.
     std::uint16_t x, y;
     std::uint8_t level, quadrant;
-    bool kept = false;          ///< Whether it has a node of its own.
-    std::uint8_t children = 0;  ///< Mask of the quadrants that have one.
+    bool kept = false;          ///< True if it has a node.
+    std::uint8_t children = 0;  ///< Mask of the quadrants with a node.
 };
 
-/// One wavelet, and its share of the squared L2 norm of its face.
+/// A wavelet and its contribution to the squared L2 norm of its face.
 struct Candidate {
     float energy;
     std::uint32_t index;  ///< 3 * varying square + kind.
 
-    /// Whether it matters more: ties go to the smaller face, the coarser level, the smaller index.
+    /// Orders by importance. Ties go to the smaller face, the coarser level, the smaller index.
     bool operator<(const Candidate& other) const {
         return energy != other.energy ? energy > other.energy : index < other.index;
     }
 };
 
-/// 4^-level: the share of a square of that level in its face.
+/// 4^-level: the fraction of a face that a square of that level covers.
 constexpr std::array<float, 8> level_share = [] {
     std::array<float, 8> share{1};
     for (std::size_t level = 1; level < share.size(); ++level) share[level] = share[level - 1] / 4;
     return share;
 }();
 
-/// What is above a horizon on one face: where at + along_u u + along_v v > 0.
+/// The directions above a horizon on a face: at + along_u u + along_v v > 0.
 struct FaceHorizon {
     float at, along_u, along_v;
 
@@ -69,8 +69,8 @@ float texel_centre(std::size_t index, int face_size) {
     return (2 * static_cast<float>(index) + 1) / static_cast<float>(face_size) - 1;
 }
 
-/// Gives the empty quadrants of a square, not all four, what needs fewest wavelets: to one, that without a
-/// diagonal wavelet; to more, what lies beside them.
+/// Fills the one to three empty quadrants of a square with values that need the fewest wavelets. A single one
+/// gets the value without a diagonal wavelet; otherwise, each copies a neighbour.
 void fill_quadrants(std::array<float, 4>& mean) {
     std::array<bool, 4> is_empty;
     for (std::size_t q = 0; q < 4; ++q) is_empty[q] = mean[q] == empty;
@@ -85,7 +85,7 @@ void fill_quadrants(std::array<float, 4>& mean) {
     }
 }
 
-/// The square of four quadrants.
+/// Returns the square of four quadrants.
 Square joined(std::array<float, 4> mean, bool varies) {
     if (mean[0] == mean[1] && mean[1] == mean[2] && mean[2] == mean[3]) return {mean[0], {}, varies};
     if (std::min({mean[0], mean[1], mean[2], mean[3]}) == empty) fill_quadrants(mean);
@@ -99,10 +99,10 @@ Square joined(std::array<float, 4> mean, bool varies) {
     return square;
 }
 
-/// The least of the candidates that must be kept for those that matter less to have at most `allowed` energy,
-/// if any must. May reorder them. O(count).
+/// Returns the least important candidate to keep, so that all less important ones have at most `allowed`
+/// energy; nothing if none need be kept. May reorder the candidates. O(count).
 std::optional<Candidate> least_kept(std::span<Candidate> candidates, double allowed) {
-    // By energy in quarters of octaves: whole bins are dropped until one does not fit.
+    // A histogram over energies in quarter octaves: drop whole bins until one does not fit.
     const auto bin_of = [](const Candidate& c) { return std::bit_cast<std::uint32_t>(c.energy) >> 21; };
     std::array<double, 1024> bins{};
     for (const Candidate& candidate : candidates) bins[bin_of(candidate)] += double(candidate.energy);
@@ -121,9 +121,9 @@ std::optional<Candidate> least_kept(std::span<Candidate> candidates, double allo
 
 struct VisibilityTransform::Buffers {
     int face_size, levels;
-    std::vector<Square> squares;  ///< Of the face at hand: level l from (4^l - 1) / 3, row by row.
+    std::vector<Square> squares;  ///< Of one face: level l from (4^l - 1) / 3, in row-major order.
     std::array<float, cubemap_faces> mean{};
-    std::vector<VaryingSquare> varying;  ///< Of all faces, face by face.
+    std::vector<VaryingSquare> varying;  ///< Squares of all faces, face by face.
     std::array<std::uint32_t, cubemap_faces + 1> first_varying{};
     std::vector<Candidate> candidates;
     std::uint64_t open_squared = 0;  ///< Sum of the squared counts above the horizon.
@@ -142,7 +142,7 @@ struct VisibilityTransform::Buffers {
                    top[0].varies || top[1].varies || bottom[0].varies || bottom[1].varies);
     }
 
-    /// The squares of a block of texels, whose rows lie `stride` apart.
+    /// Computes the squares of a block of texels, whose rows are `stride` apart.
     void transform_block(const std::uint8_t* texels, std::size_t stride, std::size_t block_x,
                          std::size_t block_y) {
         const auto visibility = [](std::uint8_t count) {
@@ -171,7 +171,7 @@ struct VisibilityTransform::Buffers {
         join_children(levels - 3, block_x, block_y);
     }
 
-    /// A block that may be cut by the horizon.
+    /// Transforms a block that the horizon may cut.
     void transform_block_above(const FaceHorizon& horizon, const std::uint8_t* texels, std::size_t block_x,
                                std::size_t block_y) {
         std::array<std::uint8_t, block_size * block_size> above;
@@ -186,7 +186,7 @@ struct VisibilityTransform::Buffers {
         transform_block(above.data(), block_size, block_x, block_y);
     }
 
-    /// Whether all texels of a block are like its first.
+    /// True if all texels of a block are equal.
     bool is_uniform(const std::uint8_t* texels) const {
         std::uint64_t difference = 0;
         const std::uint64_t all = 0x0101010101010101u * texels[0];
@@ -198,7 +198,8 @@ struct VisibilityTransform::Buffers {
         return difference == 0;
     }
 
-    /// How many corner texels of a square of texels are above the horizon: if 4, all are, if 0, none.
+    /// Returns the number of corner texels of a square of texels that are above the horizon. 4: all texels
+    /// are; 0: none.
     int corners_above(const FaceHorizon& horizon, std::size_t x, std::size_t y, std::size_t side) const {
         const float left = texel_centre(x, face_size), right = texel_centre(x + side - 1, face_size);
         const float top = texel_centre(y, face_size), bottom = texel_centre(y + side - 1, face_size);
@@ -208,7 +209,7 @@ struct VisibilityTransform::Buffers {
 
     void add_open(std::uint64_t count, std::uint64_t texels) { open_squared += texels * count * count; }
 
-    /// How many texels of a square of texels are above the horizon.
+    /// Returns the number of texels of a square of texels that are above the horizon.
     std::uint64_t texels_above(const FaceHorizon& horizon, std::size_t x, std::size_t y,
                                std::size_t side) const {
         std::uint64_t count = 0;
@@ -220,7 +221,7 @@ struct VisibilityTransform::Buffers {
         return count;
     }
 
-    /// Fills `squares` with those of a face, of which something lies above the horizon.
+    /// Fills `squares` for a face that is at least partly above the horizon.
     void transform_face(const std::uint8_t* open, const FaceHorizon* horizon) {
         const auto side = std::size_t(face_size);
         if (std::memcmp(open, open + 1, side * side - 1) == 0) {
@@ -254,7 +255,7 @@ struct VisibilityTransform::Buffers {
         }
     }
 
-    /// Appends the varying squares of the face at hand, level by level.
+    /// Appends the varying squares of the current face, level by level.
     void append_varying() {
         const auto root = static_cast<std::uint32_t>(varying.size());
         if (!level(0)->varies) return;
@@ -274,11 +275,11 @@ struct VisibilityTransform::Buffers {
         }
     }
 
-    /// Sets to zero the wavelets that are dropped.
+    /// Sets dropped wavelets to zero.
     void truncate(const Truncation& truncation) {
         if (truncation.coefficients <= 0 && truncation.relative_l2_error <= 0) return;
         candidates.clear();
-        double norm = 0, dropped = 0;  // norm: of what is blocked
+        double norm = 0, dropped = 0;  // norm: squared, of the occlusion
         const auto drop = [&](const Candidate& candidate) {
             varying[candidate.index / 3].wavelet[candidate.index % 3] = 0;
         };
@@ -315,7 +316,7 @@ struct VisibilityTransform::Buffers {
             if (!least || *least < candidate) drop(candidate);
     }
 
-    /// The tree of a face, of the squares that hold or lead to a wavelet still.
+    /// Writes the tree of a face: the squares that still have a wavelet in them or below them.
     void write_face(std::size_t face, Quadtree& tree) {
         const std::uint32_t first = first_varying[face], last = first_varying[face + 1];
         for (std::uint32_t i = last; i-- > first;) {

@@ -18,7 +18,7 @@
 
 namespace haarfield {
 
-/// Of the sums that tell where a box is, relative to their largest terms, with room to spare.
+/// Bound of the relative rounding error of the sums that classify a box, with a margin.
 inline constexpr float box_rounding = 4e-6f;
 
 }  // namespace haarfield
@@ -29,7 +29,7 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// Tells which vertices are below the horizon.
+/// Determines which vertices are below the horizon.
 void tell_below(const Occluder& occluder, const ViewedOccluder& viewed, std::uint8_t* below) {
     const Floats d;
     const Codes di;
@@ -43,7 +43,8 @@ void tell_below(const Occluder& occluder, const ViewedOccluder& viewed, std::uin
     }
 }
 
-/// Lists the clusters above the horizon that may have contour edges, and all that it may cut.
+/// Lists the clusters above the horizon that may have contour edges, and all clusters that the horizon may
+/// cut.
 void list_clusters(const OccluderEdges& edges, float radius, const ViewedOccluder& viewed,
                    VisibleContour& contour) {
     const Floats d;
@@ -64,7 +65,7 @@ void list_clusters(const OccluderEdges& edges, float radius, const ViewedOcclude
                 hn::Add(hn::Mul(load(box[0]), hn::Set(d, v.x)), hn::Mul(load(box[1]), hn::Set(d, v.y))),
                 hn::Mul(load(box[2]), hn::Set(d, v.z)));
         };
-        // The view point as a plane of the dual space.
+        // In the dual space, a plane is a point, and the view point is a plane.
         const VF slack = hn::Add(hn::Mul(load(edges.per_altitude), thin), rounding);
         hn::Mask<Floats> front[2], back[2];
         for (std::size_t s = 0; s < 2; ++s) {
@@ -91,7 +92,7 @@ void list_clusters(const OccluderEdges& edges, float radius, const ViewedOcclude
                          hn::Mul(hn::Set(d, box_rounding), distance));
             const auto above = hn::Gt(height, extent), below = hn::Lt(height, hn::Neg(extent));
             open = hn::And(open, above);
-            // Of one-sided triangles all of which are seen from behind nothing is seen.
+            // One-sided triangles that are all back-facing are invisible.
             const auto unseen =
                 hn::And(all_back, hn::RebindMask(d, hn::Lt(numbers, hn::Set(du, edges.one_sided_clusters))));
             const ChosenLanes<hn::RebindToUnsigned<Floats>> cut(
@@ -111,8 +112,8 @@ void list_clusters(const OccluderEdges& edges, float radius, const ViewedOcclude
 using ClusterFloats = hn::CappedTag<float, OccluderEdges::cluster_size>;
 using ClusterNumbers = hn::RebindToUnsigned<ClusterFloats>;
 
-/// Facing (viewed_occluder.h) of triangles on one side of a cluster's edges, but for the horizon. Those that
-/// look thin are left to the span rasterizer, if it draws them.
+/// Returns the facing (viewed_occluder.h) of triangles on one side of a cluster's edges, without the horizon.
+/// Visible triangles that appear thin are left to the span rasterizer.
 HWY_INLINE hn::Vec<ClusterFloats> facings(hn::Vec<ClusterFloats> heights, const std::uint32_t* triangles,
                                           std::uint32_t one_sided, float thin, VisibleContour& contour) {
     const ClusterFloats d;
@@ -133,12 +134,12 @@ struct TrianglesBelow {
     hn::Mask<ClusterFloats> left, right;
 };
 
-/// Which triangles at a vector of a cluster's edges have all vertices below the horizon.
+/// Determines which triangles at a vector of a cluster's edges have all vertices below the horizon.
 HWY_INLINE TrianglesBelow triangles_below(const OccluderEdges::Cluster& cluster, std::size_t first,
                                           const std::uint8_t* below) {
     const ClusterFloats d;
     unsigned left = 0, right = 0;
-    for (std::size_t i = 0; i < hn::Lanes(d); ++i) {  // no branch to guess wrong
+    for (std::size_t i = 0; i < hn::Lanes(d); ++i) {  // branch-free
         const auto is_below = [&](const std::uint32_t* vertices) {
             return unsigned(below[vertices[first + i]]);
         };
@@ -151,9 +152,9 @@ HWY_INLINE TrianglesBelow triangles_below(const OccluderEdges::Cluster& cluster,
     return {hn::LoadMaskBits(d, left_bits), hn::LoadMaskBits(d, right_bits)};
 }
 
-/// Lists the contour edges of clusters, and the triangles that are left to the span rasterizer.
+/// Lists the contour edges of clusters, and the triangles left to the span rasterizer.
 ///
-/// horizon  whether it may cut them; otherwise they lie above.
+/// horizon  true if the horizon may cut the clusters; otherwise they are above it.
 void list_edges(const Occluder& occluder, const ViewedOccluder& viewed, const std::uint32_t* clusters,
                 std::size_t cluster_count, bool horizon, VisibleContour& contour) {
     const ClusterFloats d;
@@ -199,12 +200,13 @@ void list_edges(const Occluder& occluder, const ViewedOccluder& viewed, const st
     contour.count = count;
 }
 
-/// Copies the contour edges by face.
+/// Copies the contour edges into a list per face.
 void sort_by_face(const Occluder& occluder, const ViewedOccluder& viewed, VisibleContour& contour) {
     const Floats d;
     const hn::RebindToUnsigned<Floats> du;
     float* to[cubemap_faces][7];
-    const std::size_t room = std::bit_ceil(contour.count) + hn::MaxLanes(d);  // does not grow often
+    // rounded up, so that buffers rarely grow
+    const std::size_t room = std::bit_ceil(contour.count) + hn::MaxLanes(d);
     std::uint32_t outside[cubemap_faces];
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         VisibleContour::OfFace& of_face = contour.of_face[face];
@@ -247,7 +249,7 @@ void find_contour(const Occluder& occluder, const ViewedOccluder& viewed, Visibl
     list_clusters(edges, occluder.bounds().radius(), viewed, contour);
     list_edges(occluder, viewed, contour.open.data(), contour.open_count, false, contour);
     list_edges(occluder, viewed, contour.cut.data(), contour.cut_count, true, contour);
-    // Valid numbers for a whole vector.
+    // Padding with valid numbers for a whole vector.
     std::fill_n(contour.numbers.data() + contour.count, hn::MaxLanes(Floats()), 0u);
     sort_by_face(occluder, viewed, contour);
 }

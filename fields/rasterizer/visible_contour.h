@@ -1,5 +1,5 @@
 #pragma once
-/// The edges of an occluder at which the number of its layers changes, as seen from a view point.
+/// The edges of an occluder at which the number of layers along rays from a view point changes.
 
 #include <array>
 #include <cstdint>
@@ -11,35 +11,36 @@
 
 namespace haarfield {
 
-/// Which edges bound what is seen of an occluder.
+/// The contour edges of an occluder relative to a view point.
 struct VisibleContour {
-    std::vector<std::uint64_t> left;  ///< Bit per triangle: set if it is left to the span rasterizer.
+    std::vector<std::uint64_t> left;  ///< One bit per triangle: set if left to the span rasterizer.
 
-    std::size_t count = 0;                 ///< Of contour edges. Of each of them:
-    AlignedBuffer<std::uint32_t> numbers;  ///< its number in OccluderEdges;
-    AlignedBuffer<float> weights;          ///< the layers on its left, seen from its first end, less those on
-                                           ///< its right: 1 or 2, with a sign.
+    std::size_t count = 0;                 ///< The number of contour edges.
+    AlignedBuffer<std::uint32_t> numbers;  ///< The number of each edge in OccluderEdges.
+    /// For each edge, the layers on its left, viewed from its first end, minus those on its right: +-1 or
+    /// +-2.
+    AlignedBuffer<float> weights;
 
-    /// Those that may cross sub-columns of a face, in sight or between them and the pole they start from.
+    /// Edges that may cross sub-columns of a face, on the face or between it and the pole of the sub-columns.
     struct OfFace {
         std::size_t count = 0;
-        /// From the view point: x, y, z of the first, then of the second.
+        /// Relative to the view point: x, y, z of the first end, then of the second.
         std::array<AlignedBuffer<float>, 6> ends;
         AlignedBuffer<float> weights;
     };
     std::array<OfFace, cubemap_faces> of_face;
 
-    // What find_contour keeps by the way: clusters above the horizon that may have contour edges, and all
-    // that it may cut.
+    // Buffers of find_contour: clusters above the horizon that may have contour edges, and all clusters that
+    // the horizon may cut.
     std::size_t open_count = 0, cut_count = 0;
     AlignedBuffer<std::uint32_t> open, cut;
-    AlignedBuffer<std::uint8_t> below;  ///< By vertex: 1 below the horizon, 0 above.
+    AlignedBuffer<std::uint8_t> below;  ///< One per vertex: 1 below the horizon, 0 above.
 };
 
-/// The contour of the triangles that count (viewed_occluder.h).
+/// Finds the contour of the facing triangles (viewed_occluder.h).
 ///
-/// cost  O(edges / 128 + edges of clusters that the contour or the horizon crosses), and with a horizon
-///       vertices / 16.
+/// cost  O(edges / 128 + edges of clusters that the contour or the horizon crosses), plus vertices / 16 with
+///       a horizon.
 void find_contour(const Occluder& occluder, const ViewedOccluder& viewed, VisibleContour& contour);
 
 }  // namespace haarfield

@@ -36,7 +36,7 @@ std::vector<Vec3f> texel_directions(int size) {
 
 namespace {
 
-/// Solid angle of the rectangle from the face's centre (0,0) to (u,v), signed. [sr]
+/// Returns the signed solid angle of the rectangle from the face's centre (0,0) to (u,v). [sr]
 double corner_solid_angle(double u, double v) {
     return std::atan2(u * v, std::sqrt(1 + u * u + v * v));
 }

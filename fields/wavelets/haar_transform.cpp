@@ -11,7 +11,7 @@
 namespace haarfield {
 namespace {
 
-/// The full transform: for each level, the wavelets of its 4^level squares, row by row, and the mean.
+/// The full transform: the mean, and for each level the wavelets of its 4^level squares in row-major order.
 template <class Value>
 struct FullTransform {
     Value mean;
@@ -49,13 +49,13 @@ FullTransform<Value> full_transform(std::span<const Value> texels, int size) {
     return result;
 }
 
-/// One wavelet, and its share of the squared L2 norm of the function.
+/// A wavelet and its contribution to the squared L2 norm of the function.
 struct Candidate {
     double energy;
     std::uint32_t index;  ///< 3 * square + kind, squares numbered as in FullTransform.
 };
 
-/// Sets to zero the wavelets that the truncation drops.
+/// Sets the wavelets to zero that the truncation drops.
 template <class Value>
 void truncate(FullTransform<Value>& transform, int levels, const Truncation& truncation) {
     std::vector<Candidate> candidates;
@@ -74,7 +74,7 @@ void truncate(FullTransform<Value>& transform, int levels, const Truncation& tru
         truncation.coefficients > 0 && candidates.size() > std::size_t(truncation.coefficients);
     if (!limited && truncation.relative_l2_error <= 0) return;
 
-    // Level-order numbering makes the smaller index the coarser level, so ties need no more than it.
+    // Indices are in level order, so the smaller index is on the coarser level, as ties require.
     const auto matters_more = [](const Candidate& a, const Candidate& b) {
         return a.energy != b.energy ? a.energy > b.energy : a.index < b.index;
     };
@@ -96,7 +96,7 @@ void truncate(FullTransform<Value>& transform, int levels, const Truncation& tru
         transform.wavelets[candidates[i].index / 3][candidates[i].index % 3] = Value(0.0f);
 }
 
-/// Appends the tree of a square level by level: a node for every square that holds or leads to a wavelet.
+/// Appends the nodes of a face in level order: one for each square with a wavelet in it or below it.
 template <class Value>
 void append_nodes(const FullTransform<Value>& transform, int levels,
                   std::vector<typename BasicQuadtree<Value>::Node>& nodes) {
@@ -194,7 +194,7 @@ BasicQuadtree<Value> weighted_sum(std::span<const BasicQuadtree<Value>* const> t
     sum.scaling = Value(0.0f);
     for (std::size_t i = 0; i < trees.size(); ++i) sum.scaling = sum.scaling + trees[i]->scaling * weights[i];
 
-    // Level by level over the union: a square holds the index of each tree's node, or no_node.
+    // Traverses the union of the trees level by level. A square stores each tree's node index, or no_node.
     using Square = std::array<std::int32_t, 16>;
     std::vector<Square> row, next;
     Square root;

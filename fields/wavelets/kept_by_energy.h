@@ -1,20 +1,20 @@
 #pragma once
-/// Which coefficients are kept when an error is allowed.
+/// Selection of the coefficients to keep for an allowed error.
 
 #include <algorithm>
 #include <span>
 
 namespace haarfield {
 
-/// Reorders items so that those that are kept come first, and returns how many: as few as can be, so that the
-/// energies of all others add up to at most `allowed`.
+/// Reorders items so that the kept ones come first, and returns their number: the smallest for which the
+/// energies of all others sum to at most `allowed`.
 ///
-/// energy_of     of an item: >= 0.
-/// matters_more  a strict order of all items, by falling energy.
-/// accuracy      energies are added up in double, in the order in which std::nth_element leaves them: which
-///               items are kept may differ between standard libraries where rounding decides.
-/// cost          linear, on the average: of the places of which it is not known whether they are kept the
-///               half that matters less is looked at as a whole, and left out if all of it can be.
+/// energy_of     the energy of an item, >= 0.
+/// matters_more  a strict order of all items by decreasing energy.
+/// accuracy      energies are summed in double, in the order in which std::nth_element leaves them. If
+///               rounding decides, the choice may differ between standard libraries.
+/// cost          linear on average: each step tests the less important half of the undecided items as a
+///               whole, and drops it if its total energy is allowed.
 template <class Item, class EnergyOf, class MattersMore>
 std::size_t kept_by_energy(std::span<Item> items, double allowed, const EnergyOf& energy_of,
                            const MattersMore& matters_more) {

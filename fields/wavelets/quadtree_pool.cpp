@@ -15,11 +15,11 @@
 namespace haarfield {
 namespace {
 
-constexpr unsigned children_mask = 15, wavelet_bit = 16;  // of a node's first byte
+constexpr unsigned children_mask = 15, wavelet_bit = 16;  // in a node's first byte
 
 std::uint8_t packed_wavelet(float value) {
     assert(std::abs(value) <= 0.5f);
-    // Not std::lround: a library call.
+    // std::lround is slower: a library call.
     return static_cast<std::uint8_t>(
         static_cast<int>(value * (1 / wavelet_step) + std::copysign(0.5f, value)));
 }
@@ -42,15 +42,14 @@ bool is_finite_half(std::uint16_t bits) {
     return (bits & 0x7c00u) != 0x7c00u;
 }
 
-/// Appends the nodes of a tree that hold or lead to a wavelet that does not round to zero; returns their
-/// number.
+/// Appends the nodes with a wavelet in them or below them that does not round to zero. Returns their number.
 std::size_t append_packed(const Quadtree& tree, std::vector<std::uint8_t>& bytes) {
     struct Node {
         unsigned head;
         std::array<std::uint8_t, 3> wavelet;
     };
     std::array<Node, (256 * 256 - 1) / 3> packed;
-    // Children follow their parents, so that backwards they come first.
+    // Children follow their parents, so reverse order visits children first.
     for (std::size_t i = tree.nodes.size(); i-- > 0;) {
         const Quadtree::Node& node = tree.nodes[i];
         packed[i].head = 0;
@@ -106,7 +105,7 @@ struct QuadtreePoolBuilder::State {
         const auto [first, last] = face_by_content.equal_range(content);
         for (auto candidate = first; candidate != last; ++candidate) {
             const PackedFace& known = faces[candidate->second];
-            // As many nodes that begin with the same bytes have no further ones.
+            // A face with as many nodes and the same first bytes has no further bytes.
             if (known.scaling == face.scaling && known.node_count == face.node_count &&
                 bytes.size() <= node_bytes.size() - known.first_byte &&
                 std::equal(bytes.begin(), bytes.end(), node_bytes.begin() + known.first_byte))
@@ -144,7 +143,7 @@ std::int32_t QuadtreePoolBuilder::add(const PackedTrees& trees) {
 }
 
 bool QuadtreePoolBuilder::is_full() const {
-    // With room for the other faces of a cubemap, and for a few cubemaps of a chunk.
+    // Reserves space for the other faces of a cubemap and for the remaining cubemaps of a chunk.
     constexpr std::uint64_t room = std::uint64_t(1) << 26;
     return state_->node_bytes.size() > 0xffffffffu - room;
 }
@@ -178,9 +177,9 @@ void unpack_face(const QuadtreePool& pool, std::uint32_t face, Quadtree& tree) {
 
 namespace {
 
-/// What a node's first byte says, looked up: fields of millions of nodes are checked whenever they are read.
+/// The decoded first byte of a node. A table, because millions of nodes are checked whenever a field is read.
 struct NodeHead {
-    std::uint8_t children = 0, bytes = 0;  ///< bytes: of the node; 0 if the byte is of no kind.
+    std::uint8_t children = 0, bytes = 0;  ///< bytes: size of the node; 0 if the first byte is invalid.
 };
 
 constexpr std::array<NodeHead, 256> node_heads = [] {
@@ -191,7 +190,7 @@ constexpr std::array<NodeHead, 256> node_heads = [] {
     return heads;
 }();
 
-/// Reads the nodes of a face level by level: whether all are reached, within `levels` levels and the bytes.
+/// Reads the nodes of a face level by level. True if they form one tree within `levels` levels and the bytes.
 bool is_whole_tree(std::span<const std::uint8_t> bytes, std::size_t nodes, int levels) {
     std::size_t at = 0, begin = 0, end = 1;  // byte; nodes of the level
     for (int level = 0; begin < nodes; ++level) {
@@ -218,7 +217,7 @@ std::string face_defect(const QuadtreePool& pool, std::size_t f, int levels) {
     if (face.node_count > 0 &&
         !is_whole_tree(std::span(pool.node_bytes.begin() + face.first_byte, pool.node_bytes.end()),
                        face.node_count, levels))
-        return fmt::format("the nodes of face {} are no tree of {} levels", f, levels);
+        return fmt::format("the nodes of face {} are not a tree of at most {} levels", f, levels);
     return {};
 }
 
@@ -240,9 +239,9 @@ void take_trees(const QuadtreePool& pool, std::int32_t handle, PackedTrees& pack
 
 std::string pool_defect(const QuadtreePool& pool) {
     if (!is_face_size(pool.face_size))
-        return fmt::format("face size is {}; wanted a power of two up to 256", pool.face_size);
+        return fmt::format("face size is {}; expected a power of two up to 256", pool.face_size);
     const int levels = std::countr_zero(unsigned(pool.face_size));
-    // The first one, whichever thread finds it.
+    // The first defective face, whichever thread finds it.
     const std::size_t first = tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, pool.faces.size(), 1024), pool.faces.size(),
         [&](const auto& range, std::size_t found) {

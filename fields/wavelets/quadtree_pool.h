@@ -1,5 +1,5 @@
 #pragma once
-/// Many cubemaps of visibility in little memory: quantised nodes, with equal faces stored once.
+/// Compact storage of many visibility cubemaps: quantised nodes, with equal faces stored once.
 
 #include "fields/base/shared_array.h"
 #include "fields/wavelets/quadtree.h"
@@ -10,85 +10,86 @@
 
 namespace haarfield {
 
-/// Wavelets are stored in these steps, as signed bytes: the largest wavelet, 1/2 where half a square is open,
-/// has 127 of them.
+/// The quantisation step of wavelets, which are stored as signed bytes. The largest wavelet is 1/2 (half of a
+/// square is open) and becomes 127.
 inline constexpr float wavelet_step = 0.5f / 127;
 
-/// A face's tree: where its nodes are, and its mean.
+/// The tree of a face: the location of its nodes, and its mean.
 struct PackedFace {
-    std::uint32_t first_byte = 0;  ///< Of its nodes, in QuadtreePool::node_bytes.
+    std::uint32_t first_byte = 0;  ///< First byte of its nodes in QuadtreePool::node_bytes.
     std::uint16_t node_count = 0;  ///< 0: constant.
     std::uint16_t scaling = 0;     ///< Mean, as an IEEE half float.
 
-    auto operator<=>(const PackedFace&) const = default;  ///< By its numbers, in their order.
+    auto operator<=>(const PackedFace&) const = default;  ///< Lexicographic order of the members.
 };
 static_assert(sizeof(PackedFace) == 8);
 
-/// Face indices of one cubemap.
+/// The face indices of one cubemap.
 using PackedCubemap = std::array<std::uint32_t, cubemap_faces>;
 
 /// Cubemaps by handle: the index in `cubemaps`. Equal cubemaps and equal faces are stored once.
 ///
-/// The nodes of a face follow each other as in BasicQuadtree, so that masks alone tell where children are:
-/// those of the first node that has any begin at 1, those of each later one where the ones before it end. A
-/// node is one byte (bits 0 to 3: quadrants that have a child; 4 to 6: wavelets along x, along y, diagonal
-/// that are not zero), then one byte for each of these wavelets. After truncation most nodes have one or two.
+/// The nodes of a face are in level order, as in BasicQuadtree, so their masks determine the locations of
+/// children. The children of the first node that has any begin at index 1; those of each later node follow
+/// the children before them. A node is one byte, then one byte for each non-zero wavelet. The first byte
+/// holds the quadrants with a child (bits 0 to 3) and the non-zero wavelets along x, along y and diagonal
+/// (bits 4 to 6). After truncation most nodes have one or two wavelets.
 struct QuadtreePool {
-    int face_size = 64;  ///< Texels along an edge that the trees were made from.
+    int face_size = 64;  ///< Texels along an edge of the cubemaps that the trees were made from.
     SharedArray<std::uint8_t> node_bytes;
     SharedArray<PackedFace> faces;
     SharedArray<PackedCubemap> cubemaps;
 };
 
-/// The trees of one cubemap, packed.
+/// The packed trees of one cubemap.
 struct PackedTrees {
     std::array<PackedFace, cubemap_faces> faces;
     std::vector<std::uint8_t> node_bytes;  ///< Face by face.
 };
 
-/// Rounds wavelets to wavelet_step and means to half floats; subtrees of wavelets that round to zero are left
-/// out.
+/// Packs trees: rounds wavelets to wavelet_step and means to half floats. Drops subtrees in which all
+/// wavelets round to zero.
 ///
-/// tree    of visibility: wavelets in [-1/2, 1/2] (asserted).
+/// tree    visibility, with wavelets in [-1/2, 1/2] (asserted).
 /// packed  the result; its memory is reused.
 void pack_trees(const CubemapTree& tree, PackedTrees& packed);
 
-/// The trees of a pool's cubemap, as they were packed. The pool must be without defect.
+/// Returns the packed trees of a cubemap of the pool. The pool must have no defect.
 ///
 /// packed  the result; its memory is reused.
 void take_trees(const QuadtreePool& pool, std::int32_t handle, PackedTrees& packed);
 
-/// Adds cubemaps in the order of the calls; the handles and the pool depend on that order alone.
+/// Builds a pool. Handles and pool depend only on the order of the calls.
 class QuadtreePoolBuilder {
 public:
     explicit QuadtreePoolBuilder(int face_size);  ///< face_size: texels along an edge.
     ~QuadtreePoolBuilder();
 
-    /// A cubemap's handle; an equal one that was added before is returned again. Not once the pool is full
-    /// (asserted).
+    /// Adds a cubemap and returns its handle. Returns the existing handle if an equal cubemap was added
+    /// before. The pool must not be full (asserted).
     std::int32_t add(const PackedTrees& cubemap);
 
-    /// Whether the nodes so far fill 4 GiB, which is as far as faces can point.
+    /// True if the nodes nearly fill 4 GiB, the range of PackedFace::first_byte.
     bool is_full() const;
 
-    QuadtreePool finish() &&;  ///< The pool of all cubemaps so far.
+    QuadtreePool finish() &&;  ///< Returns the pool of all added cubemaps.
 
 private:
     struct State;
     std::unique_ptr<State> state_;
 };
 
-/// Nodes of all faces.
+/// Returns the number of nodes of all faces.
 std::uint64_t node_count(const QuadtreePool& pool);
 
-/// Tree of one face, in floats; reuses the tree's memory.
+/// Unpacks the tree of one face to floats. Reuses the memory of `tree`.
 void unpack_face(const QuadtreePool& pool, std::uint32_t face, Quadtree& tree);
 
-/// Whether every index in the pool is in range, every mean finite, and every face a tree all of whose nodes
-/// are reached, none below the texels, so that walking it is safe and ends. Empty if so; otherwise what is
-/// wrong, and where.
+/// Checks that a traversal of the pool is safe and ends: every index is in range, every mean is finite, and
+/// the nodes of every face form one tree that does not extend below the texels.
 ///
-/// cost  O(pool).
+/// returns  empty if so; otherwise the defect and its location.
+/// cost     O(pool).
 std::string pool_defect(const QuadtreePool& pool);
 
 }  // namespace haarfield

@@ -29,13 +29,13 @@ bool is_same_file(const struct stat& a, const struct stat& b) {
     return a.st_dev == b.st_dev && a.st_ino == b.st_ino;
 }
 
-/// A claim as it was seen.
+/// The state of a claim file at one time.
 struct Sight {
     struct stat status {};
     std::string process;
 };
 
-/// Nothing if it is not there.
+/// Reads a claim; nothing if there is none.
 std::optional<Sight> seen_claim(const path& file) {
     const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (descriptor < 0) return std::nullopt;
@@ -54,30 +54,30 @@ bool is_renewed(const Sight& before, const Sight& now) {
            before.status.st_mtim.tv_nsec != now.status.st_mtim.tv_nsec;
 }
 
-/// Beside the claim, of a name that nobody else has; remove_abandoned_files knows it.
+/// Returns a name next to the claim that no other process uses. remove_abandoned_files recognises it.
 path own_name(const path& file) {
     path own = file;
     own += fmt::format(".{}.{}.tmp", process_name(), Clock::now().time_since_epoch().count());
     return own;
 }
 
-/// Removes a claim that nobody renews, and none that has taken its place meanwhile.
+/// Removes a claim that is no longer renewed, but not one that has replaced it in the meantime.
 void remove_stale(const path& file, const Sight& stale) {
     const path moved = own_name(file);
     if (std::rename(file.c_str(), moved.c_str()) != 0) return;
     const std::optional<Sight> taken = seen_claim(moved);
     if (taken && !is_same_file(taken->status, stale.status))
-        (void)!link(moved.c_str(), file.c_str());  // a living one's: back with it
+        (void)!link(moved.c_str(), file.c_str());  // another process holds it: restore it
     unlink(moved.c_str());
 }
 
 enum class Attempt { made, taken, impossible };
 
-/// Appears with its content in one step, or not at all, on network file systems, too.
+/// Creates a claim. It appears with its content in one step or not at all, also on network file systems.
 Result<Attempt> make_claim(const path& file) {
     const path own = own_name(file);
     const int descriptor = open(own.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
-    if (descriptor < 0) return system_error(file, "make a file beside it", errno);
+    if (descriptor < 0) return system_error(file, "create a file next to it", errno);
     const std::string name = process_name();
     const bool written = write(descriptor, name.data(), name.size()) == static_cast<ssize_t>(name.size());
     close(descriptor);
@@ -87,7 +87,7 @@ Result<Attempt> make_claim(const path& file) {
     if (failure == EEXIST) return Attempt::taken;
     if (failure == EPERM || failure == ENOTSUP || failure == ENOSYS || failure == EMLINK)
         return Attempt::impossible;
-    return system_error(file, "be made", failure);
+    return system_error(file, "create it", failure);
 }
 
 }  // namespace
@@ -102,11 +102,11 @@ Result<std::optional<Claim>> Claim::on(const path& file, const Progress& progres
         if (*attempt == Attempt::impossible) return std::optional<Claim>();
         if (*attempt == Attempt::made) {
             const int descriptor = open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
-            if (descriptor < 0) return system_error(file, "be opened", errno);
+            if (descriptor < 0) return system_error(file, "open it", errno);
             return std::optional(Claim(file, descriptor));
         }
         const std::optional<Sight> sight = seen_claim(file);
-        if (!sight) continue;  // given up meanwhile
+        if (!sight) continue;  // released in the meantime
         if (!last || is_renewed(*last, *sight)) last_renewal = Clock::now();
         last = sight;
         if (process_liveness(sight->process) == Liveness::ended || Clock::now() - last_renewal > patience) {
@@ -115,7 +115,7 @@ Result<std::optional<Claim>> Claim::on(const path& file, const Progress& progres
         }
         if (progress.stop.stop_requested()) return Error{file.string(), interrupted};
         if (progress.report)
-            progress.report("waiting for another process that makes " + file.stem().string(), 0, 1);
+            progress.report("waiting for another process that computes " + file.stem().string(), 0, 1);
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
 }

@@ -22,7 +22,8 @@ std::string text_of(const char* file) {
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The machine, and what numbers its processes: containers of one machine may have the same numbers.
+/// Returns a hash of the machine and its process number space, because containers on a machine may use the
+/// same numbers.
 std::string this_place() {
     std::array<char, 256> host{}, numbers{};
     gethostname(host.data(), host.size() - 1);
@@ -32,10 +33,10 @@ std::string this_place() {
     return fmt::format("{:016x}", XXH3_64bits(all.data(), all.size())).substr(0, place_digits);
 }
 
-/// When a process was started, as the system counts; 0 if that can not be known.
+/// Returns the start time of a process, in the system's unit; 0 if unknown.
 std::uint64_t start_of(pid_t process) {
     const std::string status = text_of(fmt::format("/proc/{}/stat", process).c_str());
-    const std::size_t name_end = status.rfind(')');  // a process's name may be anything
+    const std::size_t name_end = status.rfind(')');  // a process's name may contain anything
     if (name_end == std::string::npos) return 0;
     constexpr int words_before = 19;
     std::istringstream words(status.substr(name_end + 1));
@@ -46,7 +47,7 @@ std::uint64_t start_of(pid_t process) {
     return start;
 }
 
-/// Reads a number that ends with the text, or before the character `end`; moves behind it.
+/// Reads a number that is followed by the character `end`, or by the end of the text. Advances the text.
 template <class T>
 bool take_number(std::string_view& text, char end, T& number) {
     const auto [last, error] = std::from_chars(text.data(), text.data() + text.size(), number);

@@ -1,21 +1,22 @@
 #pragma once
-/// What a reader process and those who ask it say to each other. Not for users.
+/// Messages between a reader process and its clients. Internal.
 
 #include <array>
 #include <cstdint>
 
 namespace haarfield {
 
-/// How a worker ends whose words count. Neither is what libraries or sanitizers end a process with.
+/// Exit codes of workers. Libraries and sanitizers do not use these codes.
 enum class WorkerExit : int {
-    done = 40,         ///< The answer is what the task wrote.
-    refused = 41,      ///< The answer is what is wrong with the file.
+    done = 40,         ///< The answer is the output of the task.
+    refused = 41,      ///< The answer is an error message about the file.
     unsandboxed = 42,  ///< The sandbox could not be set up; the file was not read.
 };
 
-/// To the reader process: before the details, with the descriptors of file, answer and outcome.
+/// A request to the reader process, sent before the details, with the descriptors of file, answer and
+/// outcome.
 struct ReaderRequest {
-    std::array<char, 16> task{};  ///< Its name, with zeros behind it.
+    std::array<char, 16> task{};  ///< The name of the task, padded with zeros.
     std::uint64_t memory = 0;     ///< ReaderLimits::memory
     std::uint64_t answer = 0;     ///< ReaderLimits::answer
     double seconds = 0;           ///< ReaderLimits::seconds
@@ -23,10 +24,10 @@ struct ReaderRequest {
 };
 inline constexpr std::size_t longest_details = 16384;  ///< [bytes]
 
-/// From it, once a worker has ended.
+/// The reply of the reader process after a worker has ended.
 struct ReaderOutcome {
-    std::int32_t status = 0;   ///< As waitpid has it; -1: it could not be started.
-    std::int32_t stalled = 0;  ///< Ended because all its threads slept for a long time.
+    std::int32_t status = 0;   ///< Status of waitpid; -1: the worker could not be started.
+    std::int32_t stalled = 0;  ///< 1 if it was killed because all its threads slept for a long time.
 };
 
 }  // namespace haarfield

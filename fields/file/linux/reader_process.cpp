@@ -45,7 +45,7 @@ constexpr bool is_thread_sanitized = true;
 constexpr bool is_thread_sanitized = false;
 #endif
 
-/// A descriptor, closed at the end of its scope.
+/// A file descriptor that is closed at the end of its scope.
 struct Descriptor {
     int number = -1;
 
@@ -66,9 +66,10 @@ constexpr const char* variable = "HAARFIELD_READER";
 struct Connection {
     std::mutex looking;
     bool looked_for = false;
-    std::atomic<bool> may_be_unsandboxed = is_thread_sanitized;  // which has no reader process
-    std::string failure;  ///< Why there is none, if one was asked for by name.
-    int socket = -1;      ///< -1: there is none.
+    // ThreadSanitizer builds have no reader process
+    std::atomic<bool> may_be_unsandboxed = is_thread_sanitized;
+    std::string failure;  ///< The error if a program that was named explicitly cannot be run.
+    int socket = -1;      ///< -1: there is no reader process.
 };
 
 Connection& connection() {
@@ -80,7 +81,7 @@ Error system_error(const std::string& where, const char* action, int number) {
     return {where, fmt::format("cannot {}: {}", action, std::strerror(number))};
 }
 
-/// Whether all threads but this one sleep: no lock is held then, as this one holds none.
+/// Tests whether all other threads sleep, so that none of them holds a lock.
 bool others_sleep() {
     const std::string own = std::to_string(gettid());
     std::error_code code;
@@ -88,7 +89,7 @@ bool others_sleep() {
         if (entry.path().filename() == own) continue;
         std::ifstream file(entry.path() / "stat");
         const std::string status((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-        const std::size_t name = status.rfind(") ");  // which may hold anything
+        const std::size_t name = status.rfind(") ");  // a name may contain anything
         if (name == std::string::npos || status.compare(name + 2, 1, "S") != 0) return false;
     }
     return !code;
@@ -116,13 +117,13 @@ std::filesystem::path found_program(bool& is_named) {
     return {};
 }
 
-/// Starts `program` with one end of a socket as its descriptor 3: returns the other, or -1 and errno.
+/// Starts `program` with one end of a socket as its descriptor 3. Returns the other end, or -1 and errno.
 int spawned(const std::filesystem::path& program) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) return -1;
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    // Of a number of its own, as dup2 onto itself would leave it to be closed.
+    // Duplicated to another number, because dup2 onto the same number would leave close-on-exec set.
     const int moved = fcntl(ends[1], F_DUPFD_CLOEXEC, 10);
     posix_spawn_file_actions_adddup2(&actions, moved, 3);
     posix_spawn_file_actions_addclosefrom_np(&actions, 4);
@@ -163,11 +164,11 @@ Result<Done> send(int socket, const ReaderRequest& head, std::string_view detail
     ssize_t sent = 0;
     do sent = sendmsg(socket, &message, MSG_NOSIGNAL);
     while (sent < 0 && errno == EINTR);
-    if (sent < 0) return system_error(where, "reach the process that reads files", errno);
+    if (sent < 0) return system_error(where, "reach the reader process", errno);
     return Done{};
 }
 
-/// What became of a worker; none if the reader process itself has ended.
+/// Reads the outcome of a worker. False if the reader process itself has ended.
 bool receive(int pipe, ReaderOutcome& outcome) {
     ssize_t size = 0;
     do size = ::read(pipe, &outcome, sizeof outcome);
@@ -175,9 +176,9 @@ bool receive(int pipe, ReaderOutcome& outcome) {
     return size == sizeof outcome;
 }
 
-/// Why there is no answer.
+/// Returns the error message for a worker that gave no answer.
 std::string failure_of(const ReaderOutcome& outcome, const ReaderLimits& limits) {
-    if (outcome.stalled) return "its reader waits for something that does not happen: the file is damaged";
+    if (outcome.stalled) return "its reader stopped responding: the file is damaged";
     if (WIFSIGNALED(outcome.status) && WTERMSIG(outcome.status) == SIGXCPU)
         return fmt::format("took longer than {:.0f} s of processor time to read", limits.seconds);
     if (WIFEXITED(outcome.status) && WEXITSTATUS(outcome.status) == int(WorkerExit::unsandboxed))
@@ -204,22 +205,22 @@ Result<Done> fork_reader_process(std::span<const ReaderTask> tasks) {
     Connection& made = connection();
     const std::lock_guard lock(made.looking);
     if (made.socket >= 0 || std::getenv(variable)) return Done{};
-    if (is_thread_sanitized) return Error{"", "ThreadSanitizer wants no process without its threads"};
-    // Libraries have threads from their loading on, which soon wait for work.
+    if (is_thread_sanitized) return Error{"", "ThreadSanitizer does not support fork"};
+    // Some libraries start threads when they are loaded. These soon sleep.
     for (int tries = 0; !others_sleep(); ++tries) {
         constexpr int most_tries = 50;
-        if (tries == most_tries) return Error{"", "other threads are at work"};
+        if (tries == most_tries) return Error{"", "other threads are running"};
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0)
-        return system_error("", "make a socket", errno);
+        return system_error("", "create a socket", errno);
     const pid_t server = fork();
     if (server < 0) {
         const int number = errno;
         ::close(ends[0]);
         ::close(ends[1]);
-        return system_error("", "make a process", number);
+        return system_error("", "create a process", number);
     }
     if (server == 0) {
         ::close(ends[0]);
@@ -244,8 +245,9 @@ Result<bool> reads_apart() {
         const std::filesystem::path program = found_program(is_named);
         if (!program.empty()) made.socket = spawned(program);
         if (made.socket < 0 && is_named)
-            made.failure = fmt::format("can not be run: {}; HAARFIELD_READER names what reads files",
-                                       std::strerror(errno));
+            made.failure =
+                fmt::format("cannot be run: {}; expected HAARFIELD_READER to name haarfield-reader",
+                            std::strerror(errno));
         if (!made.failure.empty()) made.failure = program.string() + ": " + made.failure;
     }
     if (!made.failure.empty()) return Error{"", made.failure};
@@ -270,7 +272,7 @@ Result<MappedFile> read_apart(std::string_view task, int descriptor, std::string
     const Descriptor answer(memory_file());
     int ends[2];
     if (answer.number < 0 || pipe2(ends, O_CLOEXEC) != 0)
-        return system_error(where, "make room for what it holds", errno);
+        return system_error(where, "allocate memory for its content", errno);
     const Descriptor told(ends[0]);
     Descriptor telling(ends[1]);
     if (const Result<Done> sent =
@@ -279,7 +281,7 @@ Result<MappedFile> read_apart(std::string_view task, int descriptor, std::string
         return sent.error();
     telling.close();
     ReaderOutcome outcome;
-    if (!receive(told.number, outcome)) return Error{where, "the process that reads files has ended"};
+    if (!receive(told.number, outcome)) return Error{where, "the reader process has ended"};
     const bool has_ended = outcome.status != -1 && WIFEXITED(outcome.status);
     const bool is_done = has_ended && WEXITSTATUS(outcome.status) == int(WorkerExit::done);
     const bool is_refused = has_ended && WEXITSTATUS(outcome.status) == int(WorkerExit::refused);
@@ -293,14 +295,14 @@ Result<MappedFile> read_apart(std::string_view task, int descriptor, std::string
 Result<MappedFile> read_apart(std::string_view task, std::string_view bytes, std::string_view details,
                               const ReaderLimits& limits, const std::string& where) {
     const Descriptor file(memory_file());
-    if (file.number < 0) return system_error(where, "make room for it", errno);
+    if (file.number < 0) return system_error(where, "allocate memory for it", errno);
     for (std::string_view rest = bytes; !rest.empty();) {
         const ssize_t count = ::write(file.number, rest.data(), rest.size());
         if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) return system_error(where, "make room for it", errno);
+        if (count <= 0) return system_error(where, "allocate memory for it", errno);
         rest.remove_prefix(static_cast<std::size_t>(count));
     }
-    // The worker gets this descriptor and must not use the file for further memory.
+    // The worker gets this descriptor. The seals prevent it from using the file as additional memory.
     constexpr int seals = F_SEAL_SEAL | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE;
     if (fcntl(file.number, F_ADD_SEALS, seals) != 0) return system_error(where, "seal a copy of it", errno);
     return read_apart(task, file.number, details, limits, where);

@@ -37,9 +37,9 @@ void limit(__rlimit_resource resource, rlim_t soft, rlim_t hard) {
     setrlimit(resource, &now);
 }
 
-/// Allows reading below `folder` and forbids every other access to files by name, to the network, and to
-/// processes outside the sandbox. Kernels without Landlock (before 5.13, or built without it) are left to the
-/// filter of system calls.
+/// Allows reading below `folder`. Forbids every other access to files by name, to the network, and to
+/// processes outside the sandbox. On kernels without Landlock (before 5.13, or built without it), only the
+/// filter of system calls applies.
 bool restrict_files(const std::string& folder) {
     const long abi = syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION);
     if (abi < 1) return errno == ENOSYS || errno == EOPNOTSUPP;
@@ -59,7 +59,7 @@ bool restrict_files(const std::string& folder) {
     if (rules < 0) return false;
     bool good = true;
     if (!folder.empty()) {
-        // A folder that cannot be opened is one that no file can be read from.
+        // A folder that cannot be opened contains no readable files.
         if (const int top = open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC); top >= 0) {
             const landlock_path_beneath_attr below{LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR,
                                                    top};
@@ -148,7 +148,7 @@ bool add_rules(scmp_filter_ctx filter) {
     constexpr scmp_datum_t thread = CLONE_VM | CLONE_THREAD | CLONE_SIGHAND;
     allow(SCMP_SYS(clone), {compare(0, SCMP_CMP_MASKED_EQ, thread, thread)});
     const auto own = scmp_datum_t(getpid());
-    // Signals to other processes end the reader; abort() signals its own.
+    // Signals to other processes kill the reader; abort() signals the reader itself.
     for (const int call : {SCMP_SYS(tgkill), SCMP_SYS(kill)}) {
         allow(call, {compare(0, SCMP_CMP_EQ, own)});
         const scmp_arg_cmp other = compare(0, SCMP_CMP_NE, own);
@@ -158,7 +158,8 @@ bool add_rules(scmp_filter_ctx filter) {
          {SCMP_SYS(ptrace), SCMP_SYS(execve), SCMP_SYS(execveat), SCMP_SYS(tkill), SCMP_SYS(rt_sigqueueinfo),
           SCMP_SYS(rt_tgsigqueueinfo), SCMP_SYS(pidfd_send_signal)})
         good &= seccomp_rule_add_array(filter, SCMP_ACT_KILL_PROCESS, call, 0, nullptr) == 0;
-    // The flags of these lie in memory, which a filter cannot read. Libraries then use the older calls.
+    // The flags of these calls are in memory, which a filter cannot read. Libraries then fall back to older
+    // calls.
     for (const int call : {SCMP_SYS(clone3), SCMP_SYS(openat2)})
         good &= seccomp_rule_add_array(filter, SCMP_ACT_ERRNO(ENOSYS), call, 0, nullptr) == 0;
     return good;

@@ -1,5 +1,5 @@
 #pragma once
-/// Restrictions that a worker of a reader process puts on itself before it reads. Not for users.
+/// Restrictions that a worker of a reader process imposes on itself before it reads. Internal.
 
 #include "fields/file/reader_process.h"
 
@@ -11,10 +11,10 @@ namespace haarfield {
 /// Disables core dumps.
 void limit_this_process(const ReaderLimits& limits);
 
-/// Puts this process into a sandbox, for good. It can then use memory, files that are open already, and
-/// threads. Files can be opened only for reading and only below `folder` (Landlock, if the kernel has it).
-/// An allow-list of system calls (seccomp) answers EPERM to every other call. It ends the process on calls
-/// that trace, start or signal other processes.
+/// Sandboxes this process permanently. It can then use memory, open files and threads. It can open files only
+/// for reading and only below `folder` (Landlock, if the kernel has it). An allow-list of system calls
+/// (seccomp) rejects every other call with EPERM. Calls that trace, start or signal other processes kill the
+/// process.
 ///
 /// folder   empty: no file can be opened.
 /// returns  true if the sandbox is in place.

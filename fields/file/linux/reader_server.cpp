@@ -28,7 +28,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// What a request brings.
+/// A request with its descriptors.
 struct Request {
     ReaderRequest head;
     std::string details;
@@ -42,7 +42,7 @@ struct Request {
     }
 };
 
-/// False at the end of the socket.
+/// Receives a request. False at the end of the socket.
 bool receive(int socket, Request& request) {
     std::vector<char> bytes(sizeof(ReaderRequest) + longest_details);
     iovec place{bytes.data(), bytes.size()};
@@ -72,7 +72,7 @@ bool receive(int socket, Request& request) {
     return true;
 }
 
-/// Appends to a file; ends the process if that can not be.
+/// Appends to a file. Throws std::bad_alloc on failure.
 void write_all(int descriptor, std::string_view bytes) {
     while (!bytes.empty()) {
         const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
@@ -82,7 +82,7 @@ void write_all(int descriptor, std::string_view bytes) {
     }
 }
 
-/// Reads one file, and ends the process.
+/// Reads one file and ends the process.
 [[noreturn]] void work(const Request& request, std::span<const ReaderTask> tasks) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     sigset_t none;
@@ -102,10 +102,10 @@ void write_all(int descriptor, std::string_view bytes) {
         _exit(static_cast<int>(WorkerExit::refused));
     };
     try {
-        if (task == tasks.end()) refuse("no reader of this kind");
+        if (task == tasks.end()) refuse("there is no reader for this kind of file");
         const Result<MappedFile> file = mapped_file(request.file, "");
         if (!file) refuse(file.error().what);
-        // Small pieces are gathered, so that a list of names is not a thousand calls.
+        // Small pieces are buffered, so that a list of names does not need a thousand system calls.
         std::string gathered;
         ByteSink answer([&](std::string_view bytes) {
             constexpr std::size_t piece = 1 << 16;
@@ -121,8 +121,8 @@ void write_all(int descriptor, std::string_view bytes) {
         write_all(request.answer, gathered);
         _exit(static_cast<int>(WorkerExit::done));
     } catch (const std::bad_alloc&) {
-        refuse("wants more memory than a file of its size may have");
-    } catch (const std::exception& error) {  // of libraries, on some damaged files
+        refuse("needs more memory than a file of its size may use");
+    } catch (const std::exception& error) {  // libraries throw for some damaged files
         refuse(error.what());
     }
     std::abort();  // not reached
@@ -131,8 +131,8 @@ void write_all(int descriptor, std::string_view bytes) {
 struct Worker {
     pid_t id;
     int outcome;
-    int patience;                      ///< Checks that it may sleep through, > 0.
-    std::uint64_t processor_time = 0;  ///< At the last check [clock ticks].
+    int patience;                      ///< Consecutive checks that may find it asleep, > 0.
+    std::uint64_t processor_time = 0;  ///< Total at the last check. [clock ticks]
     int slept = 0;                     ///< Consecutive checks that found it asleep.
     bool stalled = false;
 };
@@ -143,10 +143,11 @@ void tell(int outcome, int status, bool stalled) {
     ::close(outcome);
 }
 
-/// Neither Ctrl-C nor a closed terminal ends it, but the end of those who ask; what is printed, libraries'
-/// last words among it, is nobody's.
+/// Detaches the server from the terminal, so that neither Ctrl-C nor a hangup ends it, but only the end of
+/// its client. Discards its output, including that of libraries. Returns a descriptor that signals the end of
+/// a worker.
 int prepare_server() {
-    setsid();  // without a terminal: nothing can be typed into the user's
+    setsid();  // no controlling terminal, so nothing can be typed into the user's
     for (const int ignored : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGXFSZ}) signal(ignored, SIG_IGN);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     if (const int nothing = ::open("/dev/null", O_RDWR | O_CLOEXEC); nothing >= 0) {
@@ -162,7 +163,7 @@ int prepare_server() {
     return signalfd(-1, &children, SFD_CLOEXEC | SFD_NONBLOCK);
 }
 
-/// Tells of workers that have ended.
+/// Reports workers that have ended.
 void collect(std::vector<Worker>& workers) {
     int status = 0;
     for (pid_t id = 0; (id = waitpid(-1, &status, WNOHANG)) > 0;) {
@@ -174,7 +175,7 @@ void collect(std::vector<Worker>& workers) {
     }
 }
 
-/// Reads the state and the processor time [clock ticks] of a thread from its `stat`. False if there is none.
+/// Reads the state of a thread from its `stat`, and adds its processor time [clock ticks]. False on failure.
 bool read_status(const std::filesystem::path& file, char& state, std::uint64_t& ticks) {
     std::ifstream stream(file);
     const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
@@ -192,7 +193,7 @@ bool read_status(const std::filesystem::path& file, char& state, std::uint64_t& 
 }
 
 /// True if all threads of a worker sleep and have used no processor time since the last check. A thread that
-/// waits for a processor or a disk on a busy machine does not sleep.
+/// waits for a processor or a disk does not count as asleep.
 bool is_asleep(Worker& worker) {
     const std::uint64_t before = worker.processor_time;
     const std::string tasks = "/proc/" + std::to_string(worker.id) + "/task";
@@ -210,7 +211,7 @@ bool is_asleep(Worker& worker) {
 
 constexpr int checks_per_second = 4;
 
-/// Ends workers that sleep through more checks than they may.
+/// Kills workers that were asleep for too many checks.
 void end_stalled(std::vector<Worker>& workers) {
     for (Worker& worker : workers) {
         worker.slept = is_asleep(worker) ? worker.slept + 1 : 0;
@@ -220,8 +221,8 @@ void end_stalled(std::vector<Worker>& workers) {
     }
 }
 
-/// Waits for a request or the end of a worker. Checks in regular intervals for stalled workers. False if the
-/// system refuses.
+/// Waits for a request or the end of a worker. Checks for stalled workers at regular intervals. False if the
+/// system call fails.
 bool wait_for_events(std::span<pollfd> ready, std::vector<Worker>& workers, Clock::time_point& next_check) {
     constexpr auto interval = std::chrono::milliseconds(1000 / checks_per_second);
     int wait = -1;
@@ -261,7 +262,7 @@ void serve_reader_process(int socket, std::span<const ReaderTask> tasks) {
         if (worker == 0) {
             ::close(socket);
             for (const Worker& other : workers) ::close(other.outcome);
-            // Who asks learns of this one's end from the server alone.
+            // Only the server reports the end of this worker to the client.
             ::close(request.outcome);
             work(request, tasks);
         }
