@@ -13,7 +13,7 @@ namespace haarfield {
 struct VertexValues {
     std::string name;             ///< Lower case letters and _; `own_shadow`. Unique in its instance.
     std::span<const Rgb> values;  ///< One per vertex of the mesh.
-    bool is_scalar = false;       ///< The three channels are one number.
+    bool is_scalar = false;       ///< True: the three channels are equal and represent one number.
 };
 
 /// An instance as it is displayed, in pictures and in files. The mesh and the spans must outlive its use.
@@ -28,7 +28,7 @@ struct BakedInstance {
     /// Faces instead of the triangles of the mesh, with the same vertices, for file formats that have
     /// polygons; see OriginalBake.
     const ListedMesh* listed = nullptr;
-    bool left_handed = false;  ///< Coordinates are those of a left-handed POV-Ray file.
+    bool left_handed = false;  ///< The coordinates are those of a left-handed POV-Ray file.
 };
 
 /// Returns an instance of a scene as it is displayed.

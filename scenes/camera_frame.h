@@ -1,17 +1,17 @@
 #pragma once
-/// How a camera looks into the scene.
+/// The coordinate frame of a camera.
 
 #include "scenes/scene.h"
 
 namespace haarfield {
 
-/// Right-handed; right and up are unit vectors, and so is forward. Looking straight up or down, +x is on the
-/// right.
+/// The viewing direction, right and up of a camera: right-handed unit vectors. If the camera points straight
+/// up or down, right is +x.
 struct CameraFrame {
     Vec3d forward, right, up;
 };
 
-/// The camera's position and target differ (asserted).
+/// Computes the frame. The camera's position and target differ (asserted).
 CameraFrame camera_frame(const Camera& camera);
 
 }  // namespace haarfield

@@ -1,11 +1,12 @@
 #pragma once
-/// Which field an entity of a scene has.
+/// Selects the samples of an entity's visibility field.
 
 #include "scenes/scene_entities.h"
 
 namespace haarfield {
 
-/// How the field of an entity is sampled.
+/// Returns the settings of an entity's field: resolution and compression from the options, sample counts from
+/// the description. An entity that is always rasterized exactly gets no samples in space.
 FieldSettings entity_field_settings(const Entity& description, const EntityOcclusion& occlusion,
                                     const SceneEntityOptions& options);
 

@@ -10,7 +10,7 @@
 namespace haarfield {
 namespace {
 
-/// The name of the scene's material for one of the file's; empty: there is none.
+/// Returns the name of the scene's material that replaces a material of the file; empty: none does.
 const std::string& scene_material(const Entity& entity, const std::string& name) {
     const auto mapped = entity.materials.find(name);
     return mapped != entity.materials.end() ? mapped->second : entity.material;
@@ -35,9 +35,10 @@ public:
         const std::vector<std::string>& names = imported_.mesh.material_names;
         for (const auto& [name, material] : entity_.materials)
             if (std::ranges::find(names, name) == names.end())
-                return Error{entity_.mesh.string(), fmt::format("has no material \"{}\", as entity {} wants "
-                                                                "it; it has {}",
-                                                                name, entity_.name, quoted_list(names))};
+                return Error{
+                    entity_.mesh.string(),
+                    fmt::format("found no material \"{}\", which entity {} names; expected one of {}", name,
+                                entity_.name, quoted_list(names))};
         std::vector<Surface> surfaces;
         for (std::size_t m = 0; m < names.size(); ++m) {
             const std::string& wanted = scene_material(entity_, names[m]);
@@ -55,7 +56,7 @@ private:
         if (material.image.empty()) return surface;
         if (!imported_.mapped[number])
             return Error{entity_.mesh.string(),
-                         fmt::format("has no texture coordinates for the image {} of its material \"{}\"",
+                         fmt::format("found no texture coordinates for image {} of material \"{}\"",
                                      material.image.string(), imported_.mesh.material_names[number])};
         const Result<std::shared_ptr<const Texture>> texture = shelf_.texture(
             {{material.image.filename().string(), material.image, given_image(scene_, material.image)},

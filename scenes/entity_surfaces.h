@@ -1,5 +1,5 @@
 #pragma once
-/// The surfaces of an entity's mesh: what its file says, and what the scene puts in its place.
+/// The surfaces of an entity's mesh: materials of the mesh file, or the scene's replacements.
 
 #include "fields/model/mesh_reader.h"
 #include "scenes/model_warnings.h"
@@ -8,9 +8,11 @@
 
 namespace haarfield {
 
-/// Textures that were read, so that each is there once.
+/// A cache of textures: each image is read and stored once.
 class TextureShelf {
 public:
+    /// Returns the texture of a source, reading it on first use.
+    ///
     /// errors  as read_texture.
     Result<std::shared_ptr<const Texture>> texture(const TextureSource& source);
 
@@ -18,17 +20,17 @@ private:
     std::vector<std::pair<TextureSource, std::shared_ptr<const Texture>>> textures_;
 };
 
-/// Tests whether a material of the mesh is as its file has it.
+/// Tests whether at least one material of the mesh comes from its file.
 bool uses_file_materials(const Entity& entity, const ImportedMesh& imported);
 
-/// By the mesh's materials: the scene's material where the entity names one for it or for all, else the
-/// file's.
+/// Returns the surfaces by material index of the mesh. A material that Entity::materials or Entity::material
+/// replaces comes from the scene, any other from the file.
 ///
 /// imported  the entity's mesh, with its appearance.
-/// warnings  grow by images that are not there or can not be put on the mesh, and by what haarfield does not
-///           use of the file's materials.
-/// errors    a name in Entity::materials that the file does not have; a scene's image on a part without
-///           texture coordinates; images that can not be read.
+/// warnings  receives images that are missing or have no texture coordinates, and material properties that
+///           haarfield does not use.
+/// errors    a name in Entity::materials that the file does not have; a scene's image on a material without
+///           texture coordinates; unreadable images.
 Result<std::vector<Surface>> entity_surfaces(const Scene& scene, const Entity& entity,
                                              const ImportedMesh& imported, TextureShelf& shelf,
                                              ModelWarnings& warnings);

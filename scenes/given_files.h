@@ -1,5 +1,5 @@
 #pragma once
-/// What a program gives in place of files: meshes and images that it holds in memory.
+/// Meshes and images in memory that a program supplies in place of files.
 
 #include "fields/model/model_file.h"
 #include "scenes/scene.h"
@@ -10,23 +10,23 @@
 
 namespace haarfield {
 
-/// By the names under which a scene has them: no file is looked for under these.
+/// Data in memory by the name under which a scene refers to it. Such a name is not looked up on disk.
 struct GivenFiles {
-    std::map<std::filesystem::path, std::shared_ptr<const ModelFile>> meshes;  ///< Of Entity::mesh.
-    /// Of SceneMaterial::image: the bytes of an image file, such as png_bytes makes.
+    std::map<std::filesystem::path, std::shared_ptr<const ModelFile>> meshes;  ///< For Entity::mesh.
+    /// For SceneMaterial::image: the bytes of an image file, such as png_bytes returns.
     std::map<std::filesystem::path, std::shared_ptr<const std::string>> images;
-    /// Of EnvironmentDescription::image, as read_environment_image has them.
+    /// For EnvironmentDescription::image, as read_environment_image returns it.
     std::map<std::filesystem::path, std::shared_ptr<const LatLongImage>> environments;
 };
 
-/// Of all of them.
+/// Returns the names of all meshes, images and environments.
 std::set<std::string> names_of(const GivenFiles& given);
 
-/// What a scene is given under a name; null: it is a file.
+/// Returns the data that a scene supplies under a name; null if the name refers to a file.
 std::shared_ptr<const ModelFile> given_mesh(const Scene& scene, const std::filesystem::path& name);
 std::shared_ptr<const std::string> given_image(const Scene& scene,
-                                               const std::filesystem::path& name);  ///< Likewise.
+                                               const std::filesystem::path& name);  ///< As given_mesh.
 std::shared_ptr<const LatLongImage> given_environment(const Scene& scene,
-                                                      const std::filesystem::path& name);  ///< Likewise.
+                                                      const std::filesystem::path& name);  ///< As given_mesh.
 
 }  // namespace haarfield

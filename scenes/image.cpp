@@ -66,7 +66,7 @@ Result<Done> check_shape(const Image& image, const std::string& where) {
 
 constexpr double memory_per_decoded = 9;  // of bytes: as floats, and as an Image
 
-/// What a reader process has made of it, of which nothing is believed.
+/// Converts the answer of a reader process, which is untrusted.
 Result<Image> image_from_answer(std::string_view answer, const std::string& where) {
     ByteSource source(answer);
     const auto head = source.value<ImageHead>();
@@ -77,11 +77,11 @@ Result<Image> image_from_answer(std::string_view answer, const std::string& wher
     if (!source.is_at_end() || pixels == 0 || image.pixels.size() != pixels ||
         (!image.coverage.empty() && image.coverage.size() != pixels) ||
         !std::ranges::all_of(image.coverage, [](float share) { return share >= 0 && share <= 1; }))
-        return Error{where, "what its reader made of it is not an image: the file is damaged"};
+        return Error{where, "the reader process returned no valid image: the file is damaged"};
     return image;
 }
 
-/// In a reader process, or in this one.
+/// Decodes in a reader process if there is one, else in this process.
 Result<Image> guarded_image(std::string_view bytes, const std::string& where) {
     const Result<bool> apart = reads_apart();
     if (!apart) return Error{where, apart.error().what};
@@ -128,7 +128,8 @@ Result<Done> write_image(const Image& image, const std::filesystem::path& file) 
     const std::string where = file.string();
     if (Result<Done> good = check_shape(image, where); !good) return good.error();
     const std::string ending = lower_ending(file);
-    if (ending != ".exr" && ending != ".png") return Error{where, "the ending is not .exr or .png"};
+    if (ending != ".exr" && ending != ".png")
+        return Error{where, "found an unknown extension; expected .exr or .png"};
     const Result<std::string> bytes =
         ending == ".exr" ? exr_bytes(image, where) : png_file_bytes(image, /*with_alpha=*/false, where);
     if (!bytes) return bytes.error();
@@ -182,8 +183,9 @@ Result<LatLongImage> read_environment_image(const std::filesystem::path& file) {
     Result<Image> image = read_image(file);
     if (!image) return image.error();
     if (image->width != 2 * image->height)
-        return Error{file.string(), fmt::format("{} x {} pixels; a lat-long image is twice as wide as high",
-                                                image->width, image->height)};
+        return Error{file.string(),
+                     fmt::format("found {} x {} pixels; expected a lat-long image, twice as wide as high",
+                                 image->width, image->height)};
     return LatLongImage{image->width, image->height, std::move(image->pixels)};
 }
 

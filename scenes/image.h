@@ -17,65 +17,69 @@
 
 namespace haarfield {
 
-/// A linear RGB picture with coverage. Where there is coverage the radiance is premultiplied by it, as
-/// OpenEXR and POV-Ray have it: what the objects add to the pixel, background left out.
+/// A linear RGB image with coverage. Pixels are premultiplied by coverage, as in OpenEXR and POV-Ray: they
+/// hold the radiance that objects add, without the background.
 struct Image {
     int width = 0, height = 0;
-    std::vector<Rgb> pixels;      ///< Row by row from the top, width * height; linear radiance.
-    std::vector<float> coverage;  ///< 0 background to 1 object, per pixel; empty if there is no alpha.
-    /// What its maker estimates its own error to be: RMS of the error / RMS of the radiance, over the
-    /// objects.
+    std::vector<Rgb> pixels;      ///< Rows from the top, width * height; linear radiance.
+    std::vector<float> coverage;  ///< Per pixel from 0 (background) to 1 (object); empty without alpha.
+    /// The error that the renderer estimates for its own image: RMS of the error / RMS of the radiance, over
+    /// pixels with objects.
     std::optional<float> relative_error = std::nullopt;
 };
 
-/// Reads image_formats (image_format.h), whatever the file is called; in a reader process if there is one.
+/// Reads an image of any of image_formats (image_format.h), detected from its content. Decodes in the reader
+/// process if there is one.
 ///
-/// radiance  8 and 16 bit integers are taken as sRGB, floating point as linear; grey becomes three equal
-///           channels. Nothing is multiplied by alpha or divided by it: the file's numbers are kept.
+/// radiance  8 and 16 bit integers are decoded from sRGB, floating point is linear; grey becomes three equal
+///           channels. Values are neither multiplied nor divided by alpha.
 /// coverage  from the alpha channel, clamped to [0, 1].
-/// errors    those of InputFile::open; no image of these, cut short, larger than 2^28 pixels (2^24 in next to
-///           nothing).
+/// errors    those of InputFile::open; other formats; truncated files; more than 2^28 pixels; more than 2^24
+///           pixels in a file that is too small for them.
 Result<Image> read_image(const std::filesystem::path& file);
 
-/// The same of an image file's bytes, as models embed them.
+/// Decodes the bytes of an image file, such as models embed; as read_image.
 ///
-/// where   what messages call it.
+/// where   the name of the image in messages.
 Result<Image> read_image_bytes(std::string_view bytes, const std::string& where);
 
-/// Writes an image by the file's ending; anything but .exr and .png is an error.
+/// Writes an image in the format of the file's extension: .exr or .png, else an error.
 ///
-/// .exr      linear, half floats, with alpha if there is coverage. Radiance beyond 65000 is clamped.
-///           relative_error becomes an attribute of the file, and read_image finds it again.
-/// .png      8 bit, sRGB-encoded, clamped to [0, 1]; alpha is left out: see over().
-/// atomic    as write_file: never half a file.
-/// errors    non-finite radiance or coverage; what the disk says.
+/// .exr      linear, half floats, with alpha if there is coverage. Radiance is clamped to +-65000.
+///           relative_error becomes an attribute of the file, which read_image reads.
+/// .png      8 bit, sRGB-encoded, clamped to [0, 1], without alpha: see over().
+/// atomic    as write_file: no partial file is ever visible.
+/// errors    an empty image; non-finite radiance or coverage; errors of the file system.
 Result<Done> write_image(const Image& image, const std::filesystem::path& file);
 
-/// The bytes of a PNG: 8 bit sRGB. With coverage it has alpha, not premultiplied, as PNG wants it.
+/// Returns the bytes of a PNG: 8 bit sRGB. With coverage it has an alpha channel, not premultiplied, as PNG
+/// requires.
 ///
 /// errors    non-finite radiance or coverage; an empty image.
 Result<std::string> png_bytes(const Image& image);
 
-/// The bytes of a PNG of texels as they are: sRGB, and alpha that is not premultiplied.
+/// Returns the bytes of a PNG of sRGB texels with alpha that is not premultiplied. Texels are stored
+/// unchanged.
 ///
-/// texels      row by row from the top, width * height (asserted).
-/// with_alpha  whether to write the fourth channel.
+/// texels      rows from the top, width * height (asserted).
+/// with_alpha  true: writes the fourth channel.
 Result<std::string> png_bytes(std::span<const std::array<std::uint8_t, 4>> texels, int width, int height,
                               bool with_alpha);
 
-/// The bytes of a PNG of numbers, three a texel, as they are: 16 bit, linear.
+/// Returns the bytes of a PNG of 16 bit linear numbers, three per texel, stored unchanged.
 ///
 /// texels  as above.
 Result<std::string> png_bytes(std::span<const std::array<std::uint16_t, 3>> texels, int width, int height);
 
-/// The image in front of a background of the same size (asserted); without coverage, the image itself.
+/// Composites the image over a background of the same size (asserted). Without coverage, returns the image.
 Image over(const Image& image, const Image& background);
 
-/// How much of a picture 8 bits can not show: of the pixels that objects cover by half or more, the share in
-/// which these shine brighter than 1 in a channel. Without coverage, of all pixels; 0 if there are none.
+/// Returns the fraction of pixels that clip in 8 bits: those brighter than 1 in a channel, of the pixels that
+/// objects cover by at least half. Radiance is divided by coverage first. Without coverage, all pixels count;
+/// 0 if no pixel counts.
 double clipped_share(const Image& image);
 
-/// Reads a lat-long environment as it is: neither cleaned nor turned.
+/// Reads a lat-long environment; neither cleans nor rotates it.
 ///
 /// errors    as read_image; a width that is not twice the height.
 Result<LatLongImage> read_environment_image(const std::filesystem::path& file);

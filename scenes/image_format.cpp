@@ -17,7 +17,7 @@ constexpr std::array<std::pair<std::string_view, const char*>, 10> beginnings{{
     {"\xff\xd8\xff"sv, "jpeg"},
     {"II*\0"sv, "tiff"},
     {"MM\0*"sv, "tiff"},
-    {"II+\0\x08\0"sv, "tiff"},  // of more than 4 GB
+    {"II+\0\x08\0"sv, "tiff"},  // Files larger than 4 GB.
     {"MM\0+\0\x08"sv, "tiff"},
     {"BM"sv, "bmp"},
 }};

@@ -22,11 +22,11 @@ void refuse_beside(TomlTable& table, LampKind kind, std::initializer_list<const 
     const auto named = std::ranges::find_if(kinds, [&](const auto& entry) { return entry.second == kind; });
     for (const char* key : keys)
         if (table.has(key))
-            table.refuse(key, fmt::format("{}.{} stands in a lamp of kind \"{}\"; wanted {}", table.name(),
-                                          key, named->first, kinds_that_have_it));
+            table.refuse(key, fmt::format("{}.{} has no effect in a lamp of kind \"{}\"; expected kind {}",
+                                          table.name(), key, named->first, kinds_that_have_it));
 }
 
-// Angles in degrees, or lengths.
+// Reads radius and falloff: angles in degrees, or lengths for cylinders.
 void take_edge(TomlTable& table, Lamp& lamp) {
     if (lamp.kind == LampKind::cylinder) {
         lamp.radius = 0.75f;
@@ -41,9 +41,9 @@ void take_edge(TomlTable& table, Lamp& lamp) {
         lamp.falloff = radians(falloff);
     }
     if (!(lamp.radius <= lamp.falloff))
-        table.refuse(table.has("falloff") ? "falloff" : "radius",
-                     fmt::format("{}.falloff is less than its radius; wanted it to end where it is dark",
-                                 table.name()));
+        table.refuse(
+            table.has("falloff") ? "falloff" : "radius",
+            fmt::format("{}.falloff is less than the radius; expected at least the radius", table.name()));
     table.take("tightness", lamp.tightness, powers);
 }
 
@@ -68,9 +68,10 @@ void take_name(TomlTable& table, std::span<const SceneLamp> before, SceneLamp& l
     table.take("name", lamp.name);
     const auto same = std::ranges::find(before, lamp.name, &SceneLamp::name);
     if (table.has("name") && same != before.end())
-        table.refuse("name", fmt::format("{}.name is \"{}\", which is the name of lights[{}]; wanted another",
-                                         table.name(), lamp.name, same - before.begin()));
-    // Those without a name are numbered, past those that have such a name.
+        table.refuse("name",
+                     fmt::format("{}.name is \"{}\", which is the name of lights[{}]; expected a unique name",
+                                 table.name(), lamp.name, same - before.begin()));
+    // Numbers unnamed lamps, skipping names in use.
     for (std::size_t number = before.size() + 1; lamp.name.empty(); ++number) {
         std::string numbered = fmt::format("light_{}", number);
         if (std::ranges::find(before, numbered, &SceneLamp::name) == before.end())
@@ -94,8 +95,9 @@ SceneLamp taken_lamp(TomlTable table, std::span<const Instance> instances,
         lamp.kind = known->second;
     else
         table.refuse(
-            "kind", fmt::format("{}.kind is \"{}\"; wanted \"point\", \"spot\", \"cylinder\" or \"parallel\"",
-                                table.name(), kind));
+            "kind",
+            fmt::format("{}.kind is \"{}\"; expected \"point\", \"spot\", \"cylinder\" or \"parallel\"",
+                        table.name(), kind));
     table.require("position");
     table.take("position", lamp.position, coordinates);
     table.take("colour", lamp.colour, lamp_colours);
@@ -103,24 +105,23 @@ SceneLamp taken_lamp(TomlTable table, std::span<const Instance> instances,
     table.take("fade_power", lamp.fade_power, powers);
     table.take("shadowless", lamp.shadowless);
     if (lamp.kind == LampKind::point) {
-        refuse_beside(table, lamp.kind, {"target"}, "it in one that points somewhere");
+        refuse_beside(table, lamp.kind, {"target"}, "\"spot\", \"cylinder\" or \"parallel\"");
     } else {
         table.require("target");
         table.take("target", lamp.target, coordinates);
         if (table.has("target") && !((lamp.target - lamp.position).length() > least_distance))
-            table.refuse("target", fmt::format("{}.target is its position; wanted another place to point at",
-                                               table.name()));
+            table.refuse("target",
+                         fmt::format("{}.target equals the position; expected another point", table.name()));
     }
     if (lamp.kind == LampKind::spot || lamp.kind == LampKind::cylinder)
         take_edge(table, lamp);
     else
-        refuse_beside(table, lamp.kind, {"radius", "falloff", "tightness"},
-                      "it in a \"spot\" or \"cylinder\"");
+        refuse_beside(table, lamp.kind, {"radius", "falloff", "tightness"}, "\"spot\" or \"cylinder\"");
     if (lamp.kind == LampKind::point || lamp.kind == LampKind::spot) {
         if (const toml::table* area = table.take_table("area"))
             lamp.area = taken_area(TomlTable(*area, table.name() + ".area", table.file()));
     } else {
-        refuse_beside(table, lamp.kind, {"area"}, "it in a \"point\" or \"spot\"");
+        refuse_beside(table, lamp.kind, {"area"}, "\"point\" or \"spot\"");
     }
     std::string instance_name;
     table.take("looks_like", instance_name);
@@ -157,11 +158,14 @@ LampKeyframe taken_lamp_keyframe(TomlTable table, std::span<const SceneLamp> lam
     take("target", coordinates, keyframe.target);
     take("colour", lamp_colours, keyframe.colour);
     if (!keyframe.position && !keyframe.target && !keyframe.colour)
-        table.refuse("", fmt::format("{} has neither position, target nor colour", table.name()));
+        table.refuse("", fmt::format("{} has none of position, target and colour; expected at least one",
+                                     table.name()));
     for (const LampKeyframe& earlier : before)
         if (earlier.lamp == keyframe.lamp && !(keyframe.time > earlier.time))
-            table.refuse("time", fmt::format("{}.time is {}; wanted more than {}, as {} has before",
-                                             table.name(), keyframe.time, earlier.time, name));
+            table.refuse(
+                "time",
+                fmt::format("{}.time is {}; expected more than {}, the time of the previous keyframe of {}",
+                            table.name(), keyframe.time, earlier.time, name));
     table.finish();
     return keyframe;
 }

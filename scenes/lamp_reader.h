@@ -1,5 +1,5 @@
 #pragma once
-/// Lamps of a scene file: its [[lights]].
+/// Reads the lamps of a scene file, `[[lights]]`, and their keyframes.
 
 #include "scenes/scene.h"
 #include "scenes/toml_table.h"
@@ -8,15 +8,15 @@
 
 namespace haarfield {
 
-/// A lamp; scenes/SCENE_FILE.md has the keys. What is wrong is refused in the table.
+/// Reads a lamp; scenes/SCENE_FILE.md describes the keys. Errors are recorded in the table's file.
 ///
-/// instances  of the scene, with their names.
-/// before     lamps that were read before, whose names are taken.
+/// instances  the scene's, with their names.
+/// before     the lamps read before, whose names may not be used again.
 SceneLamp taken_lamp(TomlTable table, std::span<const Instance> instances, std::span<const SceneLamp> before);
 
-/// One of [[keyframes]] that names a lamp.
+/// Reads one of [[keyframes]] that names a lamp.
 ///
-/// before  those that were read before.
+/// before  the lamp keyframes read before; times of one lamp increase.
 LampKeyframe taken_lamp_keyframe(TomlTable table, std::span<const SceneLamp> lamps,
                                  std::span<const LampKeyframe> before);
 

@@ -15,7 +15,7 @@ void add_once(std::vector<std::string>& list, const std::string& name) {
     if (std::ranges::find(list, name) == list.end()) list.push_back(name);
 }
 
-/// Adds the counts.
+/// Adds all counts of findings.
 void add_to(MeshFindings& sum, const MeshFindings& added) {
     for (std::uint64_t MeshFindings::*const count :
          {&MeshFindings::polygons, &MeshFindings::non_finite_vertices, &MeshFindings::duplicate_vertices,

@@ -1,5 +1,5 @@
 #pragma once
-/// Warnings about model files: each finding once per file, with the names of what it concerns.
+/// Warnings about model files: each finding once per file, with the names of the parts concerned.
 
 #include "fields/model/model_file.h"
 
@@ -11,17 +11,17 @@
 
 namespace haarfield {
 
-/// Gathers findings of the parts of model files.
+/// Collects findings about the parts of model files.
 class ModelWarnings {
 public:
-    /// Adds what was found in a mesh; a second time without effect.
+    /// Adds the findings of a mesh. A second call for the same part has no effect.
     ///
-    /// part  of the file; empty: all of it.
+    /// part  name of the part; empty: the whole file.
     void add_findings(const std::filesystem::path& file, const std::string& part,
                       const MeshFindings& findings);
-    /// Adds properties of materials that are not used.
+    /// Adds properties of materials that haarfield does not use.
     void add_unused(const std::filesystem::path& file, const UnusedProperties& unused);
-    /// Adds an image that is neither in the folder of the file nor below.
+    /// Adds an image that was found neither in the file's directory nor below.
     void add_missing_image(const std::filesystem::path& file, const std::string& image);
     /// Adds an image whose material has no texture coordinates.
     void add_unmapped_image(const std::filesystem::path& file, const std::string& image);
@@ -35,8 +35,8 @@ public:
 private:
     struct Findings {
         MeshFindings sum;
-        std::vector<std::string> parts;  ///< With findings, in the order in which they were added.
-        std::set<std::string> added;     ///< All parts that were added.
+        std::vector<std::string> parts;  ///< Parts with findings, in the order in which they were added.
+        std::set<std::string> added;     ///< All parts added.
         UnusedProperties unused;
         std::vector<std::string> missing_images, unmapped_images;
         bool left_handed = false;

@@ -12,13 +12,13 @@
 namespace haarfield {
 namespace {
 
-/// What a vertex of a baked mesh gives to one that the file lists.
+/// The contribution of a vertex of the baked mesh to a vertex that the file lists.
 struct Share {
     std::uint32_t listed, baked;
     double weight;
 };
 
-/// The angles of the triangles' corners, summed up by vertex. [rad]
+/// Returns the sum of the triangles' angles at each vertex. [rad]
 std::vector<double> vertex_angles(const Mesh& mesh) {
     std::vector<double> angles(mesh.positions.size(), 0);
     for (const auto& triangle : mesh.triangles)
@@ -31,7 +31,7 @@ std::vector<double> vertex_angles(const Mesh& mesh) {
     return angles;
 }
 
-/// Calls act(corners) with each face, corners being indices of positions.
+/// Calls act(corners) for each face; corners are indices of positions.
 template <class Act>
 void for_each_face(const ListedMesh& listed, const Act& act) {
     std::span<const std::uint32_t> corners = listed.corners;
@@ -41,11 +41,11 @@ void for_each_face(const ListedMesh& listed, const Act& act) {
     }
 }
 
-/// Of each vertex the sum of its faces' area vectors; 0 where there is no face, or none with an area. [m^2]
+/// Returns the sum of the area vectors of each vertex's faces; 0 without faces or area. [m^2]
 std::vector<Vec3d> face_normals(const ListedMesh& listed) {
     std::vector<Vec3d> normals(listed.positions.size(), Vec3d(0, 0, 0));
     for_each_face(listed, [&](std::span<const std::uint32_t> corners) {
-        Vec3d area(0, 0, 0);  // Newell's
+        Vec3d area(0, 0, 0);  // Newell's method
         for (std::size_t k = 2; k < corners.size(); ++k) {
             const Vec3d from(listed.positions[corners[0]]);
             area += (Vec3d(listed.positions[corners[k - 1]]) - from)
@@ -57,7 +57,7 @@ std::vector<Vec3d> face_normals(const ListedMesh& listed) {
     return normals;
 }
 
-/// For listed vertices that no baked triangle uses: what lies there.
+/// Adds shares for listed vertices that no baked triangle uses, from the baked vertices at the same position.
 void add_neighbours(const Mesh& surface, std::size_t fronts, const std::vector<double>& angles,
                     const ListedMesh& listed, const std::vector<std::uint32_t>& without,
                     std::vector<Share>& shares) {
@@ -83,11 +83,11 @@ void add_neighbours(const Mesh& surface, std::size_t fronts, const std::vector<d
         }
 }
 
-/// By the fine mesh's vertices, which are those of the surface.
+/// Returns shares of the fine mesh's vertices, which are also the vertices of the surface.
 std::vector<Share> shares_of(const SceneEntity& entity) {
     assert(entity.listed);
     const ListedMesh& listed = *entity.listed;
-    const Mesh surface = seen_surface(entity.mesh);  // where it was before thin sheets were parted
+    const Mesh surface = seen_surface(entity.mesh);  // before the two sides of thin sheets were separated
     assert(surface.positions.size() == entity.mesh.fine.positions.size());
     const std::vector<double> angles = vertex_angles(surface);
     std::vector<Share> shares;
@@ -109,7 +109,7 @@ std::vector<Share> shares_of(const SceneEntity& entity) {
     return shares;
 }
 
-/// A value for each listed vertex, from one for each of the baked mesh; 0 where there is none.
+/// Returns a value per listed vertex from the values of the baked mesh's vertices; 0 without a share.
 template <class ValueAt>
 std::vector<Rgb> shared_out(std::span<const Share> shares, std::size_t vertices, const ValueAt& value_at) {
     std::vector<Vec3d> sums(vertices, Vec3d(0, 0, 0));
@@ -125,7 +125,7 @@ std::vector<Rgb> shared_out(std::span<const Share> shares, std::size_t vertices,
     return values;
 }
 
-/// Of polygons that can be cut into triangles.
+/// Returns the listed faces as a mesh. Polygons that cannot be triangulated are dropped.
 Mesh mesh_of(const ListedMesh& listed, std::span<const Share> shares, const Mesh& baked) {
     Mesh mesh;
     mesh.material_names = {""};
@@ -150,7 +150,7 @@ Mesh mesh_of(const ListedMesh& listed, std::span<const Share> shares, const Mesh
     return mesh;
 }
 
-/// A vertex of the file as one of its materials shows it.
+/// A vertex of the file with one of its materials and texture coordinates.
 struct MappedVertex {
     std::uint32_t listed = 0;
     std::uint16_t material = 0;
@@ -168,8 +168,8 @@ struct MappedMesh {
 /// Adds the texture coordinates of the baked mesh to a mesh with the file's vertices.
 class MeshMapper {
 public:
-    /// plain    as mesh_of makes it; its triangles must be those of which the baked mesh was made.
-    /// surface  the baked mesh; with uvs.
+    /// plain    a result of mesh_of; the baked mesh must be made of the same triangles.
+    /// surface  the baked mesh; has uvs.
     MeshMapper(const Mesh& plain, std::span<const Share> shares, const Mesh& surface)
         : plain_(plain), surface_(surface), first_share_(plain.positions.size()) {
         std::vector<std::uint32_t> listed(surface.positions.size(), none);
@@ -190,7 +190,7 @@ public:
     MappedMesh made() {
         std::vector<std::array<MappedVertex, 3>> triangles;
         for (const auto& triangle : plain_.triangles) triangles.push_back(corners_of(triangle));
-        // The first way in which each vertex of the file is shown has its place.
+        // Each vertex of the file keeps its index for its first material and coordinates.
         std::vector<std::optional<MappedVertex>> own = first_share_;
         std::vector<bool> is_used(own.size());
         for (const auto& triangle : triangles)
@@ -221,8 +221,8 @@ private:
         return {listed, surface_.vertex_materials[baked], surface_.uvs[baked]};
     }
 
-    /// Takes the corners from the baked triangle. If the triangle was not baked, each corner is as the first
-    /// baked triangle at its vertex has it.
+    /// Returns the corners of the baked triangle. If the triangle was not baked, each corner is that of the
+    /// first baked triangle at its vertex.
     std::array<MappedVertex, 3> corners_of(const std::array<std::uint32_t, 3>& triangle) const {
         std::array<std::uint32_t, 3> sorted = triangle;
         std::ranges::sort(sorted);
@@ -234,7 +234,7 @@ private:
                 corners[k] = mapped(triangle[k], found->second[std::size_t(at)]);
             } else {
                 corners[k] = first_share_[triangle[k]].value_or(MappedVertex{triangle[k]});
-                corners[k].material = corners[0].material;  // a triangle has one
+                corners[k].material = corners[0].material;  // a triangle has one material
             }
         }
         return corners;
@@ -255,14 +255,15 @@ private:
     const Mesh& plain_;
     const Mesh& surface_;
     std::vector<std::optional<MappedVertex>> first_share_;  ///< By the file's vertices.
-    /// The corners of the baked triangles, by those of the file, in growing order.
+    /// The corners of the baked triangles, by their vertices in the file in ascending order.
     std::map<std::array<std::uint32_t, 3>, std::array<std::uint32_t, 3>> baked_;
     std::map<std::tuple<std::uint32_t, std::uint16_t, float, float>, std::uint32_t> index_;
     MappedMesh result_;
 };
 
-/// The light of a mesh with texture coordinates. Each vertex averages the baked vertices with its material,
-/// because an image multiplies the light of its own material only. Without such vertices, it averages all.
+/// Returns the light of a mesh with texture coordinates. Each vertex averages the baked vertices with its
+/// material, because an image multiplies the light of its own material only. Without such vertices, it
+/// averages all.
 template <class ValueAt>
 std::vector<Rgb> mapped_light(const Mesh& mesh, std::span<const std::uint32_t> mesh_listed,
                               std::span<const Share> shares, const Mesh& baked, const ValueAt& value_at) {

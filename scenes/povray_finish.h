@@ -1,5 +1,5 @@
 #pragma once
-/// POV-Ray's `finish` as scene files and programs give it: by its own names, with its own defaults.
+/// POV-Ray's `finish` in scene files and programs, with POV-Ray's key names and defaults.
 
 #include "fields/base/range.h"
 #include "scenes/scene.h"
@@ -7,13 +7,13 @@
 namespace haarfield {
 
 inline constexpr Range albedos{0, 1};         ///< Of a surface.
-inline constexpr Range emissions{0, 65000};   ///< What the half floats of images hold. [W/(m^2 sr)]
+inline constexpr Range emissions{0, 65000};   ///< Up to the largest half float. [W/(m^2 sr)]
 inline constexpr Range shininesses{1, 1000};  ///< Exponents of Phong's lobe.
 
-/// Takes what a finish says out of a table or a message: `take(key, float, Range)` leaves what is absent.
+/// Reads the keys of a finish from a table or a message. `take(key, float, Range)` leaves the value unchanged
+/// if the key is absent.
 ///
-/// material  its pigment is there already; diffuse, emission, specular and lobes follow from it and the
-///           finish.
+/// material  has its pigment; receives diffuse, emission, specular and lobes from the pigment and the finish.
 template <class Reader>
 void take_povray_finish(Reader& finish, SceneMaterial& material) {
     constexpr Range weights{0, 100};

@@ -1,5 +1,5 @@
 #pragma once
-/// A scene as its author writes it, in metres and radians; its file, in TOML, has degrees.
+/// The description of a scene, in metres and radians. Scene files (TOML) use degrees.
 
 #include "fields/base/vector.h"
 #include "fields/mesh/closed_pieces.h"
@@ -20,7 +20,7 @@
 
 namespace haarfield {
 
-/// A pinhole camera; +y is up in its picture.
+/// A pinhole camera; +y is up in the picture.
 struct Camera {
     Vec3f position{0, 1, 5};
     Vec3f target{0, 0, 0};
@@ -28,39 +28,40 @@ struct Camera {
     int width = 640, height = 480;    ///< [pixels]
 };
 
-/// A second light, mixed with the first.
+/// A second environment, mixed with the first.
 struct BlendedLight {
     std::filesystem::path image;  ///< Lat-long; empty if `sky` is set.
     std::optional<AnalyticSky> sky;
-    float share = 0.5f;  ///< Of the second light, in [0, 1]; the first has the rest.
+    float share = 0.5f;  ///< Weight of the second environment, in [0, 1]; the first has 1 - share.
 };
 
-/// An image, or a sky, or black.
+/// The environment: an image, an analytic sky, or black.
 struct EnvironmentDescription {
-    std::filesystem::path image;  ///< Lat-long; empty if `sky` is set, or there is no light from afar.
+    std::filesystem::path image;  ///< Lat-long; empty if `sky` is set, or the environment is black.
     std::optional<AnalyticSky> sky;
     float rotation = 0;                    ///< About +y, see turned_environment. [rad]
     std::optional<float> exposure = 0.0f;  ///< None: found_exposure. [stops]
-    std::optional<BlendedLight> blend{};   ///< Turned and exposed alike.
-    Rotation turn{};                       ///< After `rotation`; the file's `rotate` is rotation_xyz.
+    std::optional<BlendedLight> blend{};   ///< Rotated and exposed like the first.
+    Rotation turn{};                       ///< Applied after `rotation`; the file's `rotate` is rotation_xyz.
 
-    bool is_black() const { return image.empty() && !sky; }
+    bool is_black() const { return image.empty() && !sky; }  ///< True if there is no environment.
 };
 
-/// A material as the scene describes it.
+/// A material of the scene file.
 struct SceneMaterial : Material {
-    std::filesystem::path image;  ///< Multiplies what is diffuse, and the emission; empty: none.
-    Rgb emission{0, 0, 0};        ///< Radiance of its own; it lights others. [W/(m^2 sr)]
+    std::filesystem::path image;  ///< Multiplies diffuse reflection and emission; empty: none.
+    Rgb emission{0, 0, 0};        ///< Emitted radiance; it lights other surfaces. [W/(m^2 sr)]
 
-    bool glows() const { return emission != Rgb(0.0f); }
+    bool glows() const { return emission != Rgb(0.0f); }  ///< True for emitters.
 };
 
-/// One kind of object, and how it is prepared.
+/// A mesh with its materials, and the parameters of its preparation.
 struct Entity {
     std::string name;
     std::filesystem::path mesh;
-    std::string part;  ///< Of the file, by its name (ModelParts), in its own frame; empty: all, as it stands.
-    /// Of everything that `materials` does not name; empty: as the mesh's file has it.
+    std::string part;  ///< Name of a part of the file (ModelParts), in the part's own frame; empty: the whole
+                       ///< file.
+    /// Material of everything that `materials` does not name; empty: the materials of the mesh file.
     std::string material;
     std::map<std::string, std::string> materials;  ///< By the material's name in the mesh file.
     ClosedFaces faces = ClosedFaces::outwards;     ///< The visible side of closed pieces.
@@ -72,32 +73,35 @@ struct Entity {
 
 /// One object of the scene.
 struct Instance {
-    std::string name;        ///< Its own, or the entity's, with a number if that has several: `chair_2`.
+    std::string name;        ///< From the file, or the entity's name, numbered if it has several instances:
+                             ///< `chair_2`.
     std::size_t entity = 0;  ///< Index in Scene::entities.
     Placement placement;     ///< The file's `rotate` is rotation_xyz.
-    Shape shape{};           ///< Of its mesh, before it is placed.
+    Shape shape{};           ///< Of the mesh, before the placement.
 };
 
 /// A lamp of the scene; Lamp::looks_like is an index in Scene::instances.
 struct SceneLamp : Lamp {
-    std::string name;  ///< Unlike all others.
+    std::string name;  ///< Unique.
 };
 
-/// The same without their names, as shading takes them.
+/// Returns the lamps without their names, for shading.
 std::vector<Lamp> lamps_of(std::span<const SceneLamp> lamps);
 
-/// Where an instance is at one time of a film; of what is not given, see its keyframes before and after.
+/// The placement of an instance at one time of an animation. An absent value is interpolated between the
+/// instance's other keyframes.
 struct Keyframe {
-    float time = 0;                  ///< From 0, when all is as the instances say. [s]
+    float time = 0;                  ///< From 0, where all is as the instances describe. [s]
     std::size_t instance = 0;        ///< Index in Scene::instances.
-    std::optional<Vec3f> translate;  ///< Of its placement then. [m]
-    std::optional<Vec3f> rotate;  ///< Angles by which it is turned beyond its placement: rotation_xyz. [rad]
-    std::optional<float> scale;   ///< How many times as large as by its placement it is; > 0.
+    std::optional<Vec3f> translate;  ///< Replaces the placement's translation. [m]
+    std::optional<Vec3f> rotate;     ///< Rotation in addition to the placement's, as angles of rotation_xyz.
+                                     ///< [rad]
+    std::optional<float> scale;      ///< Factor on the placement's scale; > 0.
 };
 
-/// What a lamp is at one time of a film; of what is not given, see its keyframes before and after.
+/// A lamp at one time of an animation. An absent value is interpolated between the lamp's other keyframes.
 struct LampKeyframe {
-    float time = 0;                                 ///< From 0, when all is as the lamps say. [s]
+    float time = 0;                                 ///< From 0, where all is as the lamps describe. [s]
     std::size_t lamp = 0;                           ///< Index in Scene::lamps.
     std::optional<Vec3f> position, target, colour;  ///< As in Lamp.
 };
@@ -106,20 +110,20 @@ struct GivenFiles;
 
 /// A whole scene.
 struct Scene {
-    std::string name;  ///< The file's, without its ending.
+    std::string name;  ///< The file's name without its extension.
     Camera camera;
-    bool finds_camera = false;  ///< The camera's position and target are not known: see scene_camera.
+    bool finds_camera = false;  ///< The camera's position and target are to be chosen by scene_camera.
     EnvironmentDescription environment;
     std::map<std::string, SceneMaterial> materials;
     std::vector<Entity> entities;              ///< In the order of the file.
     std::vector<Instance> instances;           ///< In the order of the file.
     std::vector<SceneLamp> lamps;              ///< In the order of the file.
-    std::vector<Keyframe> keyframes;           ///< In the order of the file; times of one instance grow.
-    std::vector<LampKeyframe> lamp_keyframes;  ///< The same of lamps.
-    /// What a program gives in place of files that the scene names; null: nothing. See given_files.h.
+    std::vector<Keyframe> keyframes;           ///< In the order of the file; times of one instance increase.
+    std::vector<LampKeyframe> lamp_keyframes;  ///< In the order of the file; times of one lamp increase.
+    /// Data that a program supplies in place of files that the scene names; null: none. See given_files.h.
     std::shared_ptr<const GivenFiles> given;
 
-    /// Whether a material does.
+    /// Tests whether a material emits light.
     bool glows() const {
         return std::ranges::any_of(materials, [](const auto& named) { return named.second.glows(); });
     }

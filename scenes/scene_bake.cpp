@@ -18,9 +18,9 @@ const std::map<std::string, RenderPass> render_pass_of{
     {"irradiance", RenderPass::irradiance}, {"occlusion", RenderPass::occlusion},
     {"own-shadow", RenderPass::own_shadow}, {"indirect", RenderPass::indirect}};
 
-/// Of the vertices of fine meshes.
+/// Shades the vertices of fine meshes.
 ///
-/// indirect  becomes the scene's, if there are bounces.
+/// indirect  receives the scene's indirect light, if there are bounces.
 Result<Done> shade_fine(const PointShading& direct, const BakeOptions& options,
                         std::optional<IndirectLight>& indirect, const Progress& progress, BakedScene& baked) {
     if (options.evaluator == Evaluator::tree) {
@@ -44,9 +44,9 @@ Result<Done> shade_fine(const PointShading& direct, const BakeOptions& options,
     return add_indirect_radiance(lit, baked.fine, progress);
 }
 
-/// Of meshes that suit the radiance.
+/// Shades meshes that are refined or fitted to the radiance.
 ///
-/// shading  has the indirect light, if there is any.
+/// shading  includes the indirect light, if there is any.
 Result<Done> shade(const PointShading& shading, const SceneEntities& entities, const BakeOptions& options,
                    const Progress& progress, BakedScene& baked) {
     if (options.refine) {
@@ -70,10 +70,10 @@ Result<Done> shade(const PointShading& shading, const SceneEntities& entities, c
     return Done{};
 }
 
-/// The meshes of the instances with their radiance, without textures.
+/// The shaded meshes before their radiance is separated from textures.
 struct ShadedMeshes {
     std::vector<SampledMesh> meshes;                  ///< By instance.
-    std::vector<std::span<const Outgoing>> radiance;  ///< Of their vertices.
+    std::vector<std::span<const Outgoing>> radiance;  ///< Radiance of the meshes' vertices.
 };
 
 ShadedMeshes shaded_meshes(const SceneEntities& entities, const BakedScene& baked) {
@@ -92,7 +92,7 @@ ShadedMeshes shaded_meshes(const SceneEntities& entities, const BakedScene& bake
     return shaded;
 }
 
-/// Returns the instances as they are displayed.
+/// Returns the instances for display, with their radiance separated from textures.
 ///
 /// seen  becomes the radiance by instance; the instances refer to it.
 std::vector<BakedInstance> seen_instances(const Scene& scene, const SceneEntities& entities,
@@ -105,7 +105,7 @@ std::vector<BakedInstance> seen_instances(const Scene& scene, const SceneEntitie
     return instances;
 }
 
-/// The instances with values instead of their radiance, and without images, which cut nothing out then.
+/// Returns the instances with values instead of radiance, and without images or cut-outs.
 std::vector<BakedInstance> valued_instances(const std::vector<BakedInstance>& instances,
                                             const std::vector<SeenRadiance>& values) {
     std::vector<BakedInstance> valued;
@@ -114,9 +114,9 @@ std::vector<BakedInstance> valued_instances(const std::vector<BakedInstance>& in
     return valued;
 }
 
-/// Returns a pass as it is written, from its values.
+/// Returns a pass for writing, made from its computed values.
 ///
-/// shaded  of the full picture.
+/// shaded  the shaded meshes of the full picture.
 BakedPass baked_pass(const std::string& name, const SceneRadiance& values, const Scene& scene,
                      const SceneEntities& entities, ShadedMeshes shaded,
                      const std::vector<BakedInstance>& instances) {
@@ -140,7 +140,7 @@ BakedPass baked_pass(const std::string& name, const SceneRadiance& values, const
             here = seen_radiance(*instances[i].mesh, entity.surfaces, values[i]).under;
         if (pass == RenderPass::specular) here = seen_highlights(*instances[i].mesh, entity.surfaces, here);
         made.seen.push_back({here, {}});
-        // A picture of irradiance is one of white paint.
+        // A picture of irradiance shows a white diffuse surface.
         if (pass == RenderPass::irradiance)
             for (Rgb& value : made.seen.back().under) value *= static_cast<float>(1 / pi);
     }
@@ -148,7 +148,7 @@ BakedPass baked_pass(const std::string& name, const SceneRadiance& values, const
     return made;
 }
 
-/// The passes, whose values the instances then have.
+/// Adds the passes, and their values to the instances.
 Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const PointShading& shading,
                         const BakeOptions& options, const ShadedMeshes& shaded, const Progress& progress,
                         BakedScene& baked) {
@@ -197,9 +197,9 @@ Result<Done> check_bake(const BakeOptions& options) {
                      "knows vertices only; wanted neither refine nor colours fitted"};
     for (auto pass = options.passes.begin(); pass != options.passes.end(); ++pass) {
         if (!render_pass_of.contains(*pass))
-            return Error{"pass " + *pass, "is not known; wanted one of: " + quoted_list(pass_names())};
+            return Error{"pass " + *pass, "is unknown; expected one of: " + quoted_list(pass_names())};
         if (std::find(options.passes.begin(), pass, *pass) != pass)
-            return Error{"pass " + *pass, "is asked for twice"};
+            return Error{"pass " + *pass, "is listed twice"};
     }
     return Done{};
 }

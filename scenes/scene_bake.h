@@ -1,5 +1,5 @@
 #pragma once
-/// A scene, baked: shaded with all that its surfaces want, ready to be written.
+/// Bakes a scene: shades it as its surfaces require, ready to be written.
 
 #include "scenes/baked_instance.h"
 #include "scenes/scene_entities.h"
@@ -32,25 +32,25 @@ struct BakeOptions {
     std::uint32_t samples = 1024;     ///< At each vertex, by Evaluator::rays.
 };
 
-/// The passes that there are: diffuse, indirect, irradiance, occlusion, own-shadow, specular.
+/// Returns the names of all passes: diffuse, indirect, irradiance, occlusion, own-shadow, specular.
 std::vector<std::string> pass_names();
 
 /// Refuses passes that are not known and options that exclude each other.
 Result<Done> check_bake(const BakeOptions& options);
 
-/// The default of RefinementSettings, or half as many vertices again as the models' surfaces have in all
-/// instances: so that fine models leave some for where the radiance changes.
+/// Returns the larger of RefinementSettings' default and 1.5 times the number of vertices of the models'
+/// surfaces in all instances. Fine models thus retain vertices for places where the radiance changes.
 std::size_t usual_vertex_budget(const SceneEntities& entities);
 
-/// How a refinement ended: see Refinement.
+/// The outcome of a refinement; see Refinement.
 struct RefinementOutcome {
-    std::size_t vertex_budget = 0;  ///< That it had.
+    std::size_t vertex_budget = 0;  ///< The budget that was used.
     float largest_error = 0;
     std::size_t shaded_points = 0;
     int rounds = 0;
 };
 
-/// What bounces came to: see IndirectLight.
+/// The outcome of indirect light; see IndirectLight.
 struct BounceOutcome {
     int computed = 0;
     double left_out = 0;
@@ -59,29 +59,29 @@ struct BounceOutcome {
 
 /// A pass of a bake.
 struct BakedPass {
-    std::string name;                      ///< Of pass_names.
-    SceneColours values;                   ///< For meshes.
-    std::vector<SeenRadiance> seen;        ///< For POV-Ray, of the instances that follow.
-    std::vector<BakedInstance> instances;  ///< As POV-Ray is to show the pass.
-    bool has_environment = false;          ///< Whether the environment is behind it.
+    std::string name;                      ///< A member of pass_names.
+    SceneColours values;                   ///< For mesh files.
+    std::vector<SeenRadiance> seen;        ///< For POV-Ray; `instances` refers to it.
+    std::vector<BakedInstance> instances;  ///< As POV-Ray displays the pass.
+    bool has_environment = false;          ///< True: the environment is the background of the pass.
 };
 
-/// The scene's instances as they are written, with what they refer to.
+/// The scene's instances for writing, and the data that they refer to.
 struct BakedScene {
-    std::vector<RadiantMesh> refined;  ///< By instance; empty if the entities' fine meshes serve.
-    SceneRadiance fine;                ///< Of the fine meshes, by instance; or empty.
+    std::vector<RadiantMesh> refined;  ///< By instance. Empty if the entities' fine meshes are used.
+    SceneRadiance fine;                ///< Radiance of the fine meshes, by instance; or empty.
     std::vector<SeenRadiance> seen;    ///< By instance.
     std::vector<BakedPass> passes;
     std::vector<BakedInstance> instances;
-    std::optional<RefinementOutcome> refinement;  ///< If it was asked for.
-    std::optional<BounceOutcome> bounces;         ///< If there are any.
+    std::optional<RefinementOutcome> refinement;  ///< Present if a refinement was requested.
+    std::optional<BounceOutcome> bounces;         ///< Present if the scene has bounces.
 };
 
 /// Shades a scene.
 ///
-/// scene, entities  must outlive the result, and `shaded` is made of them.
-/// options          check_bake finds nothing wrong (asserted).
-/// sharing          null: this process shades all points. If it is partial, the result is of no use.
+/// scene, entities  must outlive the result. `shaded` must be made from them.
+/// options          must pass check_bake (asserted).
+/// sharing          null: this process shades all points. If it is partial, the result must not be used.
 /// errors           interrupted.
 Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities, const ShadedScene& shaded,
                                const RenderSettings& settings, const BakeOptions& options,

@@ -1,22 +1,22 @@
 #pragma once
-/// The error budget of a scene: of its vertices, and of what lies between them in the picture.
+/// Measures the error budget of a scene: at its vertices, and between them in the picture.
 
 #include "scenes/scene_entities.h"
 #include "shading/bake/error_budget.h"
 
 namespace haarfield {
 
-/// A budget, and the vertices and the radiance that it was measured on.
+/// An error budget, and the vertices and the radiance at which it was measured.
 struct SceneBudget {
-    std::vector<BudgetEntry> entries;           ///< Those of error_budget, then of interpolation, of rays.
-    std::vector<BudgetVertex> vertices, wrong;  ///< As error_budget has them.
+    std::vector<BudgetEntry> entries;           ///< Those of error_budget, then interpolation, then rays.
+    std::vector<BudgetVertex> vertices, wrong;  ///< As in ErrorBudget.
     SceneColours radiance;                      ///< Of the bake, by instance.
 };
 
 /// Measures the error of each approximation alone: error_budget, and interpolation_error at random pixels.
 ///
-/// points       random vertices, and pixels, at most.
-/// pixels       the points that the camera's pixels show: Preview::points.
+/// points       maximum number of random vertices, and of random pixels.
+/// pixels       the visible points at the camera's pixels: Preview::points.
 /// ray_samples  those of ray_difference.
 /// errors       interrupted.
 Result<SceneBudget> scene_budget(const SceneEntities& entities, const ShadedScene& shaded,

@@ -12,11 +12,11 @@ namespace haarfield {
 namespace {
 
 constexpr double azimuth = 35 * pi / 180, elevation = 25 * pi / 180;
-constexpr double filled = 0.9;           // of the picture's width and height
-constexpr float flatness = 0.05f;        // height to width of what is flat
+constexpr double filled = 0.9;           // Of the picture's width and height.
+constexpr float flatness = 0.05f;        // Ratio of height to width below which an object is flat.
 constexpr double nearest_target = 1e-4;  // [m]
 
-/// Calls use(triangle) for every triangle of an instance: its three corners in the world.
+/// Calls use(triangle) for every triangle of an instance, with its corners in world coordinates.
 template <class Use>
 void for_triangles(const Scene& scene, const SceneEntities& entities, std::size_t instance, const Use& use) {
     const Mesh& mesh = entities.of_instance(instance).mesh.original;
@@ -41,7 +41,7 @@ bool is_flat(const Bounds& bounds) {
     return size.y < flatness * std::max(size.x, size.z);
 }
 
-/// By instance, whether the picture must show it.
+/// Returns by instance whether the picture must show it.
 std::vector<bool> counting_instances(const std::vector<Bounds>& bounds) {
     Bounds upright;
     for (const Bounds& box : bounds)
@@ -56,7 +56,7 @@ std::vector<bool> counting_instances(const std::vector<Bounds>& bounds) {
     return counts;
 }
 
-/// How much of the picture is on either side of its middle, per depth.
+/// Half the picture's size at unit depth.
 struct HalfSize {
     double across, up;
 };
@@ -66,8 +66,8 @@ HalfSize half_size(const Camera& camera) {
     return {up * camera.width / camera.height, up};
 }
 
-/// A point p is in the picture of an eye e, along one of its two axes, if |p - e| <= k depth(p - e): it is
-/// within two planes through e. This gathers how far such planes must be pushed to have all points within.
+/// Two planes through the eye that bound the picture along one axis. A point p is in the picture of an eye e
+/// if |p - e| <= tangent * depth(p - e). Gathers how far the planes must move to include all points.
 class Wedge {
 public:
     explicit Wedge(double tangent) : tangent_(tangent) {}
@@ -76,9 +76,9 @@ public:
         above_ = std::max(above_, along - tangent_ * depth);
         below_ = std::max(below_, -along - tangent_ * depth);
     }
-    /// Of the eye that both planes meet in: no other one sees all points from so near.
+    /// Returns the depth of the eye in which both planes meet: the nearest eye that shows all points.
     double depth() const { return -(above_ + below_) / (2 * tangent_); }
-    /// Of an eye at that depth or behind it: with as much room on one side as on the other.
+    /// Returns the position along the axis where an eye at that depth, or behind it, has equal margins.
     double middle() const { return (above_ - below_) / 2; }
 
 private:
@@ -115,7 +115,7 @@ Camera framed(Camera camera, const Scene& scene, const SceneEntities& entities) 
     return camera;
 }
 
-/// Whether any of a triangle is within the four planes of the picture: what they leave of it.
+/// Tests whether a triangle intersects the picture: clips it by the four planes.
 ///
 /// corners  across and up in half pictures per depth, and the depth.
 bool is_in_picture(const std::array<Vec3d, 3>& corners) {
@@ -153,7 +153,7 @@ bool shows_anything(const Scene& scene, const SceneEntities& entities) {
     return found;
 }
 
-/// The names of instances in front of the camera whose spheres are smaller than a pixel.
+/// Returns the names of instances in front of the camera whose bounding spheres are smaller than a pixel.
 std::vector<std::string> tiny_instances(const Scene& scene, const SceneEntities& entities) {
     const CameraFrame frame = camera_frame(scene.camera);
     const double pixels_per_slope = scene.camera.height / (2 * half_size(scene.camera).up);

@@ -1,5 +1,5 @@
 #pragma once
-/// Where a scene's camera stands if its author does not say, and whether it sees anything there.
+/// Automatic placement of a scene's camera, and warnings about what the camera shows.
 
 #include "scenes/scene_entities.h"
 
@@ -8,23 +8,23 @@
 
 namespace haarfield {
 
-/// The scene's camera. If it is to be found (Scene::finds_camera), it shows the scene whole, from the front
-/// right and somewhat above.
+/// Returns the scene's camera. If Scene::finds_camera is set, places the camera so that it shows all counted
+/// objects, from the front right and above.
 ///
 /// direction  35 degrees from +z towards +x, 25 degrees above the horizon.
-/// place      as near as it can be: the vertices of all objects that count lie in the middle nine tenths of
-///            the picture's width and height. Two of them reach that border on opposite sides, and across
-///            they are as far from one as from the other. The target is amid their depth.
-/// counts     every object but the grounds: those that are flatter than a twentieth of their width, and at
-///            least as wide and as deep as all that are not flat together. If nothing else is there they
-///            count, too.
-/// entities   prepared from this scene, with or without fields; only the original meshes matter.
+/// place      the nearest one where the vertices of all counted objects lie within the middle 90 % of the
+///            picture's width and height. In one axis, vertices touch both borders; in the other, the objects
+///            are centred. The target lies in the middle of their depth.
+/// counts     every object except grounds: objects that are flatter than a twentieth of their width, and at
+///            least as wide and deep as the box around all objects that are not flat. If all objects are
+///            grounds, all count.
+/// entities   prepared from this scene, with or without fields; only the original meshes are used.
 /// cost       one pass over the instances' triangles.
 Camera scene_camera(const Scene& scene, const SceneEntities& entities);
 
-/// Warnings about the scene's camera, one sentence each: the instances that it is inside of (of what is
-/// closed: InsideTest), those in front of it that are smaller than a pixel, and that no triangle of any
-/// instance is in its picture.
+/// Returns warnings about the scene's camera, one sentence each: closed instances that contain it
+/// (InsideTest), instances in front of it that are smaller than a pixel, and a picture that shows no
+/// triangle.
 ///
 /// scene  its camera's place is known: scene_camera.
 /// cost   one pass over the instances' triangles.

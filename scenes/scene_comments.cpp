@@ -5,9 +5,9 @@
 namespace haarfield {
 namespace {
 
-/// Whether a line has a comment, or might have one.
+/// Tests whether a line contains a comment or an unterminated quotation.
 bool has_comment(std::string_view line) {
-    char quote = 0;  // of the text that we are in
+    char quote = 0;  // The quotation mark of the string at `i`; 0 outside strings.
     for (std::size_t i = 0; i < line.size(); ++i) {
         const char c = line[i];
         if (quote != 0) {

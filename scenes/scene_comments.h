@@ -1,5 +1,5 @@
 #pragma once
-/// What a person has written into a scene file beside the scene: comments, of which scene_text keeps some.
+/// The comments of scene files, some of which scene_text preserves.
 
 #include <string>
 #include <string_view>
@@ -8,14 +8,12 @@ namespace haarfield {
 
 /// The comments of a scene file.
 struct SceneComments {
-    std::string on_top;       ///< The lines of comments before all else, without `#`: what scene_text keeps.
-    bool has_others = false;  ///< There are some further down, which it does not keep.
+    std::string on_top;       ///< The lines of comments at the top, without `#`: scene_text preserves them.
+    bool has_others = false;  ///< Some comments follow further down: scene_text loses them.
 };
 
-/// The comments of a text.
-///
-/// text     of a scene file. Where quotation marks do not end with their line, as in no file that read_scene
-///          takes, it counts as one with further comments.
+/// Finds the comments of a scene file's text. A line with an unterminated quotation mark, which read_scene
+/// refuses, counts as one with a comment.
 SceneComments scene_comments(std::string_view text);
 
 }  // namespace haarfield

@@ -30,13 +30,13 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// An entity, of which a shape is wanted.
+/// An entity in one shape.
 struct Variant {
-    std::size_t entity;  // in Scene::entities
+    std::size_t entity;  // Index in Scene::entities.
     Shape shape;
 };
 
-/// Whether all of a mesh lies in one plane, to 1e-5 of its size: a floor, or a wall.
+/// Tests whether a mesh is planar to 1e-5 of its size, as floors and walls are.
 bool is_flat(const Mesh& mesh) {
     Vec3d normal(0, 0, 0);
     for (const auto& [a, b, c] : mesh.triangles) {
@@ -51,14 +51,15 @@ bool is_flat(const Mesh& mesh) {
     });
 }
 
-/// Findings for a warning. That a flat sheet is open, and has two sides, is no surprise.
+/// Returns findings that deserve a warning: not the open edges and back sides of planar meshes.
 MeshFindings notable_findings(const PreparedMesh& mesh) {
     MeshFindings findings = mesh.findings;
     if (is_flat(mesh.original)) findings.boundary_edges = findings.backs = findings.parted_vertices = 0;
     return findings;
 }
 
-/// Files of which parts or several shapes are wanted, so that each is read once. Others are not kept.
+/// Caches model files from which several parts or shapes are needed, so that each is read once. Keeps only
+/// the last of all other files.
 class ModelShelf {
 public:
     explicit ModelShelf(const Scene& scene) : scene_(scene) {
@@ -68,7 +69,7 @@ public:
             if (instance.shape != Shape()) shared_.insert(scene.entities[instance.entity].mesh);
     }
 
-    /// Valid until the next.
+    /// Returns a model file. The pointer is valid until the next call.
     Result<const ModelFile*> file(const std::filesystem::path& path) {
         if (const auto given = given_mesh(scene_, path)) return given.get();
         const auto known = models_.find(path);
@@ -86,7 +87,7 @@ private:
     std::optional<ModelFile> last_;
 };
 
-/// The part that an entity names; nothing if it is the whole file.
+/// Returns the part that an entity names; none for the whole file.
 Result<std::optional<std::size_t>> part_of(const ModelFile& model, const Entity& entity) {
     if (entity.part.empty()) return std::optional<std::size_t>();
     const std::vector<std::string>& names = model.parts().names;
@@ -94,11 +95,11 @@ Result<std::optional<std::size_t>> part_of(const ModelFile& model, const Entity&
     if (found != names.end()) return std::optional(static_cast<std::size_t>(found - names.begin()));
     constexpr std::size_t most_listed = 20;
     return Error{model.file().string(),
-                 fmt::format("has no part \"{}\", as entity {} wants it; it has {}", entity.part, entity.name,
-                             quoted_list(names, most_listed))};
+                 fmt::format("found no part \"{}\", which entity {} names; expected one of {}", entity.part,
+                             entity.name, quoted_list(names, most_listed))};
 }
 
-/// Reads and prepares the mesh, and makes its surfaces.
+/// Reads and prepares the mesh and its surfaces.
 ///
 /// originals  SceneEntityOptions::original_vertices.
 Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shape& shape, bool originals,
@@ -134,7 +135,8 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
     if (is_less) imported->mesh = with_shared_vertices(imported->mesh, wanted);
     if (shape != Shape()) {
         imported->mesh = shaped_mesh(std::move(imported->mesh), shape);
-        leave_out_bad_triangles(imported->mesh, imported->findings);  // rounded flat
+        leave_out_bad_triangles(imported->mesh, imported->findings);  // Triangles that rounding made
+                                                                      // degenerate.
     }
     Result<PreparedMesh> prepared = prepare_mesh(std::move(*imported), preparation, progress);
     if (!prepared) return Error{description.mesh.string(), prepared.error().message()};
@@ -164,7 +166,7 @@ Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settin
         progress);
     if (!found) return found.error();
     if (found->field.local_handles.size() != entity.mesh.fine.positions.size())
-        return Error{found->file.string(), "not of this mesh, though its key says so"};
+        return Error{found->file.string(), "found a field of another mesh; expected the mesh of its key"};
     entity.field = std::move(found->field);
     entity.field_file = std::move(found->file);
     entity.reused = found->reused;
@@ -181,7 +183,7 @@ FieldSettings entity_field_settings(const Entity& description, const EntityOcclu
     settings.face_size = options.face_size;
     settings.coefficients = options.coefficients;
     settings.relative_l2_error = options.relative_l2_error;
-    // What is rasterized at the vertex itself needs no samples around it, beyond the fewest there can be.
+    // Exactly rasterized entities need no samples in space; 0 gives the minimum number.
     const bool is_exact = occlusion.coarse().triangles().size() <= RenderSettings().exact_triangles;
     settings.planar_samples = is_exact ? 0 : description.planar_samples;
     settings.spherical_samples = is_exact ? 0 : description.spherical_samples;
@@ -195,7 +197,7 @@ Result<SceneEntities> prepare_scene_entities(const Scene& scene, const SceneEnti
         if (const Result<Done> made = make_folder(options.fields_folder); !made) return made.error();
         remove_abandoned_claims(options.fields_folder);
     }
-    std::vector<Variant> known;  // by result.entities
+    std::vector<Variant> known;  // By result.entities.
     ModelWarnings warnings;
     TextureShelf shelf;
     ModelShelf models(scene);

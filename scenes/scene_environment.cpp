@@ -19,7 +19,7 @@
 namespace haarfield {
 namespace {
 
-constexpr int sky_width = 1024;  // pixels; the sun's disc is spread over those that it covers
+constexpr int sky_width = 1024;  // In pixels; the sun's disc covers several.
 
 Result<Environment> read_light(const Scene& scene, const std::filesystem::path& file,
                                const std::optional<AnalyticSky>& sky, std::vector<std::string>& warnings) {
@@ -34,7 +34,7 @@ Result<Environment> read_light(const Scene& scene, const std::filesystem::path& 
     return Environment(std::move(*image));
 }
 
-/// Through the middles of a few cells of the picture.
+/// Returns the directions through the centres of 12 x 9 cells of the picture.
 std::vector<Vec3f> picture_directions(const Camera& camera) {
     constexpr int columns = 12, rows = 9;
     const CameraFrame frame = camera_frame(camera);

@@ -1,5 +1,5 @@
 #pragma once
-/// A scene's light, as its description wants it.
+/// The environment that a scene describes.
 
 #include "fields/base/result.h"
 #include "scenes/scene.h"
@@ -9,39 +9,41 @@ namespace haarfield {
 
 struct SceneEntities;
 
-/// The light, and how it came about.
+/// The environment, and how it was obtained.
 struct SceneEnvironment {
-    Environment environment;            ///< Clean, turned and exposed.
-    std::string from;                   ///< The image's file, or `sky`.
+    Environment environment;            ///< Cleaned, rotated and exposed.
+    std::string from;                   ///< The image's file, `sky`, or `none`.
     float exposure = 0;                 ///< [stops]
-    bool is_found = false;              ///< The exposure is found_exposure.
-    std::vector<std::string> warnings;  ///< Of what was cleaned, with counts.
+    bool is_found = false;              ///< The exposure comes from found_exposure.
+    std::vector<std::string> warnings;  ///< Counts of values that were cleaned.
 };
 
-/// The light without `turn` and exposure: read or made, cleaned, blended and turned about +y.
+/// Reads or computes the environment, cleans it, blends it and rotates it about +y. Applies neither `turn`
+/// nor exposure.
 ///
-/// warnings  grow by what was cleaned.
+/// warnings  receives counts of cleaned values.
 /// errors    as read_environment_image.
 Result<Environment> described_environment(const Scene& scene, std::vector<std::string>& warnings);
 
-/// The exposure of a scene's light that is to be found: automatic_exposure, with the scene's local lights as
-/// they light the camera's target, or the mean place of all instances if the camera is to be found, too.
-/// [stops]
+/// Computes the exposure of a scene whose file leaves it open: automatic_exposure of the environment and of
+/// the local lights as they light one place. That place is the camera's target, or the mean position of all
+/// instances if the camera is to be found. [stops]
 ///
-/// light  turned, not exposed.
+/// light  rotated, not exposed.
 float found_exposure(const Scene& scene, const Environment& light);
 
 /// The local lights of a scene at the place that found_exposure exposes.
 std::vector<ExposedLight> local_lights(const Scene& scene);
 
 /// The stops that the exposure of a scene's light needs in addition to found_exposure, because its camera
-/// stands in a room (room_exposure), or because surfaces emit light there (at most four fewer). 0 if the scene
-/// names its exposure.
+/// stands in a room (room_exposure), or because surfaces emit light there (at most four fewer). 0 if the
+/// scene names its exposure.
 ///
 /// light  exposed.
 float entity_stops(const Scene& scene, const SceneEntities& entities, const Environment& light);
 
-/// Reads or makes the light, cleans it, finds its exposure if it is to be found, turns it and exposes it.
+/// Reads or computes the environment, cleans it, rotates it and exposes it. Finds the exposure if the scene
+/// does not set it.
 ///
 /// errors  as read_environment_image.
 Result<SceneEnvironment> scene_environment(const Scene& scene);

@@ -17,8 +17,8 @@
 namespace haarfield {
 namespace {
 
-/// Scales alike along all axes, after turning z upwards if it is so meant. Left-handed coordinates become
-/// right-handed: their depth is negated.
+/// Returns the map from a file's coordinates: scales uniformly, after rotating z upwards if requested.
+/// Left-handed coordinates become right-handed by negating depth.
 AffineMap turned_and_scaled(bool z_up, bool left_handed, double scale) {
     AffineMap map;
     if (z_up) map.axes = {Vec3d(1, 0, 0), Vec3d(0, 0, -1), Vec3d(0, 1, 0)};
@@ -27,7 +27,7 @@ AffineMap turned_and_scaled(bool z_up, bool left_handed, double scale) {
     return map;
 }
 
-/// A name that a file may have, and POV-Ray.
+/// Returns a name that is valid in files and in POV-Ray.
 std::string file_name(const std::string& name, const std::string& otherwise) {
     std::string plain = plain_name(name);
     plain.erase(0, plain.find_first_not_of("_-."));
@@ -35,15 +35,15 @@ std::string file_name(const std::string& name, const std::string& otherwise) {
     return plain.empty() ? otherwise : plain;
 }
 
-/// An instance that is not placed in the scene yet.
+/// An instance that has no place in the scene yet.
 struct Placed {
     std::size_t entity;
     std::string name;
-    AffineMap place;   ///< In the file's world.
-    std::size_t file;  ///< Number of its file.
+    AffineMap place;   ///< In the file's coordinates.
+    std::size_t file;  ///< Index of its file.
 };
 
-/// What is known of an entity's mesh.
+/// The size of an entity's mesh.
 struct Extent {
     Bounds bounds;  ///< In its own frame.
     double area = 0;
@@ -58,10 +58,10 @@ Extent extent_of(const Mesh& mesh) {
     return extent;
 }
 
-/// Closed pieces of a mesh of which some face inwards: rooms, or solids that are inside out.
+/// The closed pieces of a mesh of which some face inwards: rooms, or solids turned inside out.
 struct PossibleRooms {
-    std::vector<Vec3f> positions;     ///< Of the mesh.
-    std::vector<ClosedPiece> pieces;  ///< None if no piece faces inwards.
+    std::vector<Vec3f> positions;     ///< Positions of the mesh.
+    std::vector<ClosedPiece> pieces;  ///< Empty if no piece faces inwards.
     std::vector<Vec3f> contents;      ///< A point in each open piece.
 };
 
@@ -81,7 +81,7 @@ PossibleRooms possible_rooms(Mesh mesh) {
     return possible;
 }
 
-/// The point that a map moves to `moved`; the map must have an inverse.
+/// Returns the point that an invertible map moves to `moved`.
 Vec3d point_before(const AffineMap& map, const Vec3d& moved) {
     const auto& [x, y, z] = map.axes;
     const Vec3d d = moved - map.origin;
@@ -102,14 +102,14 @@ double longest_side(const Bounds& bounds) {
     return double(std::max({size.x, size.y, size.z}));
 }
 
-/// Tests whether two boxes have a volume in common.
+/// Tests whether two boxes overlap in a volume.
 bool overlap(const Bounds& a, const Bounds& b) {
     for (int axis = 0; axis < 3; ++axis)
         if (std::min(a.upper[axis], b.upper[axis]) <= std::max(a.lower[axis], b.lower[axis])) return false;
     return true;
 }
 
-/// By how much a map magnifies areas, about.
+/// Returns the approximate factor by which a map scales areas.
 double area_scale(const AffineMap& map) {
     const auto& [x, y, z] = map.axes;
     return (x.cross(y).length() + y.cross(z).length() + z.cross(x).length()) / 3;
@@ -133,7 +133,7 @@ public:
         if (!camera_ && parts.camera) camera_ = {*parts.camera, file};
         for (const ModelLight& light : parts.lights) lights_.push_back({light, file});
         if (parts.unread_lights > 0)
-            warnings.push_back(fmt::format("{}: {} light_sources are no plain data; left out", path.string(),
+            warnings.push_back(fmt::format("{}: {} light_sources are not plain data; left out", path.string(),
                                            parts.unread_lights));
         if (wanted_.whole || stands_still || parts.names.size() == 1) {
             const bool is_part = parts.names.size() == 1 && !wanted_.whole && !stands_still;
@@ -163,7 +163,7 @@ public:
     }
 
     Result<Done> place() {
-        if (placed_.empty()) return Error{"", "nothing with a surface; wanted a model"};
+        if (placed_.empty()) return Error{"", "found no surface; expected a model with triangles"};
         set_shifts();
         Bounds all;
         for (const Bounds& box : upright_bounds())
@@ -182,10 +182,10 @@ public:
         for (const Placed& placed : placed_) {
             const AffineMap place = world_of(placed.file) * placed.place;
             const Result<LinearParts> parts = linear_parts(place.rows());
-            if (!parts) return Error{placed.name, "its place " + parts.error().what};
+            if (!parts) return Error{placed.name, "its transform " + parts.error().what};
             Instance instance;
             instance.entity = placed.entity;
-            // One that is called as its entity needs no name of its own.
+            // An instance with its entity's name needs no other name.
             const bool is_own = placed.name == scene.entities[placed.entity].name;
             if (!is_own || count[placed.name] > 1) instance.name = unique_name(placed.name, taken);
             instance.placement = parts->placement;
@@ -214,13 +214,13 @@ public:
     }
 
     Scene scene;
-    Bounds bounds;  ///< Of all that is placed.
+    Bounds bounds;  ///< Of all placed models.
     std::vector<std::string> warnings;
-    bool has_sky = true;      ///< No light is of a POV-Ray scene.
+    bool has_sky = true;      ///< No light comes from a POV-Ray scene.
     bool is_in_room = false;  ///< One room encloses everything.
 
 private:
-    /// A file, and how far its models are moved after they are turned upright, in its units.
+    /// A file, and the translation of its models once they are upright, in its units.
     struct File {
         std::string path;
         Vec3d shift;
@@ -236,14 +236,15 @@ private:
     };
     static constexpr double smallest_usual_size = 0.01;  // [m]
 
-    /// From a file's world to the scene.
+    /// Returns the map from a file's coordinates to the scene.
     AffineMap world_of(std::size_t file) const {
         AffineMap world = turned_and_scaled(wanted_.z_up, files_[file].left_handed, scale_);
         world.origin = files_[file].shift * scale_;
         return world;
     }
 
-    /// By file, in its units, turned upright and shifted. A file without a surface has an empty box.
+    /// Returns the bounds by file, in its units, upright and shifted. A file without a surface has an empty
+    /// box.
     std::vector<Bounds> upright_bounds() const {
         std::vector<Bounds> boxes(files_.size());
         for (const Placed& instance : placed_) {
@@ -255,7 +256,7 @@ private:
         return boxes;
     }
 
-    /// Moves the models of files that overlap side by side.
+    /// Places the models of files side by side if any two overlap.
     void set_shifts() {
         const std::vector<Bounds> boxes = upright_bounds();
         std::vector<std::size_t> full;
@@ -296,7 +297,7 @@ private:
                                            files_[small].path));
     }
 
-    /// Nothing if it has no surface, with a warning.
+    /// Adds an entity. Returns nothing, with a warning, for one of several parts if it has no surface.
     Result<std::optional<std::size_t>> add_entity(const ModelFile& model, std::optional<std::size_t> part,
                                                   const std::string& name,
                                                   const std::filesystem::path& path) {
@@ -353,7 +354,7 @@ private:
         }
     }
 
-    /// Triangles of the room. Those of closed pieces face outwards: they must be turned.
+    /// Adds triangles to the room's walls. Triangles of closed pieces face outwards and must be reversed.
     void add_walls(std::span<const Vec3f> positions, std::span<const std::array<std::uint32_t, 3>> triangles,
                    const AffineMap& place, bool are_turned) {
         const auto& [x, y, z] = place.axes;
@@ -367,7 +368,7 @@ private:
         }
     }
 
-    /// Recognizes a room with windows or doors: triangles that surround a place from most sides, facing it.
+    /// Recognizes a room with windows or doors: triangles that face a place and surround it on most sides.
     void find_open_room() {
         if (room_ || camera_ || triangles_ == 0 || triangles_ > most_room_triangles) return;
         room_ = Room{placed_[0].entity, 0, {}};
@@ -378,7 +379,7 @@ private:
         room_.reset();
     }
 
-    /// Tests whether most horizontal rays meet walls, and those up and down a level floor and a ceiling.
+    /// Tests whether most horizontal rays meet walls, and most vertical rays a level floor and a ceiling.
     bool is_between_walls(const Vec3d& place) const {
         constexpr int rays = 32;
         const Vec3d size(bounds.upper - bounds.lower);
@@ -395,7 +396,7 @@ private:
         return std::min({walls, floors, ceilings}) >= rays / 2;
     }
 
-    /// The winding number of the room's walls: below 0 inside.
+    /// Returns the winding number of the room's walls: negative inside.
     double winding_of_walls(const Vec3d& place) const {
         std::vector<Vec3f> positions;
         std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -414,9 +415,9 @@ private:
         return box;
     }
 
-    /// Tests whether a place and those near it are inside.
+    /// Tests whether a place and four places around it are inside.
     bool is_clear(const Vec3d& place, const Vec3d& size) const {
-        constexpr double inside = -0.6;  // winding number
+        constexpr double inside = -0.6;  // Winding number.
         constexpr std::array<std::array<double, 2>, 5> near{{{0, 0}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
         const double reach = 0.05 * std::min(size.x, size.z);
         return std::ranges::all_of(near, [&](const auto& aside) {
@@ -424,7 +425,8 @@ private:
         });
     }
 
-    /// The middle of the room; if that is not clear, the place at half height that is farthest from walls.
+    /// Returns the middle of the room. If it is not clear, returns the place at half height that is farthest
+    /// from walls.
     std::optional<Vec3d> standing_place() const {
         constexpr int cells = 6, directions = 8;
         const Bounds box = room_bounds();
@@ -449,7 +451,7 @@ private:
         return best;
     }
 
-    /// Where the camera looks from a place: where walls are far, best to the left and ahead.
+    /// Returns the camera's direction at a place: where walls are far, with a preference for left and ahead.
     Vec3d viewing_direction(const Vec3d& place) const {
         const Vec3d usual(-0.57, -0.12, -0.81);
         const auto depth = [&](const Vec3d& ahead) {
@@ -473,11 +475,11 @@ private:
         return place.direction(Vec3d(size)).length();
     }
 
-    /// If one room encloses everything: puts the camera into it, and a lamp where nothing emits light.
+    /// If one room encloses everything, places the camera in it, and adds a lamp if nothing emits light.
     void enter_room() {
         if (!room_) return;
         const Bounds room = room_bounds();
-        constexpr float wall = 0.1f;  // of the room's size
+        constexpr float wall = 0.1f;  // Of the room's size.
         for (int axis = 0; axis < 3; ++axis) {
             const float most = wall * (room.upper[axis] - room.lower[axis]);
             if (room.lower[axis] - bounds.lower[axis] > most || bounds.upper[axis] - room.upper[axis] > most)
@@ -501,13 +503,13 @@ private:
             scene.camera.target = Vec3f(*place + ahead * (0.5 * front));
             scene.camera.vertical_fov = static_cast<float>(60 * pi / 180);
         }
-        constexpr double closed = -0.999;  // winding number: nearly no light comes through openings
+        constexpr double closed = -0.999;  // Winding number: almost no light enters through openings.
         if (winding > closed) return;
         if (!scene.lamps.empty() || emits_light_) return;
         SceneLamp lamp;
         lamp.name = "ceiling_lamp";
         lamp.position = Vec3f(*place + Vec3d(0, 0.4 * size.y, 0));
-        lamp.colour = Rgb(0.35f);  // indirect light adds as much again, or more
+        lamp.colour = Rgb(0.35f);  // Indirect light adds at least as much again.
         lamp.fade_distance = static_cast<float>(0.9 * size.y);
         lamp.area = LampArea{Vec3f(static_cast<float>(0.1 * size.x), 0, 0),
                              Vec3f(0, 0, static_cast<float>(0.1 * size.z))};
@@ -517,11 +519,11 @@ private:
                         scene.entities[room_->entity].name));
     }
 
-    /// Scales the lights of files, whose units say nothing about a picture's, if they are too bright for one,
-    /// or if nothing else lights the models.
+    /// Scales the lights of files, whose units are unrelated to the picture's exposure. Does so if they are
+    /// too bright, or if nothing else lights the models.
     void expose_lights() {
         if (!has_sky || lights_.empty()) return;
-        constexpr double white = 0.8;  // albedo of a sphere amid the models
+        constexpr double white = 0.8;  // Albedo of a sphere amid the models.
         double radiance = 0;
         for (const SceneLamp& lamp : scene.lamps)
             radiance +=
@@ -534,7 +536,7 @@ private:
                         1 / radiance));
     }
 
-    /// What a ray meets first of the room.
+    /// The first intersection of a ray with the room.
     struct Wall {
         double distance = INFINITY;  ///< In units of the direction's length.
         Vec3d normal{0, 0, 0};       ///< Unit length.
@@ -544,7 +546,7 @@ private:
         for (const std::array<Vec3d, 3>& wall : room_->walls) {
             const Vec3d a = wall[0] - from, b = wall[1] - from, c = wall[2] - from,
                         across = (b - a).cross(c - a);
-            // the ray passes on one side of all edges
+            // The ray passes all edges on the same side.
             const double u = direction.dot(a.cross(b)), v = direction.dot(b.cross(c)),
                          w = direction.dot(c.cross(a)), normal = direction.dot(across);
             if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) continue;
@@ -554,7 +556,7 @@ private:
         return std::isfinite(nearest.distance) ? std::optional(nearest) : std::nullopt;
     }
 
-    /// 0 if no wall is there.
+    /// Returns the distance to the first wall; 0 if there is none.
     double distance_to_wall(const Vec3d& from, const Vec3d& direction) const {
         const std::optional<Wall> wall = first_wall(from, direction);
         return wall ? wall->distance : 0;
@@ -567,9 +569,9 @@ private:
             Entity& entity = scene.entities[e];
             const double share = area > 0 ? areas_[e] / area : 1,
                          wanted = share * wanted_.vertices / std::max<std::size_t>(1, instances_[e]);
-            // Round numbers read well.
+            // Round numbers are easier to read.
             entity.fine_vertices = std::max(fewest, static_cast<std::uint32_t>(wanted / 100) * 100);
-            // Fields of many entities are smaller ones.
+            // With many entities, each field gets fewer samples.
             const std::uint32_t fields = std::max(1u, entities / 2);
             entity.planar_samples = std::max(fewest_samples, entity.planar_samples / fields);
             entity.spherical_samples = std::max(fewest_samples, entity.spherical_samples / fields);
@@ -583,7 +585,7 @@ private:
         const AffineMap world = world_of(camera_->file);
         const Vec3d position = world.point(Vec3d(camera.position)),
                     ahead = world.direction(Vec3d(camera.direction));
-        // As far as the middle of all.
+        // At the depth of the models' centre.
         const double distance = std::max(1e-3 * double(bounds.radius()),
                                          (Vec3d(bounds.centre()) - position).dot(ahead.normalized()));
         scene.camera.position = Vec3f(position);
@@ -591,7 +593,7 @@ private:
         if (camera.vertical_fov) scene.camera.vertical_fov = *camera.vertical_fov;
     }
 
-    /// In the scene: lengths are `scale` times as long.
+    /// Returns a light as a lamp of the scene; lengths are multiplied by `scale`.
     SceneLamp placed_lamp(const ModelLight& light, const AffineMap& world, double scale) {
         SceneLamp lamp;
         lamp.name = unique_name(file_name(light.name, "light"), lamp_names_);
@@ -629,17 +631,18 @@ private:
         return lamp;
     }
 
-    /// Intensity or irradiance, as POV-Ray's colours have it. What is lit looks the same at any scale.
+    /// Converts physical units, intensity or irradiance, to POV-Ray's colours. The result does not depend on
+    /// the scale.
     void make_physical(const ModelLight& light, double scale, Lamp& lamp) const {
         if (light.kind == ModelLight::Kind::parallel) {
             lamp.colour /= static_cast<float>(pi);
-            // Before everything.
+            // In front of all models.
             const Vec3f ahead = (lamp.target - lamp.position).normalized();
             lamp.target = bounds.centre();
             lamp.position = lamp.target - ahead * (2 * bounds.radius());
             return;
         }
-        // Much nearer than anything that is lit: 2 / (1 + (d / f)^2) is 2 f^2 / d^2 there.
+        // Much smaller than any distance to a surface: there, 2 / (1 + (d / f)^2) is about 2 f^2 / d^2.
         lamp.fade_distance = static_cast<float>(1e-3 * scale);
         lamp.fade_power = 2;
         lamp.colour *= static_cast<float>(scale * scale / (2 * pi * squared(lamp.fade_distance)));
@@ -647,17 +650,17 @@ private:
 
     const SceneImport& wanted_;
     const Progress& progress_;
-    double scale_ = 1;  ///< From a file's unit to metres.
+    double scale_ = 1;  ///< From the file's unit to metres.
     std::vector<File> files_;
     std::vector<PlacedLight> lights_;  ///< Of all files.
-    bool emits_light_ = false;         ///< A material of a file does.
-    /// What surrounds the models, or the camera.
+    bool emits_light_ = false;         ///< A material of some file emits light.
+    /// The room around the models or the camera.
     struct Room {
         std::size_t entity;
         double size;                              ///< [m]
-        std::vector<std::array<Vec3d, 3>> walls;  ///< Its triangles, in the scene, facing inwards.
+        std::vector<std::array<Vec3d, 3>> walls;  ///< Triangles in the scene's coordinates, facing inwards.
     };
-    std::optional<Room> room_;  ///< The largest.
+    std::optional<Room> room_;  ///< The largest room.
     static constexpr std::size_t most_room_triangles = 20000;
     std::vector<std::size_t> triangle_counts_;  ///< By entity.
     std::size_t triangles_ = 0;                 ///< Of all instances.
@@ -665,18 +668,18 @@ private:
     std::vector<Placed> placed_;
     std::set<std::string> names_;
     std::vector<PossibleRooms> possible_rooms_;  ///< By entity, and
-    std::vector<Mesh> faces_;                    ///< the file's triangles, of small meshes.
+    std::vector<Mesh> faces_;                    ///< the file's triangles, for small meshes.
     std::vector<Extent> extents_;                ///< By entity, and
-    std::vector<double> areas_;                  ///< of all of its instances, in the world. [m^2]
+    std::vector<double> areas_;                  ///< of all its instances, in the scene. [m^2]
     std::vector<std::size_t> instances_;
     std::optional<PlacedCamera> camera_;
 };
 
-/// The floor: a square below the models, a wider one around it, and the ground as far as the horizon, in
-/// rings that double in size. Few triangles: bakes subdivide the squares.
+/// Returns the floor as OBJ: a square below the models, a wider one around it, and the ground up to the
+/// horizon in rings of doubling size. The squares have two and eight triangles; bakes subdivide them.
 std::string floor_text(const Bounds& bounds) {
-    constexpr int rings = 8, cells = 12;   // cells along a side
-    constexpr float near = 0.8f, far = 2;  // half widths, of the models' longest side
+    constexpr int rings = 8, cells = 12;   // Cells along a side.
+    constexpr float near = 0.8f, far = 2;  // Half widths, relative to the models' longest side.
     const Vec3f size = bounds.upper - bounds.lower, middle = bounds.centre();
     const float longest = std::max({size.x, size.z, size.y}), half = far * longest;
     const auto vertex = [&](float x, float z) {
@@ -710,9 +713,9 @@ std::string floor_text(const Bounds& bounds) {
     return text;
 }
 
-/// The albedo of a floor that looks like the environment just below the horizon, by channel.
+/// Returns the albedo, by channel, of a floor that is as bright as the environment just below the horizon.
 Rgb floor_albedo(const Environment& light) {
-    constexpr double lowest = -0.35;  // sine of the elevation down to which the environment is compared
+    constexpr double lowest = -0.35;  // Sine of the lowest elevation that is compared.
     constexpr float darkest = 0.05f, brightest = 0.8f;
     const LatLongImage& image = light.image;
     Vec3d irradiance(0, 0, 0), below(0, 0, 0);
@@ -740,7 +743,7 @@ Rgb floor_albedo(const Environment& light) {
     return albedo;
 }
 
-/// Adds the entities of the floor, whose file is in the scene's folder.
+/// Adds the entities of the floor; their file is in the scene's directory.
 void add_floor(const std::filesystem::path& folder, const Rgb& albedo, Scene& scene) {
     std::set<std::string> taken;
     for (const Entity& entity : scene.entities) taken.insert(entity.name);
@@ -754,7 +757,7 @@ void add_floor(const std::filesystem::path& folder, const Rgb& albedo, Scene& sc
         entity.part = part;
         entity.material = "floor";
         entity.coarse_triangles = RenderSettings().exact_triangles;
-        if (std::string_view(part) == "ground") entity.fine_vertices = 1;  // as it is
+        if (std::string_view(part) == "ground") entity.fine_vertices = 1;  // Not subdivided.
         Instance instance;
         instance.entity = scene.entities.size();
         scene.entities.push_back(entity);

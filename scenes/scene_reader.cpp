@@ -15,14 +15,14 @@ namespace {
 
 constexpr Range turns{-3600, 3600};  // [degrees]
 
-// A key in degrees, a value in radians.
+// Reads an angle: the key is in degrees, the value in radians.
 void take_angle(TomlTable& table, std::string_view key, float& angle, const Range& degrees) {
     float taken = 0;
     table.take(key, taken, degrees);
     if (table.has(key)) angle = radians(taken);
 }
 
-// Returns whether it says where the camera is.
+// Reads the camera. Returns true if the table places it.
 bool take_camera(TomlTable table, Camera& camera) {
     const bool is_placed = table.has("position") || table.has("target");
     if (is_placed) {
@@ -38,7 +38,7 @@ bool take_camera(TomlTable table, Camera& camera) {
     camera.width = static_cast<int>(resolution[0]);
     camera.height = static_cast<int>(resolution[1]);
     if (is_placed && !((camera.target - camera.position).length() > 1e-6f))
-        table.refuse("target", "camera.target is camera.position; wanted another place to look at");
+        table.refuse("target", "camera.target equals camera.position; expected another point");
     table.finish();
     return is_placed;
 }
@@ -54,7 +54,7 @@ AnalyticSky taken_sky(TomlTable table) {
     return sky;
 }
 
-// Of image and sky a light has one.
+// Reads a light, which has either an image or a sky.
 void take_light(TomlTable& table, const std::filesystem::path& folder, std::filesystem::path& image,
                 std::optional<AnalyticSky>& sky) {
     table.take("image", image, folder);
@@ -62,7 +62,7 @@ void take_light(TomlTable& table, const std::filesystem::path& folder, std::file
         sky = taken_sky(TomlTable(*described, table.name() + ".sky", table.file()));
     if (table.has("image") == table.has("sky"))
         table.refuse(table.has("sky") ? "sky" : "",
-                     fmt::format("{} has {}; wanted one of them", table.name(),
+                     fmt::format("{} has {}; expected exactly one", table.name(),
                                  table.has("sky") ? "both image and sky" : "neither image nor sky"));
 }
 
@@ -88,18 +88,18 @@ void take_environment(TomlTable table, const std::filesystem::path& folder,
     table.finish();
 }
 
-// What POV-Ray users write, with POV-Ray's own defaults.
+// Reads a POV-Ray finish, with POV-Ray's defaults.
 void take_finish(TomlTable finish, SceneMaterial& material) {
     take_povray_finish(finish, material);
     float brilliance = 1;
     finish.take("brilliance", brilliance, {0, 1000});
     if (brilliance != 1)
-        finish.refuse("brilliance", fmt::format("{}.brilliance is {}; wanted 1: only cosines are computed",
+        finish.refuse("brilliance", fmt::format("{}.brilliance is {}; expected 1, the only supported value",
                                                 finish.name(), brilliance));
     finish.finish();
 }
 
-// A colour, or an image that is multiplied with one.
+// Reads a colour, or an image and a colour that multiplies it.
 void take_pigment(TomlTable& table, const std::filesystem::path& folder, SceneMaterial& material) {
     const toml::node* pigment = table.table().get("pigment");
     if (pigment == nullptr || !pigment->is_table()) {
@@ -119,7 +119,7 @@ SceneMaterial taken_material(TomlTable table, const std::filesystem::path& folde
         for (const char* key : {"diffuse", "specular", "shininess", "convention", "image", "emission"})
             if (table.has(key))
                 table.refuse(key,
-                             fmt::format("{}.{} stands beside pigment or finish; wanted either these two, or "
+                             fmt::format("{}.{} conflicts with pigment and finish; expected either these, or "
                                          "diffuse, specular, shininess, convention, image and emission",
                                          table.name(), key));
         material.convention = LobeConvention::povray;
@@ -141,13 +141,13 @@ SceneMaterial taken_material(TomlTable table, const std::filesystem::path& folde
     if (convention == "povray")
         material.convention = LobeConvention::povray;
     else if (convention != "physical")
-        table.refuse("convention", fmt::format("{}.convention is \"{}\"; wanted \"physical\" or \"povray\"",
+        table.refuse("convention", fmt::format("{}.convention is \"{}\"; expected \"physical\" or \"povray\"",
                                                table.name(), convention));
     table.finish();
     return material;
 }
 
-// Entities and instances name files of fields and of POV-Ray, so their names must be able to.
+// Tests whether a name is valid in file names: entities and instances name files of fields and of POV-Ray.
 bool is_file_name(std::string_view name) {
     return !name.empty() && name.size() <= 100 && name.front() != '.' && name.front() != '-' &&
            std::ranges::none_of(
@@ -188,7 +188,7 @@ Entity taken_entity(TomlTable table, const std::string& name, const std::filesys
     return entity;
 }
 
-// Either a matrix; or a scale, then a rotation, then a translation.
+// Reads a placement: either a matrix; or a scale, then a rotation, then a translation.
 void take_place(TomlTable& table, Instance& instance) {
     std::array<std::array<double, 4>, 3> matrix{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
     Vec3d scale(1, 1, 1);
@@ -200,9 +200,10 @@ void take_place(TomlTable& table, Instance& instance) {
     const bool is_matrix = table.has("matrix");
     for (const char* key : {"translate", "scale", "rotate"})
         if (is_matrix && table.has(key))
-            table.refuse(key, fmt::format("{}.{} stands beside matrix; wanted either a matrix, or translate, "
-                                          "scale and rotate",
-                                          table.name(), key));
+            table.refuse(key,
+                         fmt::format("{}.{} conflicts with matrix; expected either a matrix, or translate, "
+                                     "scale and rotate",
+                                     table.name(), key));
 
     std::array<Vec3d, 3> linear{Vec3d(scale.x, 0, 0), Vec3d(0, scale.y, 0), Vec3d(0, 0, scale.z)};
     if (is_matrix)
@@ -217,14 +218,14 @@ void take_place(TomlTable& table, Instance& instance) {
     }
     instance.placement = parts->placement;
     instance.placement.translate = translate;
-    // Two negative factors are half a turn, which comes before the others.
+    // Two negative factors are a rotation by 180 degrees, applied before `rotate`.
     const Rotation rotate = rotation_of_degrees(degrees);
     instance.placement.rotate =
         is_identity(parts->placement.rotate) ? rotate : rotate * parts->placement.rotate;
     instance.shape = parts->shape;
 }
 
-// Its name is empty if it has none.
+// Reads an instance. Its name is empty if the file gives none.
 Instance taken_instance(TomlTable table, const std::vector<Entity>& entities,
                         const std::vector<Instance>& before) {
     Instance instance;
@@ -239,20 +240,22 @@ Instance taken_instance(TomlTable table, const std::vector<Entity>& entities,
                      fmt::format("{}.entity is \"{}\"; there is no such entity", table.name(), entity_name));
     table.take("name", instance.name);
     if (table.has("name") && !is_file_name(instance.name))
-        table.refuse("name", fmt::format("{}.name is \"{}\", which can not be that of a file", table.name(),
+        table.refuse("name", fmt::format("{}.name is \"{}\"; expected a valid file name", table.name(),
                                          instance.name));
     const auto same = std::ranges::find(before, instance.name, &Instance::name);
     if (table.has("name") && same != before.end())
-        table.refuse("name",
-                     fmt::format("{}.name is \"{}\", which is the name of instances[{}]; wanted another",
-                                 table.name(), instance.name, same - before.begin()));
+        table.refuse(
+            "name",
+            fmt::format("{}.name is \"{}\", which is the name of instances[{}]; expected a unique name",
+                        table.name(), instance.name, same - before.begin()));
     take_place(table, instance);
     table.finish();
     return instance;
 }
 
-// Those without a name: `chair` alone, else chair_1, chair_2 and so on, leaving out names that another
-// instance or entity has. One with a name uses up its number, so that the others keep theirs.
+// Names the unnamed instances: `chair` if it is the only one, else chair_1, chair_2 and so on, skipping names
+// of other instances and entities. A named instance uses up its number, so that the numbers of the others do
+// not change.
 void name_instances(Scene& scene) {
     std::vector<std::size_t> count(scene.entities.size(), 0), numbered(scene.entities.size(), 0);
     std::set<std::string> taken;
@@ -276,7 +279,7 @@ void name_instances(Scene& scene) {
     }
 }
 
-// instances  named.
+// Reads a keyframe of an instance; all instances have names.
 Keyframe taken_keyframe(TomlTable table, const Scene& scene) {
     Keyframe keyframe;
     std::string name;
@@ -301,21 +304,23 @@ Keyframe taken_keyframe(TomlTable table, const Scene& scene) {
     if (table.has("scale")) keyframe.scale = scale;
     const float stretch = instance == scene.instances.end() ? 1 : scale * instance->placement.scale;
     if (!(stretch >= static_cast<float>(least_stretch) && stretch <= static_cast<float>(most_stretch)))
-        table.refuse("scale",
-                     fmt::format("{}.scale is {}, which with that of {} stretches lengths by {:.3g}; "
-                                 "wanted by {:g} to {:g}",
-                                 table.name(), scale, name, stretch, least_stretch, most_stretch));
+        table.refuse("scale", fmt::format("{}.scale is {}, which times the scale of {} is {:.3g}; "
+                                          "expected {:g} to {:g}",
+                                          table.name(), scale, name, stretch, least_stretch, most_stretch));
     if (!keyframe.translate && !keyframe.rotate && !keyframe.scale)
-        table.refuse("", fmt::format("{} has neither translate, rotate nor scale", table.name()));
+        table.refuse("", fmt::format("{} has none of translate, rotate and scale; expected at least one",
+                                     table.name()));
     for (const Keyframe& before : scene.keyframes)
         if (before.instance == keyframe.instance && !(keyframe.time > before.time))
-            table.refuse("time", fmt::format("{}.time is {}; wanted more than {}, as {} has before",
-                                             table.name(), keyframe.time, before.time, name));
+            table.refuse(
+                "time",
+                fmt::format("{}.time is {}; expected more than {}, the time of the previous keyframe of {}",
+                            table.name(), keyframe.time, before.time, name));
     table.finish();
     return keyframe;
 }
 
-// The tables of a list of them, such as [[instances]].
+// Returns the tables of an array such as [[instances]].
 std::vector<TomlTable> tables_of(const toml::array& list, const std::string& name, TomlFile& file) {
     std::vector<TomlTable> tables;
     for (std::size_t i = 0; i < list.size(); ++i) {
@@ -324,12 +329,12 @@ std::vector<TomlTable> tables_of(const toml::array& list, const std::string& nam
             tables.emplace_back(*table, fmt::format("{}[{}]", name, i), file);
         else
             file.refuse(list.get(i)->source(),
-                        fmt::format("{0}[{1}] is not a table; wanted [[{0}]]", name, i));
+                        fmt::format("{0}[{1}] is not a table; expected [[{0}]]", name, i));
     }
     return tables;
 }
 
-// The parts of a table of tables, in the order of the file: toml++ sorts by name.
+// Returns the members of a table of tables in the order of the file; toml++ sorts them by name.
 std::vector<std::pair<std::string, const toml::table*>> parts_in_order(const toml::table& table,
                                                                        const std::string& name,
                                                                        TomlFile& file) {
@@ -343,7 +348,7 @@ std::vector<std::pair<std::string, const toml::table*>> parts_in_order(const tom
         if (const toml::table* part = value.as_table())
             parts.push_back({key.source().begin, std::string(key.str()), part});
         else
-            file.refuse(value.source(), fmt::format("{}.{} is not a table; wanted [{}.{}]", name, key.str(),
+            file.refuse(value.source(), fmt::format("{}.{} is not a table; expected [{}.{}]", name, key.str(),
                                                     name, key.str()));
     }
     std::ranges::sort(parts, [](const Part& a, const Part& b) { return a.position < b.position; });
@@ -379,17 +384,17 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
     if (const toml::table* materials = root.take_table("materials"))
         for (const auto& [name, material] : parts_in_order(*materials, "materials", file))
             scene.materials[name] = taken_material(TomlTable(*material, "materials." + name, file), folder);
-    // Something must shed light.
+    // Something must emit light.
     if (!root.has("lights") && !scene.glows()) root.require("environment");
     if (const toml::table* entities = root.take_table("entities"))
         for (const auto& [name, entity] : parts_in_order(*entities, "entities", file)) {
             if (!is_file_name(name))
-                file.refuse(entity->source(), "the name of this entity can not be that of a file");
+                file.refuse(entity->source(), "found an invalid entity name; expected a valid file name");
             scene.entities.push_back(
                 taken_entity(TomlTable(*entity, "entities." + name, file), name, folder, scene.materials));
         }
     if (const toml::array* instances = root.take_array("instances")) {
-        if (instances->empty()) root.refuse("instances", "instances is empty; wanted at least one");
+        if (instances->empty()) root.refuse("instances", "instances is empty; expected at least one");
         for (TomlTable& instance : tables_of(*instances, "instances", file))
             scene.instances.push_back(taken_instance(std::move(instance), scene.entities, scene.instances));
     }

@@ -1,22 +1,22 @@
 #pragma once
-/// Scenes from tables that a program holds: what a scene file is once it is parsed.
+/// Creates scenes from parsed TOML tables, such as those that a program builds.
 
 #include "scenes/scene.h"
 #include "scenes/toml_table.h"
 
 namespace haarfield {
 
-/// Where tables are from.
+/// The origin of tables.
 struct TablesOrigin {
-    std::string where;                        ///< What messages call it, such as the file.
+    std::string where;                        ///< Name in messages, such as the file.
     std::string scene_name;                   ///< Scene::name.
-    std::filesystem::path folder;             ///< That relative paths start from.
-    std::shared_ptr<const GivenFiles> given;  ///< What stands in place of files; null: nothing.
+    std::filesystem::path folder;             ///< Base of relative paths.
+    std::shared_ptr<const GivenFiles> given;  ///< Data in place of files; null: none.
 };
 
-/// The scene that tables describe, with the keys of a scene file (README).
+/// Returns the scene that tables describe, with the keys of a scene file (scenes/SCENE_FILE.md).
 ///
-/// errors  as read_scene: of tables that a program made, without line and column.
+/// errors  as read_scene; without line and column for tables that a program built.
 Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& origin);
 
 }  // namespace haarfield

@@ -7,7 +7,7 @@
 namespace haarfield {
 namespace {
 
-/// A basic string of TOML.
+/// Returns a basic string of TOML.
 std::string toml_string(std::string_view text) {
     std::string result = "\"";
     for (const char c : text) {
@@ -36,7 +36,7 @@ std::string list_of(const Vec3f& v) {
     return fmt::format("[{}, {}, {}]", v.x, v.y, v.z);
 }
 
-/// The same in six digits, as one writes it.
+/// Returns an angle in degrees with six digits.
 std::string round_degrees(float radians) {
     return fmt::format("{:.6g}", degrees(radians));
 }
@@ -73,7 +73,7 @@ std::string light_text(const std::filesystem::path& image, const std::optional<A
     return sky ? sky_text(*sky) : fmt::format("image = {}", path_text(image, folder));
 }
 
-/// A turn about +y alone is a `rotation`.
+/// Returns the keys of a rotation: `rotation` if it is about +y alone, else also `rotate`.
 std::string turn_text(const EnvironmentDescription& environment) {
     float rotation = environment.rotation;
     std::string rotate;
@@ -82,7 +82,7 @@ std::string turn_text(const EnvironmentDescription& environment) {
     } else {
         rotate = fmt::format("rotate = {}\n", list_of(degrees_xyz(turn)));
     }
-    // In all digits, so that pixels of sharp lights fall where they fell.
+    // All digits, so that pixels of concentrated lights do not move.
     return (rotation != 0 ? fmt::format("rotation = {}\n", degrees(rotation)) : "") + rotate;
 }
 
@@ -100,7 +100,8 @@ std::string environment_text(const EnvironmentDescription& environment, const st
     return text + "\n";
 }
 
-/// Whether `finish` can say a material: all of its colours are the pigment's or white.
+/// Tests whether `finish` can express a material: diffuse and emission are multiples of the pigment, specular
+/// is white.
 bool is_finish(const SceneMaterial& material) {
     if (material.convention != LobeConvention::povray) return false;
     const auto is_multiple = [&](const Rgb& colour) {
@@ -258,7 +259,7 @@ std::string scene_text(const Scene& scene, const std::filesystem::path& folder, 
         comments.remove_prefix(std::min(end + 1, comments.size()));
     }
     if (!text.empty()) text += "\n";
-    // What sheds no light at all must say so.
+    // A scene without any light must say so.
     if (scene.environment.is_black() && scene.lamps.empty() && !scene.glows()) text += "lights = []\n\n";
     text += camera_text(scene);
     text += environment_text(scene.environment, folder);

@@ -1,5 +1,5 @@
 #pragma once
-/// Scene files out.
+/// Writes scene files.
 
 #include "fields/base/result.h"
 #include "scenes/scene.h"
@@ -8,12 +8,13 @@
 
 namespace haarfield {
 
-/// A scene as read_scene takes it: it gives the scene back, up to the rounding of angles to floats in degrees
-/// and of shapes; materials of the povray convention become `pigment` and `finish` where these can say them.
+/// Returns a scene file from which read_scene restores the scene, up to rounding of shapes and of angles to
+/// degrees. Materials of the povray convention are written as `pigment` and `finish` where these can express
+/// them.
 ///
-/// folder    where the file will be: paths are written relative to it where they lie below or beside, else
-///           absolute.
-/// comments  lines that are put on top, without `#`; may be empty.
+/// folder    the directory of the file. Paths are written relative to it if that takes at most three steps
+///           up, else absolute.
+/// comments  lines written at the top, without `#`; may be empty.
 std::string scene_text(const Scene& scene, const std::filesystem::path& folder,
                        std::string_view comments = {});
 

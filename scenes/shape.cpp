@@ -24,7 +24,7 @@ std::array<Vec3d, 3> rows_of(const M33d& matrix) {
     return row;
 }
 
-/// x negated.
+/// Returns the matrix that negates x.
 M33d mirror() {
     return matrix_of({Vec3d(-1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)});
 }
@@ -40,7 +40,7 @@ bool is_same_shape(const Shape& a, const Shape& b) {
     return from_b_to_a.equalWithAbsError(M33d(), shape_tolerance);
 }
 
-// FNV-1a.
+// Hash: FNV-1a.
 std::string shape_name(const Shape& shape) {
     std::uint64_t hash = 0xcbf29ce484222325u;
     for (const Vec3d& row : shape.row)
@@ -51,7 +51,7 @@ std::string shape_name(const Shape& shape) {
     return fmt::format("{:08x}", static_cast<std::uint32_t>(hash ^ hash >> 32));
 }
 
-// Without the mirror the map is U S V^T = s (U V^T) (V S/s V^T): a rotation after a stretch along V.
+// Without the mirroring, the map is U S V^T = s (U V^T) (V S/s V^T): a rotation after a scaling along V.
 Result<LinearParts> linear_parts(const std::array<Vec3d, 3>& row) {
     const M33d given = matrix_of(row);
     const bool is_mirrored = given.determinant() < 0;
@@ -61,8 +61,8 @@ Result<LinearParts> linear_parts(const std::array<Vec3d, 3>& row) {
     if (!(stretch[2] >= least_stretch && stretch[0] <= most_stretch &&
           stretch[0] <= most_stretch_ratio * stretch[2]))
         return Error{"",
-                     fmt::format("stretches lengths by {:.3g} to {:.3g}; wanted by {:g} to {:g}, and the "
-                                 "most at most {:g} times the least",
+                     fmt::format("has scale factors from {:.3g} to {:.3g}; expected {:g} to {:g}, the "
+                                 "largest at most {:g} times the smallest",
                                  stretch[2], stretch[0], least_stretch, most_stretch, most_stretch_ratio)};
 
     LinearParts parts;

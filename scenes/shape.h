@@ -1,8 +1,8 @@
 #pragma once
-/// Any affine place of an instance, parted into a Placement and a shape of its mesh.
+/// Decomposes the affine transform of an instance into a Placement and a shape of its mesh.
 ///
-/// world = placement(shape(object)): all of shading has placements only, which turn, magnify alike along all
-/// axes and translate. What is stretched or mirrored beyond that is another mesh, with a field of its own.
+/// world = placement(shape(object)). Shading supports placements only: rotation, uniform scale, translation.
+/// Non-uniform scale, shear and mirroring make a separate mesh with its own field.
 
 #include "fields/base/placement.h"
 #include "fields/base/result.h"
@@ -13,57 +13,60 @@
 
 namespace haarfield {
 
-/// A linear map that stretches along three axes at right angles to each other, by 1 along the longest, and
-/// may negate x before. It turns nothing. Numbers are multiples of 2^-32: rounding makes no new shapes.
+/// A linear map that scales along three orthogonal axes, by 1 along the longest, and may negate x before. It
+/// contains no rotation. Elements are multiples of 2^-32, so that rounding does not create new shapes.
 struct Shape {
     std::array<Vec3d, 3> row{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
 
-    /// A point of the object, stretched.
+    /// Applies the shape to a point of the object.
     Vec3d operator()(const Vec3d& point) const {
         return {row[0].dot(point), row[1].dot(point), row[2].dot(point)};
     }
     bool operator==(const Shape&) const = default;
 };
 
-/// How far lengths of equal shapes may differ, relatively: matrices in files have six digits or so.
+/// Relative tolerance of equal shapes: matrices in files have about six digits.
 inline constexpr double shape_tolerance = 1e-5;
 
 /// Tests whether a shape turns right-handed coordinates into left-handed ones.
 bool mirrors(const Shape& shape);
 
-/// Whether no length differs by more than shape_tolerance.
+/// Tests whether two shapes differ by at most shape_tolerance.
 bool is_same_shape(const Shape& a, const Shape& b);
 
-/// Eight hexadecimal digits, a hash of all bits: part of a file's name.
+/// Returns eight hexadecimal digits, a hash of all elements, for use in file names.
 std::string shape_name(const Shape& shape);
 
-/// A linear map as a placement, which does not translate, and a shape.
+/// A linear map as a placement without translation, and a shape.
 struct LinearParts {
     Placement placement;
     Shape shape;
 };
 
-/// Limits of affine places: by how much they stretch lengths.
-inline constexpr double least_stretch = 1e-6, most_stretch = 1e6, most_stretch_ratio = 1e4;
+inline constexpr double least_stretch = 1e-6;  ///< Least scale factor of an affine transform.
+inline constexpr double most_stretch = 1e6;    ///< Largest scale factor of an affine transform.
 
-/// Parts a linear map, given by its rows: its polar decomposition. The placement magnifies by its largest
-/// stretch.
+/// Largest ratio of two scale factors of an affine transform.
+inline constexpr double most_stretch_ratio = 1e4;
+
+/// Decomposes a linear map, given by its rows: the polar decomposition. The placement's scale is the largest
+/// scale factor.
 ///
-/// Maps that differ by a rotation afterwards have the same shape, up to rounding. Of maps that stretch alike
-/// along all axes, up to shape_tolerance, it is Shape() to the last bit, or the one that negates x if they
-/// mirror. A multiple of the identity gives that scale and no rotation, to the last bit.
+/// Maps that differ by a subsequent rotation have equal shapes up to rounding. If all scale factors agree up
+/// to shape_tolerance, the shape is exactly Shape(), or the one that negates x if the map mirrors. A multiple
+/// of the identity gives exactly that scale and no rotation.
 ///
-/// accuracy  placement(shape(v)) is the map's v within shape_tolerance where shapes are rounded to one that
-///           stretches alike; else within 1e-7 of the largest stretch.
-/// errors    (without a place) stretches beyond the limits above, singular maps and NaN among them.
+/// accuracy  placement(shape(v)) equals the map's v within shape_tolerance where a shape is rounded to a
+///           uniform one; else within 1e-7 of the largest scale factor.
+/// errors    (without a place) scale factors beyond the limits above, including singular maps and NaN.
 Result<LinearParts> linear_parts(const std::array<Vec3d, 3>& row);
 
-/// A mesh of that shape: positions; normals, by the inverse transposed; triangles counter-clockwise still.
-/// Triangles that lose their area by rounding stay. Shape() leaves all bits.
+/// Applies a shape to positions and normals (by the inverse transpose). Triangles stay counter-clockwise;
+/// those that lose their area by rounding remain. Shape() changes nothing.
 Mesh shaped_mesh(Mesh mesh, const Shape& shape);
 
-/// The same of what its file lists, with the same bits; faces of a shape that mirrors turn the other way,
-/// from the same corner on.
+/// Applies a shape to the vertices and faces of a file; positions are bit-identical to shaped_mesh. Mirrored
+/// faces are reversed but keep their first corner.
 ListedMesh shaped_listing(ListedMesh listed, const Shape& shape);
 
 }  // namespace haarfield

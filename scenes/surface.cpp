@@ -18,7 +18,7 @@ void take_phong(const MeshMaterial& from, Material& material) {
     material.roughness = 1 / std::clamp(from.exponent, 1.0f, 2000.0f);
 }
 
-/// Returns the share of the highlights that has the base's colour.
+/// Converts a metallic material. Returns the fraction of specular light that has the base colour.
 float take_metallic(const MeshMaterial& from, Material& material) {
     const float alpha = from.roughness * from.roughness,
                 exponent = (2 / std::max(alpha * alpha, 1e-6f) - 2) / 4;
@@ -88,7 +88,7 @@ std::vector<Rgb> vertex_tints(const Mesh& mesh, std::span<const Surface> surface
     if (!has_textures(surfaces) &&
         std::ranges::none_of(surfaces, [](const Surface& surface) { return surface.coloured; }))
         return {};
-    // By the corners' weights: the middle, the corners and the edges drawn in by a little.
+    // Barycentric coordinates: the centroid, and corners and edge midpoints moved slightly inwards.
     constexpr float third = 1.0f / 3, most = 0.8f, rest = 0.1f, half = 0.45f;
     constexpr std::array<std::array<float, 3>, 7> places{{{third, third, third},
                                                           {most, rest, rest},
@@ -122,7 +122,7 @@ std::vector<Rgb> vertex_tints(const Mesh& mesh, std::span<const Surface> surface
 }
 
 std::vector<Emitter> emitters_of(const Mesh& mesh, std::span<const Surface> surfaces) {
-    // Corners, middles of edges, and the middle.
+    // Corners, edge midpoints, and the centroid.
     constexpr std::array<std::array<float, 3>, 7> places{{{1, 0, 0},
                                                           {0, 1, 0},
                                                           {0, 0, 1},

@@ -11,7 +11,7 @@
 namespace haarfield {
 namespace {
 
-/// By code: the linear value.
+/// Linear values by 8 bit sRGB code.
 const std::array<float, 256>& linear_values() {
     static const std::array<float, 256> values = [] {
         std::array<float, 256> made;
@@ -21,7 +21,7 @@ const std::array<float, 256>& linear_values() {
     return values;
 }
 
-/// The four texels round a place, and their weights.
+/// The four texels around a point, and their weights.
 struct Bilinear {
     std::array<std::size_t, 4> texel;
     std::array<float, 4> weight;
@@ -44,7 +44,7 @@ Result<Image> read(const MeshImage& image) {
     return read_image(image.file);
 }
 
-/// The bytes of an image's file if it is a JPEG or, where that is wanted, a PNG.
+/// Stores the bytes of an image's file if it is a JPEG or PNG and that format is wanted.
 Result<Done> take_bytes(const MeshImage& image, bool wants_jpeg, bool wants_png, Texture& texture) {
     const auto take = [&](std::string_view bytes) {
         if (wants_jpeg && bytes.starts_with("\xff\xd8\xff")) texture.jpeg = bytes;
@@ -57,13 +57,13 @@ Result<Done> take_bytes(const MeshImage& image, bool wants_jpeg, bool wants_png,
     return take(mapped->bytes);
 }
 
-/// Of an opacity map at a place of an image of another size: its alpha, or its luminance.
+/// Returns the opacity that a map stores at relative coordinates: its alpha, or its luminance.
 float opacity_in(const Image& map, double u, double v) {
     const int column = std::min(static_cast<int>(u * map.width), map.width - 1),
               row = std::min(static_cast<int>(v * map.height), map.height - 1);
     const std::size_t pixel = std::size_t(row) * std::size_t(map.width) + std::size_t(column);
     if (!map.coverage.empty()) return map.coverage[pixel];
-    // Opacity is a number, not a colour.
+    // Opacity is a number, not a colour: undoes the sRGB decoding.
     return srgb_encoded(luminance(map.pixels[pixel]));
 }
 
@@ -89,7 +89,7 @@ float Texture::opacity_at(const Vec2f& uv) const {
 
 bool Texture::is_cut_out(const std::array<Vec2f, 3>& triangle) const {
     if (!has_alpha) return false;
-    // The box round it, and the texels that bilinear lookup adds.
+    // The bounding box of the triangle; any_texel adds the texels of bilinear lookup.
     Vec2f lower = triangle[0], upper = triangle[0];
     for (const Vec2f& uv : triangle)
         for (int axis = 0; axis < 2; ++axis) {

@@ -10,35 +10,35 @@ namespace haarfield {
 
 namespace {
 
-constexpr std::size_t largest_file = std::size_t{16} << 20;  // bytes
-constexpr int longest_key = 100;                             // parts
+constexpr std::size_t largest_file = std::size_t{16} << 20;  // In bytes.
+constexpr int longest_key = 100;                             // In parts.
 
-// A table that a program made has no lines.
+// Formats a position. Tables that a program built have no lines.
 std::string place(const std::string& file, const toml::source_position& position) {
     if (position.line == 0) return file;
     return fmt::format("{}:{}:{}", file, position.line, position.column);
 }
 
-// What was found, for a person: numbers and short texts as they are, other things by their kind.
+// Describes a value in a message: numbers and short strings themselves, other values by their type.
 std::string description(const toml::node& node) {
     if (const auto* integer = node.as_integer()) return fmt::format("{}", integer->get());
     if (const auto* real = node.as_floating_point()) return fmt::format("{}", real->get());
     if (const auto* boolean = node.as_boolean()) return boolean->get() ? "true" : "false";
     if (const auto* text = node.as_string())
-        return text->get().size() <= 80 ? fmt::format("\"{}\"", text->get()) : "a long text";
+        return text->get().size() <= 80 ? fmt::format("\"{}\"", text->get()) : "a long string";
     if (const auto* array = node.as_array()) return fmt::format("a list of {}", array->size());
     if (node.is_table()) return "a table";
     return "a date or time";
 }
 
-// What toml++ 3.3 can not be given, whatever the file may hold: letters beyond ASCII outside quotes and
-// comments (it runs into code that it marks as unreachable), and keys of very many parts (tables are
-// destroyed recursively, which would overflow the stack). Texts of several lines have no use in our files.
+// Refuses text that toml++ 3.3 can not parse safely. Non-ASCII characters outside quotes and comments reach
+// code that it marks as unreachable. Keys of very many parts overflow the stack, as tables are destroyed
+// recursively. Multi-line strings are refused because scene files have no use for them.
 std::optional<Error> unparsable(std::string_view text, const std::string& file) {
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
     std::uint32_t line = 1, column = 0;
     int dots = 0;
-    char quote = 0;  // of the text or comment ('#') that we are in
+    char quote = 0;  // The delimiter of the string or comment ('#') at `i`; 0 outside.
     for (std::size_t i = 0; i < text.size(); ++i) {
         const char c = text[i];
         if ((static_cast<unsigned char>(c) & 0xC0) != 0x80) ++column;
@@ -55,15 +55,15 @@ std::optional<Error> unparsable(std::string_view text, const std::string& file) 
             if (c == '\\' && quote == '"' && i + 1 < text.size() && text[i + 1] != '\n') ++i, ++column;
         } else if (c == '"' || c == '\'') {
             if (text.substr(i).starts_with(c == '"' ? "\"\"\"" : "'''"))
-                return refused("a text of several lines; wanted one between single quotation marks");
+                return refused("found a multi-line string; expected a string on one line");
             quote = c;
         } else if (c == '#') {
             quote = '#';
         } else if (static_cast<unsigned char>(c) >= 128) {
-            return refused("a letter beyond ASCII; wanted names with such letters in quotation marks");
+            return refused("found a non-ASCII character outside quotation marks; expected a quoted key");
         } else if (c == '.') {
             if (++dots >= longest_key)
-                return refused(fmt::format("a key of more than {} parts", longest_key));
+                return refused(fmt::format("found a key of more than {} parts; expected fewer", longest_key));
         } else if (std::string_view(",={}[]").find(c) != std::string_view::npos) {
             dots = 0;
         }
@@ -105,7 +105,7 @@ void TomlTable::refuse(std::string_view key, std::string what) {
 std::optional<double> TomlTable::number(const toml::node& node, const std::string& key, const Range& range) {
     const std::optional<double> value = node.is_number() ? node.value<double>() : std::nullopt;
     if (value && range.contains(*value)) return value;
-    file_->refuse(node.source(), fmt::format("{} is {}; wanted {}{}", key, description(node),
+    file_->refuse(node.source(), fmt::format("{} is {}; expected {}{}", key, description(node),
                                              value ? "" : "a number in ", range.text()));
     return std::nullopt;
 }
@@ -115,7 +115,7 @@ std::optional<std::array<double, n>> TomlTable::numbers(const toml::node& node, 
                                                         const Range& range, bool whole) {
     const toml::array* list = node.as_array();
     if (list == nullptr || list->size() != n) {
-        file_->refuse(node.source(), fmt::format("{} is {}; wanted {} {}numbers in {}", key,
+        file_->refuse(node.source(), fmt::format("{} is {}; expected {} {}numbers in {}", key,
                                                  description(node), n, whole ? "whole " : "", range.text()));
         return std::nullopt;
     }
@@ -123,7 +123,7 @@ std::optional<std::array<double, n>> TomlTable::numbers(const toml::node& node, 
     for (std::size_t i = 0; i < n; ++i) {
         const std::string name = fmt::format("{}[{}]", key, i);
         if (whole && !list->get(i)->is_integer()) {
-            file_->refuse(list->get(i)->source(), fmt::format("{} is {}; wanted a whole number in {}", name,
+            file_->refuse(list->get(i)->source(), fmt::format("{} is {}; expected a whole number in {}", name,
                                                               description(*list->get(i)), range.text()));
             return std::nullopt;
         }
@@ -148,7 +148,7 @@ void TomlTable::take(std::string_view key, std::optional<float>& value, const Ra
     if (text != nullptr && text->get() == word) {
         value.reset();
     } else if (text != nullptr) {
-        refuse(key, fmt::format("{} is {}; wanted \"{}\" or a number in {}", key_name(key),
+        refuse(key, fmt::format("{} is {}; expected \"{}\" or a number in {}", key_name(key),
                                 description(*found), word, range.text()));
     } else if (const auto taken = number(*found, key_name(key), range)) {
         value = static_cast<float>(*taken);
@@ -173,7 +173,7 @@ void TomlTable::take(std::string_view key, std::uint32_t& value, const Range& ra
     const toml::node* found = node(key);
     if (found == nullptr) return;
     if (!found->is_integer()) {
-        refuse(key, fmt::format("{} is {}; wanted a whole number in {}", key_name(key), description(*found),
+        refuse(key, fmt::format("{} is {}; expected a whole number in {}", key_name(key), description(*found),
                                 range.text()));
         return;
     }
@@ -195,7 +195,7 @@ void TomlTable::take_factors(std::string_view key, Vec3d& value, const Range& ma
         if (taken && magnitudes.contains(std::abs(*taken)))
             factor = *taken;
         else
-            file_->refuse(from.source(), fmt::format("{} is {}; wanted {} with either sign", name,
+            file_->refuse(from.source(), fmt::format("{} is {}; expected {} with either sign", name,
                                                      description(from), magnitudes.text()));
     };
     if (found->is_number()) {
@@ -205,7 +205,7 @@ void TomlTable::take_factors(std::string_view key, Vec3d& value, const Range& ma
         for (int axis = 0; axis < 3; ++axis)
             take_one(*list->get(std::size_t(axis)), fmt::format("{}[{}]", key_name(key), axis), value[axis]);
     } else {
-        refuse(key, fmt::format("{} is {}; wanted a number or 3 numbers in {} with either sign",
+        refuse(key, fmt::format("{} is {}; expected a number or 3 numbers in {} with either sign",
                                 key_name(key), description(*found), magnitudes.text()));
     }
 }
@@ -216,10 +216,9 @@ void TomlTable::take_matrix(std::string_view key, std::array<std::array<double, 
     if (found == nullptr) return;
     const toml::array* list = found->as_array();
     if (list == nullptr || (list->size() != 3 && list->size() != 4))
-        return refuse(key,
-                      fmt::format("{} is {}; wanted 3 rows of 4 numbers in {}, and 0 0 0 1 below them or "
-                                  "nothing",
-                                  key_name(key), description(*found), range.text()));
+        return refuse(key, fmt::format("{} is {}; expected 3 rows of 4 numbers in {}, optionally "
+                                       "followed by 0 0 0 1",
+                                       key_name(key), description(*found), range.text()));
     for (std::size_t row = 0; row < list->size(); ++row) {
         const std::string name = fmt::format("{}[{}]", key_name(key), row);
         const auto taken = numbers<4>(*list->get(row), name, range, false);
@@ -227,9 +226,10 @@ void TomlTable::take_matrix(std::string_view key, std::array<std::array<double, 
         if (row < 3)
             value[row] = *taken;
         else if (*taken != std::array<double, 4>{0, 0, 0, 1})
-            file_->refuse(list->get(row)->source(),
-                          fmt::format("{} is {} {} {} {}; wanted 0 0 0 1: the matrix stands before columns",
-                                      name, (*taken)[0], (*taken)[1], (*taken)[2], (*taken)[3]));
+            file_->refuse(
+                list->get(row)->source(),
+                fmt::format("{} is {} {} {} {}; expected 0 0 0 1 (matrices multiply column vectors)", name,
+                            (*taken)[0], (*taken)[1], (*taken)[2], (*taken)[3]));
     }
 }
 
@@ -239,7 +239,7 @@ void TomlTable::take(std::string_view key, std::string& value) {
     if (const auto* text = found->as_string())
         value = text->get();
     else
-        refuse(key, fmt::format("{} is {}; wanted a text", key_name(key), description(*found)));
+        refuse(key, fmt::format("{} is {}; expected a string", key_name(key), description(*found)));
 }
 
 void TomlTable::take(std::string_view key, bool& value) {
@@ -248,7 +248,7 @@ void TomlTable::take(std::string_view key, bool& value) {
     if (const auto* said = found->as_boolean())
         value = said->get();
     else
-        refuse(key, fmt::format("{} is {}; wanted true or false", key_name(key), description(*found)));
+        refuse(key, fmt::format("{} is {}; expected true or false", key_name(key), description(*found)));
 }
 
 void TomlTable::take(std::string_view key, std::filesystem::path& value,
@@ -258,14 +258,14 @@ void TomlTable::take(std::string_view key, std::filesystem::path& value,
     take(key, text);
     if (file_->error) return;
     if (text.empty() || text.find('\0') != std::string::npos)
-        return refuse(key, fmt::format("{} is not the name of a file", key_name(key)));
+        return refuse(key, fmt::format("{} is not a valid file name", key_name(key)));
     if (file_->given != nullptr && file_->given->contains(text)) {
         value = text;
         return;
     }
     value = folder / text;
     std::error_code failure;
-    // `a/../b` is `b`, unless a symbolic link says otherwise.
+    // `a/../b` is simplified to `b` unless a symbolic link makes them different.
     if (const std::filesystem::path plain = value.lexically_normal();
         std::filesystem::equivalent(value, plain, failure) && !failure)
         value = plain;
@@ -277,7 +277,7 @@ const toml::table* TomlTable::take_table(std::string_view key) {
     const toml::node* found = node(key);
     if (found == nullptr) return nullptr;
     if (!found->is_table())
-        refuse(key, fmt::format("{} is {}; wanted a table", key_name(key), description(*found)));
+        refuse(key, fmt::format("{} is {}; expected a table", key_name(key), description(*found)));
     return found->as_table();
 }
 
@@ -285,7 +285,7 @@ const toml::array* TomlTable::take_array(std::string_view key) {
     const toml::node* found = node(key);
     if (found == nullptr) return nullptr;
     if (!found->is_array())
-        refuse(key, fmt::format("{} is {}; wanted a list", key_name(key), description(*found)));
+        refuse(key, fmt::format("{} is {}; expected a list", key_name(key), description(*found)));
     return found->as_array();
 }
 
@@ -295,7 +295,7 @@ void TomlTable::finish() {
         std::string wanted;
         for (const std::string& name : known_) wanted += (wanted.empty() ? "" : ", ") + name;
         file_->refuse(key.source(),
-                      fmt::format("{} is not known; wanted one of: {}", key_name(key.str()), wanted));
+                      fmt::format("{} is not known; expected one of: {}", key_name(key.str()), wanted));
     }
     for (const std::string& key : required_)
         if (!has(key)) file_->refuse(table_->source(), fmt::format("{} is missing", key_name(key)));

@@ -1,5 +1,5 @@
 #pragma once
-/// TOML tables whose values are checked as they are taken. The one place that knows toml++.
+/// TOML tables whose values are checked as they are read. The only header that includes toml++.
 
 #include "fields/base/range.h"
 #include "fields/base/result.h"
@@ -14,8 +14,8 @@
 #include <string_view>
 #include <vector>
 
-// toml++ 3.3 asserts that no value begins with a comma, which a file may well do; it then says so itself.
-// Under NDEBUG the same assertion becomes an assumption, so that it is switched off there too.
+// toml++ 3.3 asserts that no value begins with a comma, although it also reports that as an error of the
+// file. Under NDEBUG the assertion becomes an assumption, so it is disabled there, too.
 #pragma push_macro("NDEBUG")
 #undef NDEBUG
 #define TOML_ASSERT(expression) static_assert(true)
@@ -27,64 +27,64 @@
 
 namespace haarfield {
 
-/// A file that is being read, and the first thing that was wrong with it.
+/// A file that is being read, and the first error found in it.
 struct TomlFile {
     std::string name;
     std::optional<Error> error;
-    /// Names that stand for no file, but for what a program gives in its place; null: none.
+    /// Names that refer to data supplied by a program, not to files; null: none.
     const std::set<std::string>* given = nullptr;
 
-    /// Keeps the first error only: later ones are often its consequences.
+    /// Records an error. Keeps only the first: later errors are often its consequences.
     void refuse(const toml::source_region& where, std::string what);
 };
 
 /// Parses a file.
 ///
-/// errors  those of InputFile::open; larger than 16 MiB; not TOML (with line and column); of TOML, texts of
-///         several lines and keys of more than 100 parts.
+/// errors  those of InputFile::open; more than 16 MiB; invalid TOML (with line and column); multi-line
+///         strings, and keys of more than 100 parts, although TOML allows them.
 Result<toml::table> read_toml(const std::filesystem::path& file);
 
-/// One table, taken key by key. An absent key leaves the value as it was; a wrong one is refused, with
-/// line and column. finish() refuses keys that were not taken, and the lack of required ones.
+/// A table that is read key by key. An absent key leaves the value unchanged. An invalid value is an error
+/// with line and column. finish() reports unknown keys and missing required keys.
 class TomlTable {
 public:
-    /// name  what the table is called in messages, such as `materials.lacquer`.
+    /// name  the table's name in messages, such as `materials.lacquer`.
     TomlTable(const toml::table& table, std::string name, TomlFile& file)
         : table_(&table), name_(std::move(name)), file_(&file) {}
 
     void require(std::string_view key) { required_.emplace_back(key); }  ///< The table must have this key.
-    /// Whether the table has this key.
+    /// Tests whether the table has this key.
     bool has(std::string_view key) const { return table_->contains(key); }
 
-    void take(std::string_view key, float& value, const Range& range);  ///< Integers will do.
-    /// A number, or a word that leaves none.
+    void take(std::string_view key, float& value, const Range& range);  ///< Accepts integers, too.
+    /// A number, or `word`, which resets the value.
     void take(std::string_view key, std::optional<float>& value, const Range& range, std::string_view word);
     void take(std::string_view key, Vec3f& value, const Range& range);          ///< Three numbers.
     void take(std::string_view key, Rgb& value, const Range& range);            ///< Three numbers.
     void take(std::string_view key, std::uint32_t& value, const Range& range);  ///< A whole number.
-    /// Three numbers of these magnitudes and any signs, or one that stands for all three.
+    /// Three numbers of these magnitudes and any sign, or one number for all three.
     void take_factors(std::string_view key, Vec3d& value, const Range& magnitudes);
-    /// Three rows of four numbers; a fourth, if there is one, must be 0 0 0 1.
+    /// Three rows of four numbers; an optional fourth row must be 0 0 0 1.
     void take_matrix(std::string_view key, std::array<std::array<double, 4>, 3>& value, const Range& range);
     /// Two whole numbers.
     void take(std::string_view key, std::array<std::uint32_t, 2>& value, const Range& range);
-    void take(std::string_view key, std::string& value);  ///< Any text.
+    void take(std::string_view key, std::string& value);  ///< Any string.
     void take(std::string_view key, bool& value);         ///< true or false.
-    /// A file that is there; relative to `folder`. Or a name in TomlFile::given, as it is.
+    /// An existing file, relative to `folder`; or a name in TomlFile::given, unchanged.
     void take(std::string_view key, std::filesystem::path& value, const std::filesystem::path& folder);
 
-    /// Null if absent or not a table.
+    /// Returns null if absent or not a table.
     const toml::table* take_table(std::string_view key);
-    const toml::array* take_array(std::string_view key);  ///< Null if absent or not an array.
+    const toml::array* take_array(std::string_view key);  ///< Returns null if absent or not an array.
 
-    void finish();  ///< Refuses what was not taken, and the lack of what was required.
+    void finish();  ///< Reports unknown keys and missing required keys.
 
-    /// Refuses the value of a key, or the table if it has no such key.
+    /// Records an error at the value of a key, or at the table if it has no such key.
     void refuse(std::string_view key, std::string what);
 
-    const toml::table& table() const { return *table_; }  ///< As it was parsed.
-    TomlFile& file() { return *file_; }                   ///< The file that it is in.
-    const std::string& name() const { return name_; }     ///< What it is called in messages.
+    const toml::table& table() const { return *table_; }  ///< The parsed table.
+    TomlFile& file() { return *file_; }                   ///< The file that contains the table.
+    const std::string& name() const { return name_; }     ///< The table's name in messages.
 
 private:
     const toml::node* node(std::string_view key);

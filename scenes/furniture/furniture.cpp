@@ -8,14 +8,14 @@ namespace haarfield {
 
 namespace {
 
-/// The bottom of whatever stands on the floor: flat, with a small round at the edge.
+/// The bottom of everything that stands on the floor: flat, with a slightly rounded edge.
 Profile foot(double radius) {
     Profile profile;
     profile.to(0, 0).to(radius - 0.003, 0).round(radius, 0.003, 1, false);
     return profile;
 }
 
-/// Lines at even distances between two planes, without them.
+/// Returns evenly spaced lines strictly between two planes.
 std::vector<double> lines_between(double lower, double upper, int parts) {
     std::vector<double> lines;
     for (int i = 1; i < parts; ++i) lines.push_back(lower + (upper - lower) * i / parts);
@@ -59,7 +59,7 @@ Shell table_leg() {
     return lathe(profile, 12);
 }
 
-/// The square end of a leg. Its round upper edge begins where it enters the top; a line of vertices
+/// Makes the square end of a leg. Its rounded upper edge begins where it enters the top. A line of vertices
 /// runs along the outer face of each apron.
 Shell table_block(double side_x, double side_z) {
     constexpr double round = 0.004;
@@ -72,7 +72,8 @@ Shell table_block(double side_x, double side_z) {
     return rounded_box(shape);
 }
 
-/// Between two blocks `reach` from the middle, along x. Its round edges begin where it enters them.
+/// Makes the apron between two blocks at distance `reach` from the middle, along x. Its rounded edges begin
+/// where it enters the blocks.
 Shell apron(double reach) {
     constexpr double round = 0.003;
     const double half = reach - block_half + round;
@@ -92,13 +93,13 @@ constexpr double front_leg_x = 0.185, front_leg_z = 0.165;
 constexpr double post_x = 0.178, post_z = -0.180;
 constexpr double crest_lower = 0.830, crest_upper = 0.925, rail_lower = 0.545, rail_upper = 0.585;
 
-/// How far behind post_z the back post is at a height: a sabre curve, upright at the seat.
+/// Returns the z offset of the back post at a height: a sabre curve, upright at the seat.
 double rake(double height) {
     const double above = std::max(0.0, height - board_top), below = std::max(0.0, board_top - height);
     return -0.42 * above * above - 0.20 * below * below;
 }
 
-/// From the flat plan of the back (x across, y up, z its thickness) to its place between the posts.
+/// Maps the flat plan of the back (x across, y up, z thickness) to its position between the posts.
 Vec3d on_the_back(const Vec3d& p) {
     const double bow = 0.030 * (1 - p.x * p.x / (post_x * post_x));
     return {p.x, p.y, p.z + post_z + rake(p.y) - bow};
@@ -153,7 +154,7 @@ Shell stretcher(const Vec3d& from, const Vec3d& to, double leg_radius) {
     return aligned(lathe(profile, 8), from, to);
 }
 
-/// Wider in front, and hollowed or domed as `height_of` says.
+/// Makes a plate that is wider in front, with its height offset by `height_of`.
 Shell seat_plate(const Board& shape, const Profile& edge,
                  const std::function<double(double x, double z)>& height_of) {
     return bent(board(shape, edge), [&](const Vec3d& p) {
@@ -185,7 +186,7 @@ Shell seat_pad() {
                  {0, 0, 0.014});
 }
 
-/// Across the back, from post to post.
+/// Makes a rail across the back, from post to post.
 Shell back_rail(double lower, double upper, double half_thickness, const std::vector<double>& heights) {
     RoundedBox shape{{-post_x, lower, -half_thickness}, {post_x, upper, half_thickness}, 0.005, 1};
     shape.lines[0] = lines_between(-post_x + 0.013, post_x - 0.013, 6);
@@ -221,8 +222,8 @@ constexpr double half_length = 2.3, half_width = 1.9, room_height = 2.5, wall = 
 constexpr double window_lower = 0.85, window_upper = 2.05, window_half = 0.7;
 constexpr double frame_inside = half_length + 0.04, frame_outside = half_length + 0.10;
 
-/// Two posts, and between them sill, head and mullion, slighter each. Their round ends lie in the wall or in
-/// each other.
+/// Makes two posts, with sill, head and mullion between them, each thinner than the one before. Their rounded
+/// ends lie inside the wall or inside each other.
 std::vector<Shell> window_frame() {
     constexpr double round = 0.005, into = 0.006, width = 0.05, slighter = 0.006, middle_half = 0.018;
     constexpr double open_half = window_half - width, open_lower = window_lower + width,
@@ -282,7 +283,7 @@ Mesh chair_mesh() {
 }
 
 Mesh room_mesh() {
-    // Lines of vertices run where the frame enters the wall.
+    // The grid has lines where the frame enters the wall.
     const Blocks walls{
         {{{-half_length - wall, -half_length, half_length, frame_inside, frame_outside, half_length + wall},
           {-wall, 0, window_lower, window_upper, room_height, room_height + wall},

@@ -16,11 +16,11 @@ struct ProfileVertex {
     Vec2d place, normal;
 };
 
-/// A profile with a normal at each point, the sharp ones twice. `flat_ends`: beyond the ends is a flat
-/// face, which keeps its normal.
+/// Returns the points of a profile with normals; points at sharp edges occur twice. `flat_ends`: a flat face
+/// adjoins each end and keeps its normal.
 std::vector<ProfileVertex> profile_vertices(const Profile& profile, bool flat_ends) {
     const std::size_t count = profile.points.size();
-    std::vector<Vec2d> place, direction;  // direction[i]: to place i; as long as its weight
+    std::vector<Vec2d> place, direction;  // direction[i]: to place i, with its length as weight.
     for (const Profile::Point& p : profile.points) place.emplace_back(p.radius, p.height);
     direction.emplace_back(flat_ends ? 1e3 : 0.0, 0.0);
     for (std::size_t i = 1; i < count; ++i) direction.push_back(place[i] - place[i - 1]);
@@ -57,7 +57,7 @@ std::uint32_t add_vertex(Shell& shell, const Vec3d& position, const Vec3d& norma
     return static_cast<std::uint32_t>(shell.positions.size() - 1);
 }
 
-/// Between two rings of vertices that start at `below` and `above`.
+/// Connects two rings of vertices that start at `below` and `above`.
 void add_band(Shell& shell, std::uint32_t below, std::uint32_t above, std::uint32_t count) {
     for (std::uint32_t i = 0; i < count; ++i) {
         const std::uint32_t next = (i + 1) % count;
@@ -142,10 +142,10 @@ Shell lathe(const Profile& profile, int segments) {
 }
 
 Shell board(const Board& shape, const Profile& edge) {
-    // the outline, from +x towards -z: counter-clockwise from above
+    // The outline, from +x towards -z: counter-clockwise seen from above.
     struct OutlinePoint {
-        Vec2d centre, out;  // x and z: of the corner's circle or of its side; away from there
-        int column, row;    // of the grid point inside it
+        Vec2d centre, out;  // x and z: of the corner's circle or of the side; direction away from it.
+        int column, row;    // Of the adjacent point of the inner grid.
     };
     const double inner_x = shape.half_x - shape.corner, inner_z = shape.half_z - shape.corner;
     const auto grid_place = [&](int column, int row) {
@@ -213,7 +213,7 @@ Shell board(const Board& shape, const Profile& edge) {
 }
 
 Shell rounded_box(const RoundedBox& shape) {
-    // a grid on a cube, whose outermost `steps` lines are then drawn onto the round
+    // Builds the grid of a cube, then moves its outermost `steps` lines onto the rounded edges.
     std::array<std::vector<double>, 3> lines;
     const Vec3d inner_lower = shape.lower + Vec3d(shape.radius),
                 inner_upper = shape.upper - Vec3d(shape.radius);
@@ -267,7 +267,7 @@ Shell block_sides(const Blocks& blocks,
         return middle;
     };
     Shell shell;
-    std::map<std::pair<std::size_t, Cell>, std::uint32_t> known;  // by the side's direction and place
+    std::map<std::pair<std::size_t, Cell>, std::uint32_t> known;  // By direction and position of the side.
     const auto add_side = [&](const Cell& cell, std::size_t axis, bool upper) {
         Vec3d side = middle_of(cell), normal(0.0);
         side[int(axis)] = lines[axis][cell[axis] + upper];
@@ -358,7 +358,7 @@ void append(Mesh& mesh, const Shell& shell, const std::string& material) {
 std::string obj_text(const Mesh& mesh) {
     const auto decimal = [](float value, double unit, int digits) {
         const double rounded = std::round(static_cast<double>(value) / unit) * unit;
-        return fmt::format("{:.{}f}", rounded == 0 ? 0.0 : rounded, digits);  // no -0
+        return fmt::format("{:.{}f}", rounded == 0 ? 0.0 : rounded, digits);  // Avoids -0.
     };
     std::map<std::string, std::size_t> places, normals;
     std::vector<std::string> corner(mesh.positions.size());

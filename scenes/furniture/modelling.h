@@ -1,8 +1,7 @@
 #pragma once
-/// A few ways to make closed shells with smooth normals: what a turner and a joiner need.
+/// Modelling functions for turned and joined furniture: closed shells with smooth normals.
 ///
-/// Every shell is closed, faces outwards, and has vertices of their own on both sides of a sharp edge.
-/// Lengths are metres.
+/// Shells face outwards and have separate vertices on both sides of a sharp edge. Lengths are in metres.
 
 #include "fields/mesh/mesh.h"
 
@@ -20,38 +19,39 @@ struct Shell {
     std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// A half outline from the bottom up: what a turner cuts, or the moulded edge of a board.
+/// A half outline from the bottom up: the profile of a turned piece, or of a board's edge.
 struct Profile {
-    /// A point of an outline.
+    /// A point of the outline.
     struct Point {
         double radius, height;
     };
     std::vector<Point> points;
 
-    Profile& to(double radius, double height);  ///< A straight line to there.
-    /// A bulge (or a groove, if negative) from the last point to the same radius at `height`.
+    Profile& to(double radius, double height);  ///< Adds a straight line.
+    /// Adds a bulge (a groove if negative) from the last point to the same radius at `height`.
     Profile& bead(double bulge, double height, int steps);
-    /// A straight line, swollen by `swell` in the middle.
+    /// Adds a line that swells by `swell` in the middle.
     Profile& swelling(double radius, double height, double swell, int steps);
-    /// Leaves and arrives upright.
+    /// Adds an S-curve that is vertical at both ends.
     Profile& ease(double radius, double height, int steps);
-    /// A quarter of an ellipse that leaves along the radius and arrives upright, or the other way.
+    /// Adds a quarter of an ellipse that starts horizontally and ends vertically, or the reverse if
+    /// `leaves_upright`.
     Profile& round(double radius, double height, int steps, bool leaves_upright);
 };
 
-/// Turned about the y axis. Starts and ends at radius 0.
+/// Rotates a profile about the y axis. The profile starts and ends at radius 0 (asserted).
 Shell lathe(const Profile& profile, int segments);
 
-/// A board of 2 half_x by 2 half_z with round corners. The profile's radius 0 is the outline; it goes
-/// inwards with negative radii, less than the corner's; bottom and top are flat.
+/// A board of 2 half_x by 2 half_z with rounded corners and flat faces. The edge profile has radius 0 on the
+/// outline and negative radii further in, of a magnitude below the corner's radius.
 struct Board {
     double half_x, half_z, corner;
     int steps_x, steps_z, steps_corner;
 };
 Shell board(const Board& shape, const Profile& edge);  ///< Makes a board.
 
-/// A box with edges rounded by a quarter circle in 2 * steps segments. `lines` are additional lines of
-/// vertices across each axis, in ascending order and in the flat of the faces.
+/// A box whose edges are rounded by quarter circles of 2 * steps segments. `lines` adds lines of vertices
+/// across each axis; they are ascending and lie in the flat of the faces.
 struct RoundedBox {
     Vec3d lower, upper;
     double radius;
@@ -60,31 +60,33 @@ struct RoundedBox {
 };
 Shell rounded_box(const RoundedBox& shape);  ///< Makes a box.
 
-/// What is cut out of a solid of right angles: by cells between planes.
+/// A solid with right angles, composed of the cells of a grid.
 struct Blocks {
-    std::array<std::vector<double>, 3> lines;           ///< Across each axis, ascending: the cells' bounds.
-    std::function<bool(const Vec3d& middle)> is_solid;  ///< Of a cell; none beyond the outermost lines is.
+    std::array<std::vector<double>, 3> lines;           ///< Planes across each axis, ascending: the cells'
+                                                        ///< bounds.
+    std::function<bool(const Vec3d& middle)> is_solid;  ///< Of a cell by its centre; outside the grid is
+                                                        ///< empty.
 };
 
-/// Those sides of the solid's cells that bound it and that `is_wanted`, as rectangles; all of them are a
-/// closed shell.
+/// Returns the boundary sides of the solid's cells that satisfy `is_wanted`, as rectangles. All sides
+/// together form a closed shell.
 ///
-/// is_wanted  of a side's middle and its outward normal.
+/// is_wanted  takes the centre and the outward normal of a side.
 Shell block_sides(const Blocks& blocks,
                   const std::function<bool(const Vec3d& middle, const Vec3d& normal)>& is_wanted);
 
-/// The shell under a smooth map that keeps left and right; normals by central differences.
+/// Deforms a shell by a smooth map that preserves orientation. Normals follow from central differences.
 Shell bent(Shell shell, const std::function<Vec3d(const Vec3d&)>& map);
 
-Shell moved(Shell shell, const Vec3d& by);  ///< The shell in another place.
+Shell moved(Shell shell, const Vec3d& by);  ///< Translates a shell.
 
-/// With y along `from` to `to`, y = 0 at `from`.
+/// Moves a shell so that its y axis points from `from` to `to` and its origin is at `from`.
 Shell aligned(Shell shell, const Vec3d& from, const Vec3d& to);
 
-/// Adds a shell of a material to a mesh.
+/// Appends a shell with a material to a mesh.
 void append(Mesh& mesh, const Shell& shell, const std::string& material);
 
-/// A Wavefront OBJ file: positions in 1e-6 m, normals, `usemtl` by name.
+/// Returns a Wavefront OBJ file: positions rounded to 1e-6 m, normals, and `usemtl` with the material names.
 std::string obj_text(const Mesh& mesh);
 
 }  // namespace haarfield

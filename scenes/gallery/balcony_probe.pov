@@ -1,11 +1,11 @@
-// What POV-Ray's balcony example looks like from the place where the chair will stand, as a lat-long image in
-// the frame of balcony.toml: +y up there is +z up here, (x, y, z) there is (x, -z, y) here.
+// Renders POV-Ray's balcony example from the position of the chair, as a lat-long image in the frame of
+// balcony.toml: its +y is +z here; its (x, y, z) is (x, -z, y) here.
 // povray +Ibalcony_probe.pov +Obalcony_probe.exr +FE +W512 +H256 -A +L<folder of balcony.pov>
 #include "balcony.pov"
 
 #declare Place = <2.95, 1.9, 0.5>;
 
-// A light_source cannot be seen. This ball, within the walls of the sky, sends as much light to the place:
+// A light_source is not visible to cameras. This sphere inside the sky sends as much light to the position:
 // radiance = pi * colour / solid angle.
 #declare Towards_Sun = vnormalize(<3.0, -2.5, 2.6>);
 #declare Sun_Radius = 0.04;  // in radians
@@ -16,7 +16,7 @@ sphere {
   no_shadow
 }
 
-// The last camera is the one that counts.
+// POV-Ray uses the last camera of a scene.
 camera {
   spherical
   location Place

@@ -6,21 +6,23 @@
 
 namespace haarfield {
 
-/// What of bounces depends on where things stand, and not on light.
+/// The data for indirect light that depends on placements but not on light.
 struct BounceRays {
     std::shared_ptr<const FineSurface> surface;
     LightTransport transport;  ///< Not refined.
 };
 
-/// before  null, or rays of the same entities, wherever their instances stood: what depends on entities
-///         alone is shared.
-/// cost    settings.bounces.directions rays a vertex, of some 0.2 us.
+/// Shoots the rays of indirect light.
+///
+/// before  null, or the rays of the same entities in other placements: data that depends on entities alone is
+///         shared.
+/// cost    settings.bounces.directions rays per vertex, of about 0.2 us.
 /// errors  interrupted.
 Result<BounceRays> bounce_rays(const ShadedScene& scene, const ShadingGeometry& geometry,
                                const RenderSettings& settings, const Progress& progress = {},
                                const BounceRays* before = nullptr);
 
-/// Diffuse radiance by row as surfaces send it: with their tints.
+/// Multiplies diffuse radiance by row by the tints of the surfaces.
 std::vector<Rgb> tinted_rows(const ShadedScene& scene, const VertexRows& rows, std::vector<Rgb> diffuse);
 
 /// Computes the indirect light of a scene.

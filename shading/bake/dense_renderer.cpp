@@ -19,7 +19,7 @@ DenseLight::DenseLight(const Environment& environment, int size, const SourceRul
 
 Components<Vec3d> DenseLight::radiance_from(std::size_t texel, const Material& material,
                                             const VertexView& view) const {
-    // light holds size^2, for integrals over the unit square of each face.
+    // `light` contains size^2, for integrals over the unit square of each face.
     const double texels_a_face = double(face_size) * face_size;
     return reflectance(material, Vec3d(view.normal), Vec3d(view.mirror), Vec3d(directions[texel])) *
            Vec3d(light[texel]) / texels_a_face;

@@ -1,6 +1,6 @@
 #pragma once
-/// The oracle of renderer.h: radiance by plain sums over the texels of visibility that is rasterized at each
-/// vertex. What it has in common with a bake are the texels' size and the occluders, which may be coarse.
+/// The oracle of renderer.h: radiance by sums over the texels of visibility that is rasterized at each
+/// vertex. It shares the texel size and the occluders, which may be coarse, with a bake.
 
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "shading/bake/renderer.h"
@@ -9,14 +9,14 @@
 
 namespace haarfield {
 
-/// Light by texel, face by face: what the oracle sums over.
+/// Light by texel and face: the integrand of the oracle without visibility and BRDF.
 struct DenseLight {
     int face_size = 0;
     std::vector<Rgb> light;               ///< lighting.h: radiance * solid angle * size^2.
-    std::vector<Vec3f> directions;        ///< Of the texels' centres.
-    std::vector<DirectionalLight> parts;  ///< Of what is concentrated: all there are.
+    std::vector<Vec3f> directions;        ///< Directions of the texel centres.
+    std::vector<DirectionalLight> parts;  ///< All parts of concentrated light.
 
-    /// The environment on faces of a size, parted as the rule has it.
+    /// Splits an environment by a source rule and samples it on faces of a size.
     DenseLight(const Environment& environment, int face_size, const SourceRule& rule = {});
 
     /// Returns the radiance of a point by one unoccluded texel.
@@ -24,9 +24,9 @@ struct DenseLight {
                                     const VertexView& view) const;
 };
 
-/// What the oracle sums over, and what blocks it.
+/// The light and the occluders of the oracle.
 struct DenseScene {
-    /// The scene must outlive it, and stay as it is.
+    /// The scene must outlive the result and must not change.
     ///
     /// errors  interrupted.
     static Result<DenseScene> make(const ShadedScene& scene, int face_size, const SourceRule& rule = {},
@@ -40,15 +40,15 @@ struct DenseScene {
     EmitterTree emitters;
 };
 
-/// Shades single points of a scene, as scene_radiance shades vertices, but: every occluder, the point's own
-/// entity included, is rasterized at the point; lobes are evaluated at the texels; the lighting is not
-/// truncated, and of what is concentrated every part has a ray of its own; sums are in double. Of one thread;
-/// keeps its buffers.
+/// Shades single points of a scene as scene_radiance shades vertices, with these differences. Every occluder,
+/// including the point's own entity, is rasterized at the point. Lobes are evaluated at the texels. The
+/// lighting is not truncated, and every part of concentrated light has its own ray. Sums are in double. For
+/// one thread; reuses its buffers.
 class DenseShader {
 public:
-    explicit DenseShader(const DenseScene& dense);  ///< Which must outlive it.
+    explicit DenseShader(const DenseScene& dense);  ///< `dense` must outlive it.
 
-    /// cost  some milliseconds for faces of 64 texels.
+    /// cost  a few milliseconds for faces of 64 texels.
     Outgoing radiance(std::size_t instance, const SurfacePoint& point);
 
     /// Shades the point with another view, such as one with another origin for occlusion by other instances.
@@ -71,7 +71,7 @@ Components<Vec3d> radiance_from_near(std::span<const PlacedLamp> lamps, const Em
                                      const ShadowRays& rays, const Vec3f& from, const Material& material,
                                      const VertexView& view);
 
-/// Multiplies visibility by what can be seen past one more occluder.
+/// Multiplies visibility by that around another occluder.
 void multiply_by_open(std::span<float> visibility, std::span<const std::uint8_t> open_samples);
 
 /// Returns radiance by instance and vertex, like scene_radiance.

@@ -17,7 +17,7 @@ void add_emitter_light(const ShadowRays& rays, const EmitterTree& emitters,
                        std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance,
                        const EmitterCut& cut = {});
 
-/// For oracles: six times as many patches, each with eight times less of the power.
+/// For oracles: six times as many patches, each with an eighth of the power.
 inline constexpr EmitterCut fine_emitter_cut{0.02f, 1.0f / 512, 4096};
 
 }  // namespace haarfield

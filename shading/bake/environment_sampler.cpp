@@ -9,7 +9,8 @@
 namespace haarfield {
 namespace {
 
-/// The first of some running sums that is above `wanted`; `wanted` becomes the fraction of its own part.
+/// Returns the index of the first running sum above `wanted`, and sets `wanted` to its fraction within that
+/// element.
 std::size_t chosen(std::span<const double> sums, double before, double& wanted) {
     const auto found = std::upper_bound(sums.begin(), sums.end() - 1, wanted);
     const auto index = std::size_t(found - sums.begin());

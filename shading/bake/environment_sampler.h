@@ -1,5 +1,5 @@
 #pragma once
-/// Importance sampling of distant light and of emitters, for rays.
+/// Importance sampling of distant light and of emitters for rays.
 
 #include <array>
 #include <memory>
@@ -15,46 +15,47 @@ namespace haarfield {
 /// A sampled direction towards light.
 struct LightSample {
     Vec3f direction;  ///< Unit length.
-    Rgb radiance;     ///< From there. [W/(m^2 sr)]
-    double density;   ///< Of the directions. [1/sr]
-    float distance;   ///< To an emitter; far away for distant light. [m]
-    bool is_disc;     ///< Of a sun, which no other technique samples.
+    Rgb radiance;     ///< Radiance from that direction. [W/(m^2 sr)]
+    double density;   ///< Probability density of the direction. [1/sr]
+    float distance;   ///< To an emitter; far_away for distant light. [m]
+    bool is_disc;     ///< From a sun, which no other technique samples.
 };
 
-/// Draws directions in proportion to an environment's luminance: pixels by their inverse CDF, uniformly
-/// within the solid angle of each; discs uniformly.
+/// Samples directions in proportion to an environment's luminance: pixels by their inverse CDF, and uniformly
+/// within the solid angle of a pixel; discs uniformly.
 class EnvironmentSampler {
 public:
     /// The environment must outlive it.
     explicit EnvironmentSampler(const Environment& environment);
 
-    bool is_black() const { return !(total_ > 0); }
+    bool is_black() const { return !(total_ > 0); }  ///< True if there is nothing to sample.
 
     /// place  in the unit square.
     LightSample sample(const std::array<double, 2>& place) const;
 
-    /// The radiance of the image's pixel in a direction, and the density with which it is sampled; no discs.
+    /// Returns the radiance of the image in a direction, without discs, and the density of sampling it.
     void look_up(const Vec3f& direction, Rgb& radiance, double& density) const;
 
 private:
     const Environment& environment_;
     std::vector<double> rows_, columns_;  ///< Running sums of luminance * solid angle: of rows; in each row.
-    std::vector<double> discs_;           ///< Running sums, after those of all rows.
+    std::vector<double> discs_;           ///< Running sums, continuing those of the rows.
     double total_ = 0;
 };
 
-/// Draws points of emitters in proportion to radiance times area.
+/// Samples points of emitters in proportion to radiance times area.
 class EmitterSampler {
 public:
+    /// Builds a BVH of the emitters, given in the world.
     explicit EmitterSampler(std::vector<Emitter> emitters);
 
-    bool is_black() const { return emitters_.empty(); }
+    bool is_black() const { return emitters_.empty(); }  ///< True if there is nothing to sample.
 
-    /// None if the sampled point faces away.
+    /// Returns none if the sampled point faces away.
     std::optional<LightSample> sample(const Vec3f& from, const std::array<double, 2>& place) const;
 
-    /// The nearest emitter in a direction, if its bright side faces the point, with the density with which
-    /// its points are sampled.
+    /// Returns the nearest emitter in a direction if its front faces the point, with the density of sampling
+    /// that direction.
     std::optional<LightSample> look_up(const Vec3f& from, const Vec3f& direction) const;
 
 private:

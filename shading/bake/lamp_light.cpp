@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t packet = ShadowRays::packet;
 
-/// The light of a lamp, as if it stood in one of its places.
+/// Returns the light of a lamp as if it were at one of its positions.
 LampLight light_from(const PlacedLamp& placed, const LampPlace& place, const Vec3d& direction,
                      const Vec3d& point) {
     Lamp moved = placed.lamp;
@@ -32,7 +32,7 @@ auto unshadowed(const PlacedLamp& placed, const LampLight& light, const Vec3d& p
     return sum / static_cast<Number>(placed.places.size());
 }
 
-/// Where the shadow ray of one of a lamp's places ends.
+/// Returns the end of the shadow ray for one of a lamp's positions.
 Vec3f ray_end(const PlacedLamp& placed, const LampPlace& place, const LampLight& light, const Vec3f& from) {
     if (placed.lamp.kind == LampKind::cylinder || placed.lamp.kind == LampKind::parallel)
         return Vec3f(Vec3d(from) + light.direction * light.distance);
@@ -47,7 +47,7 @@ bool can_be_shadowed(const Lamp& lamp, const LampLight& light) {
     return !lamp.shadowless && light.distance > 0;
 }
 
-/// Up to 16 receivers under one lamp.
+/// Adds the light of a lamp to up to 16 receivers.
 void add_to_packet(const ShadowRays& rays, const PlacedLamp& placed,
                    std::span<const SourceReceiver> receivers, std::span<const Vec3f> from,
                    std::span<Outgoing> radiance) {

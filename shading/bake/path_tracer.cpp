@@ -9,7 +9,7 @@
 namespace haarfield {
 namespace {
 
-/// A point that a path has come to.
+/// A vertex of a path.
 struct PathVertex {
     Vec3f from, normal;
     Rgb reflectance;  ///< Albedo / pi. [1/sr]
@@ -74,7 +74,7 @@ PathTracer::Estimate PathTracer::indirect_irradiance(const Vec3f& from, const Ve
     for (std::uint32_t path = 0; path < most; ++path) {
         Rgb found(0.0f), carried(static_cast<float>(pi));
         PathVertex at{from, normal, Rgb(0.0f)};
-        // First directions are spread evenly, which is what first bounces need most.
+        // First directions are stratified, which matters most for the first bounce.
         Vec2f place = sobol_point(path);
         const Vec2f shift(number(), number());
         place = Vec2f(place.x + shift.x / batch, place.y + shift.y / batch);

@@ -1,6 +1,6 @@
 #pragma once
-/// Direct light by rays: Monte Carlo integration that shares neither visibility fields nor the splitting of
-/// light into sources with renderer.h.
+/// Direct light by rays: Monte Carlo integration that uses neither the visibility fields of renderer.h nor
+/// its splitting of light into sources.
 
 #include "shading/bake/environment_sampler.h"
 #include "shading/bake/renderer.h"
@@ -8,13 +8,13 @@
 
 namespace haarfield {
 
-/// What rays are shot at, and the light that they find.
+/// The occluders and the light of rays.
 struct RayScene {
-    /// The scene must outlive it, and stay as it is.
+    /// The scene must outlive it and must not change.
     explicit RayScene(const ShadedScene& scene);
 
     const ShadedScene& scene;
-    ShadowRays rays;  ///< The original meshes, without what images cut out.
+    ShadowRays rays;  ///< The original meshes, without alpha cutouts.
     EnvironmentSampler environment;
     EmitterSampler emitters;
     std::vector<PlacedLamp> lamps;
@@ -23,13 +23,13 @@ struct RayScene {
 /// Computes the radiance of a point by direct light.
 ///
 /// Directions are sampled by the environment, by the emitters and by the BRDF's cosine and lobes, and
-/// combined by the balance heuristic. Each technique has its own Owen-scrambled Sobol points. Lamps have
-/// no size but that of their places, which all have a ray.
+/// combined by the balance heuristic. Each technique has its own Owen-scrambled Sobol points. Every
+/// position of a lamp has one ray.
 ///
-/// samples   of all techniques together; at least one each.
+/// samples   total number for all techniques; each gets at least one.
 /// seed      different seeds are independent estimates.
 /// accuracy  unbiased; the error falls faster than 1 / sqrt(samples).
-/// cost      some 0.2 us a sample.
+/// cost      about 0.2 us per sample.
 /// source    Veach 1997, multiple importance sampling.
 Outgoing ray_radiance(const RayScene& rays, std::size_t instance, const SurfacePoint& point,
                       std::uint32_t samples, std::uint32_t seed);
@@ -39,6 +39,8 @@ struct RayEstimate {
     Rgb radiance{0.0f}, deviation{0.0f};
 };
 
+/// Estimates the radiance of a vertex.
+///
 /// estimates  at least 2; they divide the samples.
 RayEstimate ray_estimate(const RayScene& rays, std::size_t instance, std::uint32_t vertex,
                          std::uint32_t samples, std::uint32_t estimates = 8);

@@ -12,7 +12,7 @@
 namespace haarfield {
 namespace {
 
-/// Diffuse, of albedo 1.
+/// Returns a diffuse material of albedo 1.
 Material white_paint() {
     Material white;
     white.diffuse = Rgb(1.0f);
@@ -34,7 +34,7 @@ Result<SceneRadiance> fitted_radiance(const PointShading& shading, std::span<con
     return start;
 }
 
-/// Radiance, shaded as the bake's was.
+/// Computes radiance with the shading of the bake.
 ///
 /// shading, meshes  of a scene that is a variation of the bake's.
 Result<SceneRadiance> radiance_as(const PassShading& bake, const PointShading& shading,
@@ -48,7 +48,7 @@ Result<SceneRadiance> radiance_as(const PassShading& bake, const PointShading& s
     return fitted_radiance(shading, meshes, std::move(*radiance), progress);
 }
 
-/// Under light of radiance 1 from everywhere, white paint has the share of it that is open.
+/// Computes openness: the radiance of white paint under uniform light of radiance 1.
 Result<SceneRadiance> openness(const PassShading& bake, const Progress& progress) {
     const auto& [own, geometry, own_light, settings, visibility, indirect, sharing] = bake.shading;
     ShadedScene scene = in_white_paint(own);
@@ -64,7 +64,7 @@ Result<SceneRadiance> openness(const PassShading& bake, const Progress& progress
     return open;
 }
 
-/// Lamps of a scene, for one in which an instance is alone.
+/// Copies lamps for a scene with a single instance.
 void take_shapes(const std::vector<Lamp>& lamps, std::size_t instance, std::vector<Lamp>& alone) {
     alone = lamps;
     for (Lamp& lamp : alone) {
@@ -79,13 +79,13 @@ void take_shapes(const std::vector<Lamp>& lamps, std::size_t instance, std::vect
 Result<SceneRadiance> radiance_alone(const PassShading& bake, const Progress& progress) {
     const ShadedScene& scene = bake.shading.scene;
     RenderSettings settings = bake.shading.settings;
-    settings.occlusion = Occlusion::fields;  // there is no other to be looked past
+    settings.occlusion = Occlusion::fields;  // There are no other instances.
     SceneRadiance result(scene.instances.size());
     ShadedScene alone{{}, {}, scene.environment, scene.eye};
     SceneLight light = bake.shading.light;
     for (std::size_t e = 0; e < scene.entities.size(); ++e) {
         alone.entities = {scene.entities[e]};
-        std::optional<ShadingGeometry> geometry;  // its greatest part is the entity's, and serves all
+        std::optional<ShadingGeometry> geometry;  // Most of it depends on the entity only and is reused.
         for (std::size_t i = 0; i < scene.instances.size(); ++i) {
             if (scene.instances[i].entity != e) continue;
             alone.instances = {{0, scene.instances[i].placement}};

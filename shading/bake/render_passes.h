@@ -9,7 +9,7 @@ namespace haarfield {
 enum class RenderPass : std::uint8_t {
     diffuse,     ///< The diffuse component of the radiance. [W/(m^2 sr)]
     specular,    ///< The specular component of the radiance. [W/(m^2 sr)]
-    irradiance,  ///< On the surface, with all shadows: independent of materials and eye. [W/m^2]
+    irradiance,  ///< Of the surface, with all shadows; independent of materials and eye. [W/m^2]
     /// The cosine-weighted fraction of the hemisphere above the surface that is open, in [0, 1], in all
     /// channels: independent of the light.
     occlusion,
@@ -26,7 +26,7 @@ struct PassShading {
     std::span<const SampledMesh> meshes{};
     bool fitted = false;            ///< Values are fitted by fit_radiance; needs meshes.
     bool dense = false;             ///< By dense_scene_radiance; without meshes.
-    std::uint32_t ray_samples = 0;  ///< If above 0: by ray_scene_radiance; without meshes.
+    std::uint32_t ray_samples = 0;  ///< If above 0: uses ray_scene_radiance; without meshes.
 };
 
 /// Computes passes of a bake.

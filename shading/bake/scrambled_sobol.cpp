@@ -12,7 +12,7 @@ std::uint32_t reversed_bits(std::uint32_t x) {
     return __builtin_bswap32(x);
 }
 
-/// Whether a bit is flipped depends on the bits above it and on the seed.
+/// Flips each bit depending on the bits above it and on the seed.
 std::uint32_t owen_scrambled(std::uint32_t x, std::uint32_t seed) {
     x = reversed_bits(x);
     x ^= x * 0x3d20adeau;

@@ -13,9 +13,10 @@ namespace haarfield {
 class SourceChoice {
 public:
     SourceChoice() = default;
+    /// Computes the lights' probabilities.
     explicit SourceChoice(std::span<const LightSource> sources);
 
-    bool empty() const { return lights_.empty(); }
+    bool empty() const { return lights_.empty(); }  ///< True if there are no lights.
 
     /// A light and the probability of its choice.
     struct Chosen {
@@ -23,7 +24,8 @@ public:
         double chance;  ///< In (0, 1].
     };
 
-    /// The light that a uniformly distributed number in [0, 1) selects, by the luminance of its irradiance.
+    /// Returns the light that a uniformly distributed number in [0, 1) selects, by the luminance of its
+    /// irradiance.
     ///
     /// returns  nothing if there are no lights, or if the light has no luminance.
     /// cost     logarithmic in the number of lights.

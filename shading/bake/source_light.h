@@ -13,27 +13,27 @@ namespace haarfield {
 /// accuracy  1e-5 of the lobe's peak, in single precision.
 Outgoing reflectance(const VertexBrdf& brdf, const Vec3f& light);
 
-/// A point that sources light.
+/// A point lit by sources.
 struct SourceReceiver {
-    Vec3f from;  ///< In the world: where it looks from, off the surface beside it.
+    Vec3f from;  ///< Origin of its shadow rays, off the surface. In the world.
     VertexBrdf brdf;
-    Vec3f position{0.0f};  ///< In the world: of the surface itself, for light that is near.
+    Vec3f position{0.0f};  ///< On the surface, for local light. In the world.
 };
 
-/// At most sixteen receivers side by side, for rays to one light at a time.
+/// At most sixteen neighbouring receivers, for rays to one light at a time.
 class ReceiverPacket {
 public:
     /// receivers  must outlive it.
     explicit ReceiverPacket(std::span<const SourceReceiver> receivers);
 
-    std::size_t size() const { return receivers_.size(); }  ///< Of receivers.
-    /// One of them.
+    std::size_t size() const { return receivers_.size(); }  ///< Number of receivers.
+    /// Returns a receiver.
     const SourceReceiver& operator[](std::size_t i) const { return receivers_[i]; }
 
-    /// Which face a light that nothing blocks: bit i for receiver i.
+    /// Tests which receivers face a light and are not occluded from it: bit i for receiver i.
     ///
-    /// wanted   bit i: receiver i matters; of others the bit is 0.
-    /// without  as ShadowRays::blocked has it.
+    /// wanted   bit i: test receiver i; other bits of the result are 0.
+    /// without  as in ShadowRays::blocked.
     std::uint16_t lit(const ShadowRays& rays, const Vec3f& towards_light, std::uint16_t wanted = 0xffff,
                       std::size_t without = ShadowRays::no_instance) const;
 
@@ -50,14 +50,14 @@ private:
 void add_source_light(const ShadowRays& rays, std::span<const DirectionalLight> lights,
                       std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance);
 
-/// What a receiver sees of some lights.
+/// The visible fraction of some lights at a receiver.
 struct LitPart {
     Vec3f direction{0.0f};  ///< Mean, by luminance; not normalised.
-    Rgb irradiance{0.0f};   ///< Of those that are not blocked, on a surface that faces each. [W/m^2]
-    Rgb by_cosine{0.0f};    ///< The same on the receiver's own surface.
+    Rgb irradiance{0.0f};   ///< Of visible lights, on a surface that faces each. [W/m^2]
+    Rgb by_cosine{0.0f};    ///< Of visible lights, on the receiver's surface. [W/m^2]
 };
 
-/// The same without the BRDF; added to `parts`, as many.
+/// Adds visible lights, without the BRDF, to `parts`; one per receiver.
 void add_lit_parts(const ShadowRays& rays, std::span<const DirectionalLight> lights,
                    std::span<const SourceReceiver> receivers, std::span<LitPart> parts);
 

@@ -34,7 +34,7 @@ void multiply_by_tree(std::span<float> visibility, const WideCubemap<std::uint8_
     for (std::size_t i = 0; i < visibility.size(); ++i) {
         const WideFace<std::uint8_t>& face = tree[i / (side * side)];
         const unsigned row = unsigned(i / side % side), column = unsigned(i % side);
-        // Faces of 2 x 4^l texels have only one level of the last node.
+        // Faces of 2 x 4^l texels have only one quadtree level in the last nodes.
         int bit = 2 * wide_levels(face_size) - 2;
         const int lacking = 2 * wide_levels(face_size) - std::countr_zero(unsigned(face_size));
         float value = face.mean;
@@ -50,10 +50,10 @@ void multiply_by_tree(std::span<float> visibility, const WideCubemap<std::uint8_
     }
 }
 
-/// A cubemap's visibility as a field has it in wide trees.
+/// Converts a cubemap's visibility to wide trees, as fields are.
 class WideTree {
 public:
-    /// Valid until the next call.
+    /// The result is valid until the next call.
     const WideCubemap<std::uint8_t>& operator()(const CubemapTree& tree) {
         nodes_.clear();
         std::array<std::size_t, cubemap_faces + 1> first{};
@@ -61,7 +61,7 @@ public:
             faces_[face].mean = converter_.append(tree.faces[face], nodes_);
             first[face + 1] = nodes_.size();
         }
-        // Only now do the nodes stay where they are.
+        // The addresses of nodes are final only now.
         for (std::size_t face = 0; face < cubemap_faces; ++face)
             faces_[face].root = first[face + 1] > first[face] ? &nodes_[first[face]] : nullptr;
         return faces_;
@@ -157,20 +157,20 @@ public:
     }
 
 private:
-    /// Something that the vertex looks past.
+    /// An occluder of the vertex.
     struct Seen {
         const Occluder* occluder = nullptr;
         const Occluder* original = nullptr;
-        Vec3f point{0.0f};                       ///< Where from, in the occluder's context.
-        const Vec3f* horizon = nullptr;          ///< Of the vertex's own entity.
-        const VisibilityField* field = nullptr;  ///< Null if it is not looked up in its field.
-        bool truncated = false;                  ///< Whether the bake sees a truncated tree of it.
+        Vec3f point{0.0f};                       ///< Viewpoint in the occluder's frame.
+        const Vec3f* horizon = nullptr;          ///< For the vertex's own entity.
+        const VisibilityField* field = nullptr;  ///< Null if it is not interpolated from a field.
+        bool truncated = false;                  ///< True if the bake uses a truncated tree of it.
         Truncation truncation;
         FieldLookup lookup{};
-        const ShadedInstance* impostor_of = nullptr;  ///< Null if it is not seen from afar.
+        const ShadedInstance* impostor_of = nullptr;  ///< Null if it is not an impostor.
     };
 
-    /// False if the vertex is inside another instance.
+    /// Returns false if the vertex is inside another instance.
     bool list_occluders(std::size_t instance) {
         const ShadedScene& scene = context_.scene;
         const auto truncation = [](const VisibilityField& field) {
@@ -223,7 +223,7 @@ private:
         return result;
     }
 
-    /// The product of what is seen past everything.
+    /// Returns the product of the visibilities around all occluders.
     template <class See>
     std::vector<float> seen(const See& see_past) const {
         std::vector<float> visibility(context_.light.directions.size(), 1.0f);
@@ -280,8 +280,8 @@ private:
         return radiance(context_.exact_pyramid, {{&factor, 1}, {}}, depth).total();
     }
 
-    /// What is concentrated has every part in the oracles, and is cut into the bake's directions by itself.
-    /// So are emitters; lamps are the same in all.
+    /// Adds concentrated light. The oracles use every part of it; `sources` alone uses the bake's directions.
+    /// Emitters are treated alike; lamps are the same in all.
     void add_sources(OracleRadiances& result) const {
         const ShadowRays& rays = context_.geometry.rays;
         const Material& material = entity_->materials[point_.material];
@@ -325,10 +325,10 @@ private:
     VertexVisibility bake_visibility_;
     WalkMemory<std::uint8_t> memory_;
     std::vector<std::uint8_t> impostor_texels_;
-    const ShadedEntity* entity_ = nullptr;  ///< Of the vertex at hand.
+    const ShadedEntity* entity_ = nullptr;  ///< Entity of the current vertex.
     SurfacePoint point_;
     VertexView view_;
-    Vec3f from_{0.0f};        ///< Its sample, in the world.
+    Vec3f from_{0.0f};        ///< Its sample point, in the world.
     std::vector<Seen> seen_;  ///< Its own entity first.
 };
 

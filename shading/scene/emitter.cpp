@@ -7,13 +7,15 @@
 namespace haarfield {
 namespace {
 
-constexpr float like_a_point = 0.004f;  ///< Radius over distance, about that of the sun.
-constexpr float near_triangle = 0.05f;  ///< Radius over distance from which on Lambert's formula is needed.
-constexpr float point_size = 0.08f;     ///< Radius over distance up to which several triangles are a point.
+constexpr float like_a_point = 0.004f;  ///< Ratio of radius to distance, about that of the sun.
+constexpr float near_triangle = 0.05f;  ///< Ratio of radius to distance above which Lambert's formula is
+                                        ///< used.
+constexpr float point_size = 0.08f;     ///< Largest ratio of radius to distance at which several triangles
+                                        ///< are treated as a point.
 
 using Corners = std::array<Vec3f, 3>;
 
-/// Normal, as long as the area.
+/// Returns the normal with the area as its length.
 Vec3f area_vector(const Corners& c) {
     return (c[1] - c[0]).cross(c[2] - c[0]) * 0.5f;
 }
@@ -27,7 +29,7 @@ float radius_of(const Corners& c) {
     return std::max({(c[0] - middle).length(), (c[1] - middle).length(), (c[2] - middle).length()});
 }
 
-/// Makes the nodes of a range of the triangles, parents before children.
+/// Builds the nodes of a range of triangles, parents before children.
 class TreeMaker {
 public:
     explicit TreeMaker(EmitterTree& tree) : tree_(tree) {}
@@ -65,7 +67,7 @@ private:
         float least = 1, nearest = std::numeric_limits<float>::infinity();
         for (const Emitter& triangle : triangles) {
             const Vec3f middle = middle_of(triangle.corners);
-            // Rays go to the surface, not to the middle of the ball that it bends round.
+            // Shadow rays end on the surface, not in the middle of a curved one.
             if (const float away = (middle - node.centre).length2(); away < nearest) {
                 nearest = away;
                 node.place = middle;
@@ -78,10 +80,10 @@ private:
         return node;
     }
 
-    /// Parts the range in two by what differs the most: normals, until they agree, then places. The first
-    /// part's size.
+    /// Sorts the range along the axis of largest extent, of the normals while they differ much, else of the
+    /// positions, and divides it in two. Returns the size of the first half.
     std::uint32_t parted(std::uint32_t first, std::uint32_t count, const EmitterTree::Node& node) {
-        constexpr float narrow = 0.4f;  // about 24 degrees
+        constexpr float narrow = 0.4f;  // About 24 degrees.
         const bool by_normal = node.cone > narrow;
         const auto key = [&](const Emitter& triangle) {
             return by_normal ? area_vector(triangle.corners).normalized() : middle_of(triangle.corners);
@@ -119,7 +121,7 @@ public:
           most_power_(luminance(tree.nodes[0].power) * cut.share),
           patches_(patches) {}
 
-    /// False if there were too many of them, or too many triangles to split, as of a needle close by.
+    /// Finds the patches. Returns false if there are too many patches or splits, such as for a needle nearby.
     bool find(float size) {
         size_ = size;
         splits_ = 0;
@@ -128,7 +130,7 @@ public:
         return !is_too_much();
     }
 
-    /// However many there are; large triangles are cut only a little.
+    /// Finds the patches without a limit on their number; divides large triangles at most twice.
     void find_all(float size) {
         most_ = most_splits_ = std::numeric_limits<std::size_t>::max();
         cuts_ = 2;
@@ -138,7 +140,7 @@ public:
 private:
     bool is_too_much() const { return patches_.size() > most_ || splits_ > most_splits_; }
 
-    /// Whether all of a ball lies below the horizon.
+    /// Tests whether a sphere lies below the horizon.
     bool is_below(const Vec3f& centre, float radius) const {
         return (centre - point_).dot(normal_) <= -radius;
     }
@@ -161,7 +163,7 @@ private:
         const float distance = to.length();
         if (is_small(node.radius, distance, luminance(node.power), std::min(size_, point_size)) &&
             node.cone < 1) {
-            // All of the triangles have to face the point, or none.
+            // Either all triangles face the point, or none does.
             const float cosine = -node.facing.normalized().dot(to) / distance,
                         margin = node.radius / distance;
             if (cosine <= -node.cone - margin) return;
@@ -189,7 +191,7 @@ private:
         if (is_too_much()) return;
         const Vec3f middle = middle_of(corners), to = middle - point_, area = area_vector(corners);
         const float radius = radius_of(corners), distance = to.length();
-        // Behind its plane there is no light from it, and in it there is next to none.
+        // A triangle emits no light behind its plane, and almost none within it.
         if (!(-area.dot(to) > 1e-6f * area.length() * radius) || is_below(middle, radius)) return;
         if (cuts > 0 && !is_small(radius, distance, luminance(radiance) * area.length(), size_)) {
             ++splits_;
@@ -218,7 +220,7 @@ private:
     const Vec3f point_, normal_;
     float size_;
     std::size_t most_, most_splits_, splits_ = 0;
-    int cuts_ = 12;  ///< Of a triangle in four, one within the other.
+    int cuts_ = 12;  ///< Remaining levels of division of a triangle into four.
     const float most_power_;
     std::vector<EmitterPatch>& patches_;
 };
@@ -246,12 +248,12 @@ void find_patches(const EmitterTree& tree, const Vec3f& point, const Vec3f& norm
     float size = cut.size;
     bool found = finder.find(size);
     while (!found && size * coarser <= coarsest) found = finder.find(size *= coarser);
-    // Many triangles close by: each as it is.
+    // Many triangles are nearby: uses each as it is.
     if (!found) finder.find_all(size);
 }
 
 double triangle_irradiance(const std::array<Vec3d, 3>& corners, const Vec3d& point, const Vec3d& normal) {
-    // What is left of it above the horizon: at most four corners.
+    // Clips the triangle at the horizon: at most four corners remain.
     std::array<Vec3d, 4> seen;
     std::size_t count = 0;
     for (std::size_t i = 0; i < 3; ++i) {

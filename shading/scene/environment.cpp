@@ -52,9 +52,9 @@ LatLongImage turned_environment(const LatLongImage& image, double rotation, doub
     LatLongImage turned = image;
     if (image.pixels.empty()) return turned;
 
-    // Longitude falls with the column, so that a turn to greater longitudes takes from columns on the right.
+    // Longitude decreases with the column: a rotation towards greater longitudes reads columns further right.
     double shift = std::remainder(rotation / (2 * pi), 1.0) * image.width;
-    // Angles come in as floats: nearly whole pixels are meant to be whole, and must not blur the image.
+    // Angles are converted from floats: rotations close to whole pixels must not blur the image.
     if (std::abs(shift - std::round(shift)) < 1e-4) shift = std::round(shift);
     const double whole = std::floor(shift);
     const float next_share = float(shift - whole), share = 1 - next_share;
@@ -90,7 +90,7 @@ std::vector<Vec3f> disc_directions(const SunDisc& disc, int count, double turn) 
     const auto [right, up] = axes_across(middle);
     std::vector<Vec3f> directions;
     for (int i = 0; i < count; ++i) {
-        // Rings of equal solid angle: 1 - cosine grows evenly. In half angles, because it is small.
+        // Rings of equal solid angle: 1 - cosine grows linearly. Half angles avoid cancellation.
         const double half_sine = std::sin(double(disc.angular_radius) / 2) * std::sqrt((i + 0.5) / count);
         const double cosine = 1 - 2 * half_sine * half_sine,
                      sine = 2 * half_sine * std::sqrt(1 - half_sine * half_sine);

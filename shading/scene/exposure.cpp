@@ -18,7 +18,7 @@ constexpr std::size_t normals = 1024;
 
 std::vector<ExposedLight> gathered_light(const Environment& environment) {
     const LatLongImage& image = environment.image;
-    std::vector<Vec3d> cells(std::size_t(columns * rows), Vec3d(0, 0, 0));  // irradiance * direction
+    std::vector<Vec3d> cells(std::size_t(columns * rows), Vec3d(0, 0, 0));  // Irradiance * direction.
     for (int row = 0; row < image.height; ++row) {
         const double solid_angle = lat_long_pixel_solid_angle(row, image.width, image.height);
         for (int column = 0; column < image.width; ++column) {

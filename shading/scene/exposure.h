@@ -1,5 +1,5 @@
 #pragma once
-/// An exposure from the light alone, for who does not want to try several.
+/// Automatic exposure from the light alone.
 
 #include "shading/scene/environment.h"
 
@@ -8,20 +8,19 @@
 
 namespace haarfield {
 
-/// The exposure under which a matt ball of white paint, which reflects 0.8, shines nowhere brighter than 1 in
-/// luminance, and somewhere just so: matt things are then not clipped in pictures, and not darker than need
-/// be. [stops]
+/// Returns the largest exposure at which a white diffuse sphere (albedo 0.8) does not exceed luminance 1.
+/// Diffuse surfaces then do not clip in pictures, and are no darker than necessary. [stops]
 ///
-/// environment  clean (clean_environment), not exposed. How it is turned does not matter.
-/// returns      in [-60, 60]; 0 where there is no light.
+/// environment  clean (clean_environment), not exposed. Its rotation has no effect.
+/// returns      in [-60, 60]; 0 without light.
 /// accuracy     0.02 stops: the light of 64 x 32 cells, each from its mean direction, on 1,024 normals.
-/// cost         some 20 ms for 1024 x 512 pixels.
+/// cost         about 20 ms for 1024 x 512 pixels.
 float automatic_exposure(const Environment& environment);
 
 /// Light from one direction: of a local light, which has its exposure already, or a part of an environment.
 struct ExposedLight {
     Vec3d direction;        ///< Towards the light; unit length.
-    double irradiance = 0;  ///< Luminance, on a surface that faces it. [W/m^2]
+    double irradiance = 0;  ///< Luminance, on a surface that faces the light. [W/m^2]
 };
 
 /// The light of an environment as automatic_exposure uses it: from the mean directions of 64 x 32 cells, and

@@ -7,7 +7,7 @@
 namespace haarfield {
 namespace {
 
-/// POV-Ray's cubic spline: 0 up to low, 1 from high on, smooth between.
+/// POV-Ray's cubic spline: 0 up to low, 1 from high, smooth in between.
 double smooth_step(double low, double high, double at) {
     if (at >= high) return 1;
     if (at <= low) return 0;
@@ -25,7 +25,7 @@ double power(double base, double exponent) {
     return exponent == 0 ? 1 : std::pow(base, exponent);
 }
 
-/// One axis of a grid: its places' weights.
+/// Returns the weights of the positions along one axis of a grid.
 std::vector<double> axis_weights(std::size_t count) {
     struct Range {
         std::size_t first, last;
@@ -70,7 +70,7 @@ LampLight lamp_light(const Lamp& lamp, const Vec3d& point) {
                                                                     std::cos(double(lamp.radius)), cosine);
         return {to_lamp / distance, distance, share > 0 ? share * faded(lamp, distance) : 0};
     }
-    // Parallel light comes from behind its place as well, where nothing shadows it.
+    // Parallel light also lights points behind the lamp's position, where nothing occludes it.
     LampLight light{-axis, std::max(depth, 0.0), 0};
     if (lamp.kind == LampKind::parallel) {
         light.share = faded(lamp, std::abs(depth));
@@ -117,7 +117,7 @@ Vec3d lamp_place(const Lamp& lamp, const LampPlace& place, const Vec3d& directio
     if (!lamp.area) return middle;
     Vec3d across(lamp.area->across), along(lamp.area->along);
     if (lamp.area->orient) {
-        // POV-Ray's own choice of what is level.
+        // POV-Ray's choice of the horizontal direction.
         const Vec3d other = std::abs(std::abs(direction.z) - 1) < 0.01 ? Vec3d(0, 1, 0) : Vec3d(0, 0, 1);
         const Vec3d level = direction.cross(other).normalized();
         along = direction.cross(level).normalized() * along.length();

@@ -12,8 +12,8 @@ namespace {
 
 constexpr int disc_parts = 4096;
 
-/// Calls `visit` with the numbers of the eight pixels round one. Rows end in the poles: beyond them lies the
-/// same row, half a turn away.
+/// Calls `visit` with the indices of the eight pixels around a pixel. Beyond a pole lies the same row, half a
+/// turn away.
 template <class Visit>
 void for_each_neighbour(const LatLongImage& image, std::size_t pixel, const Visit& visit) {
     const int width = image.width, row = int(pixel) / width, column = int(pixel) % width;
@@ -29,8 +29,8 @@ void for_each_neighbour(const LatLongImage& image, std::size_t pixel, const Visi
         }
 }
 
-/// 8-connected pixels above a luminance, each region in the order in which it is reached; regions from the
-/// top.
+/// Returns the 8-connected regions of pixels above a luminance, from the top. Pixels of a region are in the
+/// order in which they are reached.
 std::vector<std::vector<std::size_t>> bright_regions(const LatLongImage& image, double above) {
     std::vector<std::vector<std::size_t>> regions;
     std::vector<std::uint8_t> reached(image.pixels.size(), 0);
@@ -49,7 +49,7 @@ std::vector<std::vector<std::size_t>> bright_regions(const LatLongImage& image, 
     return regions;
 }
 
-/// The mean of the pixels round a region; black if there are none.
+/// Returns the mean of the pixels around a region; black if there are none.
 Rgb surrounding_level(const LatLongImage& image, const std::vector<std::size_t>& region) {
     std::vector<std::size_t> inside(region), around;
     std::sort(inside.begin(), inside.end());
@@ -74,7 +74,7 @@ double light_of(const Vec3d& irradiance) {
     return double(luminance(Rgb(Vec3f(irradiance))));
 }
 
-/// Along each edge of a pixel.
+/// Returns the number of splits along each edge of a pixel.
 ///
 /// share  of the environment's light.
 int pixel_splits(double share, double solid_angle, const SourceRule& rule) {
@@ -83,7 +83,7 @@ int pixel_splits(double share, double solid_angle, const SourceRule& rule) {
     return static_cast<int>(std::ceil(std::min(std::sqrt(parts), double(rule.most_splits))));
 }
 
-/// Appends a pixel of even radiance, split into splits x splits parts.
+/// Appends a pixel of uniform radiance, divided into splits x splits parts.
 void append_pixel_parts(const LatLongImage& image, std::size_t pixel, const Rgb& radiance, int splits,
                         std::vector<DirectionalLight>& parts) {
     const int width = image.width * splits, height = image.height * splits;
@@ -96,14 +96,14 @@ void append_pixel_parts(const LatLongImage& image, std::size_t pixel, const Rgb&
     }
 }
 
-/// Parts [begin, end) of the whole.
+/// A cluster: parts [begin, end) of all.
 struct Piece {
     std::size_t begin, end;
     double importance;
-    int axis;    ///< Along which they extend the most.
-    int number;  ///< In the order of making: equal pieces are cut in this order.
+    int axis;    ///< Axis of the largest extent.
+    int number;  ///< Order of creation: breaks ties.
 
-    bool operator<(const Piece& other) const {  // the greatest is cut next
+    bool operator<(const Piece& other) const {  // The largest is divided next.
         return importance != other.importance ? importance < other.importance : number > other.number;
     }
 };
@@ -123,7 +123,7 @@ Piece piece_of(std::span<const DirectionalLight> parts, std::size_t begin, std::
     return {begin, end, end - begin > 1 ? light * extent[axis] : -1, axis, number};
 }
 
-/// Where to cut sorted parts so that each side has about half of the light; neither is empty.
+/// Returns the position that divides sorted parts into halves of about equal light; neither half is empty.
 std::size_t middle_of(std::span<const DirectionalLight> parts, const Piece& piece) {
     double light = 0, so_far = 0;
     for (std::size_t i = piece.begin; i < piece.end; ++i) light += double(luminance(parts[i].irradiance));
@@ -161,7 +161,7 @@ std::vector<DirectionalLight> few_lights(std::span<const DirectionalLight> parts
     pieces.push(piece_of(sorted, 0, sorted.size(), made++));
     while (pieces.size() < std::size_t(count)) {
         const Piece piece = pieces.top();
-        if (piece.importance < 0) break;  // single parts only
+        if (piece.importance < 0) break;  // Only single parts remain.
         pieces.pop();
         std::stable_sort(sorted.begin() + std::ptrdiff_t(piece.begin),
                          sorted.begin() + std::ptrdiff_t(piece.end),

@@ -12,28 +12,27 @@
 namespace haarfield {
 namespace {
 
-// Every pixel and every texel overlap in a solid angle that has a closed form; energy goes by these shares.
+// The solid angle in which a pixel and a texel overlap has a closed form; energy is distributed accordingly.
 //
 // By symmetry, a task is one octant of the longitudes on one hemisphere: theta, from 0 to 45 degrees, is the
-// angle from the axis of a side face, to one side. In units of the cube's half edge, a place is either on the
+// angle from the axis of a side face, to one side. In units of the cube's half edge, a point is either on the
 // side face, at `height` above the equator, or on the cap (+y or -y), where `forward` and `sideways` are its
-// distances from the pole along the axis and across it. Let s be the sine of the latitude without its sign;
-// between two meridians the solid angle below a curve s(theta) is the integral of s. A texel's edges are
+// distances from the pole along the axis and across it. Let s be the sine of the absolute latitude. Between
+// two meridians, the solid angle below a curve s(theta) is the integral of s. The edges of a texel are
 //
-//     height = h:    s = h / sqrt(h^2 + 1 / cos^2 theta),    integral of s = asin(h sin theta / sqrt(1 +
-//     h^2)) forward = f:   s = 1 / sqrt(1 + f^2 / cos^2 theta),    integral of s = asin(sin theta / sqrt(1 +
-//     f^2)) sideways = w:  s = 1 / sqrt(1 + w^2 / sin^2 theta),    integral of s = -asin(cos theta / sqrt(1 +
-//     w^2))
+//     height = h:    s = h / sqrt(h^2 + 1 / cos^2 theta),   integral of s = asin(h sin theta / sqrt(1 + h^2))
+//     forward = f:   s = 1 / sqrt(1 + f^2 / cos^2 theta),   integral of s = asin(sin theta / sqrt(1 + f^2))
+//     sideways = w:  s = 1 / sqrt(1 + w^2 / sin^2 theta),   integral of s = -asin(cos theta / sqrt(1 + w^2))
 //
-// and a pixel's edges are meridians and s = constant.
+// and the edges of a pixel are meridians and s = constant.
 
 struct Energy {
     double red = 0, green = 0, blue = 0;  ///< Radiance * solid angle.
 };
 
 struct Task {
-    int quarter;     ///< theta = 0 is at quarter * 90 degrees of longitude,
-    int turn;        ///< and grows with longitude (+1) or against it (-1).
+    int quarter;     ///< theta = 0 is at quarter * 90 degrees of longitude.
+    int turn;        ///< theta grows with longitude (+1) or against it (-1).
     int hemisphere;  ///< +1 upper, -1 lower.
 
     Vec3d forward() const {
@@ -47,7 +46,7 @@ struct Task {
     int cap_face() const { return cubemap_point(up()).face; }
 };
 
-/// In the task's two faces: its side face, then its cap.
+/// Returns the index of a texel in the task's two faces: its side face, then its cap.
 std::size_t texel_of(const Task& task, const Vec3d& direction, int size) {
     const CubemapPoint point = cubemap_point(direction);
     const auto index = [&](double u) { return std::clamp(int((u + 1) / 2 * size), 0, size - 1); };
@@ -55,13 +54,13 @@ std::size_t texel_of(const Task& task, const Vec3d& direction, int size) {
     return std::size_t((face * size + index(point.v)) * size + index(point.u));
 }
 
-/// Between two meridians.
+/// A region between two meridians.
 struct Wedge {
-    double from, to;     ///< Of theta. [rad]
-    std::size_t column;  ///< Of pixels.
+    double from, to;     ///< Range of theta. [rad]
+    std::size_t column;  ///< Column of pixels.
 };
 
-/// Splits a task's octant at the meridians between pixels, and also at theta = atan(line).
+/// Divides a task's octant at the meridians between pixels, and also at theta = atan(line).
 std::vector<Wedge> wedges(const Task& task, int width, const std::vector<double>& lines) {
     std::vector<double> angles{0, pi / 4};
     for (int column = 0; column < width; ++column) {
@@ -84,14 +83,14 @@ std::vector<Wedge> wedges(const Task& task, int width, const std::vector<double>
     return result;
 }
 
-/// A row of pixels, or the part of it in the hemisphere, by where it ends on the way to the pole.
+/// A row of pixels, or its fraction in the hemisphere, by its edge towards the pole.
 struct PixelRow {
-    double sine;    ///< s there,
-    double radius;  ///< and the distance from the pole on the cap's plane.
+    double sine;    ///< s at the edge.
+    double radius;  ///< Distance of the edge from the pole in the cap's plane.
     std::size_t row;
 };
 
-/// From the equator to the pole.
+/// Returns the rows from the equator to the pole.
 std::vector<PixelRow> pixel_rows(int hemisphere, int height) {
     std::vector<PixelRow> rows;
     for (int i = height / 2; i < height; ++i) {
@@ -103,9 +102,9 @@ std::vector<PixelRow> pixel_rows(int hemisphere, int height) {
     return rows;
 }
 
-/// Between the equator and the lower one of height = h and s = sine.
+/// Returns the solid angle between the equator and the lower of height = h and s = sine.
 double solid_angle_below(const Wedge& wedge, double h, double sine) {
-    // The edge falls towards the corner of the face, and meets s = sine at `meeting`.
+    // The curve height = h falls towards the corner of the face and meets s = sine at `meeting`.
     if (h <= 0) return 0;
     const double cosine = sine < 1 ? sine / (h * std::sqrt(1 - sine * sine)) : 2.0;
     const double meeting = std::clamp(cosine < 1 ? std::acos(cosine) : 0.0, wedge.from, wedge.to);
@@ -114,20 +113,20 @@ double solid_angle_below(const Wedge& wedge, double h, double sine) {
            (std::asin(scale * std::sin(wedge.to)) - std::asin(scale * std::sin(meeting)));
 }
 
-/// Of what is nearer to the pole than forward = f, sideways = w and the circle of `radius`.
+/// Returns the solid angle nearer to the pole than forward = f, sideways = w and the circle of `radius`.
 double solid_angle_round_pole(const Wedge& wedge, double f, double w, double radius) {
     if (f <= 0 || w <= 0 || radius <= 0) return 0;
     const double above_circle = 1 - 1 / std::sqrt(1 + radius * radius);
     const double corner = std::clamp(std::atan2(w, f), wedge.from, wedge.to);
     double sum = 0;
-    if (corner > wedge.from) {  // here the edge is forward = f, inside the circle up to `meeting`
+    if (corner > wedge.from) {  // The edge is forward = f, inside the circle up to `meeting`.
         const double meeting = std::clamp(f < radius ? std::acos(f / radius) : 0.0, wedge.from, corner);
         const double scale = 1 / std::sqrt(1 + f * f);
         sum += (meeting - wedge.from) -
                (std::asin(scale * std::sin(meeting)) - std::asin(scale * std::sin(wedge.from)));
         sum += above_circle * (corner - meeting);
     }
-    if (corner < wedge.to) {  // and here it is sideways = w, inside the circle from `meeting`
+    if (corner < wedge.to) {  // The edge is sideways = w, inside the circle from `meeting`.
         const double meeting = std::clamp(w < radius ? std::asin(w / radius) : pi / 2, corner, wedge.to);
         const double scale = 1 / std::sqrt(1 + w * w);
         sum += above_circle * (meeting - corner);
@@ -137,7 +136,7 @@ double solid_angle_round_pole(const Wedge& wedge, double f, double w, double rad
     return sum;
 }
 
-/// The energy that the texels of the task's two faces receive on it.
+/// Collects the energy that the texels of a task's two faces receive.
 class Collector {
 public:
     Collector(const Task& task, const LatLongImage& image, int size, const std::stop_token& stop)
@@ -147,7 +146,7 @@ public:
           stop_(stop),
           rows_(pixel_rows(task.hemisphere, image.height)),
           energy_(2 * std::size_t(size) * std::size_t(size)) {
-        // Lines between texels, from the middle of a face outwards; of a single texel, its half.
+        // Lines between texels, from the centre of a face outwards; for a single texel, its half.
         for (int i = size / 2; i <= size; ++i) lines_.push_back(std::max(2.0 * i / size - 1, 0.0));
     }
 
@@ -161,7 +160,7 @@ public:
 
 private:
     void add(std::size_t texel, const Wedge& wedge, const PixelRow& row, double solid_angle) {
-        if (!(solid_angle > 0)) return;  // rounding
+        if (!(solid_angle > 0)) return;  // Rounding.
         const Rgb& radiance = image_.pixels[row.row * std::size_t(image_.width) + wedge.column];
         energy_[texel].red += solid_angle * double(radiance.x);
         energy_[texel].green += solid_angle * double(radiance.y);
@@ -219,7 +218,7 @@ private:
         };
         auto row = std::partition_point(rows_.begin(), rows_.end(),
                                         [&](const PixelRow& r) { return r.radius >= farthest; });
-        double remaining = within(2);  // beyond the corner of the face
+        double remaining = within(2);  // Beyond the corner of the face.
         for (; row != rows_.end(); ++row) {
             const double next = row->radius > nearest ? within(row->radius) : 0.0;
             add(texel, wedge, *row, remaining - next);
@@ -250,7 +249,7 @@ std::vector<Rgb> lighting_texels(const LatLongImage& environment, int size, cons
         parts[i] = Collector(tasks[i], environment, size, stop).collect();
     });
 
-    // Parts meet in texels on the diagonals and in the middle: added in the order of the tasks.
+    // Several tasks contribute to texels on the diagonals and in the middle: sums are in task order.
     const std::size_t face_texels = std::size_t(size) * std::size_t(size);
     std::vector<Energy> sums(cubemap_faces * face_texels);
     for (std::size_t i = 0; i < tasks.size(); ++i)

@@ -7,7 +7,7 @@
 namespace haarfield {
 namespace {
 
-/// Below this a lobe is taken as zero: less than what a half float can tell from zero beside its peak of 1.
+/// Smaller values are set to zero: a half float cannot represent them next to the peak of 1.
 constexpr float negligible = 1e-5f;
 
 }  // namespace
@@ -20,7 +20,7 @@ std::vector<float> lobe_texels(float exponent, const Vec3f& direction, int size,
                                std::span<const Vec3f> centres) {
     assert(exponent > 0 && exponent <= 1000 && is_face_size(size));
     std::vector<float> texels(centres.size());
-    // A narrow lobe varies within a texel: then its mean is taken over 2 x 2 places.
+    // A narrow lobe varies within a texel: averages 2 x 2 samples.
     const bool narrow = exponent * 16 > static_cast<float>(size * size);
     const auto power = [exponent](float cosine) { return std::exp(exponent * std::log(cosine)); };
     const float least = std::exp(std::log(negligible) / exponent);

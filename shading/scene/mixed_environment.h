@@ -1,16 +1,16 @@
 #pragma once
-/// Two environments as one light.
+/// A mixture of two environments.
 
 #include "shading/scene/environment.h"
 
 namespace haarfield {
 
-/// (1 - share) of the first and `share` of the second, with the discs of both that shed light.
+/// Returns (1 - share) of the first environment plus `share` of the second, with the discs of both.
 ///
-/// share     in [0, 1]; at 0 and 1 it is one of the two, to the last bit.
-/// accuracy  images of one size are added pixel by pixel; otherwise the one with fewer pixels is interpolated
-///           (radiance_from), which keeps its energy to the smoothness of its pixels.
-/// cost      some 5 ms for 1024 x 512 pixels.
+/// share     in [0, 1]; exactly one of the two at 0 and 1.
+/// accuracy  images of equal size are added by pixel. Otherwise the one with fewer pixels is interpolated
+///           (radiance_from), which preserves energy if its pixels vary smoothly.
+/// cost      about 5 ms for 1024 x 512 pixels.
 Environment mixed_environment(const Environment& first, const Environment& second, float share);
 
 }  // namespace haarfield

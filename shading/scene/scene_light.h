@@ -1,6 +1,6 @@
 #pragma once
-/// A scene's light as shading takes it: wavelets of what is smooth, directions of what is concentrated,
-/// places of what is near.
+/// The light of a scene, prepared for shading: wavelets for smooth light, directions for concentrated light,
+/// positions for local light.
 
 #include <stop_token>
 
@@ -9,30 +9,31 @@
 
 namespace haarfield {
 
-/// A scene's light, split and laid out for shading.
+/// The light of a scene, split and prepared for shading.
 struct SceneLight {
     LightPyramid smooth;
     std::vector<LightSource> sources;      ///< light_sources.h.
-    std::vector<DirectionalLight> lights;  ///< Of all of them.
+    std::vector<DirectionalLight> lights;  ///< Of all sources.
     std::vector<PlacedLamp> lamps{};
-    EmitterTree emitters{};  ///< Of all instances.
+    EmitterTree emitters{};  ///< Of all instances, in the world.
 };
 
-/// Of faces of RenderSettings::face_size texels, with its rule and its number of wavelets.
+/// Prepares an environment for faces of RenderSettings::face_size texels, with the source rule and the number
+/// of wavelets of the settings.
 ///
 /// cost  that of split_light and lighting_tree.
-/// stop  when it is requested, returns soon, and the light is of no use.
+/// stop  once requested, returns soon with unspecified light.
 SceneLight scene_light(const Environment& environment, const RenderSettings& settings,
                        const std::stop_token& stop = {});
 
-/// What glows in a scene, in the world.
+/// Returns the emitters of all instances, in the world.
 EmitterTree scene_emitters(const ShadedScene& scene);
 
-/// The same with the scene's lamps and emitters.
+/// Prepares an environment with the scene's lamps and emitters.
 SceneLight scene_light(const ShadedScene& scene, const Environment& environment,
                        const RenderSettings& settings, const std::stop_token& stop = {});
 
-/// All of a scene's light.
+/// Prepares all light of a scene.
 SceneLight scene_light(const ShadedScene& scene, const RenderSettings& settings,
                        const std::stop_token& stop = {});
 

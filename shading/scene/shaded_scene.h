@@ -1,5 +1,5 @@
 #pragma once
-/// A scene as shading sees it: meshes with their fields, where they stand, light and eye.
+/// A scene as the input of shading: meshes with their fields, placements, light and eye.
 
 #include "fields/base/placement.h"
 #include "fields/field/entity_occlusion.h"
@@ -14,19 +14,19 @@
 
 namespace haarfield {
 
-/// One kind of object. The pointers must outlive the rendering.
+/// A kind of object. The pointers must outlive the rendering.
 struct ShadedEntity {
     const Mesh* mesh = nullptr;                  ///< The fine mesh.
     const EntityOcclusion* occlusion = nullptr;  ///< Of the same mesh.
     const VisibilityField* field = nullptr;      ///< Of the same mesh.
     std::vector<Material> materials;             ///< By the mesh's material index.
-    /// What images and colours multiply the diffuse term with, by vertex, as far as light that bounces is
-    /// concerned; none: white.
+    /// Factors on diffuse reflection by images and vertex colours, by vertex, for indirect light; empty:
+    /// white.
     std::span<const Rgb> tints{};
-    std::vector<Emitter> emitters{};  ///< What of it glows, in its own frame.
+    std::vector<Emitter> emitters{};  ///< Its emitters, in its own frame.
 };
 
-/// One object of the scene.
+/// An object of the scene.
 struct ShadedInstance {
     std::size_t entity = 0;
     Placement placement;
@@ -34,52 +34,51 @@ struct ShadedInstance {
     bool operator==(const ShadedInstance&) const = default;
 };
 
-/// All that shading needs to know of a scene.
+/// The input of shading.
 struct ShadedScene {
     std::vector<ShadedEntity> entities;
     std::vector<ShadedInstance> instances;
-    Environment environment;  ///< Clean and turned.
-    Vec3f eye{0, 0, 0};       ///< Where the highlights are seen from.
+    Environment environment;  ///< Cleaned and rotated.
+    Vec3f eye{0, 0, 0};       ///< Viewpoint of specular reflection.
     std::vector<Lamp> lamps{};
 };
 
-/// How a vertex sees past other instances. Those of few triangles (RenderSettings::exact_triangles) are seen
-/// exactly from near, whatever is chosen, and so are those that are turned. Beyond the samplers of their
-/// fields all of them are seen by pictures of their silhouettes (impostors.h), as far as
-/// RenderSettings::reach.
+/// The representation of occlusion by other instances. Instances of few triangles
+/// (RenderSettings::exact_triangles) and rotated instances are always exact from nearby. Beyond the samplers
+/// of their fields, all instances are represented by silhouettes (impostors.h), up to RenderSettings::reach.
 enum class Occlusion {
-    fields,  ///< Interpolated between samples of the instance's field: fast, and wrong close to the instance.
+    fields,  ///< Interpolated between samples of the instance's field: fast, inaccurate close to the
+             ///< instance.
     exact,   ///< Rasterized at the vertex.
-    /// Rasterized as far out as the error of radiance is above a tolerance: the field's own estimate of its
-    /// error, times the unevenness of the light that is not concentrated.
+    /// Rasterized within the distance where the error of radiance exceeds a tolerance. The error is the
+    /// field's estimate times the unevenness of the smooth light.
     automatic,
 };
 
-/// How light is followed from surface to surface; see indirect_light.h.
+/// Settings of indirect light; see indirect_light.h.
 struct BounceSettings {
-    int most = 0;              ///< Bounces; 0: direct light alone.
-    float tolerance = 0.001f;  ///< Of a vertex's radiance, by those that are left out.
-    int directions = 32;       ///< In which a vertex looks, at least; a power of two.
+    int most = 0;              ///< Number of bounces; 0: direct light only.
+    float tolerance = 0.001f;  ///< Of a vertex's radiance, for the omitted bounces.
+    int directions = 32;       ///< Directions sampled per vertex, at least; a power of two.
 };
-/// So many that the tolerance decides.
+/// A number of bounces that leaves the end to the tolerance.
 inline constexpr int any_bounces = 1000;
 
-/// How exactly a scene is shaded.
+/// The accuracy settings of shading.
 struct RenderSettings {
     int face_size = 64;             ///< As in the fields (asserted).
-    int depth = full_depth;         ///< Traversal depth, product_integral.
-    int light_coefficients = 1000;  ///< Wavelets kept a face; 0: all.
-    SourceRule sources;             ///< What of the light is concentrated, and served by rays.
+    int depth = full_depth;         ///< Traversal depth of product_integral.
+    int light_coefficients = 1000;  ///< Wavelets stored per face; 0: all.
+    SourceRule sources;             ///< Separates concentrated light, which shadow rays evaluate.
     Occlusion occlusion = Occlusion::automatic;
     float occlusion_error = 0.1f;  ///< Tolerance of `automatic`, for SamplerError::band times unevenness().
-    /// Occluders of at most so many triangles are seen exactly from near.
+    /// Occluders of at most this number of triangles are exact from nearby.
     std::uint32_t exact_triangles = 64;
-    /// How far objects cast shadows: radii of the object from its middle. What is cut off is at most
-    /// 1 / reach^2 of the irradiance an object, that of a ball straight above; shadows of concentrated light
-    /// end nowhere.
+    /// Range of shadows, in radii of the object from its centre. The truncation changes irradiance by at most
+    /// 1 / reach^2 per object, for a sphere straight above. Shadows of concentrated light have no limit.
     float reach = 20;
     BounceSettings bounces;
-    /// For KeptVisibility, where a scene is shaded again and again.
+    /// Memory of KeptVisibility, for scenes that are shaded repeatedly.
     std::size_t kept_bytes = std::size_t(1) << 30;
 };
 

@@ -9,15 +9,15 @@
 namespace haarfield {
 namespace {
 
-// Numbers and formulas of this file, unless said otherwise: Preetham, Shirley and Smits 1999, appendix A.
-// Photometric units while we compute: kcd/m^2 and klx; the scale is lost at the end.
+// Numbers and formulas are from Preetham, Shirley and Smits 1999, appendix A, unless stated otherwise. Units
+// during the computation are photometric, kcd/m^2 and klx; the final scaling removes them.
 
-/// Illuminance by the sun above the atmosphere (IES). [klx]
+/// Illuminance of the sun above the atmosphere (IES). [klx]
 inline constexpr double solar_illuminance = 127.5;
 /// CIE chromaticity of a black body at the sun's 5778 K.
 inline constexpr double solar_x = 0.3265, solar_y = 0.3359;
 
-/// Linear sRGB (D65) of CIE x, y and luminance Y.
+/// Converts CIE x, y and luminance Y to linear sRGB (D65).
 Vec3d rgb_of(double x, double y, double luminance_y) {
     const double big_x = x / y * luminance_y, big_z = (1 - x - y) / y * luminance_y;
     return {3.2404542 * big_x - 1.5371385 * luminance_y - 0.4985314 * big_z,
@@ -25,10 +25,10 @@ Vec3d rgb_of(double x, double y, double luminance_y) {
             0.0556434 * big_x - 0.2040259 * luminance_y + 1.0572252 * big_z};
 }
 
-/// Perez's distribution of one quantity over the sky, and its value at the zenith.
+/// Perez's distribution of one quantity over the sky, with its value at the zenith.
 struct PerezDistribution {
     std::array<double, 5> c;  ///< A to E in the paper.
-    double at_zenith;         ///< The value there divided by that of `relative`.
+    double at_zenith;         ///< Value at the zenith over `relative` there.
 
     /// `zenith` is the cosine of the angle from the zenith, above 0; `gamma` the angle from the sun. [rad]
     double relative(double zenith, double gamma) const {
@@ -78,9 +78,9 @@ Daylight daylight(double turbidity, double sun) {
     return sky;
 }
 
-/// Illuminance by the sun on a plane that faces it. Transmittance by Rayleigh scattering, Angstrom's aerosols
-/// and ozone, each at one wavelength for a channel; mixed gases and water vapour, which absorb mostly in the
-/// infrared, are left out.
+/// Returns the illuminance of the sun on a plane that faces it. Includes the transmittance of Rayleigh
+/// scattering, Angstrom's aerosols and ozone, each at one wavelength per channel. Omits mixed gases and water
+/// vapour, which absorb mostly in the infrared.
 Vec3d sun_irradiance(double turbidity, double elevation) {
     constexpr std::array<double, 3> wavelength{0.610, 0.550, 0.465};        // [um]
     constexpr std::array<double, 3> ozone_absorption{0.120, 0.085, 0.009};  // [1/cm]
@@ -100,12 +100,12 @@ Vec3d sun_irradiance(double turbidity, double elevation) {
     return below;
 }
 
-/// A sky before it is scaled. Its ground is black.
+/// A sky before scaling, with black ground.
 struct RawSky {
     int width, height;
     std::vector<Vec3d> pixels;
-    std::vector<double> sky_share;  ///< Of each row's pixels, what is above the horizon.
-    SunDisc sun;                    ///< Whole.
+    std::vector<double> sky_share;  ///< By row: fraction of its pixels above the horizon.
+    SunDisc sun;                    ///< The whole disc.
     Vec3d sun_irradiance;
 
     Vec3d& pixel(const Vec3f& direction, int& row) {
@@ -115,7 +115,8 @@ struct RawSky {
         row = std::min(int(y * height), height - 1);
         return pixels[std::size_t(row) * std::size_t(width) + std::size_t(column)];
     }
-    /// On the ground, by the pixels as they are: int cos dw over a pixel's part above the horizon.
+    /// Returns the irradiance of the ground by the pixels: int cos dw over the fraction of a pixel above the
+    /// horizon.
     Vec3d irradiance() const {
         Vec3d sum(0, 0, 0);
         for (int row = 0; 2 * row < height; ++row) {
@@ -127,7 +128,7 @@ struct RawSky {
         }
         return sum;
     }
-    /// What everything is multiplied with under such an irradiance of the ground.
+    /// Returns the scale of all radiance for an irradiance of the ground.
     static double scale(const Vec3d& irradiance) {
         return pi / (0.2126 * irradiance.x + 0.7152 * irradiance.y + 0.0722 * irradiance.z);
     }
@@ -143,7 +144,7 @@ struct RawSky {
     }
 };
 
-/// The directions in which a disc is looked at closely.
+/// Number of sample directions of the sun's disc.
 constexpr int sun_samples = 8192;
 
 RawSky raw_sky(const AnalyticSky& sky, int width) {
@@ -163,8 +164,8 @@ RawSky raw_sky(const AnalyticSky& sky, int width) {
                {Vec3f(sun), sky.sun_angular_radius, {}},
                sun_irradiance(double(sky.turbidity), elevation)};
 
-    // The sky, as the mean over samples of every pixel. Four rows of them, so that a pixel that the horizon
-    // halves is sky by half.
+    // Averages samples over every pixel. Four rows of samples, so that a pixel halved by the horizon is half
+    // sky.
     constexpr int samples = 4;
     for (int row = 0; row < height; ++row)
         for (int i = 0; i < samples; ++i) {

@@ -1,11 +1,11 @@
 #pragma once
-/// The analytic sky, for when there is no photograph.
+/// The analytic sky.
 
 #include "shading/scene/environment.h"
 
 namespace haarfield {
 
-/// Preetham, Shirley and Smits 1999, *A Practical Analytic Model for Daylight*, with a sun disc.
+/// The model of Preetham, Shirley and Smits 1999, *A Practical Analytic Model for Daylight*, with a sun disc.
 struct AnalyticSky {
     float turbidity = 3;                  ///< 2 (clear) to 10 (hazy).
     float sun_elevation = 0.6981317f;     ///< Above the horizon, 0 to pi/2. [rad]
@@ -14,18 +14,19 @@ struct AnalyticSky {
     Rgb ground{0.1f, 0.1f, 0.1f};         ///< Albedo of the ground, which fills the lower half.
 };
 
-/// The sky as light: an image without the sun, width even, height = width / 2, and the sun's disc beside it.
+/// Computes the sky as an image without the sun, and the sun as a disc. width is even, height = width / 2.
 ///
-/// Radiance is scaled so that a white horizontal surface under the whole upper half, sun included, reflects a
-/// radiance whose luminance is 1. The sun sheds what the paper's air lets through, whatever its angular
-/// radius; of a disc that the horizon cuts only the part above it sheds light. The ground reflects all of
-/// that diffusely.
+/// Radiance is scaled so that a white horizontal surface under the whole upper half, sun included, reflects
+/// radiance of luminance 1. The sun's irradiance is what the paper's atmosphere transmits, for any angular
+/// radius. If the horizon cuts the disc, only the fraction above it emits light. The ground reflects the sum
+/// diffusely.
 ///
-/// cost  some 0.1 s for 1024 x 512 pixels, one thread.
+/// cost  about 0.1 s for 1024 x 512 pixels, one thread.
 Environment sky_environment(const AnalyticSky& sky, int width);
 
-/// The same as one image, with the sun spread over the pixels that it covers, its energy exact; where the
-/// horizon cuts its disc, the part below is missing. Scaled by what its own pixels shed.
+/// Computes the sky as one image, with the sun spread over the pixels that it covers. The sun's energy is
+/// exact; where the horizon cuts its disc, the fraction below is missing. Scaled by the irradiance of its
+/// pixels.
 LatLongImage sky_image(const AnalyticSky& sky, int width);
 
 }  // namespace haarfield

@@ -11,9 +11,9 @@
 namespace haarfield {
 namespace {
 
-constexpr float bright_above = 8;  ///< Times the mean.
+constexpr float bright_above = 8;  ///< Multiple of the mean.
 
-/// Face, u and v in [-1, 1] where a direction pierces the cube: cubemap_point in single precision.
+/// Face, u and v in [-1, 1] where a direction intersects the cube: cubemap_point in single precision.
 struct Place {
     int face;
     float u, v;
@@ -26,7 +26,7 @@ Place place_of(const Vec3f& d) {
     return d.z > 0 ? Place{4, -d.x / z, -d.y / z} : Place{5, d.x / z, -d.y / z};
 }
 
-/// A face after a rotation: directions are linear in u and v.
+/// A rotated face: directions are linear in u and v.
 struct TurnedFace {
     Vec3f middle, right, down;
 
@@ -38,7 +38,7 @@ struct TurnedFace {
         right = Vec3f(turned(1, 0) - turned(0, 0));
         down = Vec3f(turned(0, 1) - turned(0, 0));
     }
-    /// Towards a place in a texel, counted in `places` along its edge.
+    /// Returns the direction to point i of a grid in a texel, with `places` points along its edge.
     Vec3f direction(int column, int row, int i, int places, int size) const {
         const auto coordinate = [&](int texel, int place) {
             return static_cast<float>(2 * (places * texel + place) + 1) / static_cast<float>(places * size) -
@@ -51,7 +51,7 @@ struct TurnedFace {
 Rgb interpolated(const TurnableLight& light, const Vec3f& direction) {
     const int size = 2 * light.face_size;
     const Place at = place_of(direction);
-    // Beyond the outermost centres of a face its own texels go on.
+    // Beyond the outermost texel centres, a face's values are extended.
     const auto coordinate = [size](float u) {
         return std::clamp((u + 1) * 0.5f * static_cast<float>(size) - 0.5f, 0.0f,
                           static_cast<float>(size - 1));
@@ -65,7 +65,7 @@ Rgb interpolated(const TurnableLight& light, const Vec3f& direction) {
            (bottom[0] * (1 - right) + bottom[1] * right) * down;
 }
 
-/// Of the lighting's texel: its four quarters.
+/// Returns the indices of the four quarters of the lighting's texel.
 std::array<std::size_t, 4> quarters(int face_size, int column, int row) {
     const auto size = static_cast<std::size_t>(2 * face_size),
                first = static_cast<std::size_t>(2 * row) * size + static_cast<std::size_t>(2 * column);
@@ -109,7 +109,7 @@ void add_bright_texels(const TurnableLight& light, const Rotation& rotation, std
     }
 }
 
-/// Where each texel is.
+/// Computes the lighting for the identity rotation.
 std::vector<Rgb> unturned_lighting_texels(const TurnableLight& light) {
     const int size = light.face_size;
     const std::size_t texels_a_face = light.solid_angles.size();
@@ -147,7 +147,7 @@ TurnableLight turnable_light(const LatLongImage& environment, int face_size, con
         radiance /= solid_angle;
         if (peak(radiance) <= limit) continue;
         radiance *= limit / peak(radiance);
-        // The lighting is divided by a fourth of the doubled cubemap's texels.
+        // Texels contain solid angle times their number, and the lighting has a fourth of the texels.
         light.bright.push_back({static_cast<std::uint32_t>(i), (whole - radiance * solid_angle) / 4});
     }
     return light;

@@ -1,5 +1,5 @@
 #pragma once
-/// Light that turns from frame to frame.
+/// Light that rotates from frame to frame.
 
 #include <cstdint>
 #include <stop_token>
@@ -9,43 +9,45 @@
 
 namespace haarfield {
 
-/// Light that can be resampled: an even part to be interpolated, and what is brighter than eight times the
-/// mean by itself, so that suns stay small and keep their energy.
+/// Resampled light: a smooth part to be interpolated, and separately the excess over eight times the mean, so
+/// that suns stay small and keep their energy.
 struct TurnableLight {
-    /// What a texel of the doubled cubemap has more than that.
+    /// The excess of a texel of the doubled cubemap.
     struct BrightTexel {
-        std::uint32_t texel;  ///< In `radiance`.
-        Rgb light;            ///< lighting.h, for lighting of size face_size. [W/m^2]
+        std::uint32_t texel;  ///< Index in `radiance`.
+        Rgb light;            ///< As in lighting.h, for lighting of size face_size. [W/m^2]
     };
-    int face_size = 64;               ///< Of the lighting that is made from it.
-    std::vector<Rgb> radiance;        ///< The even part: 6 * (2 face_size)^2, face by face. [W/(m^2 sr)]
-    std::vector<BrightTexel> bright;  ///< An eighth of the texels at most.
+    int face_size = 64;               ///< Size of the lighting computed from it.
+    std::vector<Rgb> radiance;        ///< Smooth part: 6 * (2 face_size)^2, by face. [W/(m^2 sr)]
+    std::vector<BrightTexel> bright;  ///< At most an eighth of the texels.
     std::vector<float> solid_angles;  ///< Of one face of the doubled cubemap, times its texels. [sr]
 };
 
-/// cost  that of lighting_texels at twice the size: some 0.2 s for 1024 x 512 pixels.
-/// stop  when it is requested, returns soon, and the light is of no use.
+/// Computes the light.
+///
+/// cost  that of lighting_texels at twice the size: about 0.2 s for 1024 x 512 pixels.
+/// stop  once requested, returns soon with unspecified light.
 TurnableLight turnable_light(const LatLongImage& environment, int face_size,
                              const std::stop_token& stop = {});
 
-/// As lighting_texels of the environment turned by a rotation.
+/// Returns the lighting_texels of the rotated environment.
 ///
-/// Each texel is the mean over 2 x 2 places of the even part, interpolated; each bright texel is dealt out
-/// from 4 x 4 places in it.
+/// Each texel is the mean over 2 x 2 interpolated samples of the smooth part. Each bright texel is
+/// distributed from 4 x 4 points within it.
 ///
-/// accuracy  what is bright keeps its energy, and its place to a sixteenth of a texel; the even part is
-///           blurred by about half a texel. Exact up to rounding if the rotation turns nothing.
-/// cost      four lookups a texel, and sixteen a bright texel: some 1.5 ms on one core for face size 64.
+/// accuracy  bright texels keep their energy, and their position to a sixteenth of a texel; the smooth part
+///           is blurred by about half a texel. Exact up to rounding for the identity.
+/// cost      four lookups per texel, and sixteen per bright texel: about 1.5 ms on one core for face size 64.
 std::vector<Rgb> turned_lighting_texels(const TurnableLight& light, const Rotation& rotation);
 
-/// The environment turned by a rotation, as an image.
+/// Returns an image of the rotated environment.
 ///
 /// accuracy  about +y as turned_environment of environment.h; otherwise interpolated between pixels.
-/// stop      when it is requested, returns soon, and the image is of no use.
+/// stop      once requested, returns soon with an unspecified image.
 LatLongImage turned_environment(const LatLongImage& image, const Rotation& rotation,
                                 const std::stop_token& stop = {});
 
-/// The same with its discs.
+/// Rotates an environment with its discs.
 Environment turned_environment(const Environment& environment, const Rotation& rotation,
                                const std::stop_token& stop = {});
 

@@ -8,7 +8,7 @@ namespace haarfield {
 
 namespace {
 
-/// By so much a vertex is drawn towards the middle of its object, at most. [m]
+/// Largest distance by which a vertex is moved towards the centre of its object. [m]
 constexpr float most_drawn = 1e-3f;
 
 }  // namespace
@@ -87,7 +87,7 @@ Result<Done> visit_vertex_runs(const ShadedScene& scene,
                                const std::function<VertexRunVisitor()>& make_visitor, std::string_view stage,
                                const Progress& progress) {
     constexpr std::size_t run = 64;
-    std::vector<std::size_t> first(1, 0);  // run of each instance
+    std::vector<std::size_t> first(1, 0);  // First run of each instance.
     std::size_t vertices = 0;
     for (const ShadedInstance& instance : scene.instances) {
         first.push_back(first.back() + (orders[instance.entity].size() + run - 1) / run);

@@ -15,9 +15,9 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// Sum of the energies that are not above a limit.
+/// Returns the sum of the energies up to a limit.
 float energy_below(const CoefficientEnergies& energies, float limit) {
-    // Two sums, lest each addition wait for the one before.
+    // Two sums, so that additions need not wait for each other.
     Cells even = all_cells(0), odd = even;
     std::size_t i = 0;
     for (; i + 2 <= energies.blocks; i += 2) {
@@ -28,7 +28,7 @@ float energy_below(const CoefficientEnergies& energies, float limit) {
     return sum_of(even + odd);
 }
 
-/// Marks the cells whose energy is above a limit, and counts them.
+/// Marks the cells with energies above a limit, and returns their number.
 std::size_t mark_above(CoefficientEnergies& energies, float limit) {
     std::size_t count = 0;
     for (std::size_t i = 0; i < energies.blocks; ++i) {
@@ -83,15 +83,15 @@ void CoefficientEnergies::clear(std::size_t room) {
     sum = 0;
 }
 
-/// The limit is the largest of those on a grid, of bits, which are in the order of floats; wherever the
-/// search for it starts. One that is larger than all that is allowed must be kept.
+/// Finds the largest fitting limit on a grid of float bit patterns, which are ordered like floats. The result
+/// does not depend on where the search starts. A single energy above `allowed` must be kept.
 std::size_t CoefficientEnergies::mark(double allowed) {
     constexpr int grid_bits = 20;
     const auto limit_of = [](std::uint32_t at) { return std::bit_cast<float>(at << grid_bits); };
     const auto fits = [&](std::uint32_t at) {
         return double(HWY_DYNAMIC_DISPATCH(energy_below)(*this, limit_of(at))) <= allowed;
     };
-    // What fits, and what does not; 0 leaves out nothing.
+    // Invariant: `low` fits, `high` does not; 0 drops nothing.
     const std::uint32_t end =
         (std::bit_cast<std::uint32_t>(static_cast<float>(std::min(allowed, 1e38))) >> grid_bits) + 1;
     std::uint32_t low = 0, high = end, middle = end - std::min(last_distance_, end), step = 1;

@@ -14,7 +14,7 @@ namespace haarfield {
 namespace {
 
 constexpr std::size_t cells_a_face = wide_cells * wide_cells, most_sources = 2;
-constexpr float side_by_side = 0.98f;  ///< Cosine of the angle within which cells are one source.
+constexpr float side_by_side = 0.98f;  ///< Cosine of the angle within which cells form one source.
 
 /// D, by channel.
 using Moments = std::array<Vec3f, 3>;
@@ -23,7 +23,8 @@ float energy(const Moments& moments) {
     return moments[0].length2() + moments[1].length2() + moments[2].length2();
 }
 
-/// Of all cells, face by face; on a face in the order of the blocks of level 2, whose squares they are.
+/// Returns the moments of all cells by face, in the order of the blocks of level 2, whose squares the cells
+/// are.
 std::vector<Moments> cell_moments(const DenseCoefficients& light, const DenseCoefficients& directions) {
     const BlockNumbers numbers(light.face_size);
     const Vec3f zero(0.0f);
@@ -41,7 +42,7 @@ std::vector<Moments> cell_moments(const DenseCoefficients& light, const DenseCoe
     return moments;
 }
 
-/// The cells whose moments matter, the largest first.
+/// Returns the cells with important moments, the largest first.
 std::vector<std::uint32_t> chosen_cells(std::span<const Moments> moments, double allowed) {
     std::vector<double> energies;
     for (const Moments& cell : moments) energies.push_back(double(energy(cell)));
@@ -50,7 +51,7 @@ std::vector<std::uint32_t> chosen_cells(std::span<const Moments> moments, double
     return largest_energies(energies, static_cast<float>(std::sqrt(allowed / sum)));
 }
 
-/// To the middle of a cell.
+/// Returns the direction of a cell's centre.
 Vec3f direction_of(std::size_t cell) {
     const auto [column, row] = square_place(cell % cells_a_face);
     const auto coordinate = [](std::size_t i) { return (static_cast<float>(i) + 0.5f) / 8 - 1; };
@@ -72,7 +73,7 @@ void for_each_coefficient_of_mean(const BlockNumbers& numbers, std::size_t cell,
     for (std::size_t level = 0; level < 2; ++level)
         for (std::size_t kind = 0; kind < 3; ++kind) {
             const std::size_t quadrant = cells[level] / 4, below = cells[level] % 4;
-            const float scale = level == 0 ? 1 : 4;  // 2^(level of the quadtree)
+            const float scale = level == 0 ? 1 : 4;  // 2^(level of the quadtree).
             add(index(blocks[level], 4 * (kind + 1)), scale * wavelet_sign[kind][quadrant]);
             add(index(blocks[level], 4 * quadrant + kind + 1), 2 * scale * wavelet_sign[kind][below]);
         }

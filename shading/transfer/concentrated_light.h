@@ -1,34 +1,35 @@
 #pragma once
-/// Light that is concentrated in cells over which radiance transfer vectors hold the cosine constant.
+/// Corrects radiance transfer for light concentrated in cells over which the vectors keep the cosine
+/// constant.
 ///
-/// Over a cell c of 1/16 of a face's edge, a vertex with the normal N that sees the share V of it receives
+/// For a cell c of 1/16 of a face's edge, a vertex with normal N and visibility V of the cell receives
 ///     int_c L V (N.w) dw  =  V [ mean(L) int_c N.w  +  N.D ],     D = int_c (L - mean(L)) (w - mean(w)) dw.
-/// The vectors have the first term. A sun that stands beside the middle of its cell lights all vertices that
-/// face one way too much or too little: that is the second term, which this adds up, as V is known from the
-/// vectors: they have V (N.mean(w)).
+/// The vectors contain the first term. A sun away from the centre of its cell lights all vertices of one
+/// orientation too much or too little. The second term corrects this: V follows from the vectors, which
+/// contain V (N.mean(w)).
 
 #include "shading/transfer/grouped_columns.h"
 
 namespace haarfield {
 
-/// One concentrated source: a cell, or some that lie side by side.
+/// A concentrated source: one cell, or several adjacent cells.
 struct ConcentratedLight {
-    Vec3f direction;  ///< Unit length; of the cells' middles.
-    Rgb colour;       ///< Of D: its channels are as the colour's are.
-    /// The inner products with a vector, as x, y and z, are the sum over the cells of D times the vector's
-    /// mean. [1/colour]
+    Vec3f direction;  ///< Mean direction of the cells' centres; unit length.
+    Rgb colour;       ///< Colour of D: the proportions of its channels.
+    /// Coefficients whose inner products with a vector, as x, y and z, are the sum over the cells of D times
+    /// the vector's mean. [1/colour]
     FewCoefficients moments;
 };
 
-/// The directions of the texels' middles as coefficients: x, y, z as red, green, blue.
+/// Returns the directions of the texel centres as coefficients: x, y, z as red, green, blue.
 DenseCoefficients direction_coefficients(int face_size);
 
-/// What matters of a light, the largest first; two sources at most.
+/// Finds the most important concentrated sources of a light, the largest first; at most two.
 ///
 /// light       lighting.h.
 /// directions  direction_coefficients of the light's face size.
-/// error       what is left out is about this fraction of a vertex's irradiance, unless there are more
-///             sources.
+/// error       the omitted sources change a vertex's irradiance by about this fraction, unless there are more
+///             than two.
 /// cost        O(coefficients).
 std::vector<ConcentratedLight> concentrated_light(const DenseCoefficients& light,
                                                   const DenseCoefficients& directions, float error);

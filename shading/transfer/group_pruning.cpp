@@ -15,7 +15,7 @@
 
 namespace haarfield {
 
-/// The slots of a block for all rows: as exponents and bytes (GroupEntry).
+/// The slots of a block for all rows, as exponents and bytes (GroupEntry).
 struct QuantisedBlock {
     std::array<std::int32_t, wide_cells> exponent;
     std::array<std::array<std::int8_t, group_rows>, wide_cells> value;
@@ -29,7 +29,8 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// The energies of a channel of a block, over the rows; enlarges `largest`, the coefficients' magnitude.
+/// Returns the energies of a channel of a block, summed over the rows. Updates `largest`, the largest
+/// magnitude of a coefficient.
 template <int channels>
 HWY_INLINE Cells shared_energy(const typename GroupPruning<channels>::Shared& shared,
                                const std::array<typename GroupPruning<channels>::Row, group_rows>& rows,
@@ -69,7 +70,7 @@ void measure(std::span<const typename GroupPruning<channels>::Shared> shared,
     for (std::size_t c = 0; c < channels; ++c) largest[c] = largest_of(peak[c]);
 }
 
-/// From bytes by row to bytes by slot.
+/// Transposes bytes from row order to slot order.
 HWY_INLINE void transpose(const std::array<std::array<std::int8_t, wide_cells>, group_rows>& by_row,
                           std::array<std::array<std::int8_t, group_rows>, wide_cells>& by_slot) {
 #if HWY_TARGET == HWY_SCALAR
@@ -123,7 +124,7 @@ void quantise(const typename GroupPruning<channels>::Shared& shared, std::size_t
     peak = peak * normalisation;
     Cells factor;
     for (std::size_t i = 0; i < parts; ++i) {
-        // Rounded up to the next step: what is larger than the largest by rounding is brought back below.
+        // Rounds up to the next step; a value that exceeds the largest by rounding is limited to it.
         const auto bits =
             hn::Add(hn::BitCast(Words(), peak.part[i]), hn::Set(Words(), (1 << step_shift) - 1));
         const auto exponent = hn::Min(
@@ -196,7 +197,7 @@ void GroupPruning<channels>::set_weights(std::size_t row, const std::array<float
     rows_[row].weights = weights;
 }
 
-/// Lists the blocks that any row has.
+/// Lists the blocks that at least one row has.
 template <int channels>
 void GroupPruning<channels>::share_blocks() {
     shared_.clear();

@@ -15,7 +15,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Eight lanes whatever the machine has, and no fused multiply-add: the same bits everywhere.
+// Eight lanes on all machines and no fused multiply-add: results are bit-identical everywhere.
 using Floats = hn::CappedTag<float, group_rows>;
 using Words = hn::RebindToSigned<Floats>;
 using Bytes = hn::Rebind<std::int8_t, Floats>;
@@ -26,7 +26,7 @@ void add_columns(const GroupedColumns& vectors, const FewCoefficients& f, GroupS
     const std::uint32_t* first = vectors.first.data();
     const GroupEntry* entry = vectors.entry.data();
     for (std::size_t k = 0; k < count; ++k) {
-        // Columns lie far from each other: these are fetched in time.
+        // Columns are far apart in memory: prefetches them.
         if (k + starts_ahead < count) hwy::Prefetch(first + f.index[k + starts_ahead]);
         if (k + entries_ahead < count) hwy::Prefetch(entry + first[f.index[k + entries_ahead]]);
         const auto red = hn::Set(Floats(), f.value[k][0]), green = hn::Set(Floats(), f.value[k][1]),
@@ -63,7 +63,8 @@ GroupedColumns::GroupedColumns(int face_size, std::span<const std::uint32_t> ind
                                std::span<const GroupEntry> entries, std::vector<float> scales)
     : first(coefficient_count(face_size) + 1, 0), entry(entries.size()), scale(std::move(scales)) {
     assert(indices.size() == entries.size() && scale.size() <= most_groups);
-    // Counts one place on, then starts, which are moved on as entries are written: they end as they shall be.
+    // Counts are stored one place later and summed to starts, which advance as entries are written. They are
+    // then ends, and are moved back by one place.
     for (const std::uint32_t index : indices) ++first[index + 1];
     for (std::size_t index = 0; index + 1 < first.size(); ++index) first[index + 1] += first[index];
     for (std::size_t i = 0; i < entries.size(); ++i) entry[first[indices[i]]++] = entries[i];

@@ -3,8 +3,8 @@
 /// functions that have few coefficients.
 ///
 /// source  Ng, Ramamoorthi and Hanrahan 2003, All-frequency shadows using non-linear wavelet lighting
-///         approximation: only the coefficients of the light that matter in a frame are multiplied. Ours:
-///         neighbours share most coefficients, so that eight of them share an index and an exponent.
+///         approximation: only the important coefficients of a frame's light are multiplied. Difference:
+///         neighbours share most coefficients, so eight rows share an index and an exponent.
 
 #include <bit>
 
@@ -12,42 +12,42 @@
 
 namespace haarfield {
 
-/// Rows that lie side by side.
+/// Number of rows in a group.
 inline constexpr std::size_t group_rows = 8;
 
-/// One coefficient of the rows of a group: value[k] * entry_step(exponent), in units of the group's scale.
+/// One coefficient of a group's rows: value[k] * entry_step(exponent), in units of the group's scale.
 struct GroupEntry {
     std::uint8_t group;
     std::uint8_t exponent;
     std::array<std::int8_t, group_rows> value;  ///< In [-127, 127].
 
-    bool operator==(const GroupEntry&) const = default;  ///< Equal to the last bit.
+    bool operator==(const GroupEntry&) const = default;  ///< Bitwise equality.
 };
 static_assert(sizeof(GroupEntry) == 2 + group_rows);
 
-/// Places of the steps' upper bits in a float: three of them of its mantissa, so that a step is at most an
-/// eighth larger than it need be.
+/// Position of a step's upper bits in a float. They include three bits of the mantissa, so that a step
+/// exceeds the necessary size by at most an eighth.
 inline constexpr unsigned step_shift = 20;
-/// The upper bits of the smallest step.
+/// Upper bits of the smallest step.
 inline constexpr unsigned first_step = (0x3f800000u >> step_shift) - 255;
 
-/// From 2^-32 to 1, in eight steps an octave.
+/// Returns a step, from 2^-32 to 1 in eight steps per octave.
 inline float entry_step(std::uint8_t exponent) {
     return std::bit_cast<float>((first_step + exponent) << step_shift);
 }
 
-/// Sparse vectors of a block of groups: for each coefficient, the groups that have it.
+/// Sparse vectors of a block of groups, by coefficient.
 ///
-/// Layout  arrays, no pointers: 10 bytes for eight values, and 4 an index, used or not.
+/// Layout  arrays without pointers: 10 bytes for eight values, and 4 bytes for each index, used or not.
 struct GroupedColumns {
     static constexpr std::size_t most_groups = 256;
 
-    std::vector<std::uint32_t> first{0};  ///< By index, one more at the end: where its entries start.
-    std::vector<GroupEntry> entry;        ///< By index; groups ascend.
-    std::vector<float> scale;             ///< By group: what a value of 1 times a step of 1 stands for. [f]
+    std::vector<std::uint32_t> first{0};  ///< Start of the entries by index, followed by the total.
+    std::vector<GroupEntry> entry;        ///< By index; groups in ascending order.
+    std::vector<float> scale;             ///< By group: the factor of value times step. [f]
 
     GroupedColumns() = default;
-    /// From entries by group, most_groups at most (asserted), and their indices.
+    /// Builds columns from entries by group, most_groups at most (asserted), and their indices.
     ///
     /// cost  one pass to count and one to write.
     GroupedColumns(int face_size, std::span<const std::uint32_t> indices, std::span<const GroupEntry> entries,
@@ -56,25 +56,25 @@ struct GroupedColumns {
     std::size_t bytes() const;  ///< Memory. [bytes]
 };
 
-/// Those coefficients of an RGB function that are kept, by ascending index.
+/// The selected coefficients of an RGB function, by ascending index.
 struct FewCoefficients {
     std::vector<std::uint32_t> index;
     std::vector<std::array<float, 4>> value;  ///< Red, green, blue, 0. [f]
 };
 
-/// Leaves out what matters least in inner products with functions of a spectrum: the energies left out
-/// (EnergyWeights) add up to at most  error^2  of all.
+/// Drops the least important coefficients for inner products with functions of a spectrum. The dropped
+/// energies (EnergyWeights) are at most  error^2  of all.
 FewCoefficients largest_coefficients(const DenseCoefficients& f, const CoefficientSpectrum& spectrum,
                                      float error);
 
-/// Three channels of the rows of a group, side by side.
+/// Three channels of a group's rows.
 using GroupSums = std::array<std::array<float, group_rows>, 3>;
 
-/// sums[group] += <rows of the group, f> / scale[group], per channel.
+/// Computes sums[group] += <rows of the group, f> / scale[group], per channel.
 ///
-/// accuracy  sums in float, in the order of f's coefficients. The same bits on every processor.
+/// accuracy  float sums in the order of f's coefficients. Bit-identical on all processors.
 /// cost      three multiplications and additions of eight lanes for each of the groups' coefficients that f
-///           has: what f lacks is not read.
+///           has; others are not read.
 void add_inner_products(const GroupedColumns& vectors, const FewCoefficients& f, std::span<GroupSums> sums);
 
 }  // namespace haarfield

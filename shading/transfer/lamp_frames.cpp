@@ -20,7 +20,7 @@ Lamp in_white(Lamp lamp) {
     return lamp;
 }
 
-/// Some of a scene's vertices as receivers.
+/// Lists vertices as receivers.
 void take_receivers(const ShadedScene& scene, std::size_t index, std::span<const std::uint32_t> vertices,
                     std::vector<SourceReceiver>& receivers) {
     const ShadedInstance& instance = scene.instances[index];

@@ -5,8 +5,8 @@
 
 namespace haarfield {
 
-/// The radiance that each of a scene's lamps gives its vertices, as if it were white: a lamp that is dimmed,
-/// coloured or switched costs nothing but the sum, and one that moves its own rays.
+/// Caches the radiance of all vertices under each lamp with a white colour. Dimming, colouring or switching a
+/// lamp then costs only the sum; moving it costs its own rays.
 class LampFrames {
 public:
     /// Computes the missing radiance for the lamps, emitters and eye of a scene. The instances of the
@@ -18,16 +18,16 @@ public:
     /// returns  whether the light of lamps and emitters has changed.
     Result<bool> update(const ShadedScene& scene, const ShadingGeometry& geometry, const Progress& progress);
 
-    /// Nothing of what was kept holds any more: an instance has moved.
+    /// Discards everything: an instance has moved.
     void forget();
 
-    /// Adds all of the lamps' light, with their colours, to the radiance of vertices.
+    /// Adds the light of all lamps, in their colours, to the radiance of vertices.
     ///
     /// vertices  which; null: all.
     /// cost      1 ns a vertex and lamp.
     void add_to(SceneColours& radiance, const VertexMask* vertices) const;
 
-    /// Whether there is any light of lamps and emitters.
+    /// Returns true if lamps and emitters emit no light.
     bool is_dark() const;
 
     /// Returns the diffuse radiance by all lamps, with their colours, and by emitters.

@@ -9,9 +9,10 @@ namespace haarfield {
 namespace {
 
 constexpr std::size_t most_tried = 4;
-constexpr float negligible_highlight = 2e-4f;  ///< Of the lobe's peak.
+constexpr float negligible_highlight = 2e-4f;  ///< Relative to the lobe's peak.
 
-/// Puts first the light next to the axis, then always the one that is farthest from those before it.
+/// Moves the light nearest to the axis to the front, followed by lights that are each farthest from those
+/// before.
 void put_tried_first(LightCluster& cluster) {
     std::vector<DirectionalLight>& lights = cluster.lights;
     cluster.tried = std::min(most_tried, lights.size());
@@ -46,7 +47,7 @@ LightCluster cluster_of(std::span<const DirectionalLight> lights) {
     return cluster;
 }
 
-/// Cuts lights in the middle of their longest extent until they lie in a box of that size.
+/// Divides lights in the middle of their longest extent until they fit a box of the given size.
 void cut(std::span<DirectionalLight> lights, float size, std::vector<LightCluster>& clusters) {
     Vec3f lower(2.0f), upper(-2.0f);
     for (const DirectionalLight& light : lights)
@@ -68,10 +69,11 @@ void cut(std::span<DirectionalLight> lights, float size, std::vector<LightCluste
     cut({others, lights.end()}, size, clusters);
 }
 
-/// A receiver's highlights, and where to look for them.
+/// The specular term of a receiver, and the directions in which it matters.
 struct Highlights {
-    VertexBrdf brdf;  ///< Without what is diffuse.
-    float least = 2;  ///< Cosine to the mirror direction, below which they are negligible; above 1: none.
+    VertexBrdf brdf;  ///< Without the diffuse term.
+    float least = 2;  ///< Cosine to the mirror direction below which the term is negligible; above 1: no
+                      ///< term.
 
     explicit Highlights(const VertexBrdf& whole) : brdf(whole) {
         brdf.diffuse = Rgb(0.0f);
@@ -90,7 +92,7 @@ struct Highlights {
     }
 };
 
-/// Receivers side by side, and what is added to them.
+/// A packet of neighbouring receivers, and the light added to them.
 class LitPacket {
 public:
     LitPacket(const ShadowRays& rays, std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
@@ -100,12 +102,12 @@ public:
         for (const SourceReceiver& receiver : receivers) highlights_.emplace_back(receiver.brdf);
     }
 
-    /// sights  those of the cluster: by receiver, `step` apart; or none.
+    /// sights  those of the cluster: by receiver, `step` apart; or empty.
     void add(const LightCluster& cluster, std::span<ClusterSight> sights, std::size_t step) {
         const auto sight = [&](std::size_t i) {
             return sights.empty() ? ClusterSight::unknown : sights[i * step];
         };
-        std::uint16_t whole = 0, part = 0;  // faced by receivers that do not know
+        std::uint16_t whole = 0, part = 0;  // Faced by receivers of unknown visibility.
         for (std::size_t i = 0; i < receivers_.size(); ++i) {
             const float along = receivers_[i].brdf.normal.dot(cluster.axis);
             if (along < -cluster.sine || sight(i) == ClusterSight::blocked) continue;

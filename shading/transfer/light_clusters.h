@@ -1,6 +1,6 @@
 #pragma once
-/// Concentrated light for frames: lights side by side are seen or hidden together, but in the penumbrae that
-/// are looked at in full.
+/// Clusters of concentrated light for frames: neighbouring lights are occluded together, except in penumbrae,
+/// which are evaluated completely.
 
 #include "shading/bake/source_light.h"
 
@@ -8,37 +8,37 @@ namespace haarfield {
 
 /// Lights within a cone.
 struct LightCluster {
-    std::vector<DirectionalLight> lights;  ///< The first of them are tried: from the middle, then far apart.
-    std::size_t tried = 0;                 ///< So many; all, if there are no more than that.
-    Vec3f axis{0, 1, 0};                   ///< Of the cone; unit length.
-    float cosine = 1, sine = 0;            ///< Of the angle to the light that is farthest from it.
+    std::vector<DirectionalLight> lights;  ///< The first `tried` of them are tested: the central one, then
+                                           ///< distant ones.
+    std::size_t tried = 0;                 ///< Number of lights tested first, or all.
+    Vec3f axis{0, 1, 0};                   ///< Axis of the cone; unit length.
+    float cosine = 1, sine = 0;            ///< Of the largest angle between axis and light.
     std::array<Vec3f, 3> flux{Vec3f(0.0f), Vec3f(0.0f),
                               Vec3f(0.0f)};  ///< By channel: sum of irradiance * direction. [W/m^2]
 };
 
-/// Parts lights into clusters, each of at most this angle from its middle to the farthest in it, or little
-/// more.
+/// Divides lights into clusters whose lights are within about this angle of their centre.
 ///
 /// angle    [rad]
 /// cost     microseconds for hundreds of lights.
 std::vector<LightCluster> light_clusters(std::span<const DirectionalLight> lights, float angle = 0.06f);
 
-/// What of a cluster a receiver sees.
+/// The visibility of a cluster at a receiver.
 enum class ClusterSight : std::uint8_t {
     unknown,  ///< Also if the receiver does not face all of it.
-    lit,      ///< All.
-    blocked,  ///< Nothing.
+    lit,      ///< Completely visible.
+    blocked,  ///< Completely occluded.
     partly,
 };
 
-/// As add_source_light, with fewer rays: what blocks all lights of a cluster that are tried, or none, does so
-/// with the others, too.
+/// Adds light as add_source_light, with fewer rays. If all tested lights of a cluster are visible, or none
+/// is, the others are assumed to be the same.
 ///
-/// sights    by receiver and cluster: lit and blocked are believed, what is unknown is found and told; or
-///           none: nothing is known.
-/// accuracy  what is thinner than a cluster may be missed where it hides less than all of it: 0.4 % (RMS) of
-///           the light of two suns round a post. Highlights are left out where they are below a 5,000th of
-///           their peak.
+/// sights    by receiver and cluster: lit and blocked are used, unknown ones are determined and stored.
+///           Empty: all unknown.
+/// accuracy  occluders thinner than a cluster may be missed where they occlude less than all of it: 0.4 %
+///           (RMS) of the light of two suns around a post. Specular terms are omitted below 1/5,000 of their
+///           peak.
 void add_clustered_light(const ShadowRays& rays, std::span<const LightCluster> clusters,
                          std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
                          std::span<Rgb> diffuse = {}, std::span<ClusterSight> sights = {});

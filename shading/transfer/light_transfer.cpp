@@ -24,7 +24,7 @@ LightTransfer::Colours colours_of(const Material& material) {
     return {brdf.diffuse, brdf.specular * (Rgb(1.0f) - brdf.metallic), brdf.specular * brdf.metallic};
 }
 
-/// Fills in what the vectors are multiplied with.
+/// Lists the factors of the vectors.
 void list_colours(const ShadedScene& scene, const VertexRows& rows, LightTransfer& transfer) {
     std::vector<std::size_t> first;
     for (const ShadedEntity& entity : scene.entities) {
@@ -96,7 +96,7 @@ private:
     const BlockNumbers numbers_;
     VertexTransfer vertex_;
     GroupPruning<terms> pruning_;
-    std::size_t rows_ = 0;  ///< Of the group at hand.
+    std::size_t rows_ = 0;  ///< Rows in the current group.
     std::vector<std::uint32_t> indices_;
     std::vector<GroupEntry> entries_;
     std::vector<float> scales_;
@@ -110,7 +110,8 @@ BlockMaker block_maker(const LightContext& context, LightTransfer& result) {
             [maker, &result](std::size_t block) { result.blocks[block] = maker->complete(); }};
 }
 
-/// Of the vectors with their materials' colours, over one group in eight of one block in eight.
+/// Returns the spectrum of the vectors with their materials' colours, over one group in eight of one block in
+/// eight.
 CoefficientSpectrum transfer_spectrum(const LightTransfer& transfer, int face_size) {
     constexpr std::size_t stride = 8;
     const BlockNumbers numbers(face_size);
@@ -137,20 +138,21 @@ CoefficientSpectrum transfer_spectrum(const LightTransfer& transfer, int face_si
     return rows > 0 ? root_mean_squares(energies, 3 * rows) : CoefficientSpectrum{};
 }
 
-/// sums = the inner products of a block's groups.
+/// Sets sums to the inner products of a block's groups.
 void set_inner_products(const GroupedColumns& block, const FewCoefficients& f, std::span<GroupSums> sums) {
     std::ranges::fill(sums, GroupSums{});
     add_inner_products(block, f, sums);
 }
 
-/// What a group's diffuse terms lack of a source: V (N.D), where their vectors have V (N.w).
+/// Adds the light of a source that the diffuse terms of a group lack: V (N.D), where their vectors have V
+/// (N.w).
 ///
 /// moments  the inner products with the source's moments.
-/// lacking  in the moments' unit, whatever that is, times the source's colour.
+/// lacking  in the unit of `moments` times the source's colour.
 void add_source(const ConcentratedLight& source, const GroupSums& moments, const GroupNormals& normals,
                 GroupSums& lacking) {
-    // What the vectors have of light that grazes a surface is too little to tell V from.
-    constexpr float grazing = 0.01f;  // square of a cosine
+    // For light at grazing angles, the vectors contain too little to determine V.
+    constexpr float grazing = 0.01f;  // Square of a cosine.
     const auto& [x, y, z] = normals;
     const Vec3f& towards = source.direction;
     for (std::size_t k = 0; k < group_rows; ++k) {
@@ -180,7 +182,7 @@ Result<LightTransfer> light_transfer(const ShadedScene& scene, const ShadingGeom
     result.pruning_error = transfer.pruning_error;
     result.directions = direction_coefficients(settings.face_size);
     CoefficientSpectrum spectrum = rms_spectrum(typical);
-    // Darkness is typical of no light that may come after it.
+    // Darkness says nothing about subsequent light.
     if (std::ranges::all_of(spectrum, [](float amplitude) { return amplitude == 0; })) spectrum.fill(1);
     const LightContext context{scene, geometry, settings, result, spectrum, double(transfer.pruning_error)};
     const Result<Done> made = make_rows(

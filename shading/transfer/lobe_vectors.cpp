@@ -15,7 +15,7 @@
 namespace haarfield {
 namespace {
 
-/// Grid position <-> face coordinate, equal in angle.
+/// Convert between grid position and face coordinate, equiangular.
 double grid_coordinate(int index, int steps) {
     return std::tan(pi / 4 * (2.0 * index / steps - 1));
 }
@@ -23,7 +23,7 @@ double grid_index(double coordinate, int steps) {
     return (std::atan(coordinate) * 4 / pi + 1) * 0.5 * steps;
 }
 
-/// A symmetry of the cube: axis k goes to `sign[k]` times axis `to[k]`.
+/// A symmetry of the cube: axis k maps to `sign[k]` times axis `to[k]`.
 struct Symmetry {
     std::array<int, 3> to{0, 1, 2};
     std::array<int, 3> sign{1, 1, 1};
@@ -36,7 +36,7 @@ struct Symmetry {
     auto operator<=>(const Symmetry&) const = default;
 };
 
-/// Every direction is the image of one with  x >= y >= z >= 0.
+/// Returns the symmetry that maps a direction with  x >= y >= z >= 0  to the given one.
 Symmetry symmetry_to(const Vec3d& direction) {
     Symmetry symmetry;
     std::stable_sort(symmetry.to.begin(), symmetry.to.end(),
@@ -45,10 +45,10 @@ Symmetry symmetry_to(const Vec3d& direction) {
     return symmetry;
 }
 
-/// Coefficient index of a wavelet of a square, sparse_vectors.h.
+/// Returns the index of a wavelet's coefficient (sparse_vectors.h).
 std::uint32_t wavelet_index(const BlockNumbers& numbers, int face, int level, int x, int y,
                             std::uint32_t kind) {
-    std::uint32_t square = 0;  // its Morton number
+    std::uint32_t square = 0;  // Its Morton number.
     for (int bit = level - 1; bit >= 0; --bit)
         square = square << 2 | (std::uint32_t(y) >> bit & 1u) << 1 | (std::uint32_t(x) >> bit & 1u);
     const bool is_quadrant = level % 2 == 1;
@@ -57,17 +57,17 @@ std::uint32_t wavelet_index(const BlockNumbers& numbers, int face, int level, in
     return static_cast<std::uint32_t>(block * wide_cells) + slot;
 }
 
-/// Where a coefficient goes, and with which sign.
+/// The image of a coefficient: its index, and its sign.
 struct Image {
     std::uint32_t index;
     float sign;
 };
 
-/// What a symmetry does to each coefficient.
+/// Returns the image of each coefficient under a symmetry.
 ///
-/// On a face it maps (u, v) to another face's (u', v'), where u' is +-u or +-v. Seen from the middle of their
-/// square the wavelets are -sgn u, -sgn v and sgn u sgn v (quadtree.h); so they change places and signs
-/// alike.
+/// On a face the symmetry maps (u, v) to another face's (u', v'), where u' is +-u or +-v. Relative to the
+/// centre of their square the wavelets are -sgn u, -sgn v and sgn u sgn v (quadtree.h), so they exchange
+/// places and signs accordingly.
 std::vector<Image> images(const Symmetry& symmetry, int face_size) {
     std::vector<Image> result(coefficient_count(face_size), Image{0, 0});
     const BlockNumbers numbers(face_size);
@@ -98,7 +98,7 @@ std::vector<Image> images(const Symmetry& symmetry, int face_size) {
             const int side = 1 << level;
             for (int y = 0; y < side; ++y)
                 for (int x = 0; x < side; ++x) {
-                    // Twice the distance from the face's middle.
+                    // Twice the distance from the face's centre.
                     const int u = 2 * x + 1 - side, v = 2 * y + 1 - side;
                     const int new_x = (u_of_u * u + u_of_v * v + side - 1) / 2,
                               new_y = (v_of_u * u + v_of_v * v + side - 1) / 2;
@@ -111,14 +111,15 @@ std::vector<Image> images(const Symmetry& symmetry, int face_size) {
     return result;
 }
 
-/// The grid's directions with x >= y >= z >= 0, by their distances from the middle of face +x in half steps.
+/// The grid's directions with x >= y >= z >= 0, numbered by their distances from the centre of face +x in
+/// half steps.
 class FirstDirections {
 public:
     explicit FirstDirections(int steps) : steps_(steps) {}
 
     std::size_t count() const { return place(steps_ / 2, steps_ / 2) + 1; }
 
-    /// Of a grid point, or of its image.
+    /// Returns the number of a grid point or of its image.
     std::size_t of(int column, int row) const {
         const int a = std::abs(2 * column - steps_) / 2, b = std::abs(2 * row - steps_) / 2;
         return place(std::max(a, b), std::min(a, b));
@@ -139,7 +140,7 @@ private:
     int steps_;
 };
 
-/// Leaves out the coefficients that matter least, as ProductPruning does.
+/// Drops the least important coefficients, as ProductPruning does.
 LobeShapes::Coefficients pruned(const LobeShapes::Coefficients& lobe, const BlockNumbers& numbers,
                                 const CoefficientSpectrum& factor, float error) {
     std::vector<double> energies;
@@ -149,7 +150,7 @@ LobeShapes::Coefficients pruned(const LobeShapes::Coefficients& lobe, const Bloc
     }
     LobeShapes::Coefficients result;
     for (const std::uint32_t i : largest_energies(energies, error)) result.push_back(lobe[i]);
-    std::ranges::sort(result);  // as they are used: what is near in the index is near in memory
+    std::ranges::sort(result);  // Order of use: neighbours in index are neighbours in memory.
     return result;
 }
 

@@ -12,10 +12,10 @@
 namespace haarfield {
 namespace {
 
-/// Of the error of pruning, what the occlusions may have; and the vectors.
+/// Fractions of the pruning error for the occlusions and for the vectors.
 constexpr double occlusion_share = 0.5, vector_share = 0.85;
 
-constexpr int moving_depth = 4;  ///< Of FrameQuality::moving.
+constexpr int moving_depth = 4;  ///< Traversal depth of FrameQuality::moving.
 
 struct MotionContext {
     const ShadedScene& scene;
@@ -55,7 +55,7 @@ private:
     PrunedRows rows_;
 };
 
-/// The radiance of the moving instance's own vertices that are not left out, by vertex.
+/// Computes the radiance of the moving instance's vertices that are not left out, by vertex.
 Result<std::vector<Rgb>> own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
                                       const ShadingGeometry& geometry, const RenderSettings& settings,
                                       std::span<const std::uint8_t> left_out, const Progress& progress) {
@@ -82,7 +82,7 @@ RenderSettings while_moving(RenderSettings settings) {
     return settings;
 }
 
-/// The radiance of all of the moving instance's own vertices.
+/// Computes the radiance of all vertices of the moving instance.
 Result<std::vector<Rgb>> whole_own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
                                             const ShadingGeometry& geometry, const RenderSettings& settings,
                                             const Progress& progress) {
@@ -93,8 +93,9 @@ Result<std::vector<Rgb>> whole_own_radiance(const MotionTransfer& transfer, cons
     return radiance;
 }
 
-/// The same while it moves: what it was before, and what has changed at the vertices that are shaded. Changes
-/// are smoother than radiance: normals and what the instance hides from itself stay as they are.
+/// Computes the radiance of the moving instance during motion: the initial radiance plus the change,
+/// interpolated between shaded vertices. Changes are smoother than radiance, because normals and
+/// self-occlusion do not change.
 Result<std::vector<Rgb>> changed_own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
                                               const ShadingGeometry& geometry, const RenderSettings& settings,
                                               const Progress& progress) {
@@ -109,8 +110,8 @@ Result<std::vector<Rgb>> changed_own_radiance(const MotionTransfer& transfer, co
     return radiance;
 }
 
-/// What the moving instance hides from a row, with negative weights: it is taken from the row's radiance. No
-/// samples if it hides nothing.
+/// Returns the occlusion of a row by the moving instance, with negative weights for subtraction. No samples
+/// if it occludes nothing.
 RowInterpolation shadow(const MotionTransfer& transfer, const ShadedScene& scene,
                         const ShadingGeometry& geometry, const MotionTransfer::Viewpoint& from) {
     RowInterpolation result{from.row, {}};
@@ -131,13 +132,13 @@ RowInterpolation shadow(const MotionTransfer& transfer, const ShadedScene& scene
     return result;
 }
 
-/// What the moving instance hides, as MotionTransfer has it.
+/// The occlusion by the moving instance, as in MotionTransfer.
 struct MovingOcclusion {
     VisibilityField around;
     SparseVectorBlocks occlusions;
 };
 
-/// Of a field, of which the samplers are kept.
+/// Computes the occlusion by a field, and copies its samplers.
 Result<MovingOcclusion> sampled_occlusion(const VisibilityField& field, const WideVisibility& visibility,
                                           double error, const Progress& progress) {
     Result<SparseVectorBlocks> occlusions = occlusion_vectors(field, visibility, error, progress);
@@ -251,7 +252,7 @@ Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scen
     if (const Result<Done> lit = move_in_sources(transfer.sources, scene, geometry, by_row, progress); !lit)
         return lit.error();
     store_radiance(scene, geometry, by_row, radiance);
-    // Of its rows only the sources' light was there.
+    // Rows of the moving instance contain only the light of the sources.
     std::vector<Rgb>& moving = radiance[transfer.instance];
     for (std::size_t v = 0; v < moving.size(); ++v) moving[v] += (*own)[v];
     return Done{};

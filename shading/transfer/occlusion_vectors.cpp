@@ -45,7 +45,7 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// Adds what is hidden from a square, and from what lies below, and returns its mean.
+/// Adds the occlusion of a square and its descendants. Returns the mean of the square.
 float add_square(OcclusionBlocks& blocks, const WideNode<std::uint8_t>& node, int level, std::size_t face,
                  std::size_t block) {
     const WideNode<std::uint8_t>* child = &node + node.first_child;
@@ -80,7 +80,7 @@ HWY_EXPORT(add_square);
 
 namespace {
 
-/// Makes one vector after another.
+/// Makes one vector at a time.
 class OcclusionMaker {
 public:
     OcclusionMaker(int face_size, double error) : blocks_(face_size), error_(error) {}

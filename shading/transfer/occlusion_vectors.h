@@ -1,6 +1,6 @@
 #pragma once
-/// What the samples of a field hide, as sparse vectors: what the vectors of a moving instance are multiplied
-/// with.
+/// Occlusion by the samples of a field as sparse vectors: the factors of the transfer vectors for a moving
+/// instance.
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
@@ -9,12 +9,12 @@
 
 namespace haarfield {
 
-/// 1 - visibility at each sample of a field: planar, then spherical.
+/// Computes 1 - visibility at each sample of a field: planar, then spherical.
 ///
 /// field, visibility  of one entity.
-/// error              of leaving out the smallest coefficients, in L2, relative.
+/// error              relative L2 error by dropping the smallest coefficients.
 /// errors             interrupted.
-/// cost               some 50 ns a wide node of these samples, on all of oneTBB's threads.
+/// cost               about 50 ns per wide node of these samples, in parallel on oneTBB.
 Result<SparseVectorBlocks> occlusion_vectors(const VisibilityField& field, const WideVisibility& visibility,
                                              double error, const Progress& progress = {});
 

@@ -14,7 +14,8 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// Energies of a product's blocks, summed over the channels; returns its integral.
+/// Computes the energies of a product's blocks, summed over the channels. Returns the integral of the
+/// product.
 Rgb measure(std::span<const WaveletBlock<3>> product, const EnergyWeights& weights,
             CoefficientEnergies& energies) {
     Cells sum = all_cells(0);

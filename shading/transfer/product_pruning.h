@@ -1,30 +1,31 @@
 #pragma once
-/// From function products to sparse vectors: coefficients that matter little are left out.
+/// Converts function products to sparse vectors, dropping unimportant coefficients.
 
 #include "shading/transfer/coefficient_energies.h"
 #include "shading/walk/wavelet_blocks.h"
 
 namespace haarfield {
 
-/// Prunes one RGB product at a time by what it will be multiplied with. Keeps its memory: nothing is
-/// allocated per product once it has grown.
+/// Prunes one RGB product at a time by the spectrum of its future factor. Reuses its memory: allocates
+/// nothing per product once it has grown.
 ///
 /// cost      O(blocks): less than the walk that made them.
 class ProductPruning {
 public:
-    /// For products on faces of a size, against functions with such coefficients.
+    /// For products on faces of a size, multiplied by functions with this spectrum.
     ProductPruning(int face_size, const CoefficientSpectrum& spectrum);
 
-    /// Takes up a product (wavelet_blocks.h), which must outlive what is appended from it.
+    /// Sets the current product (wavelet_blocks.h), which must outlive the calls of append.
     void take(std::span<const WaveletBlock<3>> product);
 
-    /// Of the product at hand: the sum of all energies (EnergyWeights), over the channels.
+    /// Returns the sum of all energies (EnergyWeights) of the current product, over the channels.
     double energy() const { return energies_.sum; }
 
-    /// Of the product at hand: the integral over the faces, by channel.
+    /// Returns the integral of the current product over the faces, by channel.
     Rgb integral() const { return integral_; }
 
-    /// Appends the product to RGB vectors, without what CoefficientEnergies::mark leaves out.
+    /// Appends the current product to RGB vectors, without the coefficients that CoefficientEnergies::mark
+    /// drops.
     void append(double allowed, SparseVectors& to);
 
 private:

@@ -1,15 +1,15 @@
 #pragma once
-/// Just-in-time radiance transfer: all factors of the product integral but one are folded into a sparse
-/// vector per vertex, once; then a frame is one inner product per vertex.
+/// Just-in-time radiance transfer: all factors of the product integral except one are combined into a sparse
+/// vector per vertex. Each frame is then one inner product per vertex.
 ///
 ///     light_transfer.h    the light changes
 ///     view_transfer.h     the eye moves
 ///     motion_transfer.h   an instance moves
 ///
-/// source  Sun and Mukherjee 2006, sections 5.2 and 6.3. Ours: a vector is pruned by what it will be
-///         multiplied with, to an error that the user chooses.
+/// source  Sun and Mukherjee 2006, sections 5.2 and 6.3. Difference: a vector is pruned by its future factor,
+///         to an error that the user chooses.
 ///
-/// Rows    vertex_rows.h. Buried vertices have empty rows; in each frame they take the mean of their
+/// Rows    vertex_rows.h. Buried vertices have empty rows. In each frame they receive the mean of their
 ///         neighbours, as in scene_radiance.
 
 #include <functional>
@@ -24,29 +24,29 @@
 
 namespace haarfield {
 
-/// How much is left of transfer vectors.
+/// The accuracy of transfer vectors.
 struct TransferSettings {
-    /// By how much pruning may change a vertex's radiance: relative, root mean square over functions whose
-    /// coefficients are independent and as large as the average of their level. 0: nothing is pruned.
+    /// Relative change of a vertex's radiance by pruning: root mean square over functions whose coefficients
+    /// are independent and have the average magnitude of their level. 0: no pruning.
     float pruning_error = 0.008f;
 };
 
-/// How exactly a frame shows what changes in leaps.
+/// The quality of frames.
 enum class FrameQuality {
-    moving,  ///< For while something is dragged. Shadow rays go to fewer lights; and vertices of an instance
-             ///< that moves are shaded four levels deep, past the others by their fields, at one vertex of
-             ///< each triangle or more: they err by 4 to 8 % (RMSE, of a chair). Where the light varies, all
-             ///< bounces but the first are of the light of the frame before; where it varies by less than
-             ///< 3 %, so is the first one at every other vertex.
-    still,   ///< All that there is.
+    moving,  ///< For interactive dragging. Shadow rays go to fewer lights. Vertices of a moving instance are
+             ///< shaded to depth 4 with occlusion by fields, at one vertex or more of each triangle; their
+             ///< radiance errs by 4 to 8 % (RMSE, of a chair). With variable light, all bounces except the
+             ///< first use the light of the previous frame. If the light varies by less than 3 %, the first
+             ///< bounce at every other vertex does, too.
+    still,   ///< Full quality.
 };
 
-/// One thread's way from a vertex to its transfer vector.
+/// Computes products for transfer vectors, for one thread.
 class VertexTransfer {
 public:
-    /// What the references are of must outlive it.
+    /// The referenced objects must outlive it.
     ///
-    /// without  an instance that is not there.
+    /// without  an instance to be ignored.
     VertexTransfer(const ShadedScene& scene, const ShadingGeometry& geometry, const RenderSettings& settings,
                    std::size_t without = VertexVisibility::no_instance)
         : scene_(scene),
@@ -54,25 +54,25 @@ public:
           settings_(settings),
           visibility_(scene, geometry, settings.occlusion != Occlusion::fields, without) {}
 
-    /// Takes up a vertex; false if it sees nothing.
+    /// Sets the current vertex. Returns false if it sees nothing.
     bool look_from(const InstanceVertex& vertex);
 
-    /// What the vertex does with light; to be changed for the products that follow.
+    /// BRDF of the current vertex; may be changed for subsequent products.
     VertexBrdf brdf;
 
-    /// radiance_integrand of vertex_shading.h; valid until the next call.
+    /// Returns the radiance_integrand (vertex_shading.h) of the current vertex; valid until the next call.
     std::span<const WaveletBlock<3>> product(const LightPyramid& light,
                                              const DetailWeights* detail = nullptr);
 
-    /// highlight_integrand of vertex_shading.h, whose radiance of the rest is `diffuse`; valid until the next
-    /// call.
+    /// Returns the highlight_integrand (vertex_shading.h) of the current vertex, and its diffuse radiance;
+    /// valid until the next call.
     std::span<const WaveletBlock<3>> highlights(const LightPyramid& light, Rgb& diffuse,
                                                 const DetailWeights* detail = nullptr);
 
-    /// A bound on what the last product left out.
+    /// Returns a bound on the energy omitted from the last product.
     double blurred_energy() const { return blurred_energy_; }
 
-    /// transfer_terms of vertex_shading.h.
+    /// Computes the transfer_terms (vertex_shading.h) of the current vertex.
     template <int count>
     void terms(const BlockNumbers& numbers, std::vector<WaveletBlock<count>>& product) {
         transfer_terms(numbers, shaded(settings_.depth), memory_, product);
@@ -91,20 +91,20 @@ private:
     double blurred_energy_ = 0;
 };
 
-/// One thread's way from vertices to blocks of pruned RGB vectors.
+/// Makes blocks of pruned RGB vectors, for one thread.
 ///
-/// Details that are certain to be pruned are not even computed: a quarter of the error is theirs, and what it
-/// is is known, nearly, from the vertex before. Where that was too much the product is made once more.
+/// Details that would be pruned are not computed: they receive a quarter of the allowed error, which is
+/// estimated from the previous vertex. If the estimate was too large, the product is computed again.
 class PrunedRows {
 public:
     /// error  of pruning, relative to a vertex's energy.
     PrunedRows(int face_size, const CoefficientSpectrum& spectrum, double error)
         : spectrum_(spectrum), error_(error), pruning_(face_size, spectrum), rows_(face_size, 3) {}
 
-    /// Takes up a product of a vertex.
+    /// Sets the current product, of a vertex.
     ///
-    /// product_of  from details that may be left out, or null, to a product of the vertex.
-    /// energy_of   from ProductPruning, with the product at hand, to the vertex's energy.
+    /// product_of  takes the details that may be omitted, or null; returns the product of the vertex.
+    /// energy_of   takes ProductPruning with the current product; returns the energy of the vertex.
     template <class ProductOf, class EnergyOf>
     void take(const VertexTransfer& vertex, const ProductOf& product_of, const EnergyOf& energy_of) {
         const DetailWeights detail = detail_weights(spectrum_, blurred_share * allowed_ / typical_cells);
@@ -115,12 +115,12 @@ public:
         allowed_ = error_ * error_ * energy_of(pruning_);
     }
 
-    /// Of the product at hand.
+    /// Returns the integral of the current product.
     Rgb integral() const { return pruning_.integral(); }
-    /// A row of what is left of it.
+    /// Appends a row with the pruned current product.
     void append() { pruning_.append((1 - blurred_share) * allowed_, rows_); }
-    void append_empty() { rows_.append_empty(); }
-    /// The rows so far. The next block begins without them, and depends on none of their vertices.
+    void append_empty() { rows_.append_empty(); }  ///< Appends the zero function.
+    /// Returns the rows so far. The next block starts without them and does not depend on their vertices.
     SparseVectors complete() {
         SparseVectors block(rows_);
         rows_.clear();
@@ -130,25 +130,25 @@ public:
 
 private:
     static constexpr double blurred_share = 0.25;
-    static constexpr double typical_cells = 128;  ///< That are blurred.
+    static constexpr double typical_cells = 128;  ///< Number of cells whose details are omitted.
 
     CoefficientSpectrum spectrum_;
     double error_;
     ProductPruning pruning_;
-    double allowed_ = 0;  ///< Energy, of the vertex at hand.
+    double allowed_ = 0;  ///< Energy that may be dropped at the current vertex.
     SparseVectors rows_;
 };
 
-/// One thread's way to the transfer vectors: makes one block of rows after another.
+/// Makes transfer vectors for one thread, block by block.
 struct BlockMaker {
     std::function<void(std::size_t row, const InstanceVertex& vertex)> add_row;
-    std::function<void()> add_buried;                 ///< A row without coefficients.
-    std::function<void(std::size_t block)> complete;  ///< The rows since the last call are a block.
+    std::function<void()> add_buried;                 ///< Adds a row without coefficients.
+    std::function<void(std::size_t block)> complete;  ///< Completes a block of the rows since the last call.
 };
 
-/// Makes all rows of a scene, by all of oneTBB's threads.
+/// Makes all rows of a scene, in parallel on oneTBB.
 ///
-/// make_maker  makes a BlockMaker for one thread, with that thread's buffers.
+/// make_maker  makes a BlockMaker with buffers for one thread.
 /// errors      interrupted.
 Result<Done> make_rows(const VertexRows& rows, std::size_t block_rows,
                        const std::function<BlockMaker()>& make_maker, const Progress& progress);

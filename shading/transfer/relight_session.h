@@ -1,5 +1,5 @@
 #pragma once
-/// A scene held open: light, eye and instances change, and radiance follows.
+/// An open scene whose radiance follows changes of light, eye and instances.
 ///
 /// For programs that display a scene while it is edited. One thread drives a session; the work inside uses
 /// all of oneTBB's threads. There is no global state: sessions do not know of each other.
@@ -9,8 +9,7 @@
 /// indirect light in specular reflections: see lacks_reflections(). While an instance moves, indirect light
 /// stays as it was at rest, at all vertices. A commit computes it in full.
 ///
-/// Every call that may last takes a Progress. When it is interrupted, or fails, the session is as it was
-/// before the call.
+/// Long-running calls accept a Progress. If a call is interrupted or fails, the session is unchanged.
 
 #include <memory>
 #include <optional>
@@ -29,7 +28,7 @@
 
 namespace haarfield {
 
-/// A scene held open; see the top of this file.
+/// An open scene; see the top of this file.
 class RelightSession {
 public:
     /// Opens a scene, whose pointers must outlive the session.
@@ -44,10 +43,10 @@ public:
     /// The scene for the renderers: the one that commit() has baked, if nothing has changed since.
     const ShadedScene& scene() const { return inputs_.scene; }
 
-    /// Prepares what the calls below share: how the objects block light, and the environment's coefficients.
-    /// A call that finds it missing, after a change, does so first.
+    /// Prepares data shared by the calls below: the scene's occluders and the environment's coefficients.
+    /// Calls that need the data after a change prepare it, too.
     ///
-    /// cost    see shading_geometry and lighting_tree: some 0.4 s for 15 million nodes of fields.
+    /// cost    see shading_geometry and lighting_tree: about 0.4 s for 15 million nodes of fields.
     /// errors  interrupted.
     Result<Done> prepare(const Progress& progress = {});
 
@@ -62,7 +61,7 @@ public:
     Result<Done> vary_eye(const Progress& progress = {});  ///< The eye.
     /// The lamps. Everything else is shaded once, in full.
     Result<Done> vary_lamps(const Progress& progress = {});
-    /// The instance's translation and scale.
+    /// Prepares for variable translation and scale of an instance.
     Result<Done> vary_instance(std::size_t instance, const Progress& progress = {});
     /// @}
 
@@ -73,7 +72,7 @@ public:
 
     /// Replaces the environment, which must be clean, and ends its rotation.
     ///
-    /// cost    encoding in the next call that needs it, some 0.1 s for 1024 x 512 pixels.
+    /// cost    encoding in the next call that needs it, about 0.1 s for 1024 x 512 pixels.
     void set_environment(Environment environment);
     /// Replaces the light by one that is encoded already, until the environment is set or rotated: for mixing
     /// and dimming many times a second. commit() bakes the environment, not this light.
@@ -86,7 +85,7 @@ public:
     /// lamps  their shapes are instances of this scene.
     void set_lamps(std::vector<Lamp> lamps);
     void set_eye(const Vec3f& eye);  ///< Moves the eye.
-    /// Moves an instance, and scales it.
+    /// Sets the placement of an instance.
     void place(std::size_t instance, const Placement& placement);
     /// Replaces the materials of an entity, one by one. The visibility at vertices remains cached.
     void set_materials(std::size_t entity, std::vector<Material> materials);
@@ -139,7 +138,7 @@ public:
     /// Moves the radiance out of the session, in the memory where it is. The next frame or commit allocates.
     SceneColours take_radiance() { return std::exchange(radiance_, {}); }
 
-    /// Memory of the transfer vectors. [bytes]
+    /// Returns the memory of the transfer vectors. [bytes]
     std::size_t transfer_bytes() const;
 
 private:

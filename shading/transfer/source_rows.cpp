@@ -10,9 +10,9 @@
 namespace haarfield {
 namespace {
 
-constexpr std::size_t run = 64;  ///< Rows.
+constexpr std::size_t run = 64;  ///< In rows.
 
-/// Rows [first, end) that are not buried, with what light finds there.
+/// The rows [first, end) that are not buried, with their receivers.
 struct RowRun {
     std::vector<std::uint32_t> rows;
     std::vector<SourceReceiver> receivers;
@@ -32,7 +32,7 @@ struct RowRun {
     }
 };
 
-/// Calls `act` with the number of a run of rows, and the rows [first, end) themselves.
+/// Calls `act` with the index of a run of rows, and its range [first, end).
 template <class Act>
 Result<Done> for_each_run(std::size_t begin, std::size_t end, const Progress& progress, const Act& act) {
     tbb::parallel_for(std::size_t(0), (end - begin + run - 1) / run, [&](std::size_t block) {
@@ -43,13 +43,14 @@ Result<Done> for_each_run(std::size_t begin, std::size_t end, const Progress& pr
     return Done{};
 }
 
-/// The order in which a mesh's vertices are asked what they see: some at first, others when enough of their
-/// neighbours have been.
+/// The order in which the visibility of a mesh's vertices is determined: some vertices first, others after a
+/// sufficient number of their neighbours.
 struct AskedLater {
     static constexpr std::uint8_t rounds = 5;
     static constexpr std::size_t enough = 3;
-    std::vector<std::uint8_t> round;             ///< By vertex; the last for those without enough.
-    std::vector<std::uint32_t> neighbours, end;  ///< Of each vertex, each once.
+    std::vector<std::uint8_t> round;             ///< By vertex; the last round for those without enough
+                                                 ///< neighbours.
+    std::vector<std::uint32_t> neighbours, end;  ///< Of each vertex, without duplicates.
 
     AskedLater(const Mesh& mesh, std::span<const std::uint8_t> buried)
         : round(mesh.positions.size(), rounds - 1) {
@@ -60,11 +61,11 @@ struct AskedLater {
         for (std::uint8_t r = 1; r + 1 < rounds; ++r)
             for (std::uint32_t v = 0; v < round.size(); ++v)
                 if (round[v] >= r && !buried[v] && has_enough(v, r)) round[v] = r;
-        for (std::uint32_t v = 0; v < round.size(); ++v)  // what is buried tells nothing
+        for (std::uint32_t v = 0; v < round.size(); ++v)  // Buried vertices provide no visibility.
             if (buried[v]) round[v] = rounds;
     }
 
-    /// Calls `act` with the neighbours that are asked before a vertex; with none if these are not enough.
+    /// Calls `act` with the neighbours in earlier rounds; with none if these are not enough.
     template <class Act>
     void for_each_earlier(std::uint32_t vertex, const Act& act) const {
         if (!has_enough(vertex, round[vertex])) return;
@@ -78,14 +79,14 @@ private:
         return std::span(neighbours).subspan(first, end[vertex] - first);
     }
 
-    /// Whether enough neighbours are asked in rounds before one.
+    /// Tests whether a vertex has enough neighbours in rounds before `than`.
     bool has_enough(std::uint32_t vertex, std::uint8_t than) const {
         return std::size_t(std::ranges::count_if(beside(vertex),
                                                  [&](std::uint32_t v) { return round[v] < than; })) >= enough;
     }
 
     void list_neighbours(const Mesh& mesh) {
-        // Of each vertex with every one more than once: two a triangle.
+        // Lists two neighbours per triangle for each of its vertices, then removes duplicates.
         std::vector<std::uint32_t> first(mesh.positions.size() + 1, 0);
         for (const auto& triangle : mesh.triangles)
             for (const std::uint32_t v : triangle) first[v + 1] += 2;
@@ -106,9 +107,9 @@ private:
     }
 };
 
-/// What all neighbours see alike, by cluster; the rest stays as it is.
+/// Sets the visibility of clusters that all neighbours agree on; leaves the others unchanged.
 ///
-/// beside  their places in `seen`, or none.
+/// beside  places of the neighbours in `seen`, or empty.
 void set_common_sights(std::span<const ClusterSight> seen, std::span<const std::uint32_t> beside,
                        std::span<ClusterSight> sights) {
     if (beside.empty()) return;
@@ -120,7 +121,7 @@ void set_common_sights(std::span<const ClusterSight> seen, std::span<const std::
     }
 }
 
-/// Whether a ray may meet a sphere; the direction is a unit vector.
+/// Tests whether a ray may intersect a sphere; the direction is a unit vector.
 bool may_meet(const Sphere& sphere, const Vec3f& from, const Vec3f& direction) {
     const Vec3f to_centre = sphere.centre - from;
     const float along = to_centre.dot(direction), squared_radius = sphere.radius * sphere.radius,
@@ -129,7 +130,7 @@ bool may_meet(const Sphere& sphere, const Vec3f& from, const Vec3f& direction) {
     return along > 0 && squared_distance - along * along <= squared_radius;
 }
 
-/// Round an instance as it stands, a little larger than it is.
+/// Returns a sphere slightly larger than an instance in its placement.
 Sphere bounding_sphere(const ShadedScene& scene, const ShadedInstance& instance) {
     const Bounds& bounds = scene.entities[instance.entity].occlusion->original().bounds();
     return {instance.placement.point_to_world(bounds.centre()),
@@ -155,7 +156,7 @@ Result<SourceRows> SourceRows::make(const ShadedScene& scene, const ShadingGeome
     if (!found) return found.error();
     SourceRows result;
     result.rounds_.resize(AskedLater::rounds);
-    std::vector<std::vector<std::uint32_t>> place(scene.instances.size());  // by instance and vertex
+    std::vector<std::vector<std::uint32_t>> place(scene.instances.size());  // By instance and vertex.
     for (std::size_t i = 0; i < place.size(); ++i) place[i].resize(rows.vertices(i).size());
     for (std::size_t r = 0; r < result.rounds_.size(); ++r) {
         if (progress.stop.stop_requested()) return Error{"", interrupted};

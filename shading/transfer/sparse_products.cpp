@@ -18,7 +18,7 @@
 
 namespace haarfield {
 
-/// Functions that lie side by side: one vector of so many floats a coefficient.
+/// Number of functions stored side by side: one vector of so many floats per coefficient.
 inline constexpr std::size_t columns = 8;
 
 /// Three channels by column.
@@ -34,11 +34,11 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Eight lanes whatever the machine has, and no fused multiply-add: the same bits everywhere.
+// Eight lanes on all machines and no fused multiply-add: results are bit-identical everywhere.
 using Floats = hn::CappedTag<float, columns>;
 inline constexpr std::size_t parts = columns / hn::MaxLanes(Floats());
 
-/// Half floats to floats.
+/// Converts half floats to floats.
 void unpack_halves(const std::uint16_t* halves, std::size_t count, float* to) {
     const hn::ScalableTag<float> wide;
     const hn::Rebind<hwy::float16_t, decltype(wide)> narrow;
@@ -48,7 +48,7 @@ void unpack_halves(const std::uint16_t* halves, std::size_t count, float* to) {
     for (; i + lanes <= count; i += lanes)
         hn::StoreU(hn::PromoteTo(wide, hn::LoadU(narrow, from + i)), wide, to + i);
     if (i == count) return;
-    // The rest by way of a full vector.
+    // The remainder goes through a full vector.
     std::uint16_t last[HWY_MAX_BYTES / sizeof(float)] = {};
     float unpacked[HWY_MAX_BYTES / sizeof(float)];
     std::copy(halves + i, halves + count, last);
@@ -57,7 +57,7 @@ void unpack_halves(const std::uint16_t* halves, std::size_t count, float* to) {
     std::copy(unpacked, unpacked + (count - i), to + i);
 }
 
-/// <vectors[row], c> for each of the functions c that lie side by side in `spread`.
+/// Computes <vectors[row], c> for each of the functions c in `spread`.
 void row_products(const SparseVectors& vectors, std::size_t row, std::size_t pages, const float* spread,
                   std::vector<float>& unpacked, ColumnSums& sums) {
     const std::size_t row_first = vectors.first[row * pages], row_end = vectors.first[(row + 1) * pages];
@@ -98,7 +98,7 @@ HWY_EXPORT(row_products);
 
 namespace {
 
-/// Up to `columns` sparse functions, spread out side by side.
+/// Up to `columns` sparse functions, expanded side by side.
 class SpreadFunctions {
 public:
     explicit SpreadFunctions(const SparseVectorBlocks& functions, int face_size)
@@ -106,7 +106,7 @@ public:
         held_.fill(none);
     }
 
-    /// Makes all samples of an interpolation present. Returns where they are, by sample.
+    /// Makes all samples of an interpolation present. Returns their columns, by sample.
     const std::array<std::size_t, columns>& hold(const Interpolation& at) {
         const auto count = static_cast<std::size_t>(at.count);
         if (count == count_ && std::equal(at.sample.begin(), at.sample.begin() + at.count, sample_.begin()))
@@ -121,7 +121,7 @@ public:
         }
         for (std::size_t k = 0; k < count; ++k) {
             if (found[k]) continue;
-            // Of two equal samples the first one is spread.
+            // Equal samples share the first one's column.
             const auto place = std::find(held_.begin(), held_.end(), at.sample[k]);
             if (place != held_.end()) {
                 column_[k] = static_cast<std::size_t>(place - held_.begin());
@@ -163,19 +163,19 @@ private:
 
     const SparseVectorBlocks& functions_;
     std::vector<float> values_;                ///< By index and column.
-    std::vector<float> unpacked_;              ///< Of the function at hand.
+    std::vector<float> unpacked_;              ///< Of the current function.
     std::array<std::uint32_t, columns> held_;  ///< Functions, by column.
-    /// Of the interpolation before.
+    /// The previous interpolation.
     std::array<std::uint32_t, columns> sample_{};
     std::array<std::size_t, columns> column_{};
     std::size_t count_ = 0;
 };
 
-/// The rows by their first sample, of so many.
+/// Returns the rows sorted by their first sample, which is below `samples`.
 std::vector<const RowInterpolation*> rows_by_sample(const RowInterpolations& lists, std::size_t samples) {
-    std::vector<std::size_t> start{0};  // of each list
+    std::vector<std::size_t> start{0};  // Of each list.
     for (const auto& list : lists) start.push_back(start.back() + list.size());
-    // Side by side: one thread would wait for them, one by one.
+    // In parallel, to overlap cache misses.
     std::vector<std::uint32_t> first_sample(start.back());
     tbb::parallel_for(std::size_t(0), lists.size(), [&](std::size_t l) {
         for (std::size_t i = 0; i < lists[l].size(); ++i)
@@ -191,12 +191,12 @@ std::vector<const RowInterpolation*> rows_by_sample(const RowInterpolations& lis
     return order;
 }
 
-/// Rows are taken from all over the memory. Of one that comes later:
+/// Prefetches the location of a row. Rows are scattered in memory.
 void prefetch_place(const SparseVectors& block, std::size_t row, std::size_t pages) {
     hwy::Prefetch(&block.first[row * pages]);
     hwy::Prefetch(&block.scale[row]);
 }
-/// Of one that comes soon:
+/// Prefetches the coefficients of a row.
 void prefetch_coefficients(const SparseVectors& block, std::size_t row, std::size_t pages) {
     constexpr std::size_t line = 64 / sizeof(std::uint16_t);
     const std::size_t first = block.first[row * pages], end = block.first[(row + 1) * pages];

@@ -1,5 +1,5 @@
 #pragma once
-/// Inner products of many sparse vectors with functions that differ from vector to vector.
+/// Inner products of many sparse vectors with functions that differ between vectors.
 
 #include <tbb/parallel_for.h>
 
@@ -13,18 +13,17 @@
 
 namespace haarfield {
 
-/// A row, and what it is to be multiplied with; `open` of the interpolation is not used: it weighs no
-/// function.
+/// A row, and the interpolation that multiplies it; `open` of the interpolation is ignored.
 struct RowInterpolation {
     std::uint32_t row;
     Interpolation at;
 };
 
-/// Rows in any order, each in one list at most.
+/// Rows in any order, each in at most one list.
 using RowInterpolations = std::vector<std::vector<RowInterpolation>>;
 
-/// What find(i) finds for each i below `count`, as far as it has samples; by all of oneTBB's threads. Not
-/// complete if it is stopped.
+/// Returns the results of find(i) for each i below `count`, except those without samples; computed in
+/// parallel on oneTBB. Incomplete if stopped.
 ///
 /// find  RowInterpolation find(std::size_t i)
 template <class Find>
@@ -40,15 +39,15 @@ RowInterpolations found_interpolations(std::size_t count, const std::stop_token&
     return lists;
 }
 
-/// out[row] += sum_k weight[k] <vectors[row], functions[sample[k]]>, for the listed rows.
+/// Computes out[row] += sum_k weight[k] <vectors[row], functions[sample[k]]> for the listed rows.
 ///
 /// vectors    RGB.
 /// functions  one channel, of the same face size.
-/// errors     interrupted; then some of `out` is as it was.
-/// accuracy   sums in float. The same bits on every processor, for any number of threads and order of rows.
-/// cost       rows are taken in the order of their first sample; functions are spread out side by side, up to
-///            eight at a time, and stay there as long as the next rows want them. Then a row costs three
-///            multiplications and additions of eight lanes a coefficient.
+/// errors     interrupted; some of `out` is then unchanged.
+/// accuracy   float sums. Bit-identical on all processors, for any number of threads and order of rows.
+/// cost       rows are processed in the order of their first sample. Up to eight functions are expanded at a
+///            time and reused while subsequent rows need them. A row costs three multiplications and
+///            additions of eight lanes per coefficient.
 Result<Done> add_interpolated_products(const SparseVectorBlocks& vectors, const SparseVectorBlocks& functions,
                                        const RowInterpolations& rows, std::span<Rgb> out,
                                        const std::stop_token& stop = {});

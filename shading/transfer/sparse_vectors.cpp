@@ -70,7 +70,7 @@ void CoefficientSum::add(const CubemapTree& f, float weight) {
             const int level = (std::bit_width(square) - 1) / 2;
             const float factor = weight * std::ldexp(1.0f, -level);
             const std::uint32_t in_level = square - (1u << (2 * level));
-            // On an odd level the square is a quadrant of its block.
+            // On odd levels the square is a quadrant of its block.
             const bool is_quadrant = level % 2 == 1;
             const std::uint32_t first = index_of(level / 2, face, is_quadrant ? in_level >> 2 : in_level) +
                                         (is_quadrant ? 4 * (in_level & 3u) + 1 : 4),
@@ -86,14 +86,14 @@ void CoefficientSum::add(const CubemapTree& f, float weight) {
 
 namespace {
 
-/// The nearest half float, the even one of two, for a magnitude of at most 1 and a little. Without branches:
-/// Imath's conversion takes several times as long.
+/// Returns the nearest half float (ties to even) for a magnitude of at most slightly more than 1. Without
+/// branches: Imath's conversion takes several times as long.
 std::uint16_t half_bits(float value) {
     const auto bits = std::bit_cast<std::uint32_t>(value);
     const std::uint32_t magnitude = bits & 0x7fffffffu;
-    // The exponent is counted from -15 instead of -127, the mantissa has 13 bits less.
+    // The exponent bias is 15 instead of 127, and the mantissa has 13 bits less.
     const std::uint32_t normal = (magnitude - (112u << 23) + 0xfffu + (magnitude >> 13 & 1u)) >> 13;
-    // Below 2^-14 it is a multiple of 2^-24, which is what adding 1/2 rounds to.
+    // Below 2^-14 the value is a multiple of 2^-24, to which adding 1/2 rounds.
     const std::uint32_t small =
         std::bit_cast<std::uint32_t>(std::bit_cast<float>(magnitude) + 0.5f) - (126u << 23);
     return static_cast<std::uint16_t>((bits >> 16 & 0x8000u) | (magnitude < 113u << 23 ? small : normal));

@@ -10,10 +10,10 @@
 namespace haarfield {
 namespace {
 
-constexpr float lobe_error = 2e-3f;  ///< Of truncating the lobes.
+constexpr float lobe_error = 2e-3f;  ///< Relative error of truncating the lobes.
 
-/// Of the error that vectors and lobes may have each: where a lobe meets a small light its coefficients are
-/// not independent, but add up.
+/// Fraction of the error for vectors and for lobes, each. Their errors add linearly: where a lobe meets a
+/// small light, their coefficients are correlated.
 constexpr float factor_share = 0.5f;
 
 struct ViewContext {
@@ -39,7 +39,7 @@ public:
             diffuse = vertex_.radiance(context_.light, context_.settings.depth);
             return rows_.append_empty();
         }
-        // Without the lobes, that is, to the power of zero.
+        // Replaces the lobe by a constant: exponent 0.
         brdf.phong = 1;
         brdf.shininess = 0;
         brdf.blinn = 0;
@@ -59,8 +59,9 @@ private:
     PrunedRows rows_;
 };
 
-/// The lobe about the half vector as one about the mirror direction: as wide in the plane of incidence, where
-/// the half vector turns half as far as the light.
+/// Returns the exponent of a lobe about the mirror direction that replaces the lobe about the half vector.
+/// Both have the same width in the plane of incidence, where the half vector rotates half as far as the
+/// light.
 float mirror_exponent(const VertexBrdf& brdf) {
     return std::max(1.0f, brdf.blinn_exponent / 4);
 }
@@ -86,8 +87,8 @@ void add_lobe(const LobeVectors& vectors, float exponent, const Vec3f& direction
     }
 }
 
-/// A vertex's highlights, of both lobes. Across the plane of incidence the one about the half vector is
-/// narrower by N.V, and so it has less energy than its stand-in.
+/// Returns the specular lobes of a vertex. Across the plane of incidence, the lobe about the half vector is
+/// narrower by N.V, so it has less energy than its replacement.
 Interpolation highlight_lobes(const LobeVectors& vectors, const VertexBrdf& brdf, const Vec3f& normal,
                               const Vec3f& mirror) {
     Interpolation result;
@@ -99,7 +100,7 @@ Interpolation highlight_lobes(const LobeVectors& vectors, const VertexBrdf& brdf
 
 /// Lists the rows that have coefficients, and the materials.
 void list_highlights(const ShadedScene& scene, const VertexRows& rows, ViewTransfer& transfer) {
-    std::vector<std::size_t> first;  // by entity
+    std::vector<std::size_t> first;  // By entity.
     for (const ShadedEntity& entity : scene.entities) {
         first.push_back(transfer.materials.size());
         for (const Material& material : entity.materials)
@@ -118,8 +119,8 @@ void list_highlights(const ShadedScene& scene, const VertexRows& rows, ViewTrans
     }
 }
 
-/// Root mean square of the radiance, over that of the highlights alone as the spectra of their two factors
-/// have it: by how much more these may err than the whole.
+/// Returns the RMS of the radiance over that of the specular component, which is estimated from the spectra
+/// of its factors. The specular component may err by this factor more than the total.
 float total_over_specular(const ViewTransfer& transfer, const CoefficientSpectrum& vectors,
                           const CoefficientSpectrum& lobes) {
     double specular = 0, diffuse = 0;

@@ -5,7 +5,7 @@
 namespace haarfield {
 namespace {
 
-/// Half an edge of a triangle.
+/// A directed edge of a triangle, ending in a buried vertex.
 struct Step {
     std::uint32_t to, from;
 };
@@ -44,7 +44,7 @@ BuriedFill::BuriedFill(const Mesh& mesh, std::span<const std::uint8_t> buried) {
                 later.insert(later.end(), steps.begin() + static_cast<std::ptrdiff_t>(begin),
                              steps.begin() + static_cast<std::ptrdiff_t>(i));
         }
-        // Only now do they count as known: a step inwards at a time.
+        // Marks them only after the pass, so that values move inwards by one edge per pass.
         for (std::size_t f = first; f < filled_.size(); ++f) is_missing[filled_[f].vertex] = 0;
         steps = std::move(later);
         before = filled_.size() - first;

@@ -1,5 +1,5 @@
 #pragma once
-/// Radiance for vertices that see nothing: that of their neighbours.
+/// Extrapolates radiance to buried vertices, which receive no light.
 
 #include <span>
 
@@ -7,14 +7,14 @@
 
 namespace haarfield {
 
-/// Gives each buried vertex the mean radiance of its unburied neighbours along the edges, then of those in
-/// turn, until no more can be reached. Made once per mesh.
+/// Assigns each buried vertex the mean radiance of its unburied neighbours along edges. Continues inwards
+/// with the vertices filled so far, until no more can be reached. Built once per mesh.
 class BuriedFill {
 public:
     BuriedFill() = default;
 
-    /// buried  by vertex: 1 where it is.
-    /// cost    O(triangles) and O(edges at buried vertices) for each step inwards.
+    /// buried  by vertex: 1 if buried.
+    /// cost    O(triangles), and O(edges at buried vertices) for each step inwards.
     BuriedFill(const Mesh& mesh, std::span<const std::uint8_t> buried);
 
     /// Fills in values by vertex: Rgb or Outgoing. Values that cannot be reached do not change.
@@ -31,23 +31,23 @@ public:
         }
     }
 
-    /// Adds to a choice of vertices those that its buried ones take their radiance from.
+    /// Adds to a selection the vertices from which its buried vertices are filled.
     void add_sources(std::span<std::uint8_t> is_chosen) const;
 
 private:
     struct Filled {
         std::uint32_t vertex;
-        std::uint32_t end;  ///< Of its sources.
+        std::uint32_t end;  ///< End of its range in source_.
     };
-    std::vector<Filled> filled_;  ///< Those that come later may be filled from those that came before.
+    std::vector<Filled> filled_;  ///< Later entries may be filled from earlier ones.
     std::vector<std::uint32_t> source_;
 };
 
-/// Marks the buried vertices and more, so that of each triangle's one at least is not marked, if it was not
-/// before: where the others can take from what changes slowly.
+/// Marks buried and other vertices to be skipped and filled from their neighbours, which suits slowly varying
+/// quantities. At least one vertex of each triangle stays unmarked, unless it is buried.
 ///
-/// buried   by vertex: 1 where it is.
-/// returns  likewise; some two of three are marked.
+/// buried   by vertex: 1 if buried.
+/// returns  by vertex: 1 if marked; about two of three are.
 std::vector<std::uint8_t> left_out_vertices(const Mesh& mesh, std::span<const std::uint8_t> buried);
 
 }  // namespace haarfield

@@ -11,13 +11,13 @@
 namespace haarfield {
 namespace {
 
-// Directions are the cells of an octahedral map: the octahedron |x| + |y| + |z| = 1 seen from above, its
+// Directions are the cells of an octahedral map: the octahedron |x| + |y| + |z| = 1 seen from above, with its
 // lower half folded outwards to the corners of the square.
 
 constexpr int map_size = 24;
 constexpr std::size_t directions = std::size_t(map_size) * map_size;
 
-/// A direction, and what is across and up for its viewer.
+/// A viewing direction with its horizontal and vertical axes.
 struct Viewpoint {
     Vec3f direction;
     Axes<Vec3f> axes;
@@ -46,7 +46,7 @@ const std::vector<Viewpoint>& viewpoints() {
     return made;
 }
 
-/// The number of the viewpoint whose cell a direction lies in.
+/// Returns the index of the viewpoint whose cell contains a direction.
 std::size_t nearest_viewpoint(const Vec3f& direction) {
     const float sum = std::abs(direction.x) + std::abs(direction.y) + std::abs(direction.z);
     float x = direction.x / sum, z = direction.z / sum;
@@ -62,7 +62,7 @@ std::size_t nearest_viewpoint(const Vec3f& direction) {
     return cell(z) * map_size + cell(x);
 }
 
-/// A face's axes in the world.
+/// The axes of a face in the world.
 struct FaceFrame {
     Vec3f right, down, axis;
 };
@@ -80,14 +80,14 @@ const std::array<FaceFrame, cubemap_faces>& face_frames() {
     return frames;
 }
 
-/// Texels along an edge whose centres may lie within a sphere's image: those with numbers in [begin, end).
+/// A range [begin, end) of texels along an edge whose centres may lie in the image of a sphere.
 struct TexelRange {
     int begin, end;
 };
 
-/// middle, depth  of the sphere, along the edge and along the face's axis.
+/// middle, depth  position of the sphere along the edge and along the face's axis.
 TexelRange image_of_sphere(float middle, float depth, float radius, int size) {
-    // Where it surrounds the viewer, or nearly, its image has no end.
+    // The image is unbounded if the sphere surrounds the viewer, or almost does.
     if (!(depth > 1.01f * radius)) return {0, size};
     const float root = radius * std::sqrt(middle * middle + depth * depth - radius * radius),
                 scale = 1 / (depth * depth - radius * radius), half = 0.5f * float(size);
@@ -99,7 +99,7 @@ TexelRange image_of_sphere(float middle, float depth, float radius, int size) {
 
 }  // namespace
 
-/// Makes masks, on one thread.
+/// Makes masks on one thread.
 struct Impostors::Maker {
     const Impostors& made;
     const Occluder& occluder;
@@ -109,7 +109,7 @@ struct Impostors::Maker {
     Maker(const Impostors& impostors, const Occluder& seen)
         : made(impostors),
           occluder(seen),
-          // Finer than it will be seen.
+          // A finer cubemap than the one that uses the mask.
           face_size(std::min(2 * impostors.face_size_, 256)),
           rasterizer(face_size) {}
 
@@ -118,7 +118,7 @@ struct Impostors::Maker {
         const std::span<const std::uint8_t> open =
             rasterizer.open_samples(occluder, made.centre_ + to_viewer);
         const float cell = 2 * half_width * made.radius_ / finest;
-        // Four rays a cell.
+        // Samples each cell by four rays.
         const auto place = [&](int sub_cell) {
             return ((float(sub_cell) + 0.5f) * 0.5f - finest / 2) * cell;
         };
@@ -175,9 +175,9 @@ Result<Impostors> Impostors::make(const Occluder& occluder, int face_size, const
     return made;
 }
 
-/// Bilinear between the middles of the cells.
+/// Interpolates bilinearly between cell centres.
 ///
-/// x, y  in cells, from the middle of the border's first one.
+/// x, y  in cells, from the centre of the first cell of the border.
 float Impostors::Picture::opacity(float x, float y) const {
     if (!(x >= 0 && y >= 0 && x < float(size + 1) && y < float(size + 1))) return 0;
     const int column = int(x), row = int(y), stride = size + 2, at = row * stride + column;
@@ -202,8 +202,8 @@ void Impostors::hide(const Placement& placement, const Vec3f& point, std::span<s
     across = (across - axis * axis.dot(across)).normalized();
     const Vec3f up = axis.cross(across);
 
-    // Cells no smaller than most of a texel, or else what lies between the texels' centres would be missed;
-    // and never smaller than one, at the price of a mask that is too large and too faint.
+    // Cells are not much smaller than a texel: otherwise lookups at texel centres would miss some of them.
+    // They are never smaller than a texel, in which case the mask is enlarged and its opacity reduced.
     constexpr float least_cell = 0.7f;  // texels
     const float texel = 2 * distance / float(face_size_), true_width = half_width * radius;
     std::size_t level = 0;
@@ -223,7 +223,7 @@ void Impostors::hide(const Placement& placement, const Vec3f& point, std::span<s
         const FaceFrame& frame = face_frames()[face];
         const float right = middle.dot(frame.right), down = middle.dot(frame.down),
                     depth = middle.dot(frame.axis);
-        // Outside of one of the planes of the face's pyramid?
+        // Skips the face if the sphere lies outside a plane of the face's frustum.
         if (std::max(std::abs(right), std::abs(down)) - depth > diagonal * sphere) continue;
         const TexelRange columns = image_of_sphere(right, depth, sphere, face_size_),
                          rows = image_of_sphere(down, depth, sphere, face_size_);

@@ -1,6 +1,6 @@
 #pragma once
-/// What an object hides from afar: pictures of its silhouette, for vertices beyond the samples of its field,
-/// and for those that look past it as it is turned.
+/// Impostors: masks of an object's silhouette. They replace the object for vertices beyond the samples of its
+/// field, and for all distant vertices if the object is rotated.
 
 #include <array>
 #include <span>
@@ -12,45 +12,47 @@
 
 namespace haarfield {
 
-/// Masks of an occluder's opacity, seen from directions all round it, and from two distances each.
+/// Masks of an occluder's opacity from directions all around it, at two distances each.
 ///
-/// A mask lies in the plane through the occluder's middle that faces its viewer, and is there in several
-/// resolutions, down to a single cell. From a point, the mask of the nearest direction is seen, or between
-/// the two distances a mixture of both, with cells about as large as a texel: so the solid angle that is
-/// hidden is right at any distance, and changes with it continuously.
+/// A mask lies in the plane through the occluder's centre that faces the viewer, and exists in several
+/// resolutions down to a single cell. A lookup uses the masks of the nearest direction, interpolated between
+/// the two distances, in the resolution whose cells are about as large as a texel. The occluded solid angle
+/// is therefore correct at any distance and changes continuously with it.
 ///
-/// accuracy  under smooth light, of the irradiance of a surface that faces the occluder, relative to what it
-///           is without it, RMS over places: 0.3 % between 2 and 3 radii for a box, 0.1 % for a chair; 0.13
-///           and 0.05 % between 3 and 6; 0.025 % between 6 and 12; below 0.01 % from 12 on.
+/// accuracy  error of the irradiance of a surface that faces the occluder, relative to the unoccluded
+///           irradiance under smooth light, RMS over places: 0.3 % between 2 and 3 radii for a box, 0.1 % for
+///           a chair; 0.13 and 0.05 % between 3 and 6; 0.025 % between 6 and 12; below 0.01 % from 12 on.
 class Impostors {
 public:
-    /// face_size  of the cubemaps in which it will be seen.
+    /// Makes the masks.
+    ///
+    /// face_size  texels along an edge of the cubemaps to be multiplied.
     /// memory     2 MB.
-    /// cost       1,152 rasterizations, on all of oneTBB's threads.
+    /// cost       1,152 rasterizations, in parallel on oneTBB.
     /// errors     interrupted.
     static Result<Impostors> make(const Occluder& occluder, int face_size, const std::stop_token& stop = {});
 
-    /// Lessens what is open by what the occluder hides.
+    /// Multiplies visibility by the transparency of the occluder's mask.
     ///
     /// placement  of the occluder.
-    /// point      in the world. From within the occluder's sphere nothing is hidden.
-    /// open       visibility by texel of a cubemap, face by face and row by row. [1/255]
-    /// cost       some 0.1 us, and 10 ns a texel that may be hidden.
+    /// point      the viewer, in the world. Inside the occluder's sphere nothing is occluded.
+    /// open       visibility by texel of a cubemap, by face and row. [1/255]
+    /// cost       about 0.1 us, and 10 ns per texel that may be occluded.
     void hide(const Placement& placement, const Vec3f& point, std::span<std::uint8_t> open) const;
 
-    /// From here on the masks serve. [radii]
+    /// Smallest distance at which masks are used. [radii]
     static constexpr float nearest = 2;
 
 private:
-    /// Where the nearer masks are seen from, and the farther. [radii]
+    /// Viewing distances of the nearer and the farther masks. [radii]
     static constexpr std::array<float, 2> distances{nearest, 6};
-    /// Of a mask: from `nearest`, the sphere round the occluder looks larger than it is. [radii]
+    /// Half the width of a mask: at `nearest`, the outline of the sphere extends beyond its radius. [radii]
     static constexpr float half_width = 1.16f;
 
-    /// A mask in a resolution, with a border of cells that are empty.
+    /// One resolution of a mask, with a border of empty cells.
     struct Level {
         int size;            ///< Cells along an edge, without the border.
-        std::size_t offset;  ///< Of its first cell in the mask.
+        std::size_t offset;  ///< Offset of its first cell in the mask.
     };
     static constexpr int finest = 32;
     static constexpr auto levels = [] {
@@ -64,10 +66,10 @@ private:
     }();
     static constexpr std::size_t mask_bytes = levels.back().offset + 9;
 
-    /// What is looked at: a level of two masks, and how they are mixed.
+    /// One level of two masks, and their weights.
     struct Picture {
         const std::uint8_t *near, *far;
-        float near_weight, far_weight;  ///< 1/255 at most, together.
+        float near_weight, far_weight;  ///< Together at most 1/255.
         int size;
 
         float opacity(float x, float y) const;
@@ -76,9 +78,9 @@ private:
     struct Maker;
 
     int face_size_ = 0;
-    Vec3f centre_{0, 0, 0};            ///< In the occluder's frame. [m]
+    Vec3f centre_{0, 0, 0};            ///< Of the occluder, in its own frame. [m]
     float radius_ = 0;                 ///< [m]
-    std::vector<std::uint8_t> masks_;  ///< By direction and distance; opacity. [1/255]
+    std::vector<std::uint8_t> masks_;  ///< Opacity by direction and distance. [1/255]
 };
 
 }  // namespace haarfield

@@ -39,7 +39,7 @@ InstanceGrid::InstanceGrid(std::span<const Sphere> spheres, const Bounds& where)
 void InstanceGrid::set_cells(double wanted) {
     const Vec3d size(bounds_.upper - bounds_.lower);
     double side = std::max(std::cbrt(size.x * size.y * size.z / wanted), 1e-20), cells = 0;
-    // A box that is flatter than a cell would get more cells along its other axes than are wanted.
+    // A box that is thinner than a cell would get too many cells along its other axes.
     do {
         cells = 1;
         for (int axis = 0; axis < 3; ++axis) {

@@ -10,7 +10,7 @@ namespace {
 
 std::shared_ptr<RTCSceneTy> new_scene(RTCDevice device) {
     std::shared_ptr<RTCSceneTy> scene(rtcNewScene(device), &rtcReleaseScene);
-    // Without it rays slip through the edges that triangles share.
+    // Without it, rays pass through edges shared by triangles.
     rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
     return scene;
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Meshes and where they stand, as Embree has them: what rays of all kinds are shot at.
+/// The meshes and instances of a scene as Embree scenes, for all kinds of rays.
 
 #include <memory>
 #include <span>
@@ -12,32 +12,31 @@ struct RTCSceneTy;
 
 namespace haarfield {
 
-/// What rays see of an instance: of each of its number's 16 lowest bits, one bit of the mask says that it
-/// is set, another that it is not. A ray sees what its mask shares a bit with; the numbers of all others
-/// differ in some bit, so that a ray with the mask's complement sees all but this one.
+/// Returns the ray mask of an instance. Each of the 16 lowest bits of its index selects one of two mask bits.
+/// Masks of different indices therefore differ in some bit, and a ray with the complement of a mask hits all
+/// instances except that one.
 unsigned instance_mask(std::size_t instance);
 
-/// Triangles of a scene's entities, and the scene of its instances. Copies share what was built. Safe to
-/// share between threads while nothing is added or placed.
+/// The triangles of a scene's entities, and the Embree scene of its instances. Copies share what was built.
+/// Threads may share it while nothing is added or placed.
 class InstancedTriangles {
 public:
-    /// One more entity: its number is that of those before.
+    /// Adds an entity; entities are numbered in the order of their addition.
     ///
-    /// cost  some 0.3 us a triangle.
+    /// cost  about 0.3 us per triangle.
     void add_entity(std::span<const Vec3f> positions,
                     std::span<const std::array<std::uint32_t, 3>> triangles);
 
-    /// The instances as they stand now: of entities that were added in the scene's order.
+    /// Builds the scene of the instances in their current placements. Entities must have been added in the
+    /// scene's order.
     ///
-    /// cost  2 us each.
+    /// cost  2 us per instance.
     void place(const ShadedScene& scene);
 
-    RTCSceneTy* scene() const {
-        return scene_.get();
-    }  ///< Of the instances; their geometries' numbers are theirs.
-    RTCSceneTy* entity(std::size_t e) const {
-        return entities_[e].get();
-    }  ///< Of one entity, in its own frame.
+    /// Returns the scene of the instances; geometry IDs are instance indices.
+    RTCSceneTy* scene() const { return scene_.get(); }
+    /// Returns the scene of one entity, in its own frame.
+    RTCSceneTy* entity(std::size_t e) const { return entities_[e].get(); }
 
 private:
     EmbreeDevice device_;
@@ -45,7 +44,7 @@ private:
     std::shared_ptr<RTCSceneTy> scene_;
 };
 
-/// Rays end here: of infinite ones Embree's packets do not always come back. [m]
+/// Length of rays to distant light: Embree's packet queries may not return for infinite rays. [m]
 inline constexpr float far_away = 1e8f;
 
 }  // namespace haarfield

@@ -11,17 +11,17 @@
 namespace haarfield {
 namespace {
 
-/// One thread's memory: pieces of large pages, until a budget that all threads share is spent.
+/// Memory of one thread: chunks of large pages, until a budget shared by all threads is exhausted.
 class PagedMemory {
 public:
     explicit PagedMemory(std::atomic<std::size_t>& budget) : budget_(budget) {}
 
-    /// To the next place where anything can be.
+    /// Rounds a size up to the largest alignment.
     static constexpr std::size_t aligned(std::size_t bytes) {
         return (bytes + alignof(std::max_align_t) - 1) & ~(alignof(std::max_align_t) - 1);
     }
 
-    /// bytes  aligned. Null: the budget is spent.
+    /// bytes  aligned. Null: the budget is exhausted.
     std::byte* allocate(std::size_t bytes) {
         is_full_ = bytes > left_ && !add_page(bytes);
         if (is_full_) return nullptr;
@@ -30,14 +30,14 @@ public:
     }
 
     std::size_t bytes() const { return bytes_; }
-    bool is_full() const { return is_full_; }  ///< Something had no room.
+    bool is_full() const { return is_full_; }  ///< An allocation failed.
 
     std::vector<std::unique_ptr<std::byte[]>> pages;
 
 private:
     static constexpr std::size_t page_bytes = std::size_t(1) << 18;
 
-    /// Of as much as there is, if it is enough.
+    /// Adds a page, or as much as the budget leaves if that is enough.
     bool add_page(std::size_t least) {
         std::size_t budget = budget_.load(), bytes = 0;
         do {
@@ -62,7 +62,7 @@ std::size_t room_for(std::span<const T> values) {
     return PagedMemory::aligned(values.size_bytes());
 }
 
-/// A copy at a place, which moves past it.
+/// Copies values to an address and advances it.
 template <class T>
 std::span<T> copied(std::span<const T> values, std::byte*& place) {
     static_assert(std::is_trivially_destructible_v<T> && alignof(T) <= alignof(std::max_align_t));
@@ -72,7 +72,7 @@ std::span<T> copied(std::span<const T> values, std::byte*& place) {
     return copy;
 }
 
-/// A copy of what a vertex sees; null: there is no room.
+/// Copies the visibility of a vertex; null: out of memory.
 const VertexSight* kept(const VertexVisibility& seen, PagedMemory& memory) {
     const VertexSight looked = seen.sight();
     const std::span<const VertexSight> sight(&looked, 1);

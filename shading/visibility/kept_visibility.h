@@ -1,5 +1,5 @@
 #pragma once
-/// What the vertices of a scene see, kept: for new light and new views of objects that stay where they are.
+/// A cache of the visibility of all vertices, for new light and new views while objects stay in place.
 
 #include <cassert>
 #include <memory>
@@ -8,33 +8,33 @@
 
 namespace haarfield {
 
-/// Holds for the instances as they were; the geometry must outlive it.
+/// Valid for the instances as placed at construction. The geometry must outlive it.
 class KeptVisibility {
 public:
-    /// Looks round once from each vertex that is not buried.
+    /// Computes the visibility of each vertex that is not buried.
     ///
-    /// most_bytes  beside 8 bytes a vertex. Vertices for which there is no more room are left out and have to
-    ///             look round anew; which ones depends on the threads, what they see does not.
-    /// memory      some 0.4 KB a vertex, and where near objects are rasterized another 6 KB.
-    ///             [faces of 64 texels]
-    /// cost        that of looking: from 1 us a vertex by fields to 50 us at contacts, on all of oneTBB's
-    ///             threads.
+    /// most_bytes  memory in addition to 8 bytes per vertex. Vertices that exceed it are not cached and must
+    ///             be evaluated again. Which vertices these are depends on the threads; their visibility does
+    ///             not.
+    /// memory      about 0.4 KB per vertex, and 6 KB more where nearby objects are rasterized. [faces of 64
+    ///             texels]
+    /// cost        from 1 us per vertex with fields to 50 us at contacts, in parallel on oneTBB.
     /// errors      interrupted.
     static Result<KeptVisibility> make(const ShadedScene& scene, const ShadingGeometry& geometry,
                                        std::size_t most_bytes, const Progress& progress = {});
 
-    /// Null: not kept; without trees: the vertex sees nothing. Of the scene's instances and vertices as they
-    /// were (asserted).
+    /// Returns the cached visibility of a vertex, which the cached scene has (asserted). Null: not cached; no
+    /// trees: the vertex sees nothing.
     const VertexSight* find(std::size_t instance, std::uint32_t vertex) const {
         assert(instance < sights_.size() && vertex < sights_[instance].size());
         return sights_[instance][vertex];
     }
 
-    std::size_t bytes() const { return bytes_; }  ///< With those 8 a vertex.
+    std::size_t bytes() const { return bytes_; }  ///< Including the 8 bytes per vertex.
 
 private:
     std::vector<std::vector<const VertexSight*>> sights_;  ///< By instance and vertex.
-    std::vector<std::unique_ptr<std::byte[]>> memory_;     ///< Where these are, and what they refer to.
+    std::vector<std::unique_ptr<std::byte[]>> memory_;     ///< Storage of the visibilities and their trees.
     std::size_t bytes_ = 0;
 };
 

@@ -10,7 +10,7 @@ bool is_uniform(std::span<const std::uint8_t> open) {
     return std::memcmp(open.data(), open.data() + 1, open.size() - 1) == 0;
 }
 
-/// Visibility from a count of open samples. [1/255]
+/// Converts a number of unoccluded samples to visibility. [1/255]
 constexpr std::uint8_t open_in_bytes(std::uint8_t count) {
     return static_cast<std::uint8_t>(32 * count - (count + 3) / 8);
 }
@@ -61,7 +61,7 @@ const WideCubemap<std::uint8_t>& SeenVisibility::tree() {
     return faces_;
 }
 
-/// Level by level, so that the children of a node lie side by side.
+/// Adds nodes by level, so that the children of a node are contiguous.
 void SeenVisibility::add_face(std::size_t face, std::span<const std::uint8_t> open) {
     sort_into_blocks(open, face_size_, blocks_);
     for (std::size_t level = upper_.size(); level-- > 0;) gather_squares(level);
@@ -78,7 +78,7 @@ void SeenVisibility::add_face(std::size_t face, std::span<const std::uint8_t> op
     for (std::size_t i = begin; i < nodes_.size(); ++i) nodes_[i].mean = blocks_.mean[paths_[i - root]];
 }
 
-/// From those of the level below.
+/// Sums the squares of a level from those of the level below.
 void SeenVisibility::gather_squares(std::size_t level) {
     const VisibilitySquares& below = squares(level + 1);
     VisibilitySquares& here = upper_[level];
@@ -95,7 +95,7 @@ void SeenVisibility::gather_squares(std::size_t level) {
     }
 }
 
-/// A node above the last level; adds its children.
+/// Fills in a node above the last level and appends its children.
 void SeenVisibility::fill_node(std::size_t index, std::size_t level, std::size_t path) {
     WideNode<std::uint8_t> node;
     node.first_child = static_cast<std::uint32_t>(nodes_.size() - index);

@@ -1,36 +1,36 @@
 #pragma once
-/// What a vertex itself sees past occluders, as wide trees: for where a field's samples lie too far apart.
+/// Visibility rasterized at a vertex, as a wide tree: used where the samples of a field are too sparse.
 
 #include "fields/rasterizer/visibility_rasterizer.h"
 #include "shading/visibility/texel_blocks.h"
 
 namespace haarfield {
 
-/// Rasterizes occluders from a vertex, all of them into one cubemap, lets others lessen it, and makes the
-/// cubemap's wide tree. Keeps its memory: nothing is allocated per vertex once it has grown.
+/// Rasterizes occluders from a vertex into one cubemap, lets the caller multiply it by further occluders, and
+/// makes the wide tree of the cubemap. Reuses its memory: allocates nothing per vertex once it has grown.
 ///
-/// accuracy  every texel is there; texels and means are rounded to 1/255.
-/// cost      some 10 to 40 us an occluder of 5,000 triangles, and 3 us for the tree. [faces of 64 texels]
+/// accuracy  no truncation; texels and means are rounded to 1/255.
+/// cost      about 10 to 40 us per occluder of 5,000 triangles, and 3 us for the tree. [faces of 64 texels]
 class SeenVisibility {
 public:
     explicit SeenVisibility(int face_size);  ///< face_size: texels along an edge, is_face_size.
 
-    /// The visibility past all of some occluders, as VisibilityRasterizer::open_samples has it; 1 if there
-    /// are none. By texel, face by face and row by row; to be lessened by what hides more. [1/255]
+    /// Rasterizes the joint visibility of occluders, as VisibilityRasterizer::open_samples; 1 if there are
+    /// none. Returns it by texel, face and row, to be modified by the caller. [1/255]
     std::span<std::uint8_t> texels(std::span<const OccluderView> views);
 
-    /// The tree of these texels as they are now; valid until the next call.
+    /// Returns the tree of the current texels; valid until the next call.
     const WideCubemap<std::uint8_t>& tree();
 
-    /// The same of occluders alone.
+    /// Rasterizes occluders and returns their tree.
     const WideCubemap<std::uint8_t>& operator()(std::span<const OccluderView> views) {
         texels(views);
         return tree();
     }
 
-    /// What was seen last, and all of its nodes.
+    /// The tree made last.
     const WideCubemap<std::uint8_t>& faces() const { return faces_; }
-    std::span<const WideNode<std::uint8_t>> nodes() const { return nodes_; }  ///< Of all of its trees.
+    std::span<const WideNode<std::uint8_t>> nodes() const { return nodes_; }  ///< All nodes of that tree.
 
 private:
     VisibilitySquares& squares(std::size_t level) {
@@ -44,9 +44,9 @@ private:
     const int face_size_;
     VisibilityRasterizer rasterizer_;
     std::vector<std::uint8_t> open_;        ///< By texel. [1/255]
-    TexelBlocks blocks_;                    ///< Of the face at hand,
-    std::vector<VisibilitySquares> upper_;  ///< and the squares of the levels of nodes above them.
-    std::vector<std::size_t> paths_;        ///< Of the face's nodes.
+    TexelBlocks blocks_;                    ///< Of the current face.
+    std::vector<VisibilitySquares> upper_;  ///< Squares of the levels of nodes above the blocks.
+    std::vector<std::size_t> paths_;        ///< Of the nodes of the current face.
     std::vector<WideNode<std::uint8_t>> nodes_;
     WideCubemap<std::uint8_t> faces_;
 };

@@ -9,14 +9,15 @@
 namespace haarfield {
 namespace {
 
-/// How far from an occluder's ground plane a vertex still counts as on it. [radii of the occluder]
+/// Greatest distance from an occluder's ground plane at which a vertex counts as on it. [radii of the
+/// occluder]
 constexpr float on_ground = 2e-3f;
 
-/// So many instances are rasterized at a vertex, if that is chosen automatically.
+/// Largest number of instances rasterized per vertex with Occlusion::automatic.
 constexpr std::size_t most_rasterized = 8;
 
-/// How far from a sampler's centre its entity is seen exactly: automatically, to the outer end of the last
-/// band whose error is above the tolerance. [m]
+/// Returns the distance from a sampler's centre within which its entity is exact. With Occlusion::automatic,
+/// this is the outer end of the last band whose error exceeds the tolerance. [m]
 template <class Sampler>
 float exact_distance(const Sampler& sampler, const SamplerError& error, Occlusion occlusion,
                      double tolerance) {
@@ -28,7 +29,7 @@ float exact_distance(const Sampler& sampler, const SamplerError& error, Occlusio
         distance_at(double(bands) / SamplerError::bands, sampler.outer_radius, sampler.growth));
 }
 
-/// Whether a box lies wholly below a plane through a point.
+/// Tests whether a box lies entirely below a plane through a point.
 bool lies_below(const Bounds& bounds, const Vec3f& point, const Vec3f& normal) {
     float highest = 0;
     for (int axis = 0; axis < 3; ++axis)
@@ -42,7 +43,7 @@ bool is_on_ground(const VisibilityField& field, const ShadedInstance& instance, 
     return std::abs(height) <= on_ground * field.bounds.radius();
 }
 
-/// An instance as it is placed.
+/// Prepares an instance in its placement.
 ShadingGeometry::Instance placed_instance(const ShadedEntity& entity, const ShadingGeometry::Entity& prepared,
                                           const Placement& placement) {
     const Bounds& bounds = entity.occlusion->coarse().bounds();
@@ -57,7 +58,7 @@ ShadingGeometry::Instance placed_instance(const ShadedEntity& entity, const Shad
             prepared.fill};
 }
 
-/// Whether an instance of an entity may be seen by impostors from some other instance.
+/// Tests whether an instance of an entity may be viewed by impostors from another instance.
 bool needs_impostors(const ShadedScene& scene, const ShadingGeometry& geometry, std::size_t entity) {
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         if (scene.instances[i].entity != entity) continue;
@@ -69,14 +70,14 @@ bool needs_impostors(const ShadedScene& scene, const ShadingGeometry& geometry, 
                 distance - from.radius < geometry.reach * seen.radius)
                 return true;
         }
-        // More of those that are turned may be near than are rasterized.
+        // More rotated instances may be nearby than are rasterized.
         if (seen.is_turned && geometry.entities[entity].polygons.empty()) return true;
     }
     return false;
 }
 
-/// What of the cosine-weighted directions over the scene's surfaces is open, on average: by rays from a
-/// few vertices. 1 if there are none.
+/// Returns the mean unoccluded fraction of cosine-weighted directions over the scene's surfaces, by rays from
+/// a few vertices. 1 if there are none.
 double mean_openness(const ShadedScene& scene, const ShadowRays& rays) {
     constexpr std::size_t wanted = 256;
     constexpr std::size_t directions = 64;
@@ -107,7 +108,7 @@ double mean_openness(const ShadedScene& scene, const ShadowRays& rays) {
     return asked > 0 ? double(open) / double(asked) : 1;
 }
 
-/// How one entity blocks light.
+/// Prepares the occluders of one entity.
 Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, const RenderSettings& settings,
                                                 const Progress& progress) {
     std::vector<std::uint32_t> order = spatial_order(entity.mesh->positions);
@@ -129,7 +130,7 @@ Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, cons
 
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          const Progress& progress) {
-    // Nothing but the automatic choice asks for it.
+    // Only the automatic mode uses it.
     const double uneven = settings.occlusion == Occlusion::automatic
                               ? unevenness(split_light(scene.environment, settings.sources).smooth)
                               : 1;
@@ -166,7 +167,7 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
 
 void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, double uneven,
                     ShadingGeometry& geometry) {
-    // Through a window comes all of the light: an error in its directions weighs as much as it is small.
+    // All light arrives through a window: the smaller the opening, the larger the effect of an error in it.
     constexpr double half_open = 0.5;
     double tolerance = 0;
     if (settings.occlusion == Occlusion::automatic) {
@@ -265,7 +266,7 @@ InstanceSight sight_of(const ShadedScene& scene, const ShadingGeometry& geometry
                               (planar ? field.planar.centre : field.spherical.centre);
     const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around,
                 exact_share = from_centre.length2() / (exact_distance * exact_distance);
-    // Not below 1 if it is not a number.
+    // 0/0 is not below 1.
     return {exact_share < 1 ? Sight::exact : Sight::sampled, exact_share};
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What shading prepares once for a scene's objects, whatever the light and the view.
+/// Geometry prepared once for the objects of a scene, independent of light and view.
 
 #include <memory>
 #include <optional>
@@ -18,29 +18,30 @@
 
 namespace haarfield {
 
-/// How the entities of a scene block light.
+/// The occluders of a scene, prepared for shading.
 struct ShadingGeometry {
-    /// What an entity contributes.
+    /// Data of one entity.
     struct Entity {
-        std::vector<std::uint32_t> order;  ///< Of the fine vertices: neighbours in space are near each other.
+        std::vector<std::uint32_t> order;  ///< Fine vertices along a space-filling curve.
         WideVisibility visibility;
-        std::vector<ConvexPolygon> polygons;  ///< Of occluders of few triangles; else empty.
-        /// Within these distances of the samplers' centres the entity is seen exactly, from its ground plane
-        /// and from elsewhere; see adapt_to_light. [m]
+        std::vector<ConvexPolygon> polygons;  ///< Of occluders with few triangles; else empty.
+        /// Distances from the samplers' centres within which the entity is evaluated exactly, for points on
+        /// its ground plane and for others; see adapt_to_light. [m]
         float exact_on_ground = 0, exact_around = 0;
         std::shared_ptr<const BuriedFill> fill;  ///< Of the fine mesh.
     };
-    std::vector<Entity> entities;  ///< As in the scene.
+    std::vector<Entity> entities;  ///< In the scene's order.
     int face_size;
-    std::size_t most_rasterized;  ///< Instances, at a vertex.
-    float reach;                  ///< Of RenderSettings.
+    std::size_t most_rasterized;  ///< Instances rasterized per vertex.
+    float reach;                  ///< RenderSettings::reach.
     DirectionPyramid directions;
 
-    /// @name By instance, as they are placed: see place_instances. @{
+    /// @name Data of the instances as placed: see place_instances.
+    /// @{
     InstanceOccluders occluders;
-    /// What an instance contributes.
+    /// Data of one instance.
     struct Instance {
-        std::vector<ConvexPolygon> polygons;  ///< Entity::polygons, turned.
+        std::vector<ConvexPolygon> polygons;  ///< Entity::polygons, rotated.
         bool is_turned;
         Vec3f middle;          ///< Of its sphere, in the world. [m]
         float radius, nearer;  ///< Of the sphere; and beyond this distance it is seen by its impostors. [m]
@@ -48,43 +49,43 @@ struct ShadingGeometry {
         std::shared_ptr<const BuriedFill> fill;
     };
     std::vector<Instance> instances;
-    std::vector<std::optional<Impostors>> impostors;  ///< By entity, of those that are seen from so far.
-    InstanceGrid grid;                                ///< Of the places from which the instances can be seen.
+    std::vector<std::optional<Impostors>> impostors;  ///< By entity; for entities viewed from far enough.
+    InstanceGrid grid;                                ///< Finds the instances that may occlude a point.
     ShadowRays rays;                                  ///< For concentrated light.
     PlacedSolids solids;                              ///< What contains vertices of other instances.
     std::optional<double> openness;                   ///< See adapt_to_light; once it was needed.
     /// @}
 
-    /// By entity; see visit_vertices.
+    /// Returns the orders by entity; see visit_vertices.
     std::vector<std::span<const std::uint32_t>> orders() const;
 };
 
-/// The geometry holds for these instances as they are placed; when they change, see place_instances.
+/// Prepares a scene's geometry. It is valid for the current placements; after a change, call place_instances.
 ///
-/// cost    some 0.1 s a million nodes of the fields, on all of oneTBB's threads, and see place_instances.
+/// cost    about 0.1 s per million nodes of the fields, in parallel on oneTBB, and that of place_instances.
 /// errors  interrupted.
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          const Progress& progress = {});
 
-/// The same where the light's unevenness is known; see adapt_to_light.
+/// Prepares a scene's geometry for light of known unevenness; see adapt_to_light.
 Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderSettings& settings,
                                          double uneven, const Progress& progress = {});
 
-/// Decides anew how far out entities are seen exactly. With Occlusion::automatic that is as the light wants
-/// it: to the outer end of the last band of their field's samples where the error times the unevenness of the
-/// light that arrives is above the tolerance. Where less than half of the directions over the scene is open,
-/// as in a room, that is larger than the light's own. The geometry is placed as the scene is.
+/// Sets the distances within which entities are evaluated exactly. With Occlusion::automatic, the distance is
+/// the outer end of the last band of field samples whose error, times the unevenness of the arriving light,
+/// exceeds the tolerance. Where less than half of the directions is open on average, as in a room, the
+/// arriving light is more uneven than the environment. The geometry is placed as the scene is.
 ///
-/// uneven  unevenness() of the light without its sources; of Occlusion::automatic.
-/// cost    some 10 ms, the first time after instances were placed; only of Occlusion::automatic.
+/// uneven  unevenness() of the light without its sources; for Occlusion::automatic.
+/// cost    about 10 ms, the first time after instances were placed; only with Occlusion::automatic.
 void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, double uneven,
                     ShadingGeometry& geometry);
 
-/// Makes anew what depends on where the instances stand.
+/// Updates the data that depends on the placements of instances.
 ///
-/// cost    that of InstanceOccluders, for rotations that are new; and that of Impostors, for entities that
-///         were not seen from so far before.
-/// errors  interrupted; then the geometry is as it was.
+/// cost    that of InstanceOccluders for new rotations, and that of Impostors for entities that are viewed
+///         from far away for the first time.
+/// errors  interrupted; the geometry is then unchanged.
 Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry,
                              const Progress& progress = {});
 
@@ -96,30 +97,34 @@ void place_solids(const ShadedScene& scene, ShadingGeometry& geometry);
 /// Where a vertex looks up what it sees past an instance: samples of its field, which must be one of the
 /// instance as it is turned.
 struct FieldLookup {
-    bool planar;  ///< Whose samples they are: the planar sampler's, for vertices on the instance's ground.
+    bool planar;  ///< True: samples of the planar sampler, for vertices on the instance's ground plane; else
+                  ///< of the spherical one.
     Interpolation samples;
 };
-/// The samples of an instance's field that a vertex looks up.
+/// Returns the samples of an instance's field that a vertex interpolates.
 FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& instance,
                          const VertexView& view);
 
-/// Whether an instance lies below a vertex's horizon, so that it hides nothing from it.
+/// Tests whether an instance lies below a vertex's horizon and occludes nothing.
 ///
-/// coarse  of the instance, as it is turned.
+/// coarse  of the instance, rotated.
 bool is_below_horizon(const Occluder& coarse, const Placement& placement, const VertexView& view);
 
-/// How a vertex sees past an instance.
+/// The representation by which a vertex evaluates an instance.
 enum class Sight : std::uint8_t {
-    open,     ///< Not at all: it is out of reach, or below the vertex's horizon.
-    exact,    ///< Its occluder.
-    sampled,  ///< Between samples of its field.
-    distant,  ///< By impostors.
+    open,     ///< None: out of reach, or below the vertex's horizon.
+    exact,    ///< The occluder itself.
+    sampled,  ///< Interpolated samples of its field.
+    distant,  ///< Impostors.
 };
+/// The representation of an instance for a vertex.
 struct InstanceSight {
     Sight sight;
-    /// If it is seen exactly: how far it is, over the distance within which it is so; squared.
+    /// For Sight::exact: the squared ratio of its distance to the distance within which it is exact.
     float distance = 0;
 };
+
+/// Returns the representation by which a vertex evaluates an instance.
 InstanceSight sight_of(const ShadedScene& scene, const ShadingGeometry& geometry, std::size_t instance,
                        const VertexView& view);
 

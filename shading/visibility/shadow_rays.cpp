@@ -9,14 +9,15 @@ namespace {
 
 constexpr unsigned everything = ~0u;
 
-/// The numbers of all others differ in some bit.
+/// Returns a mask that all instances but one share a bit with.
 unsigned mask_without(std::size_t instance) {
     return instance == ShadowRays::no_instance ? everything : ~instance_mask(instance);
 }
 
-/// Which of at most 16 wanted rays hit something that the mask does not leave out.
+/// Tests which of at most 16 wanted rays hit an instance of the mask.
 ///
-/// way  of the number of a point: towards the light, as long as range counts.
+/// way  takes the index of a point; returns the direction to the light, scaled so that the ray ends at
+///      `range`.
 template <class Way>
 std::uint16_t hits(RTCScene scene, std::span<const Vec3f> points, std::uint16_t wanted, const Way& way,
                    float range, unsigned mask) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Rays from points towards light, past the meshes as they were read: Embree's work.
+/// Shadow rays from points towards light, against the original meshes (Embree).
 
 #include <array>
 #include <cstdint>
@@ -9,47 +9,50 @@
 
 namespace haarfield {
 
-/// The instances of a scene as triangles. Safe to share between threads while nothing is placed.
+/// The triangles of a scene's instances, for shadow rays. Threads may share it while nothing is placed.
 ///
-/// Every triangle blocks from both sides. Hits are the same whichever rays are asked for together.
+/// Triangles block light from both sides. The result for a ray does not depend on the other rays of its
+/// packet.
 class ShadowRays {
 public:
-    /// So many points are asked for at a time.
+    /// Largest number of points per call.
     static constexpr std::size_t packet = 16;
-    static constexpr std::size_t no_instance = ~std::size_t(0);  ///< The number of none.
-    /// What lies in the last part of the way to a near light does not block it: the surface that it lies on.
+    static constexpr std::size_t no_instance = ~std::size_t(0);  ///< The index of no instance.
+    /// Final fraction of the way to a nearby light in which nothing blocks it: excludes the surface of the
+    /// light.
     static constexpr float last_part = 1e-4f;
 
-    /// Builds what rays need: by entity, then of all instances.
+    /// Builds the triangles of all entities, and the scene of the instances.
     ///
     /// cost  that of InstancedTriangles.
     void build(const ShadedScene& scene);
 
-    /// The instances as they stand now.
+    /// Updates the placements of the instances.
     ///
-    /// cost  2 us each.
+    /// cost  2 us per instance.
     void place(const ShadedScene& scene) { triangles_.place(scene); }
 
-    /// Which of at most 16 points are blocked towards a light, however far: bit i of the result for point i.
+    /// Tests which of at most 16 points are occluded from a distant light: bit i of the result for point i.
     ///
-    /// points     in the world, off the surfaces that they belong to; neighbours in space should be together.
-    /// wanted     bit i: point i matters; of others the bit is 0.
+    /// points     in the world, off their surfaces; points of a call should be neighbours in space.
+    /// wanted     bit i: test point i; other bits of the result are 0.
     /// direction  towards the light.
     /// without    an instance that blocks nothing; one of the first 65,536.
-    /// cost       40 to 80 ns a wanted point, with 20,000 triangles.
+    /// cost       40 to 80 ns per tested point, with 20,000 triangles.
     std::uint16_t blocked(std::span<const Vec3f> points, std::uint16_t wanted, const Vec3f& direction,
                           std::size_t without = no_instance) const;
-    /// The same of one point.
+    /// Tests one point against a distant light.
     bool is_blocked(const Vec3f& point, const Vec3f& direction) const;
 
-    /// Which of at most 16 points are blocked from places in the scene, but for last_part of the way.
+    /// Tests which of at most 16 points are occluded from places in the scene, except by last_part of the
+    /// way.
     ///
-    /// ends  where the rays end, by point; what lies behind them does not matter.
-    /// cost  as that of distant light.
+    /// ends  ends of the rays by point; nothing behind them counts.
+    /// cost  as for distant light.
     std::uint16_t blocked_from(std::span<const Vec3f> points, std::uint16_t wanted,
                                std::span<const Vec3f> ends, std::size_t without = no_instance) const;
 
-    /// The same of one point.
+    /// Tests one point against a place in the scene.
     bool is_blocked_from(const Vec3f& point, const Vec3f& end, std::size_t without = no_instance) const;
 
 private:

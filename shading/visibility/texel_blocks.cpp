@@ -16,7 +16,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The cells of a block from its texels, row by row.
+/// Positions, row by row, of the texels that become the cells of a block.
 alignas(16) constexpr std::uint8_t cells_of_rows[wide_cells] = {0, 1, 4,  5,  2,  3,  6,  7,
                                                                 8, 9, 12, 13, 10, 11, 14, 15};
 
@@ -24,14 +24,14 @@ alignas(16) constexpr std::uint8_t cells_of_rows[wide_cells] = {0, 1, 4,  5,  2,
 
 using Block = std::array<std::uint8_t, wide_cells>;
 
-/// The cells of four squares of 4 x 4 texels, side by side.
+/// Loads four adjacent squares of 4 x 4 texels as cells.
 void load_squares(const std::uint8_t* corner, std::size_t stride, Block* squares) {
     for (std::size_t k = 0; k < 4; ++k)
         for (std::size_t cell = 0; cell < wide_cells; ++cell)
             squares[k][cell] = corner[cells_of_rows[cell] / 4 * stride + cells_of_rows[cell] % 4 + 4 * k];
 }
 
-/// Four of the cells, each four times.
+/// Returns four of the cells, each repeated four times.
 Block quarter(const Block& cells, std::size_t q) {
     Block result;
     for (std::size_t cell = 0; cell < wide_cells; ++cell) result[cell] = cells[4 * q + cell / 4];
@@ -50,7 +50,7 @@ void write_block(const Block& open, std::size_t index, TexelBlocks& blocks) {
 using Bytes = hn::FixedTag<std::uint8_t, wide_cells>;
 using Block = hn::Vec<Bytes>;
 
-/// The cells of four squares of 4 x 4 texels, side by side.
+/// Loads four adjacent squares of 4 x 4 texels as cells.
 HWY_INLINE void load_squares(const std::uint8_t* corner, std::size_t stride, Block* squares) {
     const Bytes d;
     const hn::Repartition<std::uint32_t, Bytes> words;
@@ -69,7 +69,7 @@ HWY_INLINE void load_squares(const std::uint8_t* corner, std::size_t stride, Blo
     for (std::size_t k = 0; k < 4; ++k) squares[k] = hn::TableLookupBytes(squares[k], order);
 }
 
-/// Four of the cells, each four times.
+/// Returns four of the cells, each repeated four times.
 HWY_INLINE Block quarter(const Block& cells, std::size_t q) {
     const Bytes d;
     alignas(16) static constexpr std::uint8_t first[wide_cells] = {0, 0, 0, 0, 1, 1, 1, 1,
@@ -90,7 +90,7 @@ HWY_INLINE void write_block(const Block& open, std::size_t index, TexelBlocks& b
 
 #endif
 
-/// The bits of a number below 256, each followed by a zero.
+/// Inserts a zero after each bit of a number below 256.
 constexpr std::size_t spread(std::size_t number) {
     number = (number | number << 4) & 0x0f0f;
     number = (number | number << 2) & 0x3333;
@@ -140,7 +140,7 @@ void sort_into_blocks(std::span<const std::uint8_t> open, int face_size, TexelBl
     blocks.mean.resize(count);
     blocks.squares.open.resize(count);
     blocks.squares.varies.resize(count);
-    // Small faces get rows as long as what is read at once.
+    // Rows of small faces are padded to the length of a load.
     constexpr std::size_t least_stride = 16;
     std::array<std::uint8_t, least_stride * least_stride> widened{};
     if (size < least_stride) {

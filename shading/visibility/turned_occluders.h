@@ -1,5 +1,5 @@
 #pragma once
-/// What the instances of a scene hide, turned as they are.
+/// The occluders of a scene's instances in their rotations.
 
 #include <memory>
 
@@ -9,37 +9,42 @@
 
 namespace haarfield {
 
-/// The occluders of an entity in a frame that differs from the world's by translation and scale alone
-/// (Placement::point_to_turned): the entity's own if nothing is turned, else turned copies of them.
+/// The occluders of an entity in a frame that differs from the world by translation and scale alone
+/// (Placement::point_to_turned). Without a rotation these are the entity's occluders, otherwise rotated
+/// copies.
 class TurnedOccluders {
 public:
+    /// The entity's occluders must outlive it.
     TurnedOccluders(const EntityOcclusion& occlusion, const Rotation& rotation);
     TurnedOccluders(const TurnedOccluders&) = delete;
     TurnedOccluders& operator=(const TurnedOccluders&) = delete;
 
-    /// See EntityOcclusion.
-    const Occluder& coarse() const { return *coarse_; }
-    const Occluder& own() const { return *own_; }
+    const Occluder& coarse() const { return *coarse_; }  ///< See EntityOcclusion.
+    const Occluder& own() const { return *own_; }        ///< See EntityOcclusion.
 
 private:
-    std::unique_ptr<const Occluder> turned_coarse_, turned_own_;  ///< Null: not turned, or one for both.
+    std::unique_ptr<const Occluder> turned_coarse_, turned_own_;  ///< Null: not rotated, or one occluder for
+                                                                  ///< both.
     const Occluder *coarse_, *own_;
 };
 
-/// By instance of a scene; those that are turned alike share theirs.
+/// Occluders by instance of a scene; instances with equal rotations share them.
 class InstanceOccluders {
 public:
-    /// before  what was made for the scene as it was: what still fits is taken from there.
-    /// memory  of each rotation of an entity, some 150 bytes a triangle.
-    /// cost    of each that is new, some 1 ms per 5,000 triangles; on all of oneTBB's threads.
+    /// Rotates the occluders.
+    ///
+    /// before  the result for an earlier state of the scene; rotations that still occur are reused.
+    /// memory  about 150 bytes per triangle for each rotation of an entity.
+    /// cost    about 1 ms per 5,000 triangles for each new rotation, in parallel on oneTBB.
     /// errors  interrupted.
     static Result<InstanceOccluders> make(const ShadedScene& scene, const InstanceOccluders* before = nullptr,
                                           const std::stop_token& stop = {});
 
+    /// Returns the occluders of an instance.
     const TurnedOccluders& operator[](std::size_t instance) const { return *occluders_[instance]; }
 
 private:
-    /// What decides occluders.
+    /// Identifies a rotated copy.
     struct Key {
         const EntityOcclusion* occlusion;
         Rotation rotation;

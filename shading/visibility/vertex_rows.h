@@ -1,5 +1,5 @@
 #pragma once
-/// All vertices of a scene in one row.
+/// A numbering of all vertices of a scene.
 
 #include "shading/visibility/shading_geometry.h"
 
@@ -11,15 +11,16 @@ struct InstanceVertex {
     std::uint32_t vertex;  ///< Of the fine mesh.
 };
 
-/// Numbers the vertices of a scene: one instance after the other, and of an instance such that neighbours in
-/// space have numbers near each other. Scene and geometry must outlive it.
+/// Numbers the vertices of a scene by rows: instance by instance, and within an instance along a
+/// space-filling curve. Scene and geometry must outlive it.
 class VertexRows {
 public:
-    VertexRows(const ShadedScene& scene, const ShadingGeometry& geometry);  ///< Rows of a scene's vertices.
+    VertexRows(const ShadedScene& scene, const ShadingGeometry& geometry);  ///< Numbers the vertices of a
+                                                                            ///< scene.
 
     std::size_t count() const { return first_.back(); }                         ///< Rows of all instances.
-    std::size_t first(std::size_t instance) const { return first_[instance]; }  ///< An instance's first row.
-    /// Of an instance's rows, the vertices.
+    std::size_t first(std::size_t instance) const { return first_[instance]; }  ///< First row of an instance.
+    /// Returns the vertices of an instance's rows.
     std::span<const std::uint32_t> vertices(std::size_t instance) const {
         return geometry_.entities[scene_.instances[instance].entity].order;
     }
@@ -29,7 +30,7 @@ public:
 private:
     const ShadedScene& scene_;
     const ShadingGeometry& geometry_;
-    std::vector<std::size_t> first_;  ///< By instance; one more at the end.
+    std::vector<std::size_t> first_;  ///< By instance, followed by the total.
 };
 
 /// Stores one value per row by instance and vertex. Buried vertices are filled in, and negative values become

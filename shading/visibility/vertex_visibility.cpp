@@ -18,7 +18,7 @@ void VertexVisibility::clear(const VertexView& view) {
     candidates_.clear();
     rasterized_.clear();
     distant_.clear();
-    parts_.reserve(2 + 8 * geometry_.grid.near(view.point).size());  // so that spans of them stay
+    parts_.reserve(2 + 8 * geometry_.grid.near(view.point).size());  // Keeps spans of its elements valid.
 }
 
 bool VertexVisibility::look(std::size_t instance, std::uint32_t vertex, const VertexView& view) {
@@ -102,7 +102,7 @@ void VertexVisibility::choose_candidates(const VertexView& view) {
                          [](const Candidate& a, const Candidate& b) {
                              return std::tie(a.distance, a.instance) < std::tie(b.distance, b.instance);
                          });
-        // The order in which factors are multiplied is not left to the library.
+        // A fixed order of factors: nth_element leaves it unspecified.
         std::sort(end, candidates_.end(),
                   [](const Candidate& a, const Candidate& b) { return a.instance < b.instance; });
         for (auto farther = end; farther != candidates_.end(); ++farther)
@@ -118,7 +118,7 @@ void VertexVisibility::choose_candidates(const VertexView& view) {
 void VertexVisibility::rasterize(std::uint32_t instance, const VertexView& view) {
     const Occluder& occluder = geometry_.occluders[instance].coarse();
     const Vec3f point = scene_.instances[instance].placement.point_to_turned(view.point);
-    // Finding what lies below the horizon has a cost, too.
+    // The test for triangles below the horizon has a cost.
     const bool mostly_below = (occluder.bounds().centre() - point).dot(view.normal) < 0;
     rasterized_.push_back({&occluder, point, mostly_below ? &view.normal : nullptr});
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// What a vertex sees past all objects.
+/// The joint visibility of a vertex around its own and all other instances.
 
 #include "shading/visibility/seen_visibility.h"
 #include "shading/visibility/shading_geometry.h"
@@ -7,21 +7,21 @@
 
 namespace haarfield {
 
-/// What a vertex sees past its own and all other instances.
+/// Evaluates the visibility of vertices and surface points.
 ///
-/// What is seen exactly is so as cones if it has few triangles, and else rasterized, all of it into one
-/// cubemap; if that is chosen automatically, no more than the eight nearest, by their share of the distance
-/// within which they are to be, so that a crowd has a bounded cost. What is far is hidden by impostors, in
-/// the same cubemap. Instances that are out of reach, or lie below the vertex's horizon, cost nothing but
-/// their place in the grid's cell.
+/// Instances that are evaluated exactly become cones if they have few triangles. Otherwise all of them are
+/// rasterized into one cubemap. With Occlusion::automatic at most eight are rasterized: those that are
+/// nearest, relative to the distance within which they are exact. This bounds the cost in a crowd. Distant
+/// instances multiply the same cubemap by their impostors. Instances that are out of reach, or below the
+/// vertex's horizon, cost only a lookup in the grid.
 ///
-/// Holds its memory: nothing is allocated per vertex once it has grown.
+/// Reuses its memory: allocates nothing per vertex once it has grown.
 class VertexVisibility {
 public:
-    static constexpr std::size_t no_instance = ~std::size_t(0);  ///< The number of none.
+    static constexpr std::size_t no_instance = ~std::size_t(0);  ///< The index of no instance.
 
-    /// rasterizes  false: Occlusion::fields, whatever the geometry was made for.
-    /// without     an instance that is not there.
+    /// rasterizes  false: as Occlusion::fields, whichever mode the geometry was made for.
+    /// without     an instance to be ignored.
     VertexVisibility(const ShadedScene& scene, const ShadingGeometry& geometry, bool rasterizes = true,
                      std::size_t without = no_instance)
         : scene_(scene),
@@ -30,20 +30,22 @@ public:
           without_(without),
           seen_(geometry.face_size) {}
 
-    /// Looks round from a point of an instance; false if it is inside another instance and sees nothing.
+    /// Evaluates the visibility at a point of an instance. Returns false if the point is inside another
+    /// instance and sees nothing.
     ///
     /// point  in the entity's frame; `view` is its view.
     bool look(std::size_t instance, const SurfacePoint& point, const VertexView& view);
 
-    /// The same from a vertex: faster, by the tree of its own visibility, unless the instance is turned.
+    /// Evaluates the visibility at a vertex. Faster than for a point, as it uses the tree of the vertex's
+    /// local visibility unless the instance is rotated.
     bool look(std::size_t instance, std::uint32_t vertex, const VertexView& view);
 
-    /// From the point looked from last; valid until the next look.
+    /// The visibility evaluated last; valid until the next evaluation.
     VertexSight sight() const { return {trees_, cones_}; }
 
-    /// Of these trees, the one that was made for the vertex; null: there is none.
+    /// The tree of `sight` that was rasterized at the vertex; null: none.
     const WideCubemap<std::uint8_t>* made() const { return is_made_ ? &seen_.faces() : nullptr; }
-    /// Of the tree that was made for the vertex.
+    /// The nodes of that tree.
     std::span<const WideNode<std::uint8_t>> made_nodes() const { return seen_.nodes(); }
 
 private:
@@ -55,7 +57,8 @@ private:
 
     void clear(const VertexView& view);
     bool look_past_others(std::size_t instance, const VertexView& view);
-    /// Takes an instance into account, or adds it to the candidates; false if the vertex is inside of it.
+    /// Adds an instance as cones, samples or impostors, or to the candidates. Returns false if the vertex is
+    /// inside it.
     bool look_past(std::uint32_t instance, const VertexView& view);
     void look_up(const ShadedInstance& other, const VertexView& view);
     void look_from_afar(std::uint32_t instance, const VertexView& view);
@@ -71,10 +74,10 @@ private:
     std::vector<WeightedTrees<std::uint8_t>::Part> parts_;
     BlockedConeList cones_;
     std::vector<Candidate> candidates_;
-    std::vector<OccluderView> rasterized_;  ///< At the vertex at hand,
-    std::vector<std::uint32_t> distant_;    ///< and the instances that it sees by impostors.
+    std::vector<OccluderView> rasterized_;  ///< At the current vertex.
+    std::vector<std::uint32_t> distant_;    ///< Instances evaluated by impostors.
     SeenVisibility seen_;
-    bool is_made_ = false;  ///< Of `seen_`, a tree for the vertex at hand.
+    bool is_made_ = false;  ///< seen_ has a tree for the current vertex.
 };
 
 }  // namespace haarfield

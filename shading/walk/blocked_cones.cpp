@@ -6,9 +6,10 @@
 namespace haarfield {
 namespace {
 
-constexpr float flat = 1e-5f;  ///< Of unit vectors: what counts as one plane, or as one line.
+constexpr float flat = 1e-5f;  ///< Tolerance of unit vectors within a plane or a line.
 
-/// Whether the corners turn left everywhere about the normal; corners on a straight line are taken out.
+/// Removes corners on straight lines. Returns true if the remaining polygon turns left everywhere about the
+/// normal.
 bool make_convex(std::vector<Vec3f>& corners, const Vec3f& normal) {
     for (std::size_t i = 0; i < corners.size() && corners.size() > 2;) {
         const std::size_t count = corners.size();
@@ -24,7 +25,7 @@ bool make_convex(std::vector<Vec3f>& corners, const Vec3f& normal) {
     return corners.size() > 2;
 }
 
-/// The union of two polygons that share an edge, if it is flat and convex.
+/// Returns the union of two polygons that share an edge, if it is flat and convex.
 std::optional<ConvexPolygon> merged(const ConvexPolygon& a, const ConvexPolygon& b) {
     if (a.two_sided != b.two_sided || a.normal.dot(b.normal) < 1 - flat) return std::nullopt;
     const std::size_t m = a.corners.size(), n = b.corners.size();
@@ -39,7 +40,7 @@ std::optional<ConvexPolygon> merged(const ConvexPolygon& a, const ConvexPolygon&
     return std::nullopt;
 }
 
-/// Merges some pair of polygons; false if there is none.
+/// Merges one pair of polygons. Returns false if no pair can be merged.
 bool merge_a_pair(std::vector<ConvexPolygon>& polygons) {
     for (std::size_t i = 0; i < polygons.size(); ++i)
         for (std::size_t k = i + 1; k < polygons.size(); ++k)
@@ -61,7 +62,7 @@ std::vector<ConvexPolygon> convex_polygons(const Occluder& occluder) {
             polygon.corners.push_back(occluder.positions()[vertex]);
         const Vec3f across =
             (polygon.corners[1] - polygon.corners[0]).cross(polygon.corners[2] - polygon.corners[0]);
-        if (!(across.length() > 0)) continue;  // no area
+        if (!(across.length() > 0)) continue;  // No area.
         polygon.normal = across.normalized();
         polygon.two_sided = t >= occluder.one_sided();
         polygons.push_back(std::move(polygon));
@@ -83,7 +84,7 @@ void add_cones(std::span<const ConvexPolygon> polygons, const Vec3f& point, Bloc
     for (const ConvexPolygon& polygon : polygons) {
         const float height = (point - polygon.corners[0]).dot(polygon.normal);
         if (height == 0 || (height < 0 && !polygon.two_sided)) continue;
-        // From above, the corners run clockwise about the lines of sight.
+        // Seen from its front, the polygon's corners run clockwise about the direction of view.
         const float inwards = height > 0 ? -1.0f : 1.0f;
         const std::size_t count = polygon.corners.size();
         for (std::size_t i = 0; i < count; ++i) {

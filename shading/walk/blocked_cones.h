@@ -1,5 +1,5 @@
 #pragma once
-/// Occluders of few triangles, such as floors and walls, seen exactly from any point.
+/// Occluders of few triangles, such as floors and walls, evaluated exactly from any point.
 
 #include "fields/occluder/occluder.h"
 
@@ -7,43 +7,43 @@
 
 namespace haarfield {
 
-/// A flat, convex polygon that blocks light. Corners counter-clockwise about the normal. [m]
+/// A flat, convex polygon that blocks light. Corners are counter-clockwise about the normal. [m]
 struct ConvexPolygon {
     std::vector<Vec3f> corners;
     Vec3f normal;
-    bool two_sided = true;  ///< Else it blocks only where it is seen from the front.
+    bool two_sided = true;  ///< False: blocks only the view of points in front of it.
 };
 
-/// The triangles of an occluder, merged where two neighbours lie in one plane and are convex together: a
-/// rectangle is one polygon however it was cut.
+/// Returns the triangles of an occluder, merged where neighbours lie in one plane and their union is convex:
+/// a rectangle becomes one polygon for any triangulation.
 ///
-/// cost  cubic in the triangles; meant for some 64.
+/// cost  cubic in the number of triangles; intended for up to 64.
 std::vector<ConvexPolygon> convex_polygons(const Occluder& occluder);
 
-/// The same, turned about the origin.
+/// Rotates polygons about the origin.
 std::vector<ConvexPolygon> turned_polygons(std::vector<ConvexPolygon> polygons, const Rotation& rotation);
 
-/// What convex polygons cover, seen from a point: cones, each the intersection of half spaces through the
-/// point.
+/// The directions that convex polygons block from a point, as cones. Each cone is the intersection of half
+/// spaces through the point.
 struct BlockedCones {
-    std::span<const Vec3f> sides;        ///< Unit normals, inwards; cone by cone.
-    std::span<const std::uint32_t> end;  ///< Of each cone's sides.
+    std::span<const Vec3f> sides;        ///< Unit normals that point inwards, by cone.
+    std::span<const std::uint32_t> end;  ///< End of each cone's sides.
 };
 
-/// The same with its memory.
+/// Cones with their memory.
 struct BlockedConeList {
     std::vector<Vec3f> sides;
     std::vector<std::uint32_t> end;
 
-    operator BlockedCones() const { return {sides, end}; }  ///< As the walk takes them.
-    /// Removes all cones; memory stays.
+    operator BlockedCones() const { return {sides, end}; }  ///< A view for the walk.
+    /// Removes all cones; keeps the memory.
     void clear() {
         sides.clear();
         end.clear();
     }
 };
 
-/// Adds the cones of the polygons that block the view from a point of their own frame.
+/// Adds the cones of the polygons that block light at a point in the polygons' frame.
 void add_cones(std::span<const ConvexPolygon> polygons, const Vec3f& point, BlockedConeList& cones);
 
 }  // namespace haarfield

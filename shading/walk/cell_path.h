@@ -1,16 +1,16 @@
 #pragma once
-/// Paths of cells (wide_tree.h), which are Morton numbers, as places.
+/// Positions of cells from their paths (wide_tree.h), which are Morton numbers.
 
 #include <cstddef>
 
 namespace haarfield {
 
-/// Of a square among those of its level, counted from the left and from the top.
+/// The position of a square in the grid of its level, from the left and from the top.
 struct SquarePlace {
     std::size_t column = 0, row = 0;
 };
 
-/// The place of a path of cells.
+/// Returns the position of a path of cells.
 inline SquarePlace square_place(std::size_t path) {
     SquarePlace place;
     for (unsigned bit = 0; path >> (2 * bit) != 0; ++bit) {

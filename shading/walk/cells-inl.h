@@ -1,5 +1,5 @@
-// The sixteen cells of a block (wide_tree.h) in as many vectors as the instruction set needs. Included once
-// per instruction set, inside Highway's foreach_target.
+// The sixteen cells of a block (wide_tree.h) in the number of vectors that the instruction set needs.
+// Included once per instruction set, inside Highway's foreach_target.
 
 #if defined(HAARFIELD_CELLS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef HAARFIELD_CELLS_INL_H
@@ -88,7 +88,7 @@ HWY_INLINE Cells smaller(const Cells& a, const Cells& b) {
     return result;
 }
 
-/// a b + c
+/// Returns a b + c.
 HWY_INLINE Cells multiply_add(const Cells& a, const Cells& b, const Cells& c) {
     Cells result;
     for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::MulAdd(a.part[i], b.part[i], c.part[i]);
@@ -99,7 +99,7 @@ HWY_INLINE float first_cell(const Cells& values) {
     return hn::GetLane(values.part[0]);
 }
 
-/// A vector's share of a mask of cells.
+/// Returns one vector's portion of a mask of cells.
 HWY_INLINE hn::Mask<Floats> part_of(unsigned cells, std::size_t part) {
     const std::uint64_t bits = cells >> (part * cells_a_part);
     std::uint8_t bytes[8];
@@ -107,7 +107,7 @@ HWY_INLINE hn::Mask<Floats> part_of(unsigned cells, std::size_t part) {
     return hn::LoadMaskBits(Floats(), bytes);
 }
 
-/// The chosen cells, and zero elsewhere.
+/// Keeps the selected cells and sets the others to zero.
 HWY_INLINE Cells only(unsigned cells, const Cells& values) {
     Cells result;
     for (std::size_t i = 0; i < parts; ++i)
@@ -122,7 +122,7 @@ HWY_INLINE Cells choose(unsigned cells, const Cells& if_set, const Cells& if_cle
     return result;
 }
 
-/// The cells whose values are at most a bound, and zero elsewhere.
+/// Keeps cells with values up to a bound and sets the others to zero.
 HWY_INLINE Cells only_up_to(float bound, const Cells& values) {
     Cells result;
     for (std::size_t i = 0; i < parts; ++i)
@@ -164,8 +164,8 @@ HWY_INLINE Cells magnitude(const Cells& values) {
     return result;
 }
 
-/// ln x for x from 0.4 to 1, within 1e-4, and far better near 1: 1e-7 from 0.8 on. Below 0.4 it is too large,
-/// by 0.05 at 0.1; x at most 0 counts as 1e-6.
+/// Computes ln x for x from 0.4 to 1: within 1e-4, and within 1e-7 from 0.8. The result is too large below
+/// 0.4, by 0.05 at 0.1; x <= 0 counts as 1e-6.
 HWY_INLINE Cells logarithm_near_one(const Cells& x) {
     // ln x = 2 artanh z.
     const Cells positive = larger(x, all_cells(1e-6f)), one = all_cells(1);
@@ -176,7 +176,7 @@ HWY_INLINE Cells logarithm_near_one(const Cells& x) {
     return sum * z;
 }
 
-/// e^x for x <= 0, within 1e-6; 0 below -80.
+/// Computes e^x for x <= 0, within 1e-6; 0 below -80.
 HWY_INLINE Cells exponential(const Cells& x) {
     const hn::RebindToSigned<Floats> words;
     Cells result;
@@ -185,7 +185,7 @@ HWY_INLINE Cells exponential(const Cells& x) {
             hn::Mul(hn::Max(x.part[i], hn::Set(Floats(), -80.0f)), hn::Set(Floats(), 1.442695041f));
         const auto whole = hn::Round(binary);
         const auto rest = hn::Sub(binary, whole);
-        auto power = hn::Set(Floats(), 1.339887e-3f);  // 2^rest, to the fifth degree
+        auto power = hn::Set(Floats(), 1.339887e-3f);  // 2^rest, by a polynomial of degree 5.
         for (const float term : {9.618437e-3f, 5.550332e-2f, 2.402264e-1f, 6.931472e-1f, 1.0f})
             power = hn::MulAdd(power, rest, hn::Set(Floats(), term));
         const auto shift = hn::ShiftLeft<23>(hn::ConvertTo(words, whole));
@@ -195,10 +195,10 @@ HWY_INLINE Cells exponential(const Cells& x) {
     return result;
 }
 
-/// Means over runs of 4 cells, that is, quadrants, or of all 16, in place of each of them.
+/// Replaces each cell by the mean over its run of 4 cells (a quadrant), or over all 16.
 HWY_INLINE Cells means_of(const Cells& values, int run) {
 #if HWY_TARGET != HWY_SCALAR
-    if (run == 4) {  // the cells of a quadrant are one block of 128 bits
+    if (run == 4) {  // The cells of a quadrant are one block of 128 bits.
         const auto half = hn::Set(Floats(), 0.5f);
         Cells result;
         for (std::size_t i = 0; i < parts; ++i) {
@@ -216,7 +216,7 @@ HWY_INLINE Cells means_of(const Cells& values, int run) {
     return load_cells(cell);
 }
 
-/// Added in one order, whatever the vectors' length.
+/// Adds all cells in an order that does not depend on the length of vectors.
 HWY_INLINE float sum_of(const Cells& values) {
 #if HWY_TARGET == HWY_SCALAR
     alignas(64) float cell[wide_cells];

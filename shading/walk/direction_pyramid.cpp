@@ -18,7 +18,7 @@ DirectionPyramid::DirectionPyramid(int face_size) {
     }
     blocks_.resize(count);
 
-    // Sums over four places in each of the finest cells, added up from there. Means are over the face's area.
+    // Averages four directions in each of the finest cells, uniformly over the face's area.
     for (int level = levels - 1; level >= 0; --level) {
         const auto cells_a_side = std::size_t(4) << (2 * level);
         double least_cosine = 1;

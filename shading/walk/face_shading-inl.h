@@ -1,5 +1,5 @@
-// What a vertex does with light, evaluated where the walk comes. Included once per instruction set, inside
-// Highway's foreach_target.
+// Evaluates a vertex's BRDF, cosine and nearby occluders over the cells of the walk. Included once per
+// instruction set, inside Highway's foreach_target.
 
 #if defined(HAARFIELD_FACE_SHADING_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef HAARFIELD_FACE_SHADING_INL_H
@@ -15,7 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// The directions of a block, at hand.
+/// The directions of a block, in vectors.
 struct BlockDirections {
     const DirectionBlock& block;
     Cells x, y, z;
@@ -29,26 +29,26 @@ struct BlockDirections {
     HWY_INLINE Cells extent() const { return load_cells(block.extent.data()); }
     HWY_INLINE Cells inverse_extent() const { return load_cells(block.inverse_extent.data()); }
 
-    /// What the mean direction lacks of unit length.
+    /// Returns 1 minus the length of the mean direction.
     HWY_INLINE Cells spread() const { return extent() * extent() * all_cells(1.0f / 3); }
 
-    /// Products and sums, not fused: what is decided by them is the same for all instruction sets.
+    /// Uses no fused operations, so that decisions based on the result are the same for all instruction sets.
     HWY_INLINE Cells dot(const Vec3f& v) const {
         return all_cells(v.x) * x + all_cells(v.y) * y + all_cells(v.z) * z;
     }
 };
 
-/// What is known of a block from the cell that it lies in.
+/// Properties of a block, known from the cell of its parent.
 struct BlockAhead {
-    bool at_horizon = true;      ///< The horizon may cross it; else it lies above.
-    bool may_be_covered = true;  ///< By near occluders, in part.
-    unsigned highlights = ~0u;   ///< By bit, those that may not be zero in it.
-    float held_cosine = 0;       ///< See Reflected::holds_cosine; below level 1.
+    bool at_horizon = true;      ///< The horizon may cross the block; else the block lies above it.
+    bool may_be_covered = true;  ///< Nearby occluders may cover it partly.
+    unsigned highlights = ~0u;   ///< Bit mask of the lobes that may be nonzero in it.
+    float held_cosine = 0;       ///< See Reflected::holds_cosine; for blocks below level 1.
 
     bool is_plain() const { return !at_horizon && !may_be_covered && highlights == 0; }
 };
 
-/// The same for the blocks that lie in a block's cells.
+/// The properties of all blocks in the cells of a block.
 struct CellsAhead {
     unsigned at_horizon = 0, may_be_covered = 0;
     std::array<unsigned, 2> highlights{};
@@ -57,17 +57,17 @@ struct CellsAhead {
 /// A BRDF over a block's cells, without its colours.
 struct ReflectedCells {
     Cells cosine;      ///< Clamped.
-    Cells diffuse;     ///< The cosine, as diffuse light takes it: see Reflected::holds_cosine.
-    Cells highlights;  ///< With what they are weighted by; if there are any.
-    Cells loss;        ///< What a metal takes from them, if it is one.
+    Cells diffuse;     ///< The cosine used for diffuse reflection: see Reflected::holds_cosine.
+    Cells highlights;  ///< Specular lobes with their weights, if any.
+    Cells loss;        ///< Fraction that a metal absorbs from them.
     bool has_highlights = false;
-    unsigned open_above = 0;  ///< Cells that lie above the horizon, and that nothing near covers in part.
+    unsigned open_above = 0;  ///< Cells above the horizon that nearby occluders do not cover partly.
 
     ReflectedCells() : cosine(all_cells(0)), diffuse(cosine), highlights(cosine), loss(cosine) {}
 };
 
-/// The cells of a block on which the light varies; and of these those where that matters for cosines
-/// (LightPyramid::uneven) and for highlights.
+/// The cells of a block on which the light varies. Of these, the cells where the variation matters for
+/// cosines (LightPyramid::uneven) and for specular lobes.
 struct LitCells {
     unsigned varying = 0, uneven = 0, beside_highlights = 0;
 };
@@ -179,7 +179,7 @@ class FaceShading {
 public:
     using Ahead = BlockAhead;
 
-    /// Of a block that is not of the last level.
+    /// The values of a block above the last level.
     struct Head : Reflected::Values {
         CellsAhead below;
         /// By cell: BlockAhead::held_cosine.
@@ -206,7 +206,7 @@ public:
         for (const Vec3f& side : vertex.sight.cones.sides) sides.push_back(in_face_frame(side, int(face)));
     }
 
-    /// Whether a face lies below a horizon.
+    /// Tests whether a face lies below a horizon.
     static bool is_dark(const Vec3f& normal, std::size_t face) {
         const Vec3f n = in_face_frame(normal, int(face));
         return n.z + std::abs(n.x) + std::abs(n.y) <= 0;
@@ -222,7 +222,7 @@ public:
         return head;
     }
 
-    /// The same of a block of the last level: its values alone.
+    /// Evaluates a block of the last level: only its values.
     HWY_INLINE typename Reflected::Values last(int level, std::size_t face, std::size_t block,
                                                const Ahead& ahead) const {
         typename Reflected::Values values;
@@ -230,11 +230,11 @@ public:
         return values;
     }
 
-    /// The head's deviation from its value within each cell of a block above the last level. Lighting
-    /// deviates by what the pyramid says. The cosine of unit vectors whose mean has length l has the variance
-    /// 1 - l^2 at most, and clamping does not add to it; where the horizon crosses a cell, its mean may be
-    /// off by the extent. A lobe that is not curved lies below PreparedVertex::varies, and below what the
-    /// cell says.
+    /// Bounds the deviation of the head from its value within each cell of a block above the last level. The
+    /// deviation of lighting is stored in the pyramid. The cosine of unit vectors with a mean of length l has
+    /// a variance of at most 1 - l^2, and clamping does not increase it. Where the horizon crosses a cell,
+    /// the mean may err by the extent. A lobe that is not curved lies below PreparedVertex::varies and below
+    /// its value at the cell.
     HWY_INLINE HeadErrors errors(int level, std::size_t face, std::size_t block, const Ahead& ahead) const {
         const auto at = std::size_t(level);
         const BlockDirections d(vertex_.directions.block(level, block));
@@ -250,7 +250,7 @@ public:
         HeadErrors result;
         Cells lobe = all_cells(0);
         const float specular_peak = std::max({specular.x, specular.y, specular.z});
-        float constant = 0;  // the sum of lobes to the power of zero
+        float constant = 0;  // Sum of the lobes with exponent 0.
         for (std::size_t i = 0; i < vertex_.highlights().size(); ++i) {
             const Highlight& highlight = vertex_.highlights()[i];
             if (highlight.exponent == 0) {
@@ -279,7 +279,8 @@ public:
         const Cells largest =
             diffuse_peak * (larger(cosine, all_cells(0)) + all_cells(2 * vertex_.margin[at])) + lobe +
             all_cells(constant);
-        // An indicator deviates by a half at most, and so does what it is weighted with less.
+        // An indicator function deviates by at most a half; its product with smaller weights deviates by
+        // less.
         const Cells constant_deviation = vertex_.brdf.cosine_weighted ? all_cells(constant) * cosine_deviation
                                                                       : only(horizon, all_cells(constant));
         const Cells deviation = diffuse_peak * cosine_deviation + lobe + constant_deviation;
@@ -288,7 +289,7 @@ public:
     }
 
 private:
-    /// A Head is filled in wholly; of Reflected::Values it is the last level.
+    /// True for the last level, which evaluates Reflected::Values instead of a complete Head.
     template <class Result>
     static constexpr bool is_last = !std::is_same_v<Result, Head>;
 
@@ -363,8 +364,8 @@ private:
         const LitCells lit =
             reflected_.template write<is_last<Result>>(vertex_, cells, level, face, block, result);
         if constexpr (!is_last<Result>) {
-            // Below the root the cosine hardly varies, or is next to nothing; which matters where all the
-            // light is. There the light's moments have it, but at the horizon.
+            // Below the root the cosine is almost constant, or close to zero. That does not suffice where the
+            // light is concentrated; there, the light's moments contain the cosine, except at the horizon.
             const unsigned steep = not_below & (level == 0 ? all_sixteen : lit.uneven);
             curved &= not_below;
             const unsigned reflecting = steep | curved;
@@ -376,15 +377,15 @@ private:
         }
     }
 
-    /// The middle of a block below the root.
+    /// Returns the centre of a block below the root.
     HWY_INLINE Vec3f middle(int level, std::size_t block) const {
         const DirectionBlock& above = vertex_.directions.block(level - 1, block / wide_cells);
         const std::size_t cell = block % wide_cells;
         return {above.x[cell], above.y[cell], above.z[cell]};
     }
 
-    /// Adds those lobes that may not be zero, where they are not; false if they are so in the whole block.
-    /// `curved`: the cells in which one of them varies.
+    /// Adds the specular lobes where they may be nonzero. Returns false if all are zero in the whole block.
+    /// `curved`: the cells in which a lobe varies.
     HWY_INLINE bool add_highlights(int level, const BlockDirections& d, const Cells& cosine,
                                    unsigned may_be_in, Cells& sum, unsigned& curved,
                                    CellsAhead& below) const {
@@ -404,21 +405,21 @@ private:
         return found;
     }
 
-    /// Mean over the cells of max(0, N.w). Where the horizon crosses a cell the cosine is taken as uniformly
-    /// distributed over -extent to extent about its mean.
+    /// Computes the mean of max(0, N.w) over the cells. Where the horizon crosses a cell, the cosine is
+    /// assumed uniformly distributed within +-extent of its mean.
     HWY_INLINE Cells clamped_cosine(const BlockDirections& d, const Cells& cosine, unsigned horizon) const {
         const Cells zero = all_cells(0);
         Cells value = larger(cosine, zero);
         if (horizon != 0) {
             const Cells extent = d.extent(), over = larger(cosine + extent, zero);
             const Cells crossed = over * over * all_cells(0.25f) * d.inverse_extent();
-            // Where it lies wholly above, the parabola has passed its tangent point.
+            // For cells entirely above, the parabola is beyond its tangent point.
             value = choose(cells_above(extent - cosine, 0), crossed, value);
         }
         return value - value * d.spread();
     }
 
-    /// The share of the cells that a plane through the vertex leaves above it: mean of [cosine > 0].
+    /// Returns the fraction of each cell above a plane through the vertex: mean of [cosine > 0].
     static HWY_INLINE Cells share_above(const BlockDirections& d, const Cells& cosine, unsigned crossed) {
         const Cells one = all_cells(1);
         if (crossed == 0) return only(cells_above(cosine, 0), one);
@@ -426,7 +427,7 @@ private:
         return smaller(larger(half * cosine * d.inverse_extent() + half, all_cells(0)), one);
     }
 
-    /// Mean over the cells of a lobe; see vertex_shading.h.
+    /// Computes the mean of a lobe over the cells; see vertex_shading.h.
     HWY_INLINE Cells lobe_cells(const Highlight& highlight, const BlockDirections& d, const Cells& cosine,
                                 const Cells& aligned) const {
         if (highlight.exponent == 0) return all_cells(1);
@@ -436,7 +437,7 @@ private:
             const Cells m = n / (one + n * d.spread());
             return (m + one) * energy * exponential(m * logarithm_near_one(aligned));
         }
-        // |V + w| = 2 V.H, and with it N.H and the part of H across the plane of incidence.
+        // |V + w| = 2 V.H; from it follow N.H and the component of H across the plane of incidence.
         const Cells two = all_cells(2), square = larger(two + two * d.dot(to_eye_), all_cells(1e-4f));
         const Cells inverse = one / square_root(square);
         const Cells height = (cosine + all_cells(normal_.dot(to_eye_))) * inverse;
@@ -449,9 +450,9 @@ private:
                exponential((m + (m_across - m) * share_across) * logarithm_near_one(height));
     }
 
-    /// 1 - F of a metal, metallic_fresnel: within 2e-4.
+    /// Computes 1 - F of a metal, metallic_fresnel: within 2e-4.
     static HWY_INLINE Cells metallic_loss(const Cells& cosine) {
-        // The angle of incidence by Abramowitz and Stegun 4.4.45.
+        // Angle of incidence by Abramowitz and Stegun 4.4.45.
         const Cells one = all_cells(1), c = smaller(larger(cosine, all_cells(0)), one);
         Cells root = all_cells(-0.0187293f);
         for (const float term : {0.0742610f, -0.2121144f, 1.5707288f})
@@ -461,8 +462,8 @@ private:
         return one - smaller(larger(fresnel, all_cells(0)), one);
     }
 
-    /// What the near occluders leave open of each cell; the cells that they cover in part, and those that
-    /// they cover wholly. False if they are nowhere near the block.
+    /// Computes the fraction of each cell that nearby occluders leave unoccluded, the cells that they cover
+    /// partly, and those that they cover entirely. Returns false if no occluder is near the block.
     HWY_INLINE bool block_near(const BlockDirections& d, int level, std::size_t block, Cells& open,
                                unsigned& partly, unsigned& wholly) const {
         const float margin = vertex_.margin[std::size_t(level)];
@@ -502,7 +503,7 @@ private:
 
     enum class CellsCovered { none, some, all };
 
-    /// A whole block against one cone.
+    /// Tests a whole block against one cone.
     static CellsCovered covered(const Vec3f& middle, float margin, std::span<const Vec3f> sides) {
         bool all = true;
         for (const Vec3f& side : sides) {
@@ -516,8 +517,8 @@ private:
     const Reflected& reflected_;
     const PreparedVertex& vertex_;
     const Vec3f normal_, mirror_, to_eye_;
-    const Vec3f across_;         ///< The plane of incidence.
-    std::vector<Vec3f>& sides_;  ///< Of the cones, in the face's frame.
+    const Vec3f across_;         ///< Normal of the plane of incidence.
+    std::vector<Vec3f>& sides_;  ///< Sides of the cones, in the face's frame.
 };
 
 }  // namespace HWY_NAMESPACE

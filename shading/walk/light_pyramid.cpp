@@ -34,7 +34,7 @@ LightPyramid::LightPyramid(const RgbCubemapTree& light, int face_size) : numbers
     if (numbers_.levels() > 1) add_moments();
 }
 
-/// Of the finest cells, handed up.
+/// Adds the moments of the finest cells to all levels above.
 void LightPyramid::add_moments() {
     const DirectionPyramid directions(numbers_.face_size());
     const int last = numbers_.levels() - 1;

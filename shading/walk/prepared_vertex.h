@@ -1,5 +1,5 @@
 #pragma once
-/// What all faces and blocks of a vertex share, while it is shaded.
+/// Data that all faces and blocks of a vertex share during its shading.
 
 #include <algorithm>
 #include <cassert>
@@ -9,25 +9,25 @@
 
 namespace haarfield {
 
-/// Below this share of its peak a lobe is zero;
+/// Fraction of its peak below which a lobe counts as zero.
 inline constexpr float lobe_zero = 1e-3f;
-/// and from this on it varies where its cell is not the finest,
+/// Fraction of its peak from which a lobe varies within cells above the last level.
 inline constexpr float lobe_varies = 4e-3f;
-/// or, of terms that are to be pruned, from this on.
+/// As lobe_varies, for terms that will be pruned.
 inline constexpr float lobe_of_terms_varies = 0.03f;
 
-/// One of a vertex's highlights, and where it has to be looked for.
+/// One of a vertex's specular lobes, and the directions in which it is evaluated.
 struct Highlight {
-    float weight = 0, exponent = 1;  ///< To the power of zero it is 1 everywhere.
+    float weight = 0, exponent = 1;  ///< Exponent 0: constant.
     bool about_half_vector = false;
-    /// By level: the cosines, between mirror and middle of a cell, above which the lobe is not zero somewhere
-    /// in it, and above which it varies.
+    /// By level: cosines of the angle between mirror direction and centre of a cell. Above `near`, the lobe
+    /// is nonzero somewhere in the cell; above `curved`, it varies within it.
     std::array<float, 4> near{}, curved{};
 
-    /// Fills in the cosines.
+    /// Computes the cosines.
     ///
     /// last_level  of the blocks that are walked.
-    /// varies      from this share of its peak on it does.
+    /// varies      fraction of its peak from which the lobe varies.
     void look_for(const DirectionPyramid& directions, int last_level, float varies) {
         near.fill(exponent == 0 ? -2.0f : 0.0f);
         curved.fill(2);
@@ -41,18 +41,18 @@ struct Highlight {
     }
 
 private:
-    /// How far from the mirror direction a lobe has a value.
+    /// The angle from the mirror direction up to which a lobe exceeds a value.
     struct Reach {
         float sine, cosine;
 
-        /// cosine_of_lobe  of the angle from the lobe's axis; the mirror direction turns twice as far as the
-        ///                 half vector.
+        /// cosine_of_lobe  of the angle from the lobe's axis; the mirror direction rotates by twice the angle
+        ///                 of the half vector.
         Reach(float cosine_of_lobe, bool about_half_vector) {
             const float c = cosine_of_lobe, s = std::sqrt(std::max(1 - c * c, 0.0f));
             sine = about_half_vector ? 2 * s * c : s;
             cosine = about_half_vector ? 2 * c * c - 1 : c;
         }
-        /// Of the reach and a cell's radius together; no more than half a turn.
+        /// Returns the cosine of the reach plus a cell's radius, limited to 180 degrees.
         float cosine_beyond(const DirectionPyramid& directions, int level) const {
             const float s = directions.sine(level), c = directions.cosine(level);
             return sine * c + cosine * s > 0 ? cosine * c - sine * s : -1.0f;
@@ -60,23 +60,23 @@ private:
     };
 };
 
-/// What all faces and blocks of a vertex share. The ShadedVertex must outlive it.
+/// The data that all faces and blocks of a vertex share. The ShadedVertex must outlive it.
 struct PreparedVertex {
     const DirectionPyramid& directions;
     const VertexBrdf& brdf;
     VertexSight sight;
-    float varies;  ///< Of lobes: lobe_varies or lobe_of_terms_varies.
+    float varies;  ///< Threshold of lobes: lobe_varies or lobe_of_terms_varies.
     bool is_metallic;
     Vec3f to_eye;
-    Vec3f across;  ///< The plane of incidence: unit length.
-    /// By level: sine of the largest angle from a cell's middle to its border.
+    Vec3f across;  ///< Unit normal of the plane of incidence.
+    /// By level: sine of the largest angle from a cell's centre to its border.
     std::array<float, 4> margin{};
-    /// By level: a highlight times the light's deviation in a cell, over the mean of the light. What is less
-    /// changes less than a thousandth of what the highlights reflect of even light.
+    /// By level: bound on a lobe times the light's deviation in a cell, over the mean of the light.
+    /// Smaller products change the specular reflection of uniform light by less than a thousandth.
     std::array<float, 4> negligible{};
 
     /// last_level  of the blocks that are walked.
-    /// lobes_vary  from this share of its peak on a lobe does.
+    /// lobes_vary  fraction of its peak from which a lobe varies.
     PreparedVertex(const ShadedVertex& vertex, int last_level, float lobes_vary = lobe_varies)
         : directions(vertex.directions),
           brdf(vertex.brdf),
@@ -95,7 +95,7 @@ struct PreparedVertex {
         }
         for (std::size_t i = 0; i < highlight_count_; ++i)
             highlights_[i].look_for(directions, last_level, varies);
-        float energy = 0;  // mean over the sphere; the half vector turns half as far
+        float energy = 0;  // Mean over the sphere; the half vector rotates half as far.
         for (const Highlight& highlight : highlights())
             energy += highlight.weight * (highlight.about_half_vector ? 4.0f : 1.0f) /
                       (2 * (highlight.exponent + 1));
@@ -106,7 +106,7 @@ struct PreparedVertex {
         }
     }
 
-    /// Those that are not zero.
+    /// Returns the lobes with nonzero weight.
     std::span<const Highlight> highlights() const { return {highlights_.data(), highlight_count_}; }
 
 private:

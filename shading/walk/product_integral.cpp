@@ -35,7 +35,7 @@ struct Light {
     }
 };
 
-/// No lighting.
+/// A constant instead of lighting.
 struct One {
     using Value = float;
 
@@ -130,11 +130,11 @@ namespace haarfield {
 
 namespace {
 
-/// Of so many points the trees fit a core's second cache.
+/// Number of points whose trees fit a core's L2 cache.
 constexpr std::size_t points_at_once = 8;
 
-/// Prefetches trees into the second cache by reading them from end to end: that is what memory is fastest at,
-/// several times as fast as at the prefetches of single nodes.
+/// Prefetches trees into the L2 cache by reading them sequentially. Memory is several times as fast for
+/// sequential reads as for prefetches of single nodes.
 void prefetch_trees(std::span<const WeightedTrees<float>> factors) {
     constexpr std::size_t line = 64;
     unsigned sum = 0;

@@ -5,7 +5,7 @@
 
 namespace haarfield {
 
-/// The Haar transform of four means that lie `step` apart: their mean and their wavelets.
+/// Transforms four means at distance `step` to their mean and their wavelets.
 inline void transform_square(float* cell, std::size_t step) {
     float &a = cell[0], &b = cell[step], &c = cell[2 * step], &d = cell[3 * step];
     const float upper = a + b, lower = c + d, upper_slope = a - b, lower_slope = c - d;

@@ -62,7 +62,7 @@ private:
     }
 };
 
-/// Prefetches what list_factors reads.
+/// Prefetches the data that list_factors reads.
 void prefetch_faces(std::span<const WeightedTrees<std::uint8_t>> factors) {
     for (const WeightedTrees<std::uint8_t>& factor : factors)
         for (const auto& part : factor.parts) {
@@ -71,13 +71,13 @@ void prefetch_faces(std::span<const WeightedTrees<std::uint8_t>> factors) {
         }
 }
 
-/// Prefetches the nodes that are listed.
+/// Prefetches the listed nodes.
 void prefetch_nodes(const VaryingFactors<std::uint8_t>& varying) {
     for (std::size_t i = 0; i < varying.node_count; ++i) hwy::Prefetch(varying.nodes[i].node);
 }
 
-/// Walks the faces that are lit, into a sink. The factors of the next one are listed before, and their
-/// nodes prefetched.
+/// Walks the lit faces. Lists the factors of the next face and prefetches their nodes before the current face
+/// is walked.
 template <class Reflected, class Sink>
 void walk_faces(const Reflected& reflected, const PreparedVertex& vertex, const Depth& depth,
                 WalkMemory<std::uint8_t>& memory, Sink& sink) {

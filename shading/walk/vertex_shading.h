@@ -10,34 +10,34 @@
 
 namespace haarfield {
 
-/// What a vertex does with incident radiance L:
+/// BRDF of a vertex. From incident radiance L it computes
 ///     outgoing = int L [ diffuse max(0,N.w) + specular (1 - metallic (1 - F(N.w))) highlight c ] dw,
-///     highlight = phong max(0,R.w)^shininess + blinn max(0,N.H)^blinn_exponent,
-/// where c is max(0,N.w) if the highlight is cosine-weighted, and otherwise 1 above the horizon and 0 below
-/// it; H and F as in material.h.
+///     highlight = phong max(0,R.w)^shininess + blinn max(0,N.H)^blinn_exponent.
+/// If the specular term is cosine-weighted, c is max(0,N.w), otherwise 1 above and 0 below the horizon. H and
+/// F are defined in material.h.
 struct VertexBrdf {
     Vec3f normal;                    ///< N.
     Vec3f mirror;                    ///< R: the view direction, mirrored about the normal.
     Rgb diffuse{0.0f};               ///< Albedo / pi. [1/sr]
-    Rgb specular{0.0f};              ///< With its normalisation. [1/sr]
-    float phong = 1, shininess = 1;  ///< Shininess 0: the same in all directions.
+    Rgb specular{0.0f};              ///< Including its normalisation. [1/sr]
+    float phong = 1, shininess = 1;  ///< Shininess 0: constant.
     float blinn = 0, blinn_exponent = 20;
-    Rgb metallic{0.0f};  ///< What a metal takes from its highlights under light along N. In [0, 1].
+    Rgb metallic{0.0f};  ///< Fraction of specular light that a metal absorbs along N. In [0, 1].
     bool cosine_weighted = false;
 };
 
-/// What a vertex sees past all objects: a product of visibilities.
+/// The visibility of a vertex around all objects, as a product.
 struct VertexSight {
     std::span<const WeightedTrees<std::uint8_t>> trees;  ///< Of its own entity and of other instances.
-    BlockedCones cones;                                  ///< Occluders that are seen exactly.
+    BlockedCones cones;                                  ///< Occluders that are evaluated exactly.
 };
 
-/// A vertex to be shaded: all factors of its product integral but the light.
+/// A vertex to be shaded: all factors of its product integral except the light.
 struct ShadedVertex {
     const DirectionPyramid& directions;  ///< Of faces of at least two texels (asserted).
     const VertexBrdf& brdf;
     VertexSight sight;
-    int depth;  ///< As in product_integral; of lighting and visibility trees. Cosine and lobe follow.
+    int depth;  ///< As in product_integral, for lighting and visibility trees. Cosine and lobe follow.
 };
 
 /// Computes the outgoing radiance of a vertex, both components in one traversal.
@@ -61,9 +61,8 @@ Outgoing outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex
 /// are dark have no block. Highlights below 3 % of their peak are held constant over cells where neither
 /// lighting nor visibility varies.
 ///
-/// detail   null: everything is there. Else what is negligible may be left out: blocks below cells whose mean
-///          is kept.
-/// returns  a bound on the energy of what is left out, with the weights of `detail`.
+/// detail   null: complete. Else negligible details may be omitted: blocks below cells whose mean is kept.
+/// returns  a bound on the energy of the omitted details, with the weights of `detail`.
 double radiance_integrand(const LightPyramid& light, const ShadedVertex& vertex,
                           WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
                           const DetailWeights* detail = nullptr);
@@ -81,17 +80,18 @@ HighlightIntegrand highlight_integrand(const LightPyramid& light, const ShadedVe
                                        std::vector<WaveletBlock<3>>& product,
                                        const DetailWeights* detail = nullptr);
 
-/// The terms of what a vertex does with light, times visibilities, each as a channel of a function product:
+/// Computes the terms of a vertex's response to light, times visibilities, each as a channel of a function
+/// product:
 ///     t_0 = max(0,N.w),   t_1 = highlight c,   t_2 = highlight c F(N.w),
-/// without the colours, so that
+/// without colours, so that
 ///     outgoing = int L [diffuse t_0 + specular (1 - metallic) t_1 + specular metallic t_2] dw.
-/// Of two terms t_2 is left out; of three it is zero unless metallic is not.
+/// A product of two terms omits t_2; in a product of three, t_2 is zero if metallic is zero.
 ///
-/// The cosine of t_0 is held constant over cells of 1/16 of a face's edge (concentrated_light.h), highlights
-/// below 3 % of their peak over cells where the visibility does not vary.
+/// The cosine of t_0 is constant over cells of 1/16 of a face's edge (concentrated_light.h). Where visibility
+/// does not vary within a cell, a lobe below 3 % of its peak is constant over the cell.
 ///
 /// numbers  of the blocks, for faces of the size of the vertex's directions.
-/// cost     as radiance_integrand; of diffuse and specular it matters only whether they are zero.
+/// cost     as radiance_integrand; depends on diffuse and specular only by whether they are zero.
 /// @{
 void transfer_terms(const BlockNumbers& numbers, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
                     std::vector<WaveletBlock<2>>& product);

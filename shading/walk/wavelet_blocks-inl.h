@@ -1,4 +1,4 @@
-// Function products: what a walk finds, written down and transformed. Included once per instruction set,
+// Function products: records the product during a walk and transforms it. Included once per instruction set,
 // inside Highway's foreach_target.
 
 #if defined(HAARFIELD_WAVELET_BLOCKS_INL_H) == defined(HWY_TARGET_TOGGLE)
@@ -16,7 +16,7 @@ HWY_BEFORE_NAMESPACE();
 namespace haarfield {
 namespace HWY_NAMESPACE {
 
-/// transform_square of all quadrants. Sums and differences are the same bits in vectors.
+/// Applies transform_square to all quadrants. The vector forms give bit-identical sums and differences.
 HWY_INLINE Cells transformed_quadrants(const Cells& cells) {
 #if HWY_TARGET == HWY_SCALAR
     alignas(64) float cell[wide_cells];
@@ -37,7 +37,7 @@ HWY_INLINE Cells transformed_quadrants(const Cells& cells) {
 #endif
 }
 
-/// transform_square of what is first in each quadrant.
+/// Applies transform_square to the first cells of the quadrants.
 HWY_INLINE Cells transformed_means(const Cells& cells) {
 #if HWY_MAX_BYTES == 64
     alignas(64) static constexpr float alternating[] = {1, 1, 1, 1, -1, -1, -1, -1,
@@ -56,14 +56,15 @@ HWY_INLINE Cells transformed_means(const Cells& cells) {
 #endif
 }
 
-/// The Haar transform of a block's sixteen cells, into the slots of WaveletBlock: first their mean.
+/// Computes the Haar transform of a block's sixteen cells, in the slots of WaveletBlock; the mean comes
+/// first.
 HWY_INLINE Cells transformed(const Cells& cells) {
     return transformed_means(transformed_quadrants(cells));
 }
 
-/// Sink of a walk: from the means of the product over the cells that are done to its wavelets, bottom-up.
+/// A sink that converts the means of the product over completed cells to wavelets, bottom-up.
 ///
-/// blurs  whether details may be left out: of blurred cells only the mean is kept.
+/// blurs  true: details may be omitted, keeping only the mean of blurred cells.
 template <int channels, bool blurs = false>
 struct BlockWriter {
     static constexpr unsigned needed = 1;
@@ -74,10 +75,10 @@ struct BlockWriter {
 
     BlockNumbers numbers;
     std::vector<WaveletBlock<channels>>& blocks;
-    const DetailWeights* detail = nullptr;  ///< Null: nothing is blurred.
+    const DetailWeights* detail = nullptr;  ///< Null: no blurring.
     double blurred_energy = 0;              ///< A bound.
-    std::array<std::size_t, 4> place{};     ///< Of the block at hand and those above, by level.
-    std::array<unsigned, 4> blurred{};      ///< Of these, the cells.
+    std::array<std::size_t, 4> place{};     ///< Index of the current block and its ancestors, by level.
+    std::array<unsigned, 4> blurred{};      ///< Blurred cells of these blocks.
 
     bool needs_bounds() const { return detail != nullptr; }
     float negligible(int level) const { return detail->negligible[std::size_t(level)]; }
@@ -89,7 +90,7 @@ struct BlockWriter {
         return level > 0 && (blurred[std::size_t(level) - 1] >> (block % wide_cells) & 1u) != 0;
     }
 
-    /// A block with nothing below.
+    /// Adds a block without descendants.
     HWY_INLINE void add(int level, std::size_t face, std::size_t block, unsigned done, const Cells& product,
                         const HeadCells<channels>& head) {
         const Cells share = done == all_sixteen ? product : only(done, product);
@@ -137,7 +138,7 @@ private:
         return added;
     }
 
-    /// To the blurred cell that the block lies in.
+    /// Adds a block's mean to the blurred cell that contains it.
     void add_mean(int level, std::size_t block, const Cells& share, const HeadCells<channels>& head) {
         float part = 1.0f / wide_cells;
         for (--level; is_blurred(level, block / wide_cells); --level) {

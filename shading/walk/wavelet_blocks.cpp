@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::uint32_t no_block = std::numeric_limits<std::uint32_t>::max();
 
-/// Places of the blocks in the cells of each.
+/// Indices of the child blocks of each block, by cell.
 using BlocksBelow = std::vector<std::array<std::uint32_t, wide_cells>>;
 
 template <class Value, int channels>
@@ -21,14 +21,14 @@ Value amplitude(const WaveletBlock<channels>& block, std::size_t slot) {
         return Value(block.amplitude[0][slot], block.amplitude[1][slot], block.amplitude[2][slot]);
 }
 
-/// A square that is to become a node: a block's own, or that of one of its quadrants.
+/// A square that becomes a node: that of a block, or one of its quadrants.
 struct Square {
     static constexpr unsigned own = 4;
 
     std::uint32_t block;
     unsigned quadrant;
 
-    /// Slots of its wavelets: so much apart, from that on.
+    /// Slots of its wavelets: the first, and the distance between them.
     std::size_t first_slot() const { return quadrant == own ? 4 : 4 * quadrant + 1; }
     std::size_t slot_step() const { return quadrant == own ? 4 : 1; }
 };
@@ -51,7 +51,7 @@ public:
             if (product[i].parent != i) below_[product[i].parent][product[i].cell] = i;
     }
 
-    /// Level by level: squares that wait are those whose nodes are there already, in their order.
+    /// Builds the tree of a face, breadth first: `squares` lists the squares of the nodes made so far.
     BasicQuadtree<Value> face(std::uint32_t root) const {
         BasicQuadtree<Value> tree;
         tree.scaling = amplitude<Value>(product_[root], 0);

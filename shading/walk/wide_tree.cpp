@@ -6,7 +6,7 @@ namespace haarfield {
 namespace {
 
 double l2_norm(const Quadtree& tree) {
-    // Nodes come level by level: a level ends where the children of its last node end.
+    // Nodes are ordered by level: a level ends where the children of its last node end.
     double square = double(tree.scaling) * tree.scaling, share = 1;
     std::size_t level_end = 1, next = 1;
     for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
@@ -26,8 +26,7 @@ public:
     WideNodeWriter(const Quadtree& tree, std::vector<WideNode<float>>& nodes)
         : tree_(tree), nodes_(nodes), negligible_(static_cast<float>(5e-7 * l2_norm(tree))) {}
 
-    /// Fills nodes[place] with the square of a node of the tree, whose mean is given, and appends its
-    /// children.
+    /// Fills nodes[place] from a node of the tree with a given mean, and appends its children.
     void write(std::size_t place, std::int32_t index, float mean) {
         WideNode<float> wide;
         std::array<std::int32_t, wide_cells> below;

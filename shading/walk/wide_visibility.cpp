@@ -8,10 +8,10 @@
 namespace haarfield {
 namespace {
 
-/// Differences below this do not count: half of what a byte can tell.
+/// Half of the resolution of a byte: smaller differences are ignored.
 constexpr float negligible = 1.0f / 512;
 
-/// The faces of all samples, each once, by first use.
+/// Returns the distinct faces of all samples, by first use.
 std::vector<std::uint32_t> faces_in_use(const VisibilityField& field, std::span<const std::uint32_t> order) {
     std::vector<std::uint32_t> faces;
     std::vector<bool> seen(field.pool.faces.size());
@@ -32,8 +32,8 @@ struct CellRange {
     float mean, least, most;
 };
 
-/// Mean, smallest and largest of the cells, each brought back into [0, 1]. Four at a time, as one after the
-/// other they would wait for each other.
+/// Clamps the cells to [0, 1] and returns their mean, minimum and maximum. Four accumulators avoid a chain of
+/// dependent operations.
 CellRange clamped(std::array<float, wide_cells>& value) {
     std::array<float, 4> sum{}, least{1, 1, 1, 1}, most{};
     for (std::size_t cell = 0; cell < wide_cells; cell += 4)

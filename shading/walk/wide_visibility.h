@@ -1,5 +1,5 @@
 #pragma once
-/// A visibility field as wide trees: what shading walks.
+/// A visibility field as wide trees, the input of shading.
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
@@ -8,20 +8,20 @@
 
 namespace haarfield {
 
-/// Makes wide trees of visibility on faces, one after the other, in one byte a cell.
+/// Converts quadtrees of visibility on faces to wide trees, with one byte per cell.
 ///
-/// Visibility lies in [0, 1], which its truncated wavelets leave; every cell is brought back into it. That
-/// takes the ripples out of open and blocked regions, so that these are exactly 1 and 0, and never adds
+/// Visibility lies in [0, 1], but truncated wavelets exceed this range; every cell is clamped to it. Clamping
+/// removes the ripples in open and blocked regions, which become exactly 1 and 0, and never increases the
 /// error.
 ///
-/// accuracy  rounded to 1/255; squares on which the visibility differs by less than 1/512 are constant.
+/// accuracy  rounded to 1/255; squares on which visibility differs by less than 1/512 are constant.
 class VisibilityConverter {
 public:
-    /// Appends the face's nodes, root first; none if it is constant. Returns its mean.
+    /// Appends the nodes of a face, root first; none if it is constant. Returns the mean of the face.
     float append(const Quadtree& tree, std::vector<WideNode<std::uint8_t>>& nodes);
 
 private:
-    /// A node, and its children: so many of children_, from the first on.
+    /// A node, with its children: child_count entries of children_ from first_child.
     struct Square {
         std::array<std::uint8_t, wide_cells> mean;
         std::uint16_t varying;
@@ -33,31 +33,33 @@ private:
         std::int32_t square;  ///< no_node: constant.
     };
 
-    /// The square of a node whose mean was given to it by the wavelets above: its mean once all its cells are
-    /// in [0, 1].
+    /// Builds the square of a node whose mean is given by the wavelets above it. Returns its mean after
+    /// clamping all cells to [0, 1].
     Built build(const Quadtree& tree, std::int32_t index, float mean);
     void write(std::size_t index, std::size_t place, std::vector<WideNode<std::uint8_t>>& nodes) const;
 
     std::vector<Square> squares_;
-    std::vector<std::int32_t> children_;  ///< In squares_.
+    std::vector<std::int32_t> children_;  ///< Indices in squares_.
 };
 
 /// The trees of a field by sample, as VisibilityConverter makes them.
 ///
-/// memory  24 bytes a node: about 1.6 times the field's own.
+/// memory  24 bytes per node: about 1.6 times that of the field.
 class WideVisibility {
 public:
-    /// order   of the local samples, in which they will be asked for and their trees lie in memory.
-    /// cost    some 20 ns a node of the field, on all of oneTBB's threads.
+    /// Converts a field.
+    ///
+    /// order   order of the local samples in memory: that of their use.
+    /// cost    about 20 ns per node of the field, in parallel on oneTBB.
     /// errors  interrupted.
     static Result<WideVisibility> make(const VisibilityField& field, std::span<const std::uint32_t> order,
                                        std::stop_token stop = {});
 
-    /// Of a planar sample.
+    /// Returns the tree of a planar sample.
     const WideCubemap<std::uint8_t>& planar(std::uint32_t sample) const { return planar_[sample]; }
-    /// Of a spherical sample.
+    /// Returns the tree of a spherical sample.
     const WideCubemap<std::uint8_t>& spherical(std::uint32_t sample) const { return spherical_[sample]; }
-    /// Of a vertex.
+    /// Returns the tree of a vertex.
     const WideCubemap<std::uint8_t>& local(std::uint32_t vertex) const { return local_[vertex]; }
     std::size_t memory() const;  ///< [bytes]
 

@@ -24,7 +24,7 @@ HWY_INLINE void for_each_bit(unsigned cells, const Action& action) {
         action(static_cast<unsigned>(std::countr_zero(left)));
 }
 
-/// The mean over a block's cells of what is not a tree: lighting, and what a vertex does with it.
+/// The mean over a block's cells of the functions that are not trees: lighting, BRDF and cosine of a vertex.
 template <int channel_count>
 struct HeadCells {
     static constexpr int channels = channel_count;
@@ -33,10 +33,10 @@ struct HeadCells {
     Ahead ahead(unsigned) const { return {}; }
 
     Cells value[channels];  ///< Per channel.
-    unsigned once = 0;      ///< Cells on which at least one of its functions varies,
-    unsigned twice = 0;     ///< and at least two.
-    unsigned zero = 0;      ///< Cells on which it vanishes.
-    int used = channels;    ///< The channels from here on are zero.
+    unsigned once = 0;      ///< Cells on which at least one of its functions varies.
+    unsigned twice = 0;     ///< Cells on which at least two vary.
+    unsigned zero = 0;      ///< Cells on which it is zero.
+    int used = channels;    ///< Channels from this one on are zero.
 };
 
 template <class Cell>
@@ -79,7 +79,7 @@ struct ProductErrors {
     }
 };
 
-/// How a sink that treats them as any other is told of the blocks of the last level.
+/// Passes blocks of the last level to a sink that treats them like all others.
 template <class Sink>
 struct LeavesOf {
     Sink& sink;
@@ -92,7 +92,7 @@ struct LeavesOf {
     }
 };
 
-/// Sums over all cells, by channel: an integral.
+/// A sink that sums over all cells, by channel: an integral.
 template <int channels>
 struct ChannelSums {
     static constexpr unsigned needed = 2;
@@ -121,7 +121,7 @@ struct ChannelSums {
     }
     void close(int, std::size_t) {}
 
-    /// With its own sums, which stay in registers.
+    /// Separate sums, which stay in registers.
     struct Leaves {
         ChannelSums& whole;
         Cells sum[channels];
@@ -139,23 +139,23 @@ struct ChannelSums {
     };
 };
 
-/// Goes down a face, cell by cell, while at least Sink::needed functions vary and no constant factor is zero.
+/// Walks down a face, cell by cell, while at least Sink::needed functions vary and no constant factor is
+/// zero.
 ///
-/// Where fewer than two functions vary the mean of the product is the product of the means: a function times
-/// constants averages to its mean times the constants. Constants are passed down as one number.
+/// Where fewer than two functions vary, the mean of the product is the product of the means: the mean of a
+/// function times constants is its mean times the constants. Constants are passed down as one number.
 ///
-/// Head  Ahead: what it knows of a block from the one above.
-///       HeadCells operator()(int level, std::size_t face, std::size_t block, Ahead): with  Ahead
-///       ahead(unsigned cell)  of the block in a cell.
-///       last(level, face, block, Ahead): the same for blocks of the last level, where only values and zeros
-///       matter.
-/// Sink  is told of each block, parents first: open(level, face, block, cells that are done, product of the
-///       constants and trees, head), and close(level, block) when what lies in the others is done; or
-///       add(...) if nothing lies below, for the last level by way of Sink::Leaves. `constant` of the root is
-///       what that product is multiplied by, on each level once more by Sink::cell_share. If it may_blur, the
-///       variation within some cells is dropped: the sink keeps the means of these cells, and below them the
-///       walk goes on only where two functions vary. If it is_sum, the sink uses nothing of the blocks but
-///       the sum over their cells.
+/// Head  Ahead: properties of a block that are known from its parent.
+///       HeadCells operator()(int level, std::size_t face, std::size_t block, Ahead): the result has
+///       Ahead ahead(unsigned cell)  for the block in a cell.
+///       last(level, face, block, Ahead): for blocks of the last level, where only values and zeros are used.
+/// Sink  receives each block, parents first. A block with descendants calls open(level, face, block,
+///       completed cells, product of the constants and trees, head), and close(level, block) when the other
+///       cells are complete. A block without calls add(...), on the last level through Sink::Leaves.
+///       `constant` of the root multiplies that product, as does Sink::cell_share on each level.
+///       may_blur: variation within some cells may be omitted, except for their means. set_blurred receives
+///       these cells; below them the walk continues only where two functions vary.
+///       is_sum: only the sum over the cells of all blocks is used.
 template <class Cell, class Head, class Sink>
 class Walk {
     using Ahead = typename Head::Ahead;
@@ -165,7 +165,7 @@ public:
     Walk(const Head& head, Sink& sink, WalkMemory<Cell>& memory, const Depth& depth)
         : head_(head), sink_(sink), memory_(memory), last_level_(depth.levels - 1), average_(depth.average) {}
 
-    /// memory.varying[level] holds the factors that vary on the block.
+    /// Visits a block. memory.varying[level] holds the factors that vary on it.
     void visit(int level, std::size_t face, std::size_t block, float constant, const Ahead& ahead) {
         if (level == last_level_) return finish(level, face, block, constant, ahead);
         const HeadValue head = head_(level, face, block, ahead);
@@ -246,8 +246,8 @@ private:
         sink_.close(level, block);
     }
 
-    /// What `finish` does with the blocks of these cells, factor by factor instead of block by block: without
-    /// lists, and with many loads under way at once.
+    /// Does the same as `finish` for the blocks of these cells, factor by factor instead of block by block.
+    /// This needs no lists and keeps many loads in flight.
     void finish_cells(int level, std::size_t face, std::size_t block, const Cells& constants, unsigned cells,
                       const HeadValue& above) {
         const VaryingFactors<Cell>& varying = memory_.varying[std::size_t(level)];
@@ -292,7 +292,7 @@ private:
         }
     }
 
-    /// In a sum over the cells it is enough that the trees beside it are averaged.
+    /// Averages the head for sinks that use single cells. For a sum, averaging the trees is sufficient.
     template <class Values>
     HWY_INLINE void average_head(Values& head) const {
         if constexpr (!Sink::is_sum)
@@ -300,7 +300,7 @@ private:
                 for (Cells& channel : head.value) channel = means_of(channel, average_);
     }
 
-    /// The factors that vary on a cell.
+    /// Lists the factors that vary on a cell.
     void list_children(int level, unsigned cell) {
         const VaryingFactors<Cell>& varying = memory_.varying[std::size_t(level)];
         const auto* evaluated = memory_.evaluated[std::size_t(level)].data();
@@ -313,7 +313,7 @@ private:
             if (evaluated[f].varying >> cell & 1u) {
                 const WeightedNode<Cell>* first = end;
                 for (std::uint32_t i = 0; i < count; ++i) {
-                    // Written always, kept if it varies.
+                    // Written unconditionally, kept if it varies.
                     *end = {child_of(node[i].node, cell), node[i].weight};
                     end += node[i].node->varying >> cell & 1u;
                 }

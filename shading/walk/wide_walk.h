@@ -1,5 +1,5 @@
 #pragma once
-/// What the walk down n trees keeps of the factors, and its memory.
+/// The state of the factors during the walk down n trees, and its memory.
 
 #include <algorithm>
 
@@ -7,35 +7,35 @@
 
 namespace haarfield {
 
-/// A tree that varies on a block, and its weight in the factor.
+/// A tree that varies on a block, and its weight in a factor.
 template <class Cell>
 struct WeightedNode {
     const WideNode<Cell>* node;
     float weight;
 };
 
-/// A factor that varies on a block:  constant + sum of weight * tree  over its trees that do.
+/// A factor that varies on a block:  constant + sum of weight * tree  over the trees that vary there.
 struct VaryingFactor {
     float constant;
-    std::uint32_t nodes;  ///< How many.
+    std::uint32_t nodes;  ///< Number of trees.
 };
 
-/// The factors that vary on one block; their nodes one after the other.
+/// The factors that vary on a block, with their nodes in sequence.
 template <class Cell>
 struct VaryingFactors {
     std::vector<VaryingFactor> factors;
     std::vector<WeightedNode<Cell>> nodes;
     std::size_t factor_count = 0, node_count = 0;
 
-    void clear() { factor_count = node_count = 0; }  ///< No factors; memory stays.
+    void clear() { factor_count = node_count = 0; }  ///< Removes all factors; keeps the memory.
 
-    /// Room for so many, so that adding need not look.
+    /// Reserves memory, so that adding needs no checks.
     void reserve(std::size_t most_factors, std::size_t most_nodes) {
         if (factors.size() < most_factors + 1) factors.resize(most_factors + 1);
         if (nodes.size() < most_nodes + 1) nodes.resize(most_nodes + 1);
     }
-    void add_factor() { factors[factor_count++] = {0, 0}; }  ///< A factor without nodes yet.
-    /// To the factor added last.
+    void add_factor() { factors[factor_count++] = {0, 0}; }  ///< Adds a factor without nodes.
+    /// Adds a node to the last factor.
     void add_node(const WideNode<Cell>* node, float weight) {
         VaryingFactor& factor = factors[factor_count - 1];
         for (std::size_t i = node_count - factor.nodes; i < node_count; ++i)
@@ -46,7 +46,7 @@ struct VaryingFactors {
         nodes[node_count++] = {node, weight};
         ++factor.nodes;
     }
-    /// Completes the factor added last; false if it has no nodes: then it is taken from the list.
+    /// Completes the last factor. If it has no nodes, removes it and returns false.
     bool set_constant(float constant) {
         factors[factor_count - 1].constant = constant;
         if (factors[factor_count - 1].nodes > 0) return true;
@@ -55,20 +55,20 @@ struct VaryingFactors {
     }
 };
 
-/// One thread's memory for a walk; grows to what is needed and stays.
+/// The memory of one thread's walks. It grows to the size needed and is kept.
 template <class Cell>
 struct WalkMemory {
-    std::array<VaryingFactors<Cell>, 4> varying;  ///< On the block at hand, by level.
+    std::array<VaryingFactors<Cell>, 4> varying;  ///< On the current block, by level.
     VaryingFactors<Cell> next;                    ///< On the next face.
-    /// A factor on a block, as the walk leaves it for the block's children.
+    /// A factor on a block, evaluated for the block's children.
     struct Evaluated {
-        alignas(64) std::array<float, wide_cells> constant;  ///< Of the trees that do not vary on a cell.
-        unsigned varying;                                    ///< Cells.
+        alignas(64) std::array<float, wide_cells> constant;  ///< Sum over trees that are constant on a cell.
+        unsigned varying;                                    ///< Cells on which the factor varies.
     };
     std::array<std::vector<Evaluated>, 4> evaluated;  ///< By level and factor.
-    std::vector<Vec3f> sides;  ///< Of near occluders, in the frame of the face at hand.
+    std::vector<Vec3f> sides;  ///< Sides of nearby occluders, in the frame of the current face.
 
-    /// Room for a walk with these factors.
+    /// Reserves memory for a walk with these factors.
     void reserve(std::span<const WeightedTrees<Cell>> factors) {
         std::size_t nodes = 0;
         for (const auto& factor : factors) nodes += factor.parts.size();
@@ -79,13 +79,13 @@ struct WalkMemory {
     }
 };
 
-/// What the factors of a product are on a whole face.
+/// The values of the factors of a product on a whole face.
 struct FaceFactors {
     float constant = 1;  ///< Product of the factors that do not vary on the face.
     float mean = 1;      ///< Product of all factors' means.
 };
 
-/// Lists the factors that vary on a face. Parts that share a tree there become one.
+/// Lists the factors that vary on a face. Parts that share a tree there are merged.
 template <class Cell>
 FaceFactors list_factors(std::span<const WeightedTrees<Cell>> factors, std::size_t face,
                          VaryingFactors<Cell>& varying) {
@@ -108,12 +108,12 @@ FaceFactors list_factors(std::span<const WeightedTrees<Cell>> factors, std::size
     return result;
 }
 
-/// How far down trees are walked.
+/// The depth to which trees are walked.
 struct Depth {
     int levels;   ///< Of wide nodes.
-    int average;  ///< On the last of them, over how many cells each factor is averaged: 1, 4 or 16.
+    int average;  ///< Cells over which each factor is averaged on the last level: 1, 4 or 16.
 
-    /// depth of quadtree levels, on faces with so many levels of wide nodes.
+    /// depth: in quadtree levels. face_levels: levels of wide nodes on a face.
     Depth(int depth, int face_levels)
         : levels(std::min((depth + 1) / 2, face_levels)), average(depth < 2 * levels ? 4 : 1) {
         if (levels > 0 || face_levels == 0) return;
