@@ -23,7 +23,7 @@ struct BakeCommandOptions {
     bool no_render = false;
 };
 
-/// write_baked_scene, with a warning of what was clamped.
+/// Calls write_baked_scene and warns about clamped radiance.
 Result<BakedFiles> written_scene(const std::filesystem::path& folder, const std::string& name,
                                  const Camera& camera, const std::vector<BakedInstance>& instances,
                                  const BackgroundDescription& background, CommandContext& context) {
@@ -34,24 +34,22 @@ Result<BakedFiles> written_scene(const std::filesystem::path& folder, const std:
     return files;
 }
 
-/// original_bake, with a warning of what has no light, and a word on what is without effect.
+/// Calls original_bake. Warns about vertices without light and reports settings without effect.
 OriginalBake at_original_vertices(const Scene& scene, const SceneEntities& entities,
                                   const std::vector<BakedInstance>& instances, bool with_images,
                                   CommandContext& context) {
     for (std::size_t i = 0; i < instances.size(); ++i) {
         const Entity& entity = scene.entities[scene.instances[i].entity];
         if (instances[i].mesh->positions.size() >= entity.fine_vertices) continue;
-        context.message(
-            fmt::format("fine_vertices of entity {} are without effect: --original-vertices bakes "
-                        "those of {}",
-                        entity.name, entity.mesh.string()));
-        break;  // one is enough
+        context.message(fmt::format(
+            "fine_vertices of entity {} has no effect: --original-vertices bakes the vertices of {}",
+            entity.name, entity.mesh.string()));
+        break;  // one message suffices
     }
     OriginalBake original = original_bake(entities, instances, with_images);
     if (original.unvalued > 0)
         context.warn(
-            fmt::format("{} of the files' {} vertices have no light, and radiance 0: no triangle with "
-                        "an area is at them",
+            fmt::format("{} of the files' {} vertices belong to no triangle with an area and get radiance 0",
                         original.unvalued, original.vertices));
     context.report["original_vertices"] = {{"vertices", original.vertices}, {"unvalued", original.unvalued}};
     return original;

@@ -23,13 +23,13 @@ struct BudgetOptions {
     std::string output;
     std::size_t points = 400;
     std::uint32_t samples = 4096;
-    std::optional<int> lights;  // of POV-Ray's dome, if the oracle is to be checked
+    std::optional<int> lights;  // of POV-Ray's dome; set if the oracle is to be validated
 };
 
-constexpr int checked_width = 160;  // of POV-Ray's picture [pixels]
+constexpr int checked_width = 160;  // width of POV-Ray's picture [pixels]
 constexpr int checked_face_size = 256;
 
-/// Where the worst of the vertices are in the picture; those that are not seen are left out.
+/// Returns the positions of the worst vertices in the picture. Vertices that are not visible are skipped.
 std::vector<BudgetReport::Mark> worst_marks(const ShadedScene& scene, const Camera& camera,
                                             const std::vector<std::optional<MeshPoint>>& pixels,
                                             const std::vector<BudgetVertex>& vertices) {
@@ -58,13 +58,13 @@ std::vector<BudgetReport::Mark> worst_marks(const ShadedScene& scene, const Came
             pixels[std::size_t(y) * std::size_t(camera.width) + std::size_t(x)];
         if (!seen || seen->instance != vertex.instance) continue;
         const auto& corners = mesh.triangles[seen->triangle];
-        if ((placed(corners[0]) - place).length() > 0.02 * depth) continue;  // another side of the object
+        if ((placed(corners[0]) - place).length() > 0.02 * depth) continue;  // on another side of the object
         marks.push_back({x, y, double((vertex.baked - vertex.exact).length()) / std::sqrt(3.0) / mean});
     }
     return marks;
 }
 
-/// The dense oracle against POV-Ray, both with the original meshes.
+/// Compares the dense oracle with POV-Ray, both with the original meshes.
 Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& scene,
                                    const Environment& environment, CommandContext& context) {
     const Result<SceneEntities> originals = opened_originals(scene, context);
@@ -73,7 +73,7 @@ Result<OracleCheck> checked_oracle(const BudgetOptions& options, const Scene& sc
     camera.width = std::min(camera.width, checked_width);
     camera.height = std::max(1, scene.camera.height * camera.width / scene.camera.width);
     std::vector<ReferenceInstance> instances = reference_instances(scene, *originals);
-    for (ReferenceInstance& instance : instances) instance.surfaces = {};  // of light alone
+    for (ReferenceInstance& instance : instances) instance.surfaces = {};  // compare light alone
     const Result<ReferenceFiles> files =
         write_reference_scene(options.output, file_stem(scene) + "_check", camera, instances, environment,
                               *options.lights, {}, lamps_of(scene.lamps));
@@ -110,8 +110,8 @@ void report_entries(const std::vector<BudgetEntry>& entries, CommandContext& con
 
 void report_check(const OracleCheck& check, CommandContext& context) {
     context.print(
-        "oracle  agrees with POV-Ray at {} of {} points ({:.1f} %): relative RMSE {:.4f}, bias {:+.4f}; of "
-        "POV-Ray's own {:.4f}\n",
+        "oracle  agrees with POV-Ray at {} of {} points ({:.1f} %): relative RMSE {:.4f}, bias {:+.4f}; "
+        "POV-Ray's own error {:.4f}\n",
         check.agreeing, check.points,
         100.0 * double(check.agreeing) / double(std::max<std::size_t>(1, check.points)), check.relative_rmse,
         check.bias, check.reference_error);
@@ -122,7 +122,7 @@ void report_check(const OracleCheck& check, CommandContext& context) {
                                 {"reference_relative_error", check.reference_error}};
 }
 
-/// Those that err by more than a fifth, the worst of them by name.
+/// Reports the vertices with errors above 20 %, and prints the worst of them.
 void report_wrong_vertices(const Scene& scene, const SceneBudget& budget, CommandContext& context) {
     constexpr std::size_t most_named = 10;
     auto& list = context.report["wrong_vertices"];
@@ -133,10 +133,10 @@ void report_wrong_vertices(const Scene& scene, const SceneBudget& budget, Comman
         const double baked = double(luminance(vertex.baked)), exact = double(luminance(vertex.exact));
         list.push_back({{"instance", name}, {"vertex", vertex.vertex}, {"baked", baked}, {"exact", exact}});
         if (++named <= most_named)
-            context.print("wrong  vertex {} of {}: {:.4g} instead of {:.4g}\n", vertex.vertex, name, baked,
-                          exact);
+            context.print("wrong  vertex {} of {}: found {:.4g}; expected {:.4g}\n", vertex.vertex, name,
+                          baked, exact);
     }
-    context.print("wrong  {} of {} vertices by more than 20 %\n", budget.wrong.size(),
+    context.print("wrong  {} of {} vertices have an error above 20 %\n", budget.wrong.size(),
                   budget.vertices.size());
 }
 
@@ -144,7 +144,7 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
     const std::filesystem::path output = options.output;
     Result<Scene> scene = opened_scene(options.scene);
     if (!scene) return scene.error();
-    // Before minutes of work: fields may lie elsewhere.
+    // The folder is made before minutes of work, even if the fields are stored elsewhere.
     if (const Result<Done> made = make_folder(output); !made) return made.error();
     Result<Environment> environment = opened_environment(*scene, context);
     if (!environment) return environment.error();
@@ -189,7 +189,8 @@ Result<ExitCode> run(const BudgetOptions& options, CommandContext& context) {
 }  // namespace
 
 Command budget_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("budget", "Say how far a bake is from the truth, and why");
+    CLI::App* app = program.add_subcommand(
+        "budget", "Measure the error of a bake and attribute it to each approximation");
     const auto options = std::make_shared<BudgetOptions>();
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output, "Folder for budget.html and the fields")
@@ -203,15 +204,14 @@ Command budget_command(CLI::App& program) {
         ->capture_default_str()
         ->type_name("N");
     add_number(*app, "--samples", options->samples,
-               "Sampled directions per vertex of the check against rays, which use no fields", {8, 1e8})
+               "Sampled directions per vertex for the comparison with rays, which use no fields", {8, 1e8})
         ->capture_default_str()
         ->type_name("N");
     add_number(*app, "--lights", options->lights,
-               "Check the oracle against POV-Ray's ray tracer, too, with a dome of so many lights",
-               {16, 100000})
+               "Also validate the oracle with POV-Ray's ray tracer and a dome of N lights", {16, 100000})
         ->type_name("N");
     app->footer(
-        "Each approximation is measured alone, against dense sums over exact visibility.\n"
+        "Each approximation is measured alone, relative to dense sums over exact visibility.\n"
         "Example:\n  haarfield budget scenes/single_chair.toml -o out/chair --lights 1024");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }

@@ -17,7 +17,7 @@ namespace haarfield {
 
 namespace {
 
-// Leaves the program's own errors (out of memory, a library's exception) as messages, not as aborts.
+// Reports exceptions (out of memory, a library's exception) as messages instead of aborting.
 Result<ExitCode> guarded_run(const Command& command, CommandContext& context) {
     try {
         return command.run(context);
@@ -98,7 +98,7 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
                       {"threads", threads},
                       {"warnings", nlohmann::json::array()}};
 
-    // A plan's tasks go to the folder where it was made.
+    // The tasks of a plan change to the folder in which the plan was made.
     const std::filesystem::path report =
         options.report.empty() ? std::filesystem::path() : std::filesystem::absolute(options.report);
     const Stopwatch watch;
@@ -115,7 +115,7 @@ ExitCode run_command(const Command& command, const CommonOptions& options, const
     if (!report.empty()) {
         report_time(context.report, "", watch.elapsed());
         context.report["exit_code"] = static_cast<int>(code);
-        // Names of files may be any bytes; JSON must be UTF-8.
+        // File names may contain any bytes; JSON must be UTF-8.
         const std::string text =
             context.report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
         if (const Result<Done> written = write_file(report, text); !written) {

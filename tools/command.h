@@ -1,5 +1,5 @@
 #pragma once
-/// What all commands have in common: exit codes, common options, messages and the --report file.
+/// Shared parts of all commands: exit codes, common options, messages and the --report file.
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
@@ -20,43 +20,44 @@ namespace haarfield {
 
 enum class ExitCode : int {
     done = 0,
-    failed = 1,         ///< Bad input, or work that could not be done.
-    bad_usage = 2,      ///< Of the command line.
-    images_differ = 3,  ///< More than `compare --min-psnr` allows.
-    stopped = 130,      ///< As a shell reports SIGINT.
+    failed = 1,         ///< Bad input or failed work.
+    bad_usage = 2,      ///< A bad command line.
+    images_differ = 3,  ///< PSNR below `compare --min-psnr`, or a `residual` above its limits.
+    stopped = 130,      ///< The exit code of a shell after SIGINT.
 };
 
 struct TaskShare;
 
-/// What a command is given when it runs.
+/// The environment of a running command.
 struct CommandContext {
-    int threads = 0;  ///< In use, > 0.
+    int threads = 0;  ///< The number of threads in use, > 0.
     Progress progress;
-    std::string command_line;                              ///< As a person would type it.
-    nlohmann::ordered_json report;                         ///< What --report writes; commands add their keys.
-    std::function<void(const std::string& text)> message;  ///< To stderr; nothing if --quiet.
+    std::string command_line;                              ///< The command line in shell syntax.
+    nlohmann::ordered_json report;                         ///< Written by --report; commands add their keys.
+    std::function<void(const std::string& text)> message;  ///< Writes to stderr; nothing with --quiet.
     bool quiet = false;                                    ///< --quiet
     bool unsandboxed = false;                              ///< --unsandboxed
-    TaskShare* share = nullptr;  ///< Of a plan's job that is done in parts; null: all of it is done.
+    TaskShare* share = nullptr;  ///< For a part of a plan's job; null: the command does all of its work.
 
-    /// A result, to stdout; nothing if --quiet.
+    /// Prints a result to stdout; nothing with --quiet.
     template <class... Values>
     void print(fmt::format_string<Values...> format, Values&&... values) const {
         if (!quiet) haarfield::print(stdout, format, std::forward<Values>(values)...);
     }
 
-    /// To stderr and into the report.
+    /// Writes a warning to stderr and into the report.
     void warn(const std::string& text);
 };
 
-/// A subcommand: its options are parsed into what `run` holds.
+/// A subcommand. Its options are parsed into data that `run` holds.
 struct Command {
     CLI::App* app = nullptr;
-    /// Does the work. An Error is reported by the caller.
+    /// Does the work. The caller reports errors.
     std::function<Result<ExitCode>(CommandContext&)> run;
 };
 
-/// Each adds its subcommand to the program; the file of the same name holds its options, help and work.
+/// Each function adds its subcommand to the program. The file of the same name holds its options, help and
+/// work.
 Command import_command(CLI::App& program);
 Command precompute_command(CLI::App& program);
 Command bake_command(CLI::App& program);
@@ -74,7 +75,7 @@ Command join_command(CLI::App& program);
 Command status_command(CLI::App& program);
 Command view_command(CLI::App& program);
 
-/// Options that every subcommand has.
+/// Options that all subcommands have.
 struct CommonOptions {
     int threads = 0;  ///< 0: all cores.
     bool quiet = false;
@@ -83,13 +84,14 @@ struct CommonOptions {
 };
 void add_common_options(CLI::App& command, CommonOptions& options);
 
-/// Adds all subcommands, with the options that each of them has.
+/// Adds all subcommands, with the common options.
 std::vector<Command> all_commands(CLI::App& program, CommonOptions& options);
 
-/// Runs a command whose options have been parsed: threads, progress, Ctrl-C, messages, report, exit code.
+/// Runs a command after its options have been parsed. Handles threads, progress, Ctrl-C, messages, report and
+/// exit code.
 ExitCode run_command(const Command& command, const CommonOptions& options, const std::string& command_line);
 
-/// The command line, quoted where a shell wants it.
+/// Returns the command line, quoted for a shell where necessary.
 std::string quoted_command_line(int count, const char* const* arguments);
 
 }  // namespace haarfield

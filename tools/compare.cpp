@@ -17,7 +17,7 @@ struct CompareOptions {
     double min_psnr = 0;  // [dB]
 };
 
-// How a picture was made, if bake or reference left a --report of the picture's name beside it.
+// Returns the report of a picture, if bake or reference wrote one with the picture's name next to it.
 nlohmann::json report_beside(const std::filesystem::path& image) {
     constexpr std::uint64_t largest_report = std::uint64_t{64} << 20;
     const Result<std::string> text =
@@ -40,10 +40,10 @@ ComparisonReport report_page(const CompareOptions& options, const CommandContext
     page.reference_name = std::filesystem::path(options.reference).stem().string();
     const nlohmann::json image = report_beside(options.image), reference = report_beside(options.reference);
     add_fact(page, image, "vertices", "vertices", "{:.0f}");
-    add_fact(page, image, "shade_seconds", "vertices shaded in", "{:.2f} s");
-    add_fact(page, image, "seconds", "first picture, all in all", "{:.1f} s");
+    add_fact(page, image, "shade_seconds", "shading time of the vertices", "{:.2f} s");
+    add_fact(page, image, "seconds", "total time of the first picture", "{:.1f} s");
     add_fact(page, reference, "lights", "lights of the second picture", "{:.0f}");
-    add_fact(page, reference, "seconds", "second picture, all in all", "{:.1f} s");
+    add_fact(page, reference, "seconds", "total time of the second picture", "{:.1f} s");
     for (const nlohmann::json* report : {&image, &reference})
         if (const auto line = report->find("command_line"); line != report->end() && line->is_string())
             page.commands.push_back(line->get<std::string>());
@@ -68,8 +68,8 @@ Result<ExitCode> run(const CompareOptions& options, CommandContext& context) {
     if (context.progress.stop.stop_requested()) return Error{"", interrupted};
     const std::filesystem::path output = options.output;
     if (const Result<Done> made = make_folder(output); !made) return made.error();
-    // The brightest colour is for what a hundredth of the pixels exceed; but noise shall not look like
-    // errors.
+    // The brightest colour is for the error that 1 % of the pixels exceed, with a lower limit that keeps
+    // noise from looking like errors.
     const float brightest = std::max(0.05f, static_cast<float>(difference->flip_99));
     const Image picture = difference_picture(*difference, image->width, image->height, brightest);
     if (const Result<Done> written = write_image(picture, output / "difference.png"); !written)
@@ -79,7 +79,7 @@ Result<ExitCode> run(const CompareOptions& options, CommandContext& context) {
     page.reference = &*reference;
     page.difference = &*difference;
     if (reference->relative_error)
-        page.facts.emplace_back("relative error of the second picture itself",
+        page.facts.emplace_back("own relative error of the second picture",
                                 fmt::format("{:.2f} %", 100 * *reference->relative_error));
     if (const Result<Done> written = write_comparison_report(page, output / "report.html"); !written)
         return written.error();
@@ -101,10 +101,10 @@ Result<ExitCode> run(const CompareOptions& options, CommandContext& context) {
         difference->psnr_db, difference->relative_rmse, difference->rmse, difference->bias, difference->ssim,
         difference->flip, difference->pixels, (output / "report.html").string());
     if (reference->relative_error)
-        context.print("reference      has a relative error of {:.4f} itself\n", *reference->relative_error);
+        context.print("reference      own relative error {:.4f}\n", *reference->relative_error);
     if (difference->psnr_db >= options.min_psnr) return ExitCode::done;
     context.message(
-        fmt::format("PSNR is {:.2f} dB; wanted {} dB or more", difference->psnr_db, options.min_psnr));
+        fmt::format("PSNR is {:.2f} dB; expected at least {} dB", difference->psnr_db, options.min_psnr));
     return ExitCode::images_differ;
 }
 
@@ -118,15 +118,15 @@ Command compare_command(CLI::App& program) {
     app->add_option("-o,--output", options->output, "Folder for difference.png and report.html")
         ->required()
         ->type_name("DIR");
-    app->add_option("--mask", options->mask, "Count only pixels where this picture is bright")
+    app->add_option("--mask", options->mask, "Compare only pixels at which this picture is bright")
         ->type_name("FILE");
-    add_number(*app, "--min-psnr", options->min_psnr, "Exit code 3 if the PSNR is less [dB]", {0, 99})
+    add_number(*app, "--min-psnr", options->min_psnr, "Exit with code 3 if the PSNR is lower [dB]", {0, 99})
         ->type_name("X");
     app->footer(
-        "Pixels count where both pictures are covered. What made a picture is quoted in the page, if its\n"
-        "--report lies beside it (baked.json beside baked.exr).\n"
-        "Example:\n  haarfield compare out/chair/baked.exr out/chair/reference.exr -o out/chair --min-psnr "
-        "30");
+        "Pixels are compared where both pictures are covered. The page quotes the command lines of a\n"
+        "picture if its --report is stored next to it (baked.json next to baked.exr).\n"
+        "Example:\n"
+        "  haarfield compare out/chair/baked.exr out/chair/reference.exr -o out/chair --min-psnr 30");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 

@@ -1,4 +1,4 @@
-# The Debian package that tools/package makes: everything that `cmake --install` installs, for this distribution.
+# The Debian package of tools/package: everything that `cmake --install` installs, for this distribution.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME haarfield)
 set(CPACK_PACKAGE_CONTACT "The haarfield authors")
@@ -7,7 +7,7 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
-# Libraries by dpkg-shlibdeps; what is run or read at run time by name.
+# dpkg-shlibdeps adds the libraries. These packages are used at run time by name.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "povray, libjs-three, python3-numpy")
 if(HAARFIELD_PYTHON_MINOR)

@@ -1,4 +1,4 @@
-// haarfield: the program. Each subcommand has a file of its own; this one finds out which is wanted.
+// haarfield: the program. Each subcommand is implemented in its own file; this file selects the subcommand.
 
 #include "tools/command.h"
 #include "tools/surroundings.h"
@@ -23,8 +23,8 @@ ExitCode run_program(int argument_count, const char* const* arguments) {
     program.require_subcommand(1);
     program.footer(
         "Example:\n  haarfield bake scenes/single_chair.toml -o out/chair\n"
-        "`haarfield COMMAND --help` tells more. Exit code: 0 done, 1 bad input or failed work,\n"
-        "2 bad usage, 3 images differ more than asked, 130 interrupted.");
+        "`haarfield COMMAND --help` lists options. Exit code: 0 done, 1 bad input or failed work,\n"
+        "2 bad usage, 3 images differ more than allowed, 130 interrupted.");
     CommonOptions options;
     const std::vector<Command> commands = all_commands(program, options);
     try {
@@ -39,7 +39,7 @@ ExitCode run_program(int argument_count, const char* const* arguments) {
     for (const Command& command : commands)
         if (command.app->parsed())
             return run_command(command, options, quoted_command_line(argument_count, arguments));
-    return ExitCode::bad_usage;  // not reached: one is required
+    return ExitCode::bad_usage;  // not reached: a subcommand is required
 }
 
 }  // namespace
@@ -47,13 +47,13 @@ ExitCode run_program(int argument_count, const char* const* arguments) {
 
 int main(int argument_count, char** arguments) {
     haarfield::tidy_surroundings();
-    // Line by line, so that results and messages stay in order in a log that takes both.
+    // stdout is line-buffered, so that results and messages stay in order in a common log.
     std::setvbuf(stdout, nullptr, _IOLBF, 1 << 16);
 #ifdef HAARFIELD_READS_IMAGES
     haarfield::read_images_in_this_process();
 #endif
     const haarfield::ExitCode code = haarfield::run_program(argument_count, arguments);
-    // A full disk or a closed pipe: reported here for everything that was printed.
+    // A full disk or a closed pipe is reported once, for everything that was printed.
     const bool is_printed = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
     if (!is_printed && code == haarfield::ExitCode::done) {
         haarfield::print(stderr, "haarfield: the results could not be written\n");

@@ -28,7 +28,7 @@ struct ImportOptions {
 Result<Done> check_new(const std::filesystem::path& file, bool overwrite) {
     std::error_code ignored;
     if (!overwrite && std::filesystem::exists(file, ignored))
-        return Error{file.string(), "is there already; wanted another folder, or --overwrite"};
+        return Error{file.string(), "exists already; choose another folder, or use --overwrite"};
     return Done{};
 }
 
@@ -76,48 +76,49 @@ Result<ExitCode> run(const ImportOptions& options, CommandContext& context) {
 }  // namespace
 
 Command import_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("import", "Write a scene that shows models, ready to be baked");
+    CLI::App* app = program.add_subcommand("import", "Write a scene file for models, ready to bake");
     const auto options = std::make_shared<ImportOptions>();
     app->add_option("FILE", options->files,
                     "Models: OBJ, PLY, glTF (.gltf, .glb), STL, OFF, POV-Ray's mesh2 (.inc, .pov)")
         ->required()
         ->type_name("");
-    app->add_option("-o,--output", options->output, "Folder for the scene, named as the first model")
+    app->add_option("-o,--output", options->output,
+                    "Folder for the scene, which is named after the first model")
         ->required()
         ->type_name("DIR");
-    app->add_option(
-           "--environment", options->environment,
-           "Light from this lat-long image instead of a clear sky; none: only the lights of the files")
+    app->add_option("--environment", options->environment,
+                    "Lat-long image that replaces the clear sky; none: only the lights of the files")
         ->type_name("FILE");
     app->add_flag(
         "--floor", options->wanted.floor,
-        "Put a floor below the models that reaches to the horizon, as bright as the environment there");
+        "Add a floor below the models that reaches the horizon and is as bright as the environment there");
     app->add_flag("--keep-places", options->wanted.keep_places,
-                  "Leave models of several files where their files place them, though they overlap");
-    app->add_flag("--whole", options->wanted.whole, "One entity for each file, whatever its parts are");
-    app->add_option("--up", options->up, "The models' axis that points upwards")
+                  "Keep the positions of models from several files, even if they overlap");
+    app->add_flag("--whole", options->wanted.whole, "Make one entity per file, regardless of its parts");
+    app->add_option("--up", options->up, "The models' upward axis")
         ->check(CLI::IsMember({"y", "z"}))
         ->capture_default_str();
     CLI::Option* unit =
-        add_number(*app, "--unit", options->unit, "What a unit of the models is, in metres", {1e-6, 1e6})
+        add_number(*app, "--unit", options->unit, "Length of the models' unit, in metres", {1e-6, 1e6})
             ->capture_default_str()
             ->type_name("M");
     add_number(*app, "--scale-to", options->size,
-               "Scale the models so that their longest side is this, in metres", {1e-3, 1e5})
+               "Scale the models so that their longest side has this length, in metres", {1e-3, 1e5})
         ->excludes(unit)
         ->type_name("M");
-    add_number(*app, "--vertices", options->wanted.vertices, "To be baked, of all objects together, about",
-               {1000, 20e6})
+    add_number(*app, "--vertices", options->wanted.vertices,
+               "Approximate number of baked vertices of all objects together", {1000, 20e6})
         ->capture_default_str()
         ->type_name("N");
-    app->add_flag("--overwrite", options->overwrite, "Replace a scene that is there");
+    app->add_flag("--overwrite", options->overwrite, "Replace an existing scene");
     app->footer(
-        "The scene refers to the models where they are, takes their materials and images, and finds its\n"
-        "camera and exposure; edit it as you like. Models of several files that overlap are placed side by\n"
-        "side. Models of POV-Ray files are mirrored, because POV-Ray is left-handed, unless the file's\n"
-        "camera has a negative `right`. A room whose faces point inwards is recognized: the camera then\n"
-        "stands inside it.\n"
-        "Example:\n  haarfield import scenes/meshes/chair.obj -o out/import --floor\n"
+        "The scene refers to the model files and uses their materials and images. The camera and the\n"
+        "exposure are found automatically; edit them as you like. Overlapping models of several files are\n"
+        "placed side by side. Models of POV-Ray files are mirrored, because POV-Ray is left-handed,\n"
+        "unless the file's camera has a negative `right`. In a room whose faces point inwards, the camera\n"
+        "is placed inside.\n"
+        "Example:\n"
+        "  haarfield import scenes/meshes/chair.obj -o out/import --floor\n"
         "  haarfield bake out/import/chair.toml -o out/import");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }

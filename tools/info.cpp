@@ -55,7 +55,7 @@ nlohmann::ordered_json summary_json(const FieldSummary& field) {
         {"bounds", {{"lower", vector_json(field.bounds.lower)}, {"upper", vector_json(field.bounds.upper)}}}};
 }
 
-/// Every other band: how far out, and the error of visibility there.
+/// Prints every other band: the distance up to which it reaches, and the error of visibility there.
 template <class Sampler>
 void print_bands(const CommandContext& context, const char* name, const Sampler& sampler,
                  const SamplerError& error) {
@@ -77,15 +77,16 @@ void print_summary(const FieldSummary& field, const CommandContext& context) {
                   field.spherical.sample_count(), field.spherical.shells, field.spherical.polar,
                   field.spherical.azimuths, field.spherical.outer_radius);
     context.print("local       {} samples\n", field.local_samples);
-    context.print("cubemaps    {} different ones, of {} different faces, with {} nodes\n", field.cubemaps,
+    context.print("cubemaps    {} distinct cubemaps of {} distinct faces, with {} nodes\n", field.cubemaps,
                   field.faces, field.nodes);
-    context.print("kept        {} of {} wavelets a face",
+    context.print("kept        {} of {} wavelets per face",
                   field.settings.coefficients == 0 ? std::string("all")
                                                    : fmt::format("at most {}", field.settings.coefficients),
                   field.settings.face_size * field.settings.face_size - 1);
     if (field.settings.relative_l2_error > 0)
-        context.print(", dropping up to {:g} of the L2 norm of what is blocked or open, whichever is less",
-                      field.settings.relative_l2_error);
+        context.print(
+            ", with an error of up to {:g} of the L2 norm of visibility or occlusion, whichever is smaller",
+            field.settings.relative_l2_error);
     context.print("\nerror       {:.1f} % of occlusion on the ground, {:.1f} % around (RMS between samples)",
                   100 * field.error.planar.relative, 100 * field.error.spherical.relative);
     print_bands(context, "ground", field.planar, field.error.planar);
@@ -113,10 +114,10 @@ Result<ExitCode> run(const InfoOptions& options, CommandContext& context) {
 }  // namespace
 
 Command info_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("info", "Say what is in a visibility field, or in a model");
+    CLI::App* app = program.add_subcommand("info", "Describe a visibility field or a model");
     const auto options = std::make_shared<InfoOptions>();
     app->add_option("FILE", options->field, "The field (.vdb), or a model")->required()->type_name("");
-    app->add_flag("--json", options->json, "As JSON");
+    app->add_flag("--json", options->json, "Print JSON");
     add_unsealed_option(*app, options->allow_unsealed);
     app->footer(
         "Example:\n  haarfield info out/chair/fields/chair.vdb\n  haarfield info scenes/meshes/chair.obj");

@@ -18,7 +18,8 @@ set(LIBRARIES \"${libraries}\")
 set(DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/haarfield\")")
 install(SCRIPT tools/install_headers.cmake)
 
-# Static libraries name what they were linked with, and so it has to be there; it asks nothing of users.
+# Exported targets must include the flags that the static libraries are linked with; they require nothing of
+# users.
 install(TARGETS haarfield_flags EXPORT haarfieldTargets)
 set_target_properties(haarfield_flags PROPERTIES EXPORT_NAME flags)
 install(EXPORT haarfieldTargets NAMESPACE haarfield:: DESTINATION ${package_folder})

@@ -1,6 +1,6 @@
-# Installs the headers that the libraries' front doors, LIBRARY/LIBRARY.h, reach by their includes, and no others.
-# Run by cmake --install, so that the headers are looked at as they are then.
-# Wanted: SOURCE (the project's folder), LIBRARIES, DESTINATION.
+# Installs the headers that are reachable by includes from the libraries' manuals, LIBRARY/LIBRARY.h, and no
+# others. cmake --install runs this script, so that it reads the headers of that moment.
+# Parameters: SOURCE (the project's folder), LIBRARIES, DESTINATION.
 cmake_policy(VERSION 3.25)
 set(reached "")
 list(TRANSFORM LIBRARIES REPLACE "(.+)" "\\1/\\1.h" OUTPUT_VARIABLE waiting)

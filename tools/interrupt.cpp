@@ -12,8 +12,8 @@ namespace haarfield {
 
 namespace {
 
-/// Waits for another signal, while the work ends by itself: until this process has used a second of processor
-/// time, so that a busy machine does not shorten the wait, but at most ten seconds.
+/// Waits for another signal while the work ends: until this process has used one second of processor time, so
+/// that a busy machine does not shorten the wait, but at most ten seconds.
 void wait_for_the_end(const sigset_t& signals) {
     constexpr int longest = 100;  // tenths of a second
     const Stopwatch watch;

@@ -1,14 +1,14 @@
 #pragma once
-/// Ctrl-C: asks the work to stop, and ends the process if it does not.
+/// Ctrl-C: requests a stop, and ends the process if the work continues.
 
 #include <stop_token>
 
 namespace haarfield {
 
-/// Takes SIGINT and SIGTERM away from the threads of this process, of which there must be one yet, and
-/// gives them to a thread that waits for them. The first one requests a stop from the source. The process
-/// ends with exit code 130 at the second one, or if its work goes on for another second of processor time,
-/// or for ten seconds by the clock.
+/// Blocks SIGINT and SIGTERM in this process and handles them in a separate thread. The process must have
+/// only one thread yet. The first signal requests a stop from the source. The process ends with exit code 130
+/// at the second signal, or if its work continues for one second of processor time or for ten seconds of wall
+/// time.
 void stop_on_interrupt(std::stop_source source);
 
 }  // namespace haarfield

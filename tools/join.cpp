@@ -11,9 +11,9 @@ struct JoinOptions {
     std::string plan;
 };
 
-/// Whether the results of all tasks are good.
+/// Checks that the results of all tasks are good.
 ///
-/// errors  names those that are not.
+/// errors  lists the tasks without a good result.
 Result<Done> check_parts(const FarmPlan& plan, const JoinOptions& options, CommandContext& context) {
     constexpr std::size_t most_named = 10;
     std::size_t bad = 0;
@@ -22,7 +22,8 @@ Result<Done> check_parts(const FarmPlan& plan, const JoinOptions& options, Comma
     for (std::size_t task = 0; task < plan.task_count(); ++task) {
         if (context.progress.stop.stop_requested()) return Error{"", interrupted};
         const Result<TaskPart> part = read_part(options.plan, plan, task);
-        if (context.progress.report) context.progress.report("checking parts", task + 1, plan.task_count());
+        if (context.progress.report)
+            context.progress.report("verifying results", task + 1, plan.task_count());
         if (part) continue;
         numbers.push_back(task);
         if (bad++ < most_named) named += fmt::format("\n  task {}: {}", task, part.error().message());
@@ -59,13 +60,12 @@ Result<ExitCode> run(const JoinOptions& options, CommandContext& context) {
 
 Command join_command(CLI::App& program) {
     CLI::App* app =
-        program.add_subcommand("join", "Check the results of a plan's tasks and put them together");
+        program.add_subcommand("join", "Verify the results of a plan's tasks and write the final files");
     const auto options = std::make_shared<JoinOptions>();
     app->add_option("PLAN", options->plan, "The plan's folder")->required()->type_name("");
     app->footer(
-        "Makes what the undivided commands make, byte for byte. Exit code 1 if a result is missing or "
-        "damaged,\n"
-        "with the number of its task: run that again.\n"
+        "The results are byte-identical to those of the undivided commands. If a result is missing or\n"
+        "damaged, prints the number of its task and exits with code 1: run that task again.\n"
         "Example:\n  haarfield join out/plan");
     return {app, [options](CommandContext& context) {
                 options->plan = std::filesystem::absolute(options->plan).string();  // tasks go elsewhere

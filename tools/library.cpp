@@ -17,7 +17,7 @@ using Clock = std::chrono::system_clock;
 struct LibraryOptions {
     std::string folder;
     bool json = false, verify = false, dry_run = false;
-    std::string unused_for, most_bytes;  // as duration_of and byte_count_of read them; empty: no limit
+    std::string unused_for, most_bytes;  // duration_of and byte_count_of parse them; empty: no limit
 };
 
 std::string time_text(Clock::time_point time) {
@@ -60,7 +60,7 @@ void print_entry(const LibraryEntry& entry, const CommandContext& context) {
         100 * card.error.planar.relative, 100 * card.error.spherical.relative, name);
 }
 
-/// Adds `good` or `trouble` to each entry's JSON; the number that are not good.
+/// Adds `good` or `trouble` to each entry's JSON. Returns the number of bad entries.
 Result<std::size_t> verify_all(const std::vector<LibraryEntry>& entries, nlohmann::ordered_json& fields,
                                CommandContext& context) {
     std::size_t bad = 0;
@@ -78,7 +78,7 @@ Result<std::size_t> verify_all(const std::vector<LibraryEntry>& entries, nlohman
     return bad;
 }
 
-/// Removes what is to go; its files' names.
+/// Removes the entries that the options select. Returns the names of their files.
 Result<nlohmann::ordered_json> prune(const LibraryOptions& options, const std::vector<LibraryEntry>& entries,
                                      const CommandContext& context) {
     LibraryPruning pruning;
@@ -88,7 +88,7 @@ Result<nlohmann::ordered_json> prune(const LibraryOptions& options, const std::v
     for (const LibraryEntry& entry : pruned_entries(entries, pruning, Clock::now())) {
         std::error_code failed;
         if (!options.dry_run) std::filesystem::remove(entry.file, failed);
-        if (failed) return Error{entry.file.string(), "can not be removed: " + failed.message()};
+        if (failed) return Error{entry.file.string(), "cannot be removed: " + failed.message()};
         removed.push_back(entry.file.filename().string());
         if (!options.json)
             context.print("{} {}\n", options.dry_run ? "would remove" : "removed",
@@ -131,16 +131,17 @@ Result<ExitCode> run(const LibraryOptions& options, CommandContext& context) {
         context.print("{} fields, {:.2f} MB{}\n", entries->size(), double(bytes) / 1e6,
                       !options.verify ? ""
                       : bad == 0      ? ", all good"
-                                      : fmt::format(", {} not good", bad));
+                                      : fmt::format(", {} damaged", bad));
     return bad == 0 ? ExitCode::done : ExitCode::failed;
 }
 
 std::string duration_trouble(const std::string& text) {
-    return duration_of(text) ? "" : fmt::format("is {}; wanted a number with s, min, h or d, as 30d", text);
+    return duration_of(text) ? ""
+                             : fmt::format("is {}; expected a number with s, min, h or d, such as 30d", text);
 }
 
 std::string size_trouble(const std::string& text) {
-    return byte_count_of(text) ? "" : fmt::format("is {}; wanted a number with kB, MB, GB or TB", text);
+    return byte_count_of(text) ? "" : fmt::format("is {}; expected a number with kB, MB, GB or TB", text);
 }
 
 }  // namespace
@@ -148,26 +149,28 @@ std::string size_trouble(const std::string& text) {
 Command library_command(CLI::App& program) {
     CLI::App* app = program.add_subcommand("library", "List, verify or prune a folder of visibility fields");
     const auto options = std::make_shared<LibraryOptions>();
-    app->add_option("DIR", options->folder, "The folder, as --fields has it")->required()->type_name("");
-    app->add_flag("--json", options->json, "As JSON");
+    app->add_option("DIR", options->folder, "The folder, as given to --fields")->required()->type_name("");
+    app->add_flag("--json", options->json, "Print JSON");
     app->add_flag(
         "--verify", options->verify,
-        "Check each as `verify` does; exit code 1 if one is not good. A scene that wants it makes it "
-        "anew");
+        "Verify each field like `verify`; exit code 1 if one is damaged. Scenes that need it recompute it");
     app->add_option("--unused-for", options->unused_for,
-                    "Remove fields that no command has used for so long: 36h, 30d")
+                    "Remove fields that no command has used for this time, such as 36h or 30d")
         ->check(CLI::Validator(duration_trouble, ""))
         ->type_name("TIME");
-    app->add_option("--shrink-to", options->most_bytes,
-                    "Remove those that were not used for longest, until all have at most so many bytes: 20GB")
+    app->add_option(
+           "--shrink-to", options->most_bytes,
+           "Remove the least recently used fields until the total size is at most SIZE, such as 20GB")
         ->check(CLI::Validator(size_trouble, ""))
         ->type_name("SIZE");
-    app->add_flag("--dry-run", options->dry_run, "Say what would be removed, and remove nothing");
+    app->add_flag("--dry-run", options->dry_run,
+                  "Print the fields that would be removed, without removing them");
     app->footer(
-        "Any number of scenes, processes and machines may share a library while it is pruned: what is "
-        "missing\n"
-        "is made anew.\n"
-        "Example:\n  haarfield library out/fields --verify\n  haarfield library out/fields --unused-for 30d");
+        "Any number of scenes, processes and machines may share a library while it is pruned. Missing\n"
+        "fields are recomputed.\n"
+        "Example:\n"
+        "  haarfield library out/fields --verify\n"
+        "  haarfield library out/fields --unused-for 30d");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 

@@ -9,9 +9,9 @@ namespace {
 
 using Units = std::array<std::pair<std::string_view, double>, 4>;
 
-constexpr double most_units = 1e6;  // of the largest kind
+constexpr double most_units = 1e6;  // of the largest unit
 
-/// A positive number with one of the units, in the smallest of them; nothing otherwise.
+/// Returns a positive number with one of the units, converted to the smallest unit; nothing for other texts.
 std::optional<double> measured(std::string_view text, const Units& units) {
     double number = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);

@@ -12,7 +12,7 @@
 namespace haarfield {
 namespace {
 
-/// A guess at the axis that points upwards, and why.
+/// A guess of the upward axis, and its reason.
 struct UpAxis {
     char axis;
     std::string because;
@@ -20,20 +20,20 @@ struct UpAxis {
 
 UpAxis up_axis(const std::filesystem::path& file, const Bounds& bounds) {
     const std::string ending = lower_ending(file);
-    if (ending == ".glb" || ending == ".gltf") return {'y', "as glTF has it"};
+    if (ending == ".glb" || ending == ".gltf") return {'y', "as glTF specifies"};
     const float near = 0.01f * bounds.radius();
     const bool on_y = std::abs(bounds.lower.y) < near, on_z = std::abs(bounds.lower.z) < near;
-    if (on_y != on_z) return {on_y ? 'y' : 'z', fmt::format("it stands on {} = 0", on_y ? 'y' : 'z')};
-    if (ending == ".stl") return {'z', "as most STL files have it; a guess"};
+    if (on_y != on_z) return {on_y ? 'y' : 'z', fmt::format("the model stands on {} = 0", on_y ? 'y' : 'z')};
+    if (ending == ".stl") return {'z', "a guess, as in most STL files"};
     return {'y', "a guess"};
 }
 
 const char* model_name(MeshMaterial::Model model) {
     switch (model) {
-        case MeshMaterial::Model::none: return "only named";
+        case MeshMaterial::Model::none: return "name only";
         case MeshMaterial::Model::phong: return "phong";
         case MeshMaterial::Model::metallic: return "metallic-roughness";
-        case MeshMaterial::Model::by_colour: return "colours of vertices";
+        case MeshMaterial::Model::by_colour: return "vertex colours";
     }
     return "";
 }
@@ -80,8 +80,8 @@ nlohmann::ordered_json material_json(const ImportedMesh& imported, std::size_t n
 
 std::string image_text(const nlohmann::ordered_json& image) {
     const std::string name = image["name"];
-    if (!image["found"]) return fmt::format("{} (not found beside the model)", name);
-    if (image.contains("error")) return fmt::format("{} (can not be read)", name);
+    if (!image["found"]) return fmt::format("{} (not found next to the model)", name);
+    if (image.contains("error")) return fmt::format("{} (cannot be read)", name);
     return fmt::format("{} ({} x {}{})", name, image["width"].get<int>(), image["height"].get<int>(),
                        image["alpha"].get<bool>() ? ", with alpha" : "");
 }
@@ -98,8 +98,8 @@ void print_material(const nlohmann::ordered_json& material, const CommandContext
     if (material.contains("metallic"))
         text += fmt::format(", metallic {:.2g}, roughness {:.2g}", material["metallic"].get<float>(),
                             material["roughness"].get<float>());
-    if (material.contains("emission")) text += ", glows";
-    if (material["vertex_colours"].get<bool>()) text += ", colours of vertices";
+    if (material.contains("emission")) text += ", emits light";
+    if (material["vertex_colours"].get<bool>()) text += ", vertex colours";
     for (const char* key : {"image", "opacity_map"})
         if (material.contains(key)) text += ", " + image_text(material[key]);
     context.print("{}\n", text);
@@ -168,7 +168,7 @@ Result<ExitCode> print_model(const std::filesystem::path& file, bool json, Comma
     for (const auto& [what, count] : report["not_used"].items())
         unused += fmt::format("{}{} of {}", unused.empty() ? "" : ", ", what, count.get<std::size_t>());
     if (!unused.empty()) context.print("not used    {}\n", unused);
-    context.print("mesh        {}\n", findings.summary().empty() ? "nothing to mend" : findings.summary());
+    context.print("mesh        {}\n", findings.summary().empty() ? "no problems" : findings.summary());
     return ExitCode::done;
 }
 

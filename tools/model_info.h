@@ -1,5 +1,5 @@
 #pragma once
-/// What `info` says of models.
+/// The output of `info` for models.
 
 #include "tools/command.h"
 
@@ -7,10 +7,10 @@
 
 namespace haarfield {
 
-/// What a model holds: parts, materials, images, size, the axis that seems to point upwards, what was found
-/// and mended in its mesh. Into the report goes `model`.
+/// Prints a summary of a model: parts, materials, images, size, the probable upward axis, and problems of the
+/// mesh that were found and repaired. Adds `model` to the report.
 ///
-/// json  prints that instead of text.
+/// json  true: prints the summary as JSON.
 Result<ExitCode> print_model(const std::filesystem::path& file, bool json, CommandContext& context);
 
 }  // namespace haarfield

@@ -1,9 +1,10 @@
-# Prints one line if a part of the project lacks a dependency, and sets the variable RESULT to the missing names.
+# Prints one line if a part of the project lacks a dependency, and sets the variable RESULT to the missing
+# names.
 #
 #     haarfield_not_built(RESULT PART LIST NAME FOUND [NAME FOUND]...)
 #
-# PART   as the line calls it
-# LIST   of tools/packages/, which has the packages
+# PART   the name of the part in that line
+# LIST   the list in tools/packages/ that has the packages
 # FOUND  the name of a variable that is true if NAME was found
 function(haarfield_not_built result part list)
     set(missing "")

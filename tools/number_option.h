@@ -1,5 +1,5 @@
 #pragma once
-/// Options that take numbers: a command takes them in no other way.
+/// Options with numbers. Commands parse numbers in no other way.
 
 #include "tools/number_text.h"
 
@@ -16,7 +16,7 @@ namespace haarfield {
 /// shows the range.
 CLI::Validator number_check(const Range& range, bool whole);
 
-/// What the numbers of an option are: those of a list, if it has one, or the one that may be there.
+/// The type of an option's number: that of a list's elements, or of an optional value.
 template <class T>
 struct OptionNumber {
     using Type = T;
@@ -30,7 +30,7 @@ struct OptionNumber<std::vector<T>> {
     using Type = T;
 };
 
-/// Adds an option whose value is a number, may be one, or is a list of them, all in the range.
+/// Adds an option whose value is a number in the range, an optional number, or a list of numbers.
 template <class T>
 CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, const std::string& description,
                         const Range& range) {
@@ -38,7 +38,7 @@ CLI::Option* add_number(CLI::App& command, const std::string& name, T& value, co
         ->check(number_check(range, std::is_integral_v<typename OptionNumber<T>::Type>));
 }
 
-/// Adds an option whose value is a number of the range, or a word instead of one; kept as text.
+/// Adds an option whose value is a number in the range or a word, stored as text.
 CLI::Option* add_number_or_word(CLI::App& command, const std::string& name, std::string& text,
                                 const std::string& description, const Range& range, const std::string& word);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers that users type.
+/// Parses numbers in options.
 
 #include "fields/base/range.h"
 #include "fields/base/vector.h"
@@ -9,12 +9,12 @@
 
 namespace haarfield {
 
-/// A decimal number of a range; none if the text is anything else, or goes on after it.
+/// Returns the decimal number in a text; none if it is outside the range, or the text contains anything else.
 ///
-/// whole  refuses fractions and exponents, too.
+/// whole  also rejects fractions and exponents.
 std::optional<double> number_in(const Range& range, std::string_view text, bool whole = false);
 
-/// A place, from its three coordinates: `X,Y,Z`. [m]
+/// Returns the position in a text `X,Y,Z`; none if it is invalid. [m]
 std::optional<Vec3f> place_in(std::string_view text);
 
 }  // namespace haarfield

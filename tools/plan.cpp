@@ -24,12 +24,12 @@ struct PlanOptions {
     std::vector<std::string> scenes;
     std::string folder, output, fields, instructions, hook;
     std::vector<std::string> wanted{"bake"};
-    std::string bake, reference, relight;  // further options of these
+    std::string bake, reference, relight;  // further options of these commands
     double task_seconds = 300;
-    int tasks = 0;  // of each job that can be divided; 0: by task_seconds
+    int tasks = 0;  // of each divisible job; 0: determined by task_seconds
 };
 
-/// Everything that planning needs to know of a scene.
+/// The data of a scene that planning needs.
 struct PlannedScene {
     std::string file;  // absolute
     Scene scene;
@@ -40,7 +40,7 @@ std::string absolute(const std::string& path) {
     return std::filesystem::absolute(path).lexically_normal().string();
 }
 
-/// Hashes each file once.
+/// Computes the hash of each file once.
 class InputHashes {
 public:
     Result<PlanInput> input(const std::filesystem::path& file) {
@@ -76,10 +76,11 @@ Result<PlannedScene> opened(const std::string& file, InputHashes& hashes) {
     return planned;
 }
 
-/// Into how many parts a job goes, and what one takes.
+/// Sets the number of parts of a job, and the cost of each.
 void divide(const JobCost& cost, std::size_t most, const PlanOptions& options, int threads, PlanJob& job) {
     const double whole = cost.work / threads, setup = cost.setup / threads;
-    // Set-up is paid by every part: at most a tenth of it, unless a number of parts is asked for.
+    // Every part repeats the setup, which takes at most a tenth of its time, unless the number of parts is
+    // given.
     const double share = std::max(options.task_seconds - setup, 10 * setup);
     double parts = std::ceil(whole / std::max(share, 1e-3));
     if (options.tasks > 0) parts = options.tasks;
@@ -88,7 +89,7 @@ void divide(const JobCost& cost, std::size_t most, const PlanOptions& options, i
     job.part_bytes = cost.bytes;
 }
 
-/// Adds the fields that jobs on a scene read, unless they are planned already.
+/// Adds the fields that jobs on a scene read, unless the plan has them already.
 Result<Done> add_fields(const PlannedScene& planned, const std::vector<std::string>& arguments,
                         const PlanOptions& options, int threads, std::set<std::string>& known,
                         FarmPlan& plan) {
@@ -104,7 +105,7 @@ Result<Done> add_fields(const PlannedScene& planned, const std::vector<std::stri
     for (std::size_t i = 0; i < planned.scene.instances.size(); ++i) {
         const Instance& instance = planned.scene.instances[i];
         const Entity& entity = planned.scene.entities[instance.entity];
-        // Fields of one name here may be two, and the other way round: then one task finds nothing to do.
+        // Two names may denote the same field; then one task has nothing to do.
         const std::string name =
             fmt::format("{}\n{}\n{} {} {} {}\n{}\n{} {} {} {} {}", entity.mesh.string(), entity.part,
                         fields.original_vertices ? 0 : entity.fine_vertices, entity.coarse_triangles,
@@ -126,7 +127,7 @@ Result<Done> add_fields(const PlannedScene& planned, const std::vector<std::stri
     return Done{};
 }
 
-/// Images of environments that arguments name.
+/// Returns the environment images that the arguments name.
 std::vector<std::string> files_in(const std::vector<std::string>& arguments) {
     std::vector<std::string> files;
     const auto add_list = [&](const std::string& list) {
@@ -144,7 +145,8 @@ std::vector<std::string> files_in(const std::vector<std::string>& arguments) {
     return files;
 }
 
-/// The job of a command, and how it can be divided; after direct light, that of the bounces.
+/// Returns the jobs of a command: one with its division, followed by that of the bounces if it computes
+/// direct light.
 Result<std::vector<PlanJob>> command_jobs(const PlannedScene& planned, std::vector<std::string> arguments,
                                           const PlanOptions& options, int threads, InputHashes& hashes) {
     PlanJob job;
@@ -233,14 +235,14 @@ Result<FarmPlan> made_plan(const PlanOptions& options, CommandContext& context) 
             if (made->size() > 1) last_jobs.push_back(std::move(made->back()));
         }
     }
-    // References want no fields: they begin at once.
+    // References need no fields and start at once.
     const auto second = std::stable_partition(
         jobs.begin(), jobs.end(), [](const PlanJob& job) { return job.command() == "reference"; });
     std::move(jobs.begin(), second, std::back_inserter(plan.jobs));
     plan.stages[1] = plan.first_task(plan.jobs.size());
     std::move(second, jobs.end(), std::back_inserter(plan.jobs));
     plan.stages[2] = plan.first_task(plan.jobs.size());
-    // In the same order as the direct light that they follow.
+    // The jobs have the order of their direct light.
     std::size_t direct = 0;
     for (PlanJob& job : last_jobs) {
         while (plan.jobs[direct].division != Division::direct) ++direct;
@@ -255,14 +257,14 @@ Result<ExitCode> run(const PlanOptions& options, CommandContext& context) {
     const std::filesystem::path folder = options.folder;
     std::error_code none;
     if (std::filesystem::exists(folder / "plan.json", none))
-        return Error{(folder / "plan.json").string(),
-                     "is there already; wanted a folder of its own for each plan"};
+        return Error{(folder / "plan.json").string(), "exists already; expected a new folder for each plan"};
     const Result<FarmPlan> plan = made_plan(options, context);
     if (!plan) return plan.error();
     if (plan->task_count() > most_plan_tasks)
-        return Error{options.folder,
-                     fmt::format("would have {} tasks; wanted at most {}: longer ones, or several plans",
-                                 plan->task_count(), most_plan_tasks)};
+        return Error{
+            options.folder,
+            fmt::format("would have {} tasks; expected at most {}: use longer tasks or several plans",
+                        plan->task_count(), most_plan_tasks)};
     if (Result<Done> made = make_folder(folder / "parts"); !made) return made.error();
     const ScriptPaths paths{running_program().string(), absolute(options.folder)};
     for (const auto& [name, text] :
@@ -275,7 +277,7 @@ Result<ExitCode> run(const PlanOptions& options, CommandContext& context) {
     context.report["tasks"] = plan->task_count();
     context.report["jobs"] = plan->jobs.size();
     context.report["estimated_seconds"] = seconds;
-    context.print("plan   {} tasks of {} jobs, some {:.3g} s each on {} threads with {}\n",
+    context.print("plan   {} tasks of {} jobs, about {:.3g} s each on {} threads with {}\n",
                   plan->task_count(), plan->jobs.size(),
                   plan->task_count() > 0 ? seconds / double(plan->task_count()) : 0.0, plan->threads,
                   plan->instructions);
@@ -292,34 +294,34 @@ Command plan_command(CLI::App& program) {
     app->add_option("-o,--output", options->folder, "The plan's folder, which all machines must share")
         ->required()
         ->type_name("PLAN");
-    app->add_option("--want", options->wanted, "What is wanted of each scene, separated by commas")
+    app->add_option("--want", options->wanted, "Results to compute for each scene, separated by commas")
         ->delimiter(',')
         ->allow_extra_args(false)
         ->check(CLI::IsMember({"fields", "bake", "reference", "relight"}))
         ->default_str("bake")
         ->type_name("WHAT,...");
-    app->add_option("--bake-options", options->bake, "Options of `bake`, in one text; of the fields, too")
+    app->add_option("--bake-options", options->bake,
+                    "Options of `bake` in one text; also used for the fields")
         ->type_name("TEXT");
     app->add_option("--reference-options", options->reference, "Options of `reference`")->type_name("TEXT");
     app->add_option("--relight-options", options->relight,
                     "Options of `relight`; --first-frame and --last-frame for a range")
         ->type_name("TEXT");
     app->add_option("--results", options->output,
-                    "Folder of the results, one below for each scene (default: results/ in the plan)")
+                    "Folder for results, with a subfolder for each scene (default: results/ in the plan)")
         ->type_name("DIR");
     app->add_option("--fields", options->fields,
                     "Folder of the visibility fields (default: fields/ in the plan)")
         ->type_name("DIR");
-    add_number(*app, "--task-seconds", options->task_seconds, "How long a task shall take, by estimate",
-               {1, 1e6})
+    add_number(*app, "--task-seconds", options->task_seconds, "Intended time per task, by estimate", {1, 1e6})
         ->capture_default_str()
         ->type_name("S");
-    add_number(*app, "--tasks", options->tasks, "Divide each job into so many instead, as far as it can be",
-               {1, 1e5})
+    add_number(*app, "--tasks", options->tasks,
+               "Number of tasks per divisible job, instead of --task-seconds", {1, 1e5})
         ->type_name("N");
     app->add_option("--instructions", options->instructions,
-                    "Vector instructions of all tasks, on whatever machine: AVX2 if some have no others "
-                    "(default: the best that this machine has)")
+                    "Vector instructions of all tasks on all machines: AVX2 if some machines have no AVX-512 "
+                    "(default: the best instructions of this machine)")
         ->type_name("SET");
     app->add_option(
            "--hook", options->hook,

@@ -24,16 +24,19 @@ Result<ExitCode> run(const PrecomputeOptions& options, CommandContext& context) 
 }  // namespace
 
 Command precompute_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("precompute", "Make or reuse the visibility field of each entity");
+    CLI::App* app =
+        program.add_subcommand("precompute", "Compute or reuse the visibility field of each entity");
     const auto options = std::make_shared<PrecomputeOptions>();
     add_scene_option(*app, options->scene);
-    app->add_option("-o,--output", options->output, "Folder of a later bake (default: the current one)")
+    app->add_option("-o,--output", options->output, "Folder of a later bake (default: the current folder)")
         ->type_name("DIR");
     add_render_options(*app, options->render, {OptionSet::vertices});
     add_field_options(*app, options->render);
     app->footer(
-        "A field is reused if its mesh and settings are unchanged; a stale or damaged one is made anew.\n"
-        "Example:\n  haarfield precompute scenes/table_and_chairs.toml --fields out/fields");
+        "A field is reused if its mesh and settings are unchanged. Outdated or damaged fields are\n"
+        "recomputed.\n"
+        "Example:\n"
+        "  haarfield precompute scenes/table_and_chairs.toml --fields out/fields");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 

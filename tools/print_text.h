@@ -11,7 +11,7 @@
 namespace haarfield {
 
 /// Writes text to stdout or stderr. A closed pipe or a full disk sets the stream's error indicator, which
-/// `main` reports for stdout; fmt::print would throw.
+/// `main` reports for stdout; fmt::print would throw an exception.
 inline void print_text(std::FILE* stream, std::string_view text) {
     std::fwrite(text.data(), 1, text.size(), stream);
 }

@@ -1,4 +1,4 @@
-// haarfield-pages: writes the manual page and the bash completion of haarfield from the options it parses.
+// haarfield-pages: writes the manual page and the bash completion of haarfield from the table of options.
 // Usage: haarfield-pages DIR    writes DIR/haarfield.1 and DIR/haarfield
 
 #include "fields/file/write_file.h"
@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::string_view summary = "bake light into the vertex colours of POV-Ray meshes";
 
-/// Text for a manual page: no character starts a request or an escape, and hyphens can be copied.
+/// Returns a text for a manual page: no character starts a request or an escape, and hyphens can be copied.
 std::string roff(std::string_view text) {
     std::string result;
     bool line_starts = true;
@@ -35,7 +35,7 @@ std::string roff(std::string_view text) {
     return result;
 }
 
-/// The options of a command and of its groups of options.
+/// Returns the options of a command and of its option groups.
 std::vector<const CLI::Option*> options_of(const CLI::App& command, bool positional) {
     std::vector<const CLI::Option*> options = command.get_options([positional](const CLI::Option* option) {
         return !option->get_group().empty() && option->get_positional() == positional;
@@ -46,7 +46,7 @@ std::vector<const CLI::Option*> options_of(const CLI::App& command, bool positio
     return options;
 }
 
-/// One option of a command: its names, its values and its help.
+/// Returns the entry of one option: its names, its values and its help.
 std::string option_entry(const CLI::Option& option, bool positional) {
     return fmt::format(".TP\n\\fB{}\\fR{}\n{}\n", roff(option.get_name(positional, !positional)),
                        roff(CLI::Formatter().make_option_opts(&option)), roff(option.get_description()));
@@ -72,15 +72,19 @@ std::string manual_page(const std::vector<Command>& commands) {
         HAARFIELD_VERSION, summary);
     for (const Command& command : commands) text += command_section(*command.app);
     return text +
-           ".SH EXIT STATUS\n0 done, 1 bad input or failed work, 2 bad usage, 3 images differ more than "
-           "asked, "
-           "130 interrupted.\n"
-           ".SH ENVIRONMENT\n.TP\n.B HAARFIELD_READER\nThe program that reads untrusted files; by default "
-           "haarfield\\-reader, next to haarfield. Empty: such files are refused.\n"
-           ".SH SEE ALSO\n.BR povray (1)\n";
+           ".SH EXIT STATUS\n"
+           "0 done, 1 bad input or failed work, 2 bad usage, 3 images differ more than allowed, 130 "
+           "interrupted.\n"
+           ".SH ENVIRONMENT\n"
+           ".TP\n"
+           ".B HAARFIELD_READER\n"
+           "The program that reads untrusted files; by default haarfield\\-reader, next to haarfield. "
+           "Empty: such files are rejected.\n"
+           ".SH SEE ALSO\n"
+           ".BR povray (1)\n";
 }
 
-/// The values of an option that accepts a few words, from its type: `FORMAT:{ply,glb,csv}`.
+/// Returns the values of an option that accepts a few words, from its type: `FORMAT:{ply,glb,csv}`.
 std::string choices_of(const CLI::Option& option) {
     const std::string type = option.get_type_name();
     const std::size_t start = type.find('{'), end = type.find('}');

@@ -18,7 +18,7 @@ constexpr auto first_after = std::chrono::milliseconds(500);
 constexpr auto bar_period = std::chrono::milliseconds(100);
 constexpr auto line_period = std::chrono::seconds(3);
 
-// Rates and counts in three or four digits.
+// Formats rates and counts with three or four digits.
 std::string short_number(double number) {
     if (number >= 1e9) return fmt::format("{:.1f}G", number / 1e9);
     if (number >= 1e6) return fmt::format("{:.1f}M", number / 1e6);

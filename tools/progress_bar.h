@@ -1,5 +1,5 @@
 #pragma once
-/// How far the work is, on stderr: a bar on a terminal, else now and then a line.
+/// Shows progress on stderr: a bar on a terminal, otherwise occasional lines.
 
 #include "fields/base/progress.h"
 
@@ -9,21 +9,21 @@
 
 namespace haarfield {
 
-/// One line about a stage: count, share, rate and time left, in at most `columns` columns. On a terminal
-/// the line has a bar.
+/// Returns one line about a stage: count, percentage, rate and remaining time, in at most `columns` columns.
+/// On a terminal the line includes a bar.
 std::string progress_line(std::string_view stage, std::uint64_t done, std::uint64_t total, double seconds,
                           bool with_bar, int columns);
 
-/// Shows the stages of one command. Stages shorter than half a second are not shown.
+/// Displays the stages of one command. Stages shorter than half a second are not displayed.
 class ProgressBar {
 public:
     explicit ProgressBar(bool quiet);
     ~ProgressBar() { clear(); }
 
-    /// What Progress::report wants. From any thread.
+    /// Implements Progress::report. Thread-safe.
     void report(std::string_view stage, std::uint64_t done, std::uint64_t total);
 
-    /// A line of text for stderr that does not collide with the bar.
+    /// Prints a line of text to stderr without colliding with the bar. Thread-safe.
     void message(const std::string& text);
 
 private:
@@ -33,7 +33,7 @@ private:
     std::mutex mutex_;
     bool quiet_;
     bool terminal_;
-    bool shown_ = false;  ///< Whether a bar is on the terminal's last line.
+    bool shown_ = false;  ///< True if a bar is on the terminal's last line.
     std::string stage_;
     Clock::time_point stage_start_, next_;
 };

@@ -1,5 +1,4 @@
-// haarfield-reader: started by programs that use haarfield's libraries, to read other people's files for
-// them.
+// haarfield-reader: reads untrusted files for programs that use haarfield's libraries, which start it.
 
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -11,12 +10,12 @@
 #include "scenes/image_reader.h"
 
 int main() {
-    constexpr int socket = 3;  // what starts it leaves it there
+    constexpr int socket = 3;  // the parent process leaves it there
     struct stat status {};
     if (fstat(socket, &status) != 0 || !S_ISSOCK(status.st_mode)) {
         std::fputs(
-            "haarfield-reader reads files for programs that use haarfield's libraries; it has no use "
-            "by itself\n",
+            "haarfield-reader reads files for programs that use haarfield's libraries; do not start it "
+            "directly\n",
             stderr);
         return 2;
     }

@@ -21,7 +21,7 @@ struct ReferenceOptions {
     int bounces = 0;
 };
 
-/// The number of lights that the wanted error needs.
+/// Returns the number of lights for the required error.
 Result<int> chosen_lights(const std::filesystem::path& folder, const std::string& stem, const Camera& camera,
                           std::span<const ReferenceInstance> instances, const Environment& environment,
                           std::span<const Lamp> lamps, const PovrayOptions& options, double wanted,
@@ -29,15 +29,14 @@ Result<int> chosen_lights(const std::filesystem::path& folder, const std::string
     const Result<LightEstimate> estimate = lights_for_error(folder, stem, camera, instances, environment,
                                                             lamps, options, wanted, context.progress);
     if (!estimate) return estimate.error();
-    context.print("lights {}, for an expected relative error of {:.4f}\n", estimate->lights,
-                  estimate->relative_error);
+    context.print("lights {}, expected relative error {:.4f}\n", estimate->lights, estimate->relative_error);
     if (estimate->relative_error > wanted)
         context.warn(
             fmt::format("a relative error of {} needs more than {} lights", wanted, estimate->lights));
     return estimate->lights;
 }
 
-/// Lit by POV-Ray's radiosity instead of a dome.
+/// Renders the scene lit by POV-Ray's radiosity instead of a dome.
 Result<ExitCode> render_by_radiosity(const ReferenceFiles& files, const std::filesystem::path& exr,
                                      std::span<const ReferenceInstance> instances,
                                      const PovrayOptions& povray, CommandContext& context) {
@@ -45,7 +44,7 @@ Result<ExitCode> render_by_radiosity(const ReferenceFiles& files, const std::fil
         if (std::ranges::any_of(instance.materials,
                                 [](const Material& material) { return material.specular != Rgb(0.0f); }))
             context.warn(
-                fmt::format("{} has highlights, which POV-Ray's radiosity leaves out", instance.name));
+                fmt::format("{} has specular light, which POV-Ray's radiosity omits", instance.name));
     const Result<RenderedScene> picture = radiosity_picture(files.scene, povray, context.progress);
     if (!picture) return picture.error();
     const Result<Done> written =
@@ -88,7 +87,7 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
         write_picture(exr, picture->image, files->scene, picture->run, povray, context);
     if (!written) return written.error();
     const double error = double(*picture->image.relative_error);
-    context.print("error  {:.4f}, relative, of the reference itself\n", error);
+    context.print("error  {:.4f}, the relative error of the reference itself\n", error);
     if (const std::string warning = reference_warning(error); !warning.empty()) context.warn(warning);
     context.report["lights"] = files->lights;
     context.report["bounces"] = options.bounces;
@@ -100,39 +99,39 @@ Result<ExitCode> run(const ReferenceOptions& options, CommandContext& context) {
 }  // namespace
 
 Command reference_command(CLI::App& program) {
-    CLI::App* app =
-        program.add_subcommand("reference", "Render the same scene with POV-Ray's own ray tracer");
+    CLI::App* app = program.add_subcommand("reference", "Render the scene with POV-Ray's own ray tracer");
     const auto options = std::make_shared<ReferenceOptions>();
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output, "Folder for NAME_reference.pov and the picture")
         ->required()
         ->type_name("DIR");
-    CLI::Option* lights = add_number(*app, "--lights", options->lights,
-                                     "Distant lights that stand for the environment, at most", {16, 100000})
-                              ->capture_default_str()
-                              ->type_name("N");
+    CLI::Option* lights =
+        add_number(*app, "--lights", options->lights,
+                   "Maximum number of distant lights that represent the environment", {16, 100000})
+            ->capture_default_str()
+            ->type_name("N");
     CLI::Option* relative_error =
         add_number(*app, "--relative-error", options->relative_error,
-                   "Take as many lights as bring the reference's own relative error down to E", {1e-4, 1})
+                   "Use as many lights as a relative error of the reference of E requires", {1e-4, 1})
             ->excludes(lights)
             ->type_name("E");
-    app->add_flag("--radiosity", options->radiosity,
-                  "A second opinion for smooth skies: POV-Ray's radiosity instead of lights; no highlights")
+    app->add_flag(
+           "--radiosity", options->radiosity,
+           "Use POV-Ray's radiosity instead of lights, as a check for smooth skies; without specular light")
         ->excludes(lights)
         ->excludes(relative_error);
     add_number(
         *app, "--bounces", options->bounces,
-        "How often light goes on from one diffuse surface to another, by POV-Ray's radiosity: minutes, and "
-        "some noise of its own that the error does not count; 0: direct light alone, as of bake --bounces 0",
+        "Number of bounces of indirect light between diffuse surfaces, by POV-Ray's radiosity. Takes minutes "
+        "and adds noise that the error does not include. 0: direct light alone, like bake --bounces 0",
         {0, 20})
         ->capture_default_str()
         ->excludes("--radiosity")
         ->type_name("N");
     add_picture_options(*app, options->scene);
     app->footer(
-        "Two independent sets of lights are rendered; the reference is their mean, and their difference "
-        "tells\n"
-        "its error, which `compare` prints too.\n"
+        "Renders two independent sets of lights. The reference is their mean. Their difference gives the\n"
+        "error of the reference, which `compare` also prints.\n"
         "Example:\n  haarfield reference scenes/single_chair.toml -o out/chair --relative-error 0.01");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }

@@ -18,7 +18,7 @@ namespace haarfield {
 
 namespace {
 
-/// The scene's own environment, or those of --lights.
+/// Returns the scene's environment, or those of --lights.
 Result<std::vector<Environment>> opened_environments(const Scene& scene, const RelightOptions& options,
                                                      CommandContext& context) {
     std::vector<Environment> environments;
@@ -37,7 +37,7 @@ Result<std::vector<Environment>> opened_environments(const Scene& scene, const R
     return environments;
 }
 
-/// Writes a frame, as a picture or for POV-Ray.
+/// Writes frames, as pictures or for POV-Ray.
 class FrameWriter {
 public:
     FrameWriter(const RelightStage& stage, const SceneEntities& entities)
@@ -46,7 +46,7 @@ public:
     /// Shades and writes a frame.
     ///
     /// output  an existing folder.
-    /// mode    that made the change: how it is shaded.
+    /// mode    the mode that changed the scene; it determines how the frame is shaded.
     Result<Done> write(const std::filesystem::path& output, int frame, const RelightMode& mode,
                        FrameQuality quality, const Progress& progress) {
         const bool is_picture = stage_.options.format != "povray";
@@ -87,7 +87,7 @@ private:
         return result;
     }
 
-    /// Returns the instances with the radiance of the session, if it has any: valid until the next call.
+    /// Returns the instances with the session's radiance, if it has been computed. Valid until the next call.
     std::vector<BakedInstance> displayed_instances() {
         std::vector<BakedInstance> instances;
         const bool is_shaded = !stage_.session->radiance().empty();
@@ -124,23 +124,24 @@ private:
     RunTime drawing_, shading_;
 };
 
-/// What CLI11 does not see in the options.
+/// Checks options beyond CLI11's checks.
 Result<Done> check_options(const RelightOptions& options) {
     if (options.lights.size() == 1)
-        return Error{"--lights", "only one environment; wanted two or more, separated by commas"};
+        return Error{"--lights", "found one environment; expected two or more, separated by commas"};
     if (options.format != "png" && !options.movie.empty())
-        return Error{"--movie", "is made of PNG pictures; wanted --format png"};
+        return Error{"--movie", "needs PNG pictures; expected --format png"};
     const int last = options.last_frame > 0 ? options.last_frame : options.frames;
     if (last > options.frames || options.first_frame > last)
-        return Error{"--first-frame, --last-frame", fmt::format("are {} and {}; wanted some of {} frames",
-                                                                options.first_frame, last, options.frames)};
+        return Error{"--first-frame, --last-frame",
+                     fmt::format("are {} and {}; expected a range within {} frames", options.first_frame,
+                                 last, options.frames)};
     if (!options.movie.empty() && last - options.first_frame + 1 < options.frames)
-        return Error{"--movie", "is made of all frames; wanted neither --first-frame nor --last-frame"};
-    if (std::ranges::count(options.axis, 0.0f) == 3) return Error{"--axis", "has no length"};
+        return Error{"--movie", "needs all frames; expected neither --first-frame nor --last-frame"};
+    if (std::ranges::count(options.axis, 0.0f) == 3) return Error{"--axis", "has length 0"};
     return Done{};
 }
 
-/// The frames that are to be made, from 0: from the first up to, but not at, the second.
+/// Returns the range of frames to compute, counted from 0, excluding the end.
 std::pair<int, int> frame_range(const RelightOptions& options, const CommandContext& context) {
     const int first = options.first_frame - 1,
               last = options.last_frame > 0 ? options.last_frame : options.frames;
@@ -149,7 +150,7 @@ std::pair<int, int> frame_range(const RelightOptions& options, const CommandCont
     return {first + static_cast<int>(begin), first + static_cast<int>(end)};
 }
 
-/// The folder of a frame, counted from 0 among those of the options: a plan's tasks have one for each part.
+/// Returns the folder of a frame, counted from 0 among all frames. Tasks of a plan have a folder per part.
 Result<std::filesystem::path> frame_folder(const RelightOptions& options, const CommandContext& context,
                                            int frame) {
     std::filesystem::path folder = options.output;
@@ -164,7 +165,7 @@ Result<std::filesystem::path> frame_folder(const RelightOptions& options, const 
     return folder;
 }
 
-/// Makes a movie of the frames that are there, if it is wanted.
+/// Encodes the frames as a movie if the options request one.
 Result<ExitCode> filmed(const RelightOptions& options, CommandContext& context) {
     if (options.movie.empty()) return ExitCode::done;
     const Result<Done> movie =
@@ -252,26 +253,26 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     report_time(context.report, "preview", a_picture);
     context.print(
         "setup  {:.2f} s: {:.2f} s for the scene, {:.2f} s for {:.1f} MB of transfer vectors\n"
-        "frames {} in {}, {:.1f} a second, {:.0f} ms a picture\n",
+        "frames {} in {}, {:.1f} per second, {:.0f} ms per picture\n",
         setup.wall, for_scene.wall, for_vectors.wall, double(relight.transfer_bytes()) / 1e6, made,
         output.string(), 1 / a_frame.wall, a_picture.wall * 1e3);
-    if (has_rest) context.print("rest   {:.2f} s for the last frame, in full\n", rest.wall);
+    if (has_rest) context.print("rest   {:.2f} s for the last frame, at full quality\n", rest.wall);
 
     return filmed(options, context);
 }
 
 std::string path_trouble(const std::string& text) {
-    return path_points(text) ? "" : fmt::format("is {}; wanted places X,Y,Z, with : between them", text);
+    return path_points(text) ? "" : fmt::format("is {}; expected positions X,Y,Z, separated by :", text);
 }
 
 std::string turn_trouble(const std::string& text) {
-    return place_in(text) ? "" : fmt::format("is {}; wanted degrees X,Y,Z", text);
+    return place_in(text) ? "" : fmt::format("is {}; expected degrees X,Y,Z", text);
 }
 
 }  // namespace
 
 Command relight_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("relight", "Change light, view or a place from frame to frame");
+    CLI::App* app = program.add_subcommand("relight", "Render frames with changing light, view or positions");
     const auto options = std::make_shared<RelightOptions>();
     add_scene_option(*app, options->scene);
     app->add_option("-o,--output", options->output, "Folder for the frames")->required()->type_name("DIR");
@@ -280,60 +281,61 @@ Command relight_command(CLI::App& program) {
     add_render_options(*app, options->render, {OptionSet::occlusion, OptionSet::frames});
     add_field_options(*app, options->render);
     CLI::Option_group* modes =
-        app->add_option_group("Modes", "What varies; one of them, or --move and --rotate");
+        app->add_option_group("Modes", "What changes: one of these options, or --move and --rotate together");
     CLI::Option* spin =
-        modes->add_flag("--spin-light", options->spin_light, "Turn the environment once round");
+        modes->add_flag("--spin-light", options->spin_light, "Turn the environment by 360 degrees");
     modes->add_option("--lights", options->lights, "Fade from one lat-long image to the next")
         ->delimiter(',')
         ->excludes(app->get_option("--environment"))
         ->type_name("A,B,...");
-    modes->add_flag("--orbit", options->orbit, "Move the camera once round its target");
+    modes->add_flag("--orbit", options->orbit, "Move the camera on a circle around its target");
     modes
-        ->add_option("--move", options->moves,
-                     "Move an instance from its place to others: X,Y,Z:X,Y,Z:... Once for each that moves")
+        ->add_option(
+            "--move", options->moves,
+            "Move an instance from its place along a path X,Y,Z:X,Y,Z:... Repeat for further instances")
         ->check(CLI::Validator(path_trouble, "").application_index(1))
         ->type_name("INSTANCE PATH");
     modes
-        ->add_option("--rotate", options->turns,
-                     "Turn an instance by so many degrees in all, about x, then y, then z: X,Y,Z. Together "
-                     "with --move, too. What turns, or is more than one, is shaded in full in each frame")
+        ->add_option(
+            "--rotate", options->turns,
+            "Turn an instance by this many degrees in total, about x, then y, then z: X,Y,Z. Can be "
+            "combined with --move. Frames with rotations or with several instances are shaded in full")
         ->check(CLI::Validator(turn_trouble, "").application_index(1))
         ->type_name("INSTANCE DEGREES");
     modes->add_flag(
         "--keyframes", options->keyframes,
-        "Let instances and lamps change as the scene's [[keyframes]] say, from time 0 to the last of "
-        "them");
+        "Change instances and lamps according to the scene's [[keyframes]], from time 0 to the last one");
     for (const char* one : {"--spin-light", "--lights", "--orbit", "--keyframes"})
         for (const char* other : {"--spin-light", "--lights", "--orbit", "--keyframes", "--move", "--rotate"})
             if (std::string_view(one) != other) modes->get_option(one)->excludes(modes->get_option(other));
     modes->require_option(1, 2);
-    add_number(*app, "--axis", options->axis, "What --spin-light turns about (default: 0,1,0)", coordinates)
+    add_number(*app, "--axis", options->axis, "Axis of --spin-light (default: 0,1,0)", coordinates)
         ->needs(spin)
         ->delimiter(',')
         ->expected(3)
         ->type_name("X,Y,Z");
-    add_number(*app, "--frames", options->frames, "How many", {1, 9999})
+    add_number(*app, "--frames", options->frames, "Number of frames", {1, 9999})
         ->capture_default_str()
         ->type_name("N");
-    add_number(*app, "--first-frame", options->first_frame, "Of these, make those from this one on",
-               {1, 9999})
+    add_number(*app, "--first-frame", options->first_frame, "First frame to render", {1, 9999})
         ->capture_default_str()
         ->type_name("N");
-    add_number(*app, "--last-frame", options->last_frame, "And up to this one (default: the last)", {1, 9999})
+    add_number(*app, "--last-frame", options->last_frame,
+               "Last frame to render (default: the last of --frames)", {1, 9999})
         ->type_name("N");
     app->add_option("--format", options->format,
-                    "png, exr: quick pictures; povray: a scene for POV-Ray a frame")
+                    "png, exr: quick pictures; povray: a POV-Ray scene per frame")
         ->check(CLI::IsMember({"png", "exr", "povray"}))
         ->capture_default_str();
-    app->add_option("--movie", options->movie, "Make a movie of the frames, with ffmpeg")
+    app->add_option("--movie", options->movie, "Encode the frames as a movie, with ffmpeg")
         ->type_name("FILE.mp4");
-    add_number(*app, "--fps", options->frames_per_second, "Frames a second of the movie", {1, 240})
+    add_number(*app, "--fps", options->frames_per_second, "Frames per second of the movie", {1, 240})
         ->capture_default_str()
         ->type_name("N");
     app->footer(
         "Example:\n  haarfield relight scenes/table_and_chairs.toml -o out/spin --spin-light --frames 24\n"
-        "leaves out/spin/frame_0001.png and so on; --move chair_1 0,0.5,0:1,0,0 lifts a chair and sets it "
-        "down,\nand --rotate chair_1 0,90,0 beside it turns it meanwhile.");
+        "writes out/spin/frame_0001.png and so on. --move chair_1 0,0.5,0:1,0,0 lifts a chair and sets it\n"
+        "down again; adding --rotate chair_1 0,90,0 also turns it.");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 

@@ -25,7 +25,7 @@ RelightMode spinning_light(RelightStage& stage) {
             .closed = true};
 }
 
-/// From one environment to the next.
+/// Fades from each environment to the next.
 RelightMode fading_lights(RelightStage& stage) {
     struct Encoded {
         std::vector<DenseCoefficients> smooth;
@@ -59,7 +59,7 @@ RelightMode fading_lights(RelightStage& stage) {
                     encoded->smooth.push_back(dense_coefficients(light, stage.settings.face_size));
                     encoded->lights.push_back(all_lights(split.sources));
                 }
-                // The vectors are pruned for all of them.
+                // The vectors are pruned for all environments.
                 std::ranges::fill(stage.weights, 1 / static_cast<float>(encoded->smooth.size()));
                 show_mixed();
                 return stage.session->vary_light(progress);
@@ -67,7 +67,7 @@ RelightMode fading_lights(RelightStage& stage) {
             .change = show};
 }
 
-/// Round the target, seen from above counter-clockwise.
+/// Orbits the target counter-clockwise as seen from above.
 RelightMode orbiting_eye(RelightStage& stage) {
     return {.name = "orbit",
             .prepare = [&](const Progress& progress) { return stage.session->vary_eye(progress); },
@@ -82,13 +82,14 @@ RelightMode orbiting_eye(RelightStage& stage) {
             .by_vertex = true};
 }
 
-/// A value at a time; the film lasts from 0 to 1.
+/// A value at a time. The film lasts from 0 to 1.
 struct Stop {
     double time;
     Vec3f value;
 };
 
-/// Between stops, in the order of their times, in proportion; before the first and after the last as there.
+/// Interpolates linearly between stops in the order of their times; constant before the first and after the
+/// last.
 Vec3f value_at(std::span<const Stop> stops, double time) {
     const auto next = std::ranges::find_if(stops, [time](const Stop& stop) { return stop.time >= time; });
     if (next == stops.end()) return stops.back().value;
@@ -98,14 +99,14 @@ Vec3f value_at(std::span<const Stop> stops, double time) {
     return last.value + (next->value - last.value) * static_cast<float>(share);
 }
 
-/// How an instance moves.
+/// The motion of an instance.
 struct Motion {
     std::size_t instance;
     Placement start;
-    std::vector<Stop> places;  ///< From that of the start on. [m]
-    /// Beyond the start's: angles of rotation_xyz; empty if it never turns. [rad]
+    std::vector<Stop> places;  ///< Positions, starting with that of the start. [m]
+    /// Rotations relative to the start, as angles of rotation_xyz; empty if the instance never turns. [rad]
     std::vector<Stop> turns{};
-    std::vector<Stop> sizes{};  ///< In the start's, thrice the same; empty if it keeps its size.
+    std::vector<Stop> sizes{};  ///< Scale relative to the start, in all three components; empty if constant.
 
     Placement at(double time) const {
         Placement placement = start;
@@ -116,7 +117,7 @@ struct Motion {
     }
 };
 
-/// Straight lines at an even pace.
+/// Returns stops on straight lines with constant speed.
 std::vector<Stop> even_pace(std::span<const Vec3f> path) {
     std::vector<Stop> stops;
     double length = 0;
@@ -135,7 +136,7 @@ void place(RelightStage& stage, const Motion& motion, double share) {
     stage.session->place(motion.instance, placement);
 }
 
-/// One that keeps its turn: transfer vectors follow it.
+/// Moves an instance without rotation, with transfer vectors that follow it.
 RelightMode moving_instance(RelightStage& stage, Motion motion) {
     return {
         .name = "move",
@@ -161,10 +162,10 @@ Result<std::size_t> instance_named(const std::string& name, const char* option, 
     if (instance != instances.end()) return static_cast<std::size_t>(instance - instances.begin());
     std::string names;
     for (const Instance& other : instances) names += (names.empty() ? "" : ", ") + other.name;
-    return Error{option, fmt::format("there is no instance {}; wanted one of {}", name, names)};
+    return Error{option, fmt::format("unknown instance {}; expected one of {}", name, names)};
 }
 
-/// The motion of an instance, of those that are known or a new one.
+/// Returns the motion of an instance; adds one if there is none.
 Motion& motion_of(std::size_t instance, std::vector<Motion>& motions, const RelightStage& stage) {
     const auto known = std::ranges::find(motions, instance, &Motion::instance);
     if (known != motions.end()) return *known;
@@ -173,11 +174,11 @@ Motion& motion_of(std::size_t instance, std::vector<Motion>& motions, const Reli
     return motions.back();
 }
 
-/// Those of --move and --rotate.
+/// Returns the motions of --move and --rotate.
 Result<std::vector<Motion>> asked_motions(const RelightStage& stage) {
     std::vector<Motion> motions;
     const auto given_twice = [](const char* option, const std::string& name) {
-        return Error{option, fmt::format("moves {} twice; wanted each instance once", name)};
+        return Error{option, fmt::format("names {} twice; expected each instance at most once", name)};
     };
     for (const auto& [name, text] : stage.options.moves) {
         const Result<std::size_t> instance = instance_named(name, "--move", stage);
@@ -201,7 +202,7 @@ Result<std::vector<Motion>> asked_motions(const RelightStage& stage) {
     return motions;
 }
 
-/// The last of the scene's keyframes; 0 if there are none. [s]
+/// Returns the time of the scene's last keyframe; 0 without keyframes. [s]
 double film_seconds(const Scene& scene) {
     double last = 0;
     for (const Keyframe& keyframe : scene.keyframes) last = std::max(last, double(keyframe.time));
@@ -209,13 +210,13 @@ double film_seconds(const Scene& scene) {
     return last;
 }
 
-/// Adds a keyframe's value. One at time 0 takes the start's place.
+/// Adds a keyframe's value. A keyframe at time 0 replaces the start.
 void add_stop(std::vector<Stop>& stops, double time, const Vec3f& value) {
     if (!(time > 0)) stops.clear();
     stops.push_back({time, value});
 }
 
-/// Those of the scene's keyframes.
+/// Returns the motions of the scene's keyframes.
 Result<std::vector<Motion>> keyframe_motions(const RelightStage& stage) {
     const double last = film_seconds(stage.scene);
     if (!(last > 0)) return Error{"--keyframes", "the scene has no [[keyframes]] after time 0"};
@@ -238,13 +239,13 @@ Result<std::vector<Motion>> keyframe_motions(const RelightStage& stage) {
     return motions;
 }
 
-/// How a lamp changes.
+/// The changes of a lamp.
 struct LampChange {
     std::size_t lamp;
     std::vector<Stop> positions, targets, colours;
 };
 
-/// Those of the scene's keyframes that name lamps.
+/// Returns the changes of lamps by the scene's keyframes.
 std::vector<LampChange> lamp_changes(const Scene& scene) {
     const double last = film_seconds(scene);
     std::vector<LampChange> changes;

@@ -211,8 +211,8 @@ std::string RenderOption::trouble(const std::string& value) const {
         return std::ranges::find(words, word) != words.end() || (range && number_in(*range, word, is_whole));
     };
     if (!given.empty() && std::ranges::all_of(given, is_value)) return {};
-    if (!range) return fmt::format("is {}; wanted one of {}", value, values());
-    return fmt::format("is {}; wanted {}{} {}", value, words.empty() ? "" : words[0] + " or ",
+    if (!range) return fmt::format("is {}; expected one of {}", value, values());
+    return fmt::format("is {}; expected {}{} {}", value, words.empty() ? "" : words[0] + " or ",
                        is_whole ? "a whole number" : "a number", values());
 }
 

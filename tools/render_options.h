@@ -25,50 +25,50 @@ struct RenderChoices {
     TransferSettings transfer;
 };
 
-/// A command has all options of some sets.
+/// Sets of options; a command has all options of some sets.
 enum class OptionSet { fields, vertices, occlusion, lighting, depth, bake, frames };
 
 /// The groups of --help.
-inline constexpr const char *shown_group = "What is shown", *accuracy_group = "Accuracy",
-                            *speed_group = "Speed", *files_group = "Files";
+inline constexpr const char *shown_group = "Content", *accuracy_group = "Accuracy", *speed_group = "Speed",
+                            *files_group = "Files";
 
 /// A row of the table: an option whose value is a number, a word, a list of words, or a flag.
 struct RenderOption {
     std::string name;  ///< On the command line, without `--`; in Python with _ for -.
     OptionSet set;
     const char* group;
-    std::string type;                  ///< Of the value, as --help shows it: N, E.
+    std::string type;                  ///< The symbol of the value in --help: N, E.
     std::string summary;               ///< One line.
     std::string details;               ///< For the manual page and Python; may be empty.
-    std::vector<std::string> words{};  ///< That the value may be.
-    std::optional<Range> range{};      ///< Of numbers that the value may be.
+    std::vector<std::string> words{};  ///< The valid words.
+    std::optional<Range> range{};      ///< The valid numbers.
     bool is_whole = false;             ///< Numbers are whole.
-    bool is_optional = false;          ///< There may be no value; text is empty then.
+    bool is_optional = false;          ///< True if the value may be missing; `text` is then empty.
     bool is_list = false;              ///< Words, separated by commas.
     bool is_flag = false;              ///< The value is `true` or `false`.
 
-    /// The value.
+    /// Returns the value as text.
     std::function<std::string(const RenderChoices&)> text{};
-    /// Sets the value from a text without trouble.
+    /// Sets the value from a valid text; see trouble.
     std::function<void(RenderChoices&, const std::string& text)> set_text{};
 
-    /// Describes why a text is no value: `is 2; wanted a number in [0, 1]`. Empty if it is one.
+    /// Returns why a text is invalid: `is 2; expected a number in [0, 1]`. Empty if it is valid.
     std::string trouble(const std::string& value) const;
-    /// The values as --help shows them: `in [0, 1]` or `{fields,exact,auto}`.
+    /// Returns the valid values for --help: `in [0, 1]` or `{fields,exact,auto}`.
     std::string values() const;
 };
 
 /// All rows; within a group the common ones come first.
 const std::vector<RenderOption>& render_options();
 
-/// The row of a name, which the table has (asserted).
+/// Returns the row of a name. The table must have it (asserted).
 const RenderOption& render_option(std::string_view name);
 
-/// The rows of some sets, in the order of the table.
+/// Returns the rows of some sets, in the order of the table.
 std::vector<const RenderOption*> render_options(std::initializer_list<OptionSet> sets);
 
-/// The options of some sets as arguments of a command line, without flags that are off and lists and numbers
-/// that are not given.
+/// Returns the options of some sets as arguments of a command line. Leaves out flags that are off, and lists
+/// and numbers that are not given.
 std::vector<std::string> option_arguments(const RenderChoices& choices,
                                           std::initializer_list<OptionSet> sets);
 

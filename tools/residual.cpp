@@ -20,7 +20,7 @@ struct ResidualOptions {
     double most_bias = 0.005, most_rms = 0.02;
 };
 
-/// What `bake` has left in the folder of the scene's instances.
+/// Returns the includes that `bake` wrote for the scene's instances.
 Result<ReferenceBounces> baked_objects(const Scene& scene, const std::filesystem::path& folder) {
     std::vector<std::string> names;
     for (const Instance& instance : scene.instances) names.push_back(instance.name);
@@ -65,14 +65,13 @@ Result<ExitCode> run(const ResidualOptions& options, CommandContext& context) {
     context.report["bias"] = difference->bias;
     context.report["relative_rmse"] = difference->relative_rmse;
     context.report["relative_error"] = own;
-    context.print(
-        "bias           {:+.4f}\nrelative rmse  {:.4f}\nlights         have a relative error of {:.4f}\n",
-        difference->bias, difference->relative_rmse, own);
+    context.print("bias           {:+.4f}\nrelative rmse  {:.4f}\nlights         relative error {:.4f}\n",
+                  difference->bias, difference->relative_rmse, own);
     if (std::abs(difference->bias) <= options.most_bias && difference->relative_rmse <= options.most_rms)
         return ExitCode::done;
-    context.message(
-        fmt::format("the bake does not reproduce itself; wanted a bias of {} and an RMSE of {} at most",
-                    options.most_bias, options.most_rms));
+    context.message(fmt::format(
+        "the bake does not reproduce itself; expected a bias of at most {} and an RMSE of at most {}",
+        options.most_bias, options.most_rms));
     return ExitCode::images_differ;
 }
 
@@ -80,31 +79,31 @@ Result<ExitCode> run(const ResidualOptions& options, CommandContext& context) {
 
 Command residual_command(CLI::App& program) {
     CLI::App* app = program.add_subcommand(
-        "residual", "Let POV-Ray gather a bake's own light once: it must give the bake back");
+        "residual", "Check that a bake reproduces itself when POV-Ray gathers its light");
     const auto options = std::make_shared<ResidualOptions>();
     add_scene_option(*app, options->scene);
-    app->add_option("-o,--output", options->output, "The folder of the bake, for residual.exr, too")
+    app->add_option("-o,--output", options->output, "The folder of the bake, also for residual.exr")
         ->required()
         ->type_name("DIR");
-    add_number(*app, "--lights", options->lights, "Distant lights that stand for the environment, at most",
-               {16, 100000})
+    add_number(*app, "--lights", options->lights,
+               "Maximum number of distant lights that represent the environment", {16, 100000})
         ->capture_default_str()
         ->type_name("N");
     add_number(*app, "--max-bias", options->most_bias,
-               "Exit code 3 if the bake is brighter or darker by more", {0, 1})
+               "Exit with code 3 if the bake is brighter or darker by more than this fraction", {0, 1})
         ->capture_default_str()
         ->type_name("E");
-    add_number(*app, "--max-rmse", options->most_rms, "Exit code 3 if it differs by more, RMS", {0, 1})
+    add_number(*app, "--max-rmse", options->most_rms, "Exit with code 3 if the relative RMSE is larger",
+               {0, 1})
         ->capture_default_str()
         ->type_name("E");
     add_picture_options(*app, options->scene);
     app->footer(
-        "Light on diffuse surfaces is what direct light and the surroundings' own radiance make of it. The "
-        "ray\n"
-        "tracer takes the first from lights, the second from the baked meshes, and must come to the same "
-        "picture.\n"
-        "It wants a bake in the same folder.\n"
-        "Example:\n  haarfield residual scenes/gallery/room.toml -o out/room");
+        "The radiance of a diffuse surface is the sum of direct light and of light from other surfaces.\n"
+        "The ray tracer takes the former from lights and the latter from the baked meshes. The resulting\n"
+        "picture must equal that of the bake, which must be in the same folder.\n"
+        "Example:\n"
+        "  haarfield residual scenes/gallery/room.toml -o out/room");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 

@@ -15,13 +15,13 @@ namespace {
 constexpr Range exposures{-60, 60};  // [stops]
 constexpr const char* automatic = "auto";
 
-constexpr double much_clipped = 0.02;  // share of the objects' pixels
+constexpr double much_clipped = 0.02;  // fraction of the objects' pixels
 
 Result<Done> apply_view(const SceneOptions& options, Camera& camera) {
     if (options.view.empty()) return Done{};
     camera.position = Vec3f(options.view[0], options.view[1], options.view[2]);
     if (!((camera.target - camera.position).length() > 1e-6f))
-        return Error{"--view", "is the camera's target; wanted another place"};
+        return Error{"--view", "is the camera's target; expected another position"};
     return Done{};
 }
 
@@ -148,10 +148,10 @@ void report_picture(const std::filesystem::path& exr, const Image& objects, std:
     const double clipped = clipped_share(objects);
     context.report["clipped_share"] = clipped;
     if (clipped > much_clipped)
-        context.message(
-            fmt::format("{:.1f} % of the objects' pixels are brighter than 1, and clipped in the "
-                        ".png; --exposure changes that",
-                        100 * clipped));
+        context.message(fmt::format(
+            "{:.1f} % of the objects' pixels are brighter than 1 and clipped in the .png; use --exposure "
+            "to avoid it",
+            100 * clipped));
     context.report["povray"] = {{"command_line", runs.back().command_line},
                                 {"parse_seconds", parse_seconds},
                                 {"trace_seconds", trace_seconds}};
@@ -167,11 +167,11 @@ Result<Done> write_picture(const std::filesystem::path& exr, const Image& object
 }
 
 std::string file_stem(const Scene& scene) {
-    // With an instance's name and an ending behind it, it must still be the name of a file.
+    // Followed by an instance's name and an extension, it must still be a valid file name.
     constexpr std::size_t longest = 60, kept = 50;
     const std::string plain = plain_name(scene.name);
     if (plain.size() <= longest) return plain;
-    std::uint32_t sum = 2166136261;  // FNV-1a: names that differ only behind what is kept stay apart
+    std::uint32_t sum = 2166136261;  // FNV-1a: distinguishes names that differ only after the kept part
     for (const char c : scene.name) sum = (sum ^ static_cast<std::uint8_t>(c)) * 16777619;
     return fmt::format("{}_{:08x}", plain.substr(0, kept), sum);
 }

@@ -52,7 +52,7 @@ Result<Environment> opened_environment(const Scene& scene, CommandContext& conte
 float expose_room(const Scene& scene, const SceneEntities& entities, Environment& environment,
                   CommandContext& context, std::size_t number = 0);
 
-/// How POV-Ray is to render a scene: with its resolution.
+/// Returns the options with which POV-Ray renders a scene.
 PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const CommandContext& context);
 
 /// Says where a picture is, what POV-Ray said, and that much of it is clipped, if so; into the report go
@@ -67,7 +67,8 @@ Result<Done> write_picture(const std::filesystem::path& exr, const Image& object
                            const std::filesystem::path& scene, std::span<const PovrayRun> runs,
                            const PovrayOptions& povray, CommandContext& context);
 
-/// The scene's name as POV-Ray's files take it, with `_` for what is not plain_name; of long ones a checksum.
+/// Returns the scene's name for POV-Ray's files: other characters than those of plain_name become `_`, and
+/// long names end with a checksum.
 std::string file_stem(const Scene& scene);
 
 /// Adds --allow-unsealed, as every command that reads fields has it.
@@ -89,7 +90,7 @@ Result<SceneEntities> opened_entities(const Scene& scene, const RenderChoices& c
 /// original_entities, with warnings.
 Result<SceneEntities> opened_originals(const Scene& scene, CommandContext& context);
 
-/// What POV-Ray's own light falls on.
+/// A scene for POV-Ray's ray tracer.
 struct TracedScene {
     Environment environment;
     SceneEntities entities;                    ///< As their files have them.

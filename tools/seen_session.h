@@ -17,7 +17,8 @@ public:
     SeenSession(ShadedScene scene, std::span<const std::vector<Surface>> surfaces,
                 const RenderSettings& settings, const TransferSettings& transfer = {});
 
-    /// @name As in RelightSession. @{
+    /// @name As in RelightSession.
+    /// @{
     Result<Done> prepare(const Progress& progress);
     Result<Done> vary_light(const Progress& progress);
     Result<Done> vary_eye(const Progress& progress);

@@ -26,7 +26,7 @@ std::string time_text(double seconds) {
     return fmt::format("{:.1f} h", seconds / 3600);
 }
 
-/// Prints the tasks to run, a job of a scheduler per line, and the join.
+/// Prints the tasks to run, one scheduler job per line, and the join.
 Result<ExitCode> print_batches(const StatusOptions& options, const FarmPlan& plan,
                                const std::vector<TaskStatus>& states) {
     const Result<std::vector<TaskBatch>> batches =
@@ -60,7 +60,7 @@ Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
         cpu_seconds += states[task].cost.cpu_seconds;
         peak_bytes = std::max(peak_bytes, states[task].cost.peak_bytes);
     }
-    // With as many nodes as are at work now.
+    // Assumes the number of nodes that currently work.
     const auto running = static_cast<std::size_t>(count(TaskState::running));
     nlohmann::ordered_json failures = nlohmann::ordered_json::array(),
                            times = nlohmann::ordered_json::array();
@@ -95,10 +95,10 @@ Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
     context.print("tasks  {}: {} done, {} running, {} failed, {} damaged, {} waiting\n", states.size(),
                   count(TaskState::done), running, count(TaskState::failed), damaged.size(),
                   count(TaskState::waiting));
-    context.print("took   {} of all cores, at most {:.0f} MB a task\n", time_text(cpu_seconds),
+    context.print("took   {} of processor time, at most {:.0f} MB per task\n", time_text(cpu_seconds),
                   double(peak_bytes) / 1e6);
-    context.print("left   {} of one node", time_text(left_seconds));
-    if (running > 0) context.print(", {} with the {} at work", time_text(status["time_left"]), running);
+    context.print("left   {} on one node", time_text(left_seconds));
+    if (running > 0) context.print(", {} with the {} running", time_text(status["time_left"]), running);
     context.print("\n");
     for (const auto& time : times)
         context.print("nodes  {:>6}: {}\n", time["nodes"].get<std::size_t>(), time_text(time["seconds"]));
@@ -114,42 +114,44 @@ Result<ExitCode> run(const StatusOptions& options, CommandContext& context) {
 }  // namespace
 
 Command status_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("status", "Say how far a plan is");
+    CLI::App* app = program.add_subcommand("status", "Print the progress of a plan");
     const auto options = std::make_shared<StatusOptions>();
     app->add_option("PLAN", options->plan, "The plan's folder")->required()->type_name("");
-    app->add_flag("--json", options->json, "As JSON");
+    app->add_flag("--json", options->json, "Print JSON");
     app->add_flag(
         "--verify", options->verify,
         "Verify the checksums of all results, not only their lengths; exit code 1 if one is damaged");
     CLI::Option* const batches =
         add_number(
             *app, "--batches", options->batches,
-            "Print instead the tasks to run, in at most N jobs of a scheduler and the join: STAGE MINUTES "
-            "MEGABYTES TASKS, as slurm.sh reads them",
+            "Print the tasks to run instead, in at most N scheduler jobs plus the join, as lines STAGE "
+            "MINUTES MEGABYTES TASKS, which slurm.sh reads",
             {1, 1e6})
             ->excludes(app->get_option("--json"))
             ->type_name("N");
-    add_number(*app, "--batch-tasks", options->batch_tasks, "Tasks in each of these jobs, or more", {1, 1e6})
+    add_number(*app, "--batch-tasks", options->batch_tasks, "Minimum number of tasks in each of these jobs",
+               {1, 1e6})
         ->needs(batches)
         ->capture_default_str()
         ->type_name("N");
-    add_number(*app, "--nodes", options->nodes,
-               "Simulate what is left on so many nodes, separated by commas, each doing one task at a time",
-               {1, 1e6})
+    add_number(
+        *app, "--nodes", options->nodes,
+        "Simulate the remaining tasks on N nodes with one task at a time each; several numbers possible",
+        {1, 1e6})
         ->delimiter(',')
         ->type_name("N,...");
-    add_number(*app, "--overhead", options->overhead, "What the scheduler takes for a task there, in seconds",
+    add_number(*app, "--overhead", options->overhead, "Simulated time of the scheduler per task, in seconds",
                {0, 1e6})
         ->capture_default_str()
         ->type_name("S");
-    app->add_flag("--from-start", options->from_start, "Simulate all tasks, also those that are done");
+    app->add_flag("--from-start", options->from_start, "Simulate all tasks, including finished ones");
     app->add_flag("--processor-time", options->processor_time,
-                  "Take the processor's time for that of the clock, as on nodes that do nothing else");
+                  "Use processor time instead of wall time, as on nodes that run nothing else");
     app->footer(
-        "Times of tasks that are not done are estimates, corrected by those that are. A damaged result "
-        "counts\n"
+        "Times of unfinished tasks are estimates, corrected by the finished ones. A damaged result counts\n"
         "as not done.\n"
-        "Example:\n  haarfield status out/plan --nodes 10,100,1000");
+        "Example:\n"
+        "  haarfield status out/plan --nodes 10,100,1000");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Times of work: on the clock, and of the processor.
+/// Measures wall time and processor time.
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -8,17 +8,17 @@
 
 namespace haarfield {
 
-/// Durations of one piece of work. [s]
+/// The time of one piece of work. [s]
 struct RunTime {
-    double wall = 0;       ///< By the clock.
-    double processor = 0;  ///< Of all threads of this process, without its child processes.
+    double wall = 0;       ///< Wall time.
+    double processor = 0;  ///< Processor time of all threads of this process, without its child processes.
 
     RunTime& operator+=(const RunTime& other);
     RunTime operator-(const RunTime& other) const;
     RunTime operator/(double count) const;
 };
 
-/// Measures from its construction on.
+/// Measures time from its construction on.
 class Stopwatch {
 public:
     Stopwatch();
@@ -29,8 +29,8 @@ private:
     double processor_start_;
 };
 
-/// Adds the keys `<name>_seconds` and `<name>_processor_seconds` to a report, without name and underscore if
-/// the name is empty. Their ratio is the number of cores that were busy on average.
+/// Adds the keys `<name>_seconds` and `<name>_processor_seconds` to a report; without `<name>_` if the name
+/// is empty. The ratio of their values is the average number of busy cores.
 void report_time(nlohmann::ordered_json& report, const std::string& name, const RunTime& time);
 
 }  // namespace haarfield

@@ -1,11 +1,11 @@
 #pragma once
-/// What a process finds when it starts, made such that the rest need not think of it.
+/// Normalizes the environment in which the process starts.
 
 namespace haarfield {
 
-/// A closed pipe, and a file larger than the process may write, are errors of those who write, not signals;
-/// stdin, stdout and stderr are something, if nothing, so that no file takes their numbers. At the beginning
-/// of main.
+/// Turns signals of closed pipes and of the file size limit into write errors. Opens closed stdin, stdout and
+/// stderr as /dev/null, so that no other file gets their descriptors. Must be called at the beginning of
+/// main.
 void tidy_surroundings();
 
 }  // namespace haarfield

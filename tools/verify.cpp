@@ -19,22 +19,23 @@ Result<ExitCode> run(const VerifyOptions& options, const CommandContext& context
         verify_field(options.field, options.allow_unsealed ? Unsealed::allowed : Unsealed::refused);
     if (!verdict) return verdict.error();
     context.print("{}: good\n", options.field);
-    if (!verdict->sealed) context.print("not sealed: another program saved it; its own checksums hold\n");
+    if (!verdict->sealed) context.print("not sealed: saved by another program; its checksums are valid\n");
     if (!verdict->grids_compared)
         context.print(
-            "its grids for viewers were written by another OpenVDB, and not compared with the field\n");
+            "its grids for viewers were written by another OpenVDB version and were not compared\n");
     return ExitCode::done;
 }
 
 }  // namespace
 
 Command verify_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("verify", "Check every checksum and handle of a visibility field");
+    CLI::App* app =
+        program.add_subcommand("verify", "Verify all checksums and handles of a visibility field");
     const auto options = std::make_shared<VerifyOptions>();
     app->add_option("FIELD", options->field, "The field (.vdb)")->required()->type_name("");
     add_unsealed_option(*app, options->allow_unsealed);
     app->footer(
-        "Exit code 1, with the reason, if anything is off.\n"
+        "If anything is wrong, prints the reason and exits with code 1.\n"
         "Example:\n  haarfield verify out/chair/fields/chair.vdb");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }

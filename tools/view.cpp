@@ -18,14 +18,14 @@ struct ViewOptions {
     SceneOptions scene;
     RenderChoices render;
     std::string output;
-    std::string lights;  ///< Folder.
+    std::string lights;  ///< A folder.
     std::string address = "127.0.0.1";
     int port = 0;
     bool open = false;
     int upload_megabytes = 64;
 };
 
-/// What the addresses of the site stand for.
+/// Answers the requests of pages.
 class Site {
 public:
     Site(ViewSession& session, LightShelf& shelf) : session_(session), shelf_(shelf) {}
@@ -54,7 +54,7 @@ public:
     }
 
 private:
-    static WebAnswer missing() { return {404, "text/plain", "There is nothing here.\n"}; }
+    static WebAnswer missing() { return {404, "text/plain", "Not found.\n"}; }
 
     static std::optional<std::size_t> number(std::string_view text) {
         std::size_t value = 0;
@@ -110,9 +110,9 @@ private:
 };
 
 void open_in_browser(const std::string& url) {
-    // In a new session of the system's, so that Ctrl-C ends this program alone.
+    // In a new session, so that Ctrl-C ends this program alone.
     const std::string command = fmt::format("setsid xdg-open '{}' >/dev/null 2>&1 &", url);
-    if (std::system(command.c_str()) != 0) print(stderr, "haarfield view: there is no xdg-open\n");
+    if (std::system(command.c_str()) != 0) print(stderr, "haarfield view: cannot run xdg-open\n");
 }
 
 Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
@@ -170,37 +170,36 @@ Result<ExitCode> run(const ViewOptions& options, CommandContext& context) {
 }  // namespace
 
 Command view_command(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("view", "Show a scene in the browser, and change it by hand");
+    CLI::App* app = program.add_subcommand("view", "Display and edit a scene in the browser");
     const auto options = std::make_shared<ViewOptions>();
     add_scene_option(*app, options->scene);
     app->add_option(
            "-o,--output", options->output,
-           "Folder for fields, lights that pages send, bakes and pictures (default: NAME_view beside "
-           "the scene)")
+           "Folder for fields, uploaded lights, bakes and pictures (default: NAME_view next to the scene)")
         ->type_name("DIR");
     add_view_options(*app, options->scene);
     add_render_options(*app, options->render, {OptionSet::occlusion, OptionSet::frames});
     add_field_options(*app, options->render);
     app->add_option("--lights", options->lights,
-                    "Folder of lat-long images to choose from (default: that of the scene's)")
+                    "Folder of lat-long images to choose from (default: that of the scene's environment)")
         ->type_name("DIR");
-    add_number(*app, "--port", options->port, "Of the address; 0: a free one", {0, 65535})
+    add_number(*app, "--port", options->port, "Port to listen on; 0: a free one", {0, 65535})
         ->capture_default_str()
         ->type_name("N");
     app->add_option("--listen", options->address,
-                    "Another address than the loopback interface's: everybody who reaches it and knows the "
-                    "token can change the scene")
+                    "Address to listen on. Anyone who can reach an address other than the loopback and knows "
+                    "the token can change the scene")
         ->capture_default_str()
         ->type_name("ADDRESS");
     app->add_flag("--open", options->open, "Open the page in the browser");
-    add_number(*app, "--upload-limit", options->upload_megabytes, "Of a light that a page sends [MB]",
+    add_number(*app, "--upload-limit", options->upload_megabytes, "Largest size of an uploaded light [MB]",
                {1, 4096})
         ->capture_default_str()
         ->type_name("N");
     app->footer(
         "Example:\n  haarfield view scenes/table_and_chairs.toml --open\n"
-        "prints the page's address, and ends with Ctrl-C. tools/view/PROTOCOL.md tells other programs how to "
-        "take part.");
+        "prints the address of the page. Ctrl-C ends it. tools/view/PROTOCOL.md describes the protocol for\n"
+        "other programs.");
     return {app, [options](CommandContext& context) { return run(*options, context); }};
 }
 

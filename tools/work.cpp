@@ -18,18 +18,18 @@ struct WorkOptions {
     std::string plan, tasks;
 };
 
-/// Tasks that run together: killed, they lose so many results, and each holds a claim.
+/// The most tasks that run together: a killed process loses their results, and each holds a claim.
 constexpr std::size_t most_together = 32;
 
-/// Runs the tasks of a list.
+/// Runs a list of tasks.
 class Worker {
 public:
     Worker(const FarmPlan& plan, const std::filesystem::path& folder, CommandContext& context)
         : plan_(plan), folder_(folder), context_(context) {}
 
-    /// Runs the tasks without a good result. Goes on after failures.
+    /// Runs the tasks without a good result. Continues after failures.
     ///
-    /// tasks   ascending.
+    /// tasks   in ascending order.
     /// errors  the first failure.
     Result<Done> run(const std::vector<std::size_t>& tasks) {
         Result<Done> result = Done{};
@@ -46,20 +46,20 @@ public:
     std::uint64_t peak_bytes() const { return peak_bytes_; }
 
 private:
-    /// Those without a good result.
+    /// Returns the tasks without a good result.
     std::vector<std::size_t> unfinished(const std::vector<std::size_t>& tasks) const {
         std::vector<std::size_t> left;
         for (const std::size_t task : tasks) {
             const Result<TaskPart> part = read_part(folder_, plan_, task);
             if (part)
-                context_.print("task   {} is done already, on {}\n", task, part->cost.host);
+                context_.print("task   {} was already done on {}\n", task, part->cost.host);
             else
                 left.push_back(task);
         }
         return left;
     }
 
-    /// Runs of consecutive tasks of one job.
+    /// Groups consecutive tasks of one job.
     std::vector<std::vector<std::size_t>> groups(const std::vector<std::size_t>& tasks) const {
         std::vector<std::vector<std::size_t>> result;
         for (const std::size_t task : tasks) {
@@ -73,8 +73,8 @@ private:
     }
 
     Result<Done> run_together(const std::vector<std::size_t>& tasks) {
-        // Wait for other processes at these tasks. Claims are made in ascending order, so none waits for
-        // another.
+        // Waits for other processes that run these tasks. Claims are made in ascending order, which prevents
+        // deadlocks.
         std::vector<Claim> claims;
         for (const std::size_t task : tasks) {
             Result<std::optional<Claim>> claim =
@@ -96,12 +96,12 @@ private:
             if (done)
                 std::filesystem::remove(failed, none);
             else if (!context_.progress.stop.stop_requested())
-                (void)write_file(failed, done.error().message() + "\n");  // for `status`
+                (void)write_file(failed, done.error().message() + "\n");  // read by `status`
         }
         return done;
     }
 
-    /// Computes the results and publishes them.
+    /// Computes and publishes the results.
     Result<Done> published(const PlanTasks& tasks, std::size_t first) {
         if (checked_jobs_.insert(tasks.job).second)
             if (Result<Done> same = check_inputs(plan_.jobs[tasks.job]); !same) {
@@ -113,7 +113,7 @@ private:
         inner.quiet = true;
         Result<PartSections> made = done_tasks(plan_, tasks, folder_, inner);
         if (!made) return made.error();
-        // The time is that of all of them.
+        // The cost is that of all tasks of the group.
         TaskCost cost = process_cost(watch.elapsed().wall);
         const double cpu_seconds = cost.cpu_seconds - cpu_seconds_;
         cpu_seconds_ = cost.cpu_seconds;
@@ -126,10 +126,10 @@ private:
                 !written)
                 return written;
         if (tasks.count == 1)
-            context_.print("task   {} done in {:.2f} s, {:.2f} s of all cores, {:.0f} MB\n", first, seconds,
-                           cpu_seconds, double(cost.peak_bytes) / 1e6);
+            context_.print("task   {} done in {:.2f} s, {:.2f} s of processor time, {:.0f} MB\n", first,
+                           seconds, cpu_seconds, double(cost.peak_bytes) / 1e6);
         else
-            context_.print("tasks  {}-{} done in {:.2f} s, {:.2f} s of all cores, {:.0f} MB\n", first,
+            context_.print("tasks  {}-{} done in {:.2f} s, {:.2f} s of processor time, {:.0f} MB\n", first,
                            first + tasks.count - 1, seconds, cpu_seconds, double(cost.peak_bytes) / 1e6);
         return Done{};
     }
@@ -137,8 +137,8 @@ private:
     const FarmPlan& plan_;
     std::filesystem::path folder_;
     CommandContext& context_;
-    std::set<std::size_t> checked_jobs_;  // whose inputs are those of the plan
-    double cpu_seconds_ = 0;              // of the process so far
+    std::set<std::size_t> checked_jobs_;  // jobs whose inputs have been checked
+    double cpu_seconds_ = 0;              // of this process so far
     std::uint64_t peak_bytes_ = 0;
 };
 
@@ -167,15 +167,15 @@ Command work_command(CLI::App& program) {
     const auto options = std::make_shared<WorkOptions>();
     app->add_option("PLAN", options->plan, "The plan's folder")->required()->type_name("");
     app->add_option("--task,--tasks", options->tasks,
-                    "Which tasks, counted from 0: numbers and ranges, separated by commas")
+                    "Tasks to run, counted from 0: numbers and ranges, separated by commas")
         ->required()
         ->check(CLI::Validator(list_trouble, ""))
         ->type_name("LIST");
     app->footer(
         "Skips tasks that have a good result. Consecutive tasks of one job start and prepare the scene "
         "once.\n"
-        "The command may be killed at any time, and run several times at once, on any machine that has the\n"
-        "plan's folder and the scene's files under the same names.\n"
+        "The command may be killed at any time, and may run several times at once on any machine that has\n"
+        "the plan's folder and the scene's files under the same names.\n"
         "Example:\n  haarfield work out/plan --task 7\n  haarfield work out/plan --tasks 0-9,12");
     return {app, [options](CommandContext& context) {
                 options->plan = std::filesystem::absolute(options->plan).string();  // tasks go elsewhere

@@ -16,19 +16,20 @@
 namespace haarfield {
 namespace {
 
-static_assert(std::endian::native == std::endian::little);  // as glTF is
+static_assert(std::endian::native == std::endian::little);  // as in glTF
 
 using Json = nlohmann::ordered_json;
 
-constexpr int float_components = 5126, index_components = 5125;  // glTF's numbers for GL's
+constexpr int float_components = 5126, index_components = 5125;  // glTF's names of GL's constants
 constexpr int vertex_target = 34962, index_target = 34963;
 
-/// The binary chunk, and what is said of it.
+/// The binary chunk and its description.
 struct Buffer {
     std::string bytes;
     Json views = Json::array(), accessors = Json::array();
 
-    /// Appends items without padding; all are multiples of four bytes. Returns their accessor.
+    /// Appends items without padding; item sizes are multiples of four bytes. Returns the index of their
+    /// accessor.
     template <class T>
     std::size_t append(std::span<const T> items, int target, Json accessor) {
         static_assert(sizeof(T) % 4 == 0);
@@ -46,7 +47,8 @@ struct Buffer {
                       {{"componentType", float_components}, {"count", vectors.size()}, {"type", "VEC3"}});
     }
 
-    /// Appends the bytes of an image's file, and zeros up to a multiple of four. Returns their view.
+    /// Appends the bytes of an image file, padded with zeros to a multiple of four. Returns the index of
+    /// their view.
     std::size_t append_file(std::string_view file) {
         views.push_back({{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", file.size()}});
         bytes += file;
@@ -59,11 +61,11 @@ Json json_of(const Vec3f& v) {
     return {v.x, v.y, v.z};
 }
 
-/// The images of the instances' surfaces, as files.
+/// The image file of a texture.
 struct ImageFile {
     std::string bytes;
     const char* type = nullptr;  ///< Its media type.
-    std::size_t material = 0;    ///< Which one shows it.
+    std::size_t material = 0;    ///< The index of the material that displays it.
 };
 using ImageFiles = std::map<const Texture*, ImageFile>;
 
@@ -88,7 +90,7 @@ Result<ImageFiles> image_files(std::span<const BakedInstance> instances) {
     return files;
 }
 
-/// One that shows COLOR_0 as it is, times an image if there is one.
+/// Returns a material that displays COLOR_0, multiplied by an image if there is one.
 Json unlit_material(const std::string& name, const Texture* texture, std::size_t number) {
     Json material{{"name", name},
                   {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 1}}},
@@ -103,14 +105,14 @@ Json unlit_material(const std::string& name, const Texture* texture, std::size_t
     return material;
 }
 
-/// The materials, with the textures and images that they refer to.
+/// The materials, and the textures and images that they use.
 struct Appearance {
     Json materials = Json::array({unlit_material("baked radiance", nullptr, 0)}), textures = Json::array(),
          images = Json::array();
 };
 
 Appearance appearance_of(const ImageFiles& files, Buffer& buffer) {
-    std::vector<const Texture*> order(files.size());  // of materials
+    std::vector<const Texture*> order(files.size());  // by material
     for (const auto& [texture, file] : files) order[file.material - 1] = texture;
     Appearance made;
     for (const Texture* texture : order) {
@@ -125,16 +127,16 @@ Appearance appearance_of(const ImageFiles& files, Buffer& buffer) {
     return made;
 }
 
-/// The texture that a triangle shows; null: none.
+/// Returns the texture of a triangle, or null if it has none.
 const Texture* texture_of(const BakedInstance& instance, const std::array<std::uint32_t, 3>& triangle) {
     if (instance.surfaces.empty()) return nullptr;
     return instance.surfaces[instance.mesh->vertex_materials[triangle[0]]].texture.get();
 }
 
-/// What COLOR_0 is of a vertex: what an image there multiplies. A highlight lies over the image, but here it
-/// can only be below: it is divided by the image's mean round the vertex.
+/// Returns COLOR_0 of a vertex: the light that an image multiplies. Specular radiance is added after the
+/// image, but glTF cannot express that. It is therefore divided by the image's mean around the vertex.
 ///
-/// tints  of that mean, by vertex; none if there are no highlights.
+/// tints  that mean, by vertex; empty if there is no specular radiance.
 Rgb light_at(const BakedInstance& instance, std::span<const Rgb> tints, std::size_t vertex) {
     constexpr float darkest = 0.04f;
     if (tints.empty()) return instance.radiance[vertex];
@@ -143,15 +145,17 @@ Rgb light_at(const BakedInstance& instance, std::span<const Rgb> tints, std::siz
     return light;
 }
 
-/// The means of images round the vertices, where something lies over them.
+/// Returns the means of the images around the vertices, or nothing if there is no specular radiance.
 std::vector<Rgb> image_tints(const BakedInstance& instance) {
     if (instance.over.empty() || !has_textures(instance.surfaces)) return {};
     std::vector<Surface> surfaces(instance.surfaces.begin(), instance.surfaces.end());
-    for (Surface& surface : surfaces) surface.coloured = false;  // these are in the radiance
+    // The radiance already contains vertex colours.
+    for (Surface& surface : surfaces) surface.coloured = false;
     return vertex_tints(*instance.mesh, surfaces);
 }
 
-/// What instances of one mesh share: a primitive for each image that is shown, and one for what shows none.
+/// Returns the primitives that instances of one mesh share: one per image, and one for triangles without an
+/// image.
 Json shared_primitives(const BakedInstance& instance, const ImageFiles& files, Buffer& buffer) {
     const Mesh& mesh = *instance.mesh;
     const std::size_t positions = buffer.append_vectors(mesh.positions);
@@ -161,7 +165,7 @@ Json shared_primitives(const BakedInstance& instance, const ImageFiles& files, B
     const std::size_t normals = buffer.append_vectors(mesh.normals);
     Json attributes{{"POSITION", positions}, {"NORMAL", normals}};
     if (has_textures(instance.surfaces)) {
-        std::vector<Vec2f> places;  // v is down in glTF
+        std::vector<Vec2f> places;  // v points down in glTF
         for (const Vec2f& uv : mesh.uvs) places.emplace_back(uv.x, 1 - uv.y);
         attributes["TEXCOORD_0"] =
             buffer.append(std::span<const Vec2f>(places), vertex_target,
@@ -195,7 +199,7 @@ Json node_of(const BakedInstance& instance, std::size_t mesh) {
     return node;
 }
 
-/// `_NAME`, as glTF calls what an application adds.
+/// Returns `_NAME`, the glTF name of an application's attribute.
 std::string attribute_name(const std::string& pass) {
     std::string name = "_";
     for (const char c : pass) name += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
@@ -220,7 +224,7 @@ void append_number(std::string& bytes, std::size_t number) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Bytes that the buffer takes.
+/// Returns an upper bound of the buffer's size. [bytes]
 std::uint64_t buffer_size(std::span<const BakedInstance> instances, const ImageFiles& files) {
     std::uint64_t size = 0;
     for (const auto& [texture, file] : files) size += file.bytes.size() + 3;
@@ -242,16 +246,16 @@ std::uint64_t buffer_size(std::span<const BakedInstance> instances, const ImageF
 
 Result<Done> write_baked_glb(const std::filesystem::path& file, std::span<const BakedInstance> instances) {
     if (Result<Done> good = check_baked_instances(instances); !good) return good.error();
-    if (instances.empty()) return Error{file.string(), "there is no instance; wanted at least one"};
+    if (instances.empty()) return Error{file.string(), "found no instance; expected at least one"};
     constexpr std::uint64_t room_for_json = std::uint64_t(1) << 28,
                             most = std::numeric_limits<std::uint32_t>::max() - room_for_json;
     const Result<ImageFiles> files = image_files(instances);
     if (!files) return Error{file.string(), files.error().message()};
     const std::uint64_t size = buffer_size(instances, *files);
     if (size > most)
-        return Error{
-            file.string(),
-            fmt::format("{} bytes of vertices, triangles and images; a GLB file holds {}", size, most)};
+        return Error{file.string(),
+                     fmt::format("found {} bytes of vertices, triangles and images; a GLB file can hold {}",
+                                 size, most)};
 
     Buffer buffer;
     buffer.bytes.reserve(size);
@@ -290,7 +294,7 @@ Result<Done> write_baked_glb(const std::filesystem::path& file, std::span<const 
                {"accessors", std::move(buffer.accessors)},
                {"bufferViews", std::move(buffer.views)},
                {"buffers", Json::array({{{"byteLength", buffer.bytes.size()}}})}};
-    if (!files->empty()) {  // glTF knows no empty lists
+    if (!files->empty()) {  // glTF forbids empty lists
         scene["textures"] = std::move(appearance.textures);
         scene["images"] = std::move(appearance.images);
     }

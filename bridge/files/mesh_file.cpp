@@ -15,13 +15,13 @@ namespace {
 
 template <class T>
 void append_bytes(std::string& text, T value) {
-    static_assert(std::endian::native == std::endian::little);  // as the header of the file says
+    static_assert(std::endian::native == std::endian::little);  // as the file's header states
     char bytes[sizeof(T)];
     std::memcpy(bytes, &value, sizeof(T));
     text.append(bytes, sizeof(T));
 }
 
-/// As RFC 4180 has it.
+/// Returns a CSV field, quoted as RFC 4180 specifies.
 std::string csv_text(const std::string& text) {
     if (text.find_first_of("\",\r\n") == text.npos) return text;
     std::string quoted = "\"";
@@ -29,7 +29,7 @@ std::string csv_text(const std::string& text) {
     return quoted + '"';
 }
 
-/// What the numbers of the instances' passes are called.
+/// Returns the column names of the instances' passes.
 std::vector<std::string> pass_columns(std::span<const BakedInstance> instances) {
     std::vector<std::string> names;
     if (instances.empty()) return names;
@@ -41,7 +41,7 @@ std::vector<std::string> pass_columns(std::span<const BakedInstance> instances) 
     return names;
 }
 
-/// Does something with each number that the passes have for a vertex, in the order of the columns.
+/// Calls act(number) for each number of a vertex's passes, in the order of the columns.
 template <class Act>
 void for_each_pass_number(const BakedInstance& instance, std::size_t vertex, const Act& act) {
     for (const VertexValues& pass : instance.passes)
@@ -65,7 +65,7 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
             most_corners = std::max(most_corners, std::ranges::max(listed->face_corners));
     }
     if (vertices >= std::uint64_t{1} << 31)
-        return Error{file.string(), fmt::format("{} vertices; wanted less than 2^31", vertices)};
+        return Error{file.string(), fmt::format("found {} vertices; expected fewer than 2^31", vertices)};
 
     const std::vector<std::string> columns = pass_columns(instances);
     const bool has_bytes = most_corners <= 255;

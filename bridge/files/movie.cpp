@@ -16,9 +16,8 @@ Result<Done> check_encoder(const std::string& program) {
     ChildProcess child;
     const int failure = child.start(program, {"-version"}, std::filesystem::current_path(ignored));
     if (failure == ENOENT)
-        return Error{
-            "--movie",
-            fmt::format("there is no {} to make a movie with: install it, or leave out --movie", program)};
+        return Error{"--movie",
+                     fmt::format("{} is not installed; install it, or leave out --movie", program)};
     if (failure != 0) return Error{program, std::strerror(failure)};
     std::string log;
     while (child.read_some(log)) log.clear();
@@ -31,7 +30,8 @@ Result<Done> write_movie(const std::filesystem::path& pictures, int count, const
     std::error_code ignored;
     const Result<OutputTarget> target = output_target(movie);
     if (!target) return target.error();
-    // ffmpeg chooses the container by the ending. A stream gets a finished file, as containers need to seek.
+    // ffmpeg selects the container by the extension. A stream receives the finished file, because containers
+    // need to seek.
     const std::filesystem::path temporary =
         (target->is_stream ? pictures.parent_path() : target->file.parent_path()) /
         fmt::format(".{}", movie.filename().string());
@@ -39,16 +39,15 @@ Result<Done> write_movie(const std::filesystem::path& pictures, int count, const
                                              "-framerate", std::to_string(frames_per_second), "-i",
                                              std::filesystem::absolute(pictures).string(), "-frames:v",
                                              std::to_string(count),
-                                             // yuv420p wants even sizes.
+                                             // yuv420p requires even sizes.
                                              "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p",
                                              std::filesystem::absolute(temporary).string()};
     ChildProcess child;
     const int failure = child.start(program, arguments, std::filesystem::current_path(ignored));
     if (failure == ENOENT)
-        return Error{movie.string(),
-                     fmt::format("there is no {} to make a movie with: install it, or leave out "
-                                 "--movie; the frames are in {}",
-                                 program, pictures.parent_path().string())};
+        return Error{movie.string(), fmt::format("{} is not installed; install it, or leave out --movie. The "
+                                                 "frames are in {}",
+                                                 program, pictures.parent_path().string())};
     if (failure != 0) return Error{program, std::strerror(failure)};
     std::string log;
     bool is_interrupted = false;

@@ -12,8 +12,8 @@
 namespace haarfield {
 namespace {
 
-/// A bar for the relative RMSE of each approximation, a whisker up to what 99 % of the points stay below;
-/// logarithmic from a hundredth of a per cent on.
+/// Plots a bar for the relative RMSE of each approximation and a whisker up to the 99th percentile, on a
+/// logarithmic scale that starts at 0.01 %.
 std::string plot(std::span<const BudgetEntry> entries) {
     constexpr double width = 860, left = 150, right = 20, top = 24, step = 28, least = 1e-4;
     double most = 0.1;
@@ -84,23 +84,24 @@ Result<Done> write_budget_report(const BudgetReport& report, const std::filesyst
     if (!preview) return preview.error();
     std::string page = html_head(report.title + ": error budget");
     page += fmt::format(
-        "<h1>{}</h1>\n<p class=\"lead\">What each approximation costs alone, at {} random vertices, against "
-        "the "
-        "dense oracle</p>\n<section>\n{}<p class=\"note\">Bars: RMS of the error / RMS of the radiance. "
-        "Lines: 99 "
-        "% of the points err by less.</p>\n</section>\n<section>\n{}</section>\n",
+        "<h1>{}</h1>\n<p class=\"lead\">Error of each approximation alone, at {} random vertices, relative "
+        "to the dense oracle</p>\n<section>\n{}<p class=\"note\">Bars: RMS of the error / RMS of the "
+        "radiance. Lines: 99 % of the points have a smaller "
+        "error.</p>\n</section>\n<section>\n{}</section>\n",
         escaped(report.title), report.vertices, plot(report.entries), table(report.entries));
     page += fmt::format(
-        "<section>\n<figure><h2>The worst vertices</h2><div class=\"stage\">{}{}</div>\n<figcaption>Those of "
-        "the measured vertices that err most against the finest oracle, where the preview shows them. "
-        "</figcaption></figure>\n</section>\n",
+        "<section>\n<figure><h2>The worst vertices</h2><div class=\"stage\">{}{}</div>\n<figcaption>The "
+        "measured vertices with the largest errors relative to the finest oracle, where they are visible in "
+        "the preview.</figcaption></figure>\n</section>\n",
         *preview, marks(report));
     if (report.oracle)
         page += fmt::format(
-            "<section>\n<h2>Is the oracle right?</h2>\n<p>At {} of {} points it agrees with POV-Ray's ray "
-            "tracer, within what the latter is certain of (99 %). Relative RMSE {:.3f} %; the ray tracer's "
-            "own "
-            "error there, by its two sets of lights: {:.3f} %; bias {:+.3f} %.</p>\n</section>\n",
+            "<section>\n"
+            "<h2>Validation of the oracle</h2>\n"
+            "<p>At {} of {} points the oracle agrees with POV-Ray's ray tracer within the ray tracer's "
+            "uncertainty (99 %). Relative RMSE {:.3f} %; the ray tracer's own error, estimated from its two "
+            "sets of lights: {:.3f} %; bias {:+.3f} %.</p>\n"
+            "</section>\n",
             report.oracle->agreeing, report.oracle->points, 100 * report.oracle->relative_rmse,
             100 * report.oracle->reference_error, 100 * report.oracle->bias);
     page += commands_section(report.commands) + "</main>\n</body>\n</html>\n";

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int histogram_bins = 40;
 
-// Flipping between two pictures in place shows differences that no slider does.
+// Flipping between the two pictures reveals differences that a slider does not.
 constexpr const char* script = R"(
 const swipe = document.querySelector('.swipe'), range = document.querySelector('#split');
 let flipping = 0;
@@ -41,7 +41,7 @@ std::string css_colour(float error) {
     return fmt::format("#{:02x}{:02x}{:02x}", r, g, b);
 }
 
-/// The scale's end: a round number that hardly any pixel exceeds.
+/// Returns the end of the error scale: a round number that at most 1 % of the pixels exceed.
 float shown_error(const ImageDifference& difference) {
     for (float end : {0.05f, 0.1f, 0.2f, 0.5f})
         if (difference.flip_99 <= static_cast<double>(end)) return end;
@@ -58,8 +58,8 @@ std::string legend(float brightest) {
         stops, brightest / 2, brightest);
 }
 
-/// Bars in the colours of the picture beside it; a line at the mean. Heights grow with the square root of
-/// the share: or the many small errors would hide the few large ones.
+/// Draws a histogram in the colours of the error picture, with a line at the mean. Bar heights grow with the
+/// square root of the pixel fraction, so that few large errors remain visible among many small ones.
 std::string histogram(const ImageDifference& difference, float brightest) {
     constexpr double width = 480, height = 230, left = 44, bottom = 26, top = 18;
     const std::vector<std::uint64_t> counts = error_histogram(difference, histogram_bins, brightest);
@@ -117,21 +117,22 @@ std::string numbers(const ComparisonReport& report) {
     const ImageDifference& d = *report.difference;
     const double all = static_cast<double>(d.mask.size());
     std::string table = "<table>\n";
-    table += row("PSNR", fmt::format("{:.2f} dB", d.psnr_db), "of sRGB values clamped to [0, 1]; 99: equal");
+    table += row("PSNR", fmt::format("{:.2f} dB", d.psnr_db),
+                 "of sRGB values clamped to [0, 1]; 99: equal pictures");
     table += row("Relative RMSE", fmt::format("{:.3f} %", 100 * d.relative_rmse),
-                 "of linear radiance, over the root mean square of the reference");
+                 "of linear radiance, relative to the root mean square of the reference");
     table += row("RMSE", fmt::format("{:.5g}", d.rmse), "of linear radiance, W/(m&sup2; sr)");
     table += row("Bias", fmt::format("{:+.2f} %", 100 * d.bias), "of the mean radiance");
     table +=
         row("SSIM", fmt::format("{:.4f}", d.ssim), "of sRGB luma, 11 &times; 11 Gaussian window; 1: equal");
     table += row("FLIP, mean", fmt::format("{:.4f}", d.flip),
-                 "perceptual error at 67 pixels a degree, after Andersson et al. 2020; 0: equal");
-    table += row("FLIP, 99 %", fmt::format("{:.4f}", d.flip_99),
-                 "all but one pixel in a hundred are at most this");
+                 "perceptual error at 67 pixels per degree, after Andersson et al. 2020; 0: equal");
+    table +=
+        row("FLIP, 99 %", fmt::format("{:.4f}", d.flip_99), "99 % of the pixels have at most this error");
     table += row("Pixels",
                  fmt::format("{} of {} ({:.0f} %)", d.pixels, d.mask.size(),
                              100 * static_cast<double>(d.pixels) / all),
-                 "covered by both pictures; the background is left out");
+                 "covered by both pictures; the background is excluded");
     for (const auto& [name, value] : report.facts) table += row(name, value, "");
     return table + "</table>\n";
 }
@@ -144,7 +145,7 @@ Result<Done> write_comparison_report(const ComparisonReport& report, const std::
     const int width = report.image->width, height = report.image->height;
     if (report.reference->width != width || report.reference->height != height ||
         difference.mask.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
-        return Error{file.string(), "the pictures differ in size"};
+        return Error{file.string(), "the pictures have different sizes"};
     const float brightest = shown_error(difference);
     const Result<std::string> image = embedded_image(*report.image, report.image_name, "first");
     if (!image) return image.error();
@@ -170,7 +171,7 @@ Result<Done> write_comparison_report(const ComparisonReport& report, const std::
         "<section>\n<div class=\"stage swipe\">{}{}<i class=\"left\">{}</i><i class=\"right\">{}</i></div>\n"
         "<div class=\"bar\"><button data-split=\"100\">{}</button>"
         "<input id=\"split\" type=\"range\" min=\"0\" max=\"100\" value=\"50\" step=\"0.1\" "
-        "aria-label=\"how much of the first picture is shown\">"
+        "aria-label=\"visible fraction of the first picture\">"
         "<button data-split=\"0\">{}</button><button id=\"flip\">Flip</button></div>\n</section>\n",
         *reference, *image, first, second, first, second);
 
@@ -178,7 +179,7 @@ Result<Done> write_comparison_report(const ComparisonReport& report, const std::
         "<section class=\"two\">\n<figure><h2>Where they differ</h2><div class=\"stage\">{}</div>\n{}"
         "<figcaption>Perceptual error (FLIP).</figcaption></figure>\n"
         "<figure><h2>How often they differ</h2>\n{}"
-        "<figcaption>Share of the pixels by perceptual error; square-root "
+        "<figcaption>Fraction of the pixels by perceptual error; square-root "
         "scale.</figcaption></figure>\n</section>\n",
         *picture, legend(brightest), histogram(difference, brightest));
 

@@ -5,7 +5,7 @@
 namespace haarfield {
 namespace {
 
-// The pictures stand on the same dark stage in light and in dark mode, so that they look the same.
+// The pictures have the same dark background in light and dark mode, so that they look the same.
 constexpr const char* style = R"(
 :root { color-scheme: light dark; --ink: #1d1f23; --soft: #6a6f78; --line: #e2e4e8; --page: #fafafa;
   --card: #fff; --stage: #26282c; --mark: #b3476a; }

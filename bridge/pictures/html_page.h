@@ -1,25 +1,26 @@
 #pragma once
-/// What the pages that we write have in common: looks, pictures in the text, commands.
+/// Common elements of the HTML pages: styles, embedded pictures, commands.
 
 #include "scenes/image.h"
 
 namespace haarfield {
 
-/// A text as HTML shows it.
+/// Returns a text with HTML's special characters escaped.
 std::string escaped(const std::string& text);
 
-/// A picture as an `img` with the PNG in it.
+/// Returns a picture as an `img` element with an embedded PNG.
 ///
-/// name    what is shown in its place, and named in errors.
-/// kind    its class.
+/// name    the alternative text; also names the picture in errors.
+/// kind    the element's class.
 /// errors  those of png_bytes.
 Result<std::string> embedded_image(const Image& image, const std::string& name, const char* kind);
 
-/// The beginning of a page, up to its `main`: title and style, nothing from elsewhere, for light and dark
-/// mode.
+/// Returns the beginning of a page up to its `main` element: the title and an embedded style for light and
+/// dark mode.
 std::string html_head(const std::string& title);
 
-/// The command lines that made what a page shows, in order; nothing if there are none.
+/// Returns a section with the command lines that produced the page's contents, in order; empty without
+/// commands.
 std::string commands_section(const std::vector<std::string>& commands);
 
 }  // namespace haarfield

@@ -9,7 +9,7 @@
 namespace haarfield {
 namespace {
 
-constexpr double highest_psnr = 99;  // dB; equal images would have an infinite one
+constexpr double highest_psnr = 99;  // dB; reported for equal images, whose PSNR is infinite
 
 Result<Done> check_finite(const Image& image, const std::string& where) {
     for (std::size_t i = 0; i < image.pixels.size(); ++i)
@@ -35,10 +35,11 @@ Result<ImageDifference> image_difference(const Image& image, const Image& refere
     assert(pixels == static_cast<std::size_t>(image.width) * image.height);
     const Image& mask = options.mask;
     if (image.width != reference.width || image.height != reference.height)
-        return Error{"image",
-                     fmt::format("is {} pixels, the reference {}", size_of(image), size_of(reference))};
+        return Error{"image", fmt::format("is {} pixels; expected the size of the reference, {}",
+                                          size_of(image), size_of(reference))};
     if (!mask.pixels.empty() && (mask.width != image.width || mask.height != image.height))
-        return Error{"mask", fmt::format("is {} pixels, the image {}", size_of(mask), size_of(image))};
+        return Error{"mask", fmt::format("is {} pixels; expected the size of the image, {}", size_of(mask),
+                                         size_of(image))};
     if (Result<Done> good = check_finite(image, "image"); !good) return good.error();
     if (Result<Done> good = check_finite(reference, "reference"); !good) return good.error();
 
@@ -50,11 +51,12 @@ Result<ImageDifference> image_difference(const Image& image, const Image& refere
         result.mask[i] = counts ? 1 : 0;
         result.pixels += result.mask[i];
     }
-    if (result.pixels == 0) return Error{"mask", "no pixel counts: the images do not cover a common one"};
+    if (result.pixels == 0)
+        return Error{"mask", "no pixel is compared: no pixel inside the mask is covered by both images"};
 
     double squares = 0, reference_squares = 0, encoded_squares = 0, sum = 0, reference_sum = 0;
     std::vector<float> luma(pixels), reference_luma(pixels);
-    std::vector<Rgb> shown = image.pixels;  // equal to the reference where pixels do not count
+    std::vector<Rgb> shown = image.pixels;  // equal to the reference outside the mask
     for (std::size_t i = 0; i < pixels; ++i) {
         if (!result.mask[i]) {
             shown[i] = reference.pixels[i];
@@ -105,8 +107,8 @@ Result<ImageDifference> image_difference(const Image& image, const Image& refere
     return result;
 }
 
-/// A path through the Oklab colour space (Ottosson 2020) whose lightness grows evenly: night blue, violet,
-/// red, orange, pale yellow. Chroma is bounded by what sRGB can show along it.
+/// Follows a path through the Oklab colour space (Ottosson 2020) with linearly increasing lightness: night
+/// blue, violet, red, orange, pale yellow. The chroma stays inside the gamut of sRGB.
 std::array<std::uint8_t, 3> error_colour(float error) {
     const double t = error > 0 ? std::min(static_cast<double>(error), 1.0) : 0.0;
     const double lightness = 0.14 + 0.84 * t;

@@ -19,7 +19,7 @@ double mean_square(const Rgb& colour) {
     return v.dot(v) / 3;
 }
 
-/// Within three pixels, where objects are.
+/// Returns the mean squared half difference of the reference within three pixels, where objects are visible.
 double error_nearby(const ReferencePicture& reference, int column, int row) {
     constexpr int reach = 3;
     const Image& image = reference.image;
@@ -69,7 +69,8 @@ Result<OracleCheck> oracle_check(const ShadedScene& scene, const Camera& camera,
                 const MeshPoint& at = pixels[k].at;
                 const auto point = surface_point(scene.entities[scene.instances[at.instance].entity], at);
                 if (!point) return;
-                // From the point itself: on large objects what vertex_view draws it by would be seen.
+                // Shading starts at the point itself. On large objects, the offset of vertex_view would be
+                // visible.
                 const ShadedInstance& instance = scene.instances[at.instance];
                 VertexView view = vertex_view(scene, instance, *point);
                 view.point = instance.placement.point_to_world(point->sample);

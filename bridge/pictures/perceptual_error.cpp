@@ -12,12 +12,12 @@ namespace {
 /// One channel of a picture, row by row.
 using Plane = std::vector<double>;
 
-/// An odd number of weights round a pixel.
+/// An odd number of weights around a pixel.
 using Kernel = std::vector<double>;
 
 enum class Border { repeat, zero };
 
-/// The picture filtered by `across` along its rows and by `down` along its columns.
+/// Returns the plane filtered by `across` along its rows and by `down` along its columns.
 Plane filtered(const Plane& plane, int width, int height, const Kernel& across, const Kernel& down,
                Border border = Border::repeat) {
     const auto line = [border](const double* begin, std::ptrdiff_t stride, int length, int at,
@@ -61,7 +61,7 @@ Kernel normalised(Kernel kernel) {
     return kernel;
 }
 
-/// Positive weights add up to 1, negative ones to -1.
+/// Returns the kernel with positive weights that add up to 1 and negative ones that add up to -1.
 Kernel balanced(Kernel kernel) {
     double positive = 0, negative = 0;
     for (double weight : kernel) (weight > 0 ? positive : negative) += weight;
@@ -69,7 +69,7 @@ Kernel balanced(Kernel kernel) {
     return kernel;
 }
 
-// ---- colour spaces, of D65 white ---------------------------------------------------------------------
+// ---- colour spaces with D65 white ---------------------------------------------------------------------
 
 constexpr double to_xyz[3][3] = {{0.4123908, 0.3575843, 0.1804808},  // Rec. 709 primaries
                                  {0.2126390, 0.7151687, 0.0721923},
@@ -84,13 +84,13 @@ Vec3d product(const double (&m)[3][3], const Vec3d& v) {
     return result;
 }
 
-/// XYZ over that of white: linear RGB (1, 1, 1).
+/// Returns XYZ relative to that of white: linear RGB (1, 1, 1).
 Vec3d relative_xyz(const Vec3d& rgb) {
     const Vec3d xyz = product(to_xyz, rgb), white = product(to_xyz, Vec3d(1, 1, 1));
     return Vec3d(xyz.x / white.x, xyz.y / white.y, xyz.z / white.z);
 }
 
-/// Opponent colours that are linear in the light, so that filtering them filters light.
+/// Returns opponent colours. They are linear in radiance, so that filtering them filters light.
 Vec3d ycxcz(const Vec3d& rgb) {
     const Vec3d t = relative_xyz(rgb);
     return Vec3d(116 * t.y - 16, 500 * (t.x - t.y), 200 * (t.y - t.z));
@@ -102,7 +102,7 @@ Vec3d rgb_of_ycxcz(const Vec3d& c) {
     return product(from_xyz, Vec3d(x * white.x, y * white.y, z * white.z));
 }
 
-/// L*a*b* whose chroma shrinks in the dark, as Hunt found it does.
+/// Returns L*a*b* with a chroma that decreases in the dark (Hunt effect).
 Vec3d hunt_lab(const Vec3d& rgb) {
     const auto f = [](double t) {
         constexpr double delta = 6.0 / 29.0;
@@ -130,9 +130,9 @@ constexpr std::array<ContrastSensitivity, 3> contrast_sensitivity{
 
 Plane contrast_filtered(const Plane& plane, int width, int height, const ContrastSensitivity& s,
                         double pixels_per_degree) {
-    const double widest = 0.04;  // one radius for all channels
+    const double widest = 0.04;  // the same radius for all channels
     const int radius = static_cast<int>(std::ceil(3 * std::sqrt(widest / (2 * pi * pi)) * pixels_per_degree));
-    // The sum of two Gaussians does not separate, but each of them does.
+    // The sum of two Gaussians is not separable, but each Gaussian is.
     const auto gaussian = [&](double b) {
         return kernel_of(radius, [&](int x) {
             const double angle = x / pixels_per_degree;
@@ -153,7 +153,7 @@ Plane contrast_filtered(const Plane& plane, int width, int height, const Contras
     return result;
 }
 
-/// What an eye sees of a picture: Hunt-adjusted colours, and how much of an edge or a point each pixel is.
+/// The perceived picture: Hunt-adjusted colours, and the strength of an edge or a point at each pixel.
 struct Seen {
     std::vector<Vec3d> colour;
     Plane edge, point;
@@ -171,7 +171,8 @@ Seen seen(std::span<const Rgb> image, int width, int height, double pixels_per_d
     }
 
     Seen result;
-    // Features live on luminance in [0, 1], at the width of what the eye takes for an edge, 0.082 degrees.
+    // Features are detected in luminance in [0, 1], at the width that the eye perceives as an edge, 0.082
+    // degrees.
     Plane luminance_plane(pixels);
     for (std::size_t i = 0; i < pixels; ++i) luminance_plane[i] = (opponent[0][i] + 16) / 116;
     const double deviation = 0.5 * 0.082 * pixels_per_degree;
@@ -205,7 +206,7 @@ Seen seen(std::span<const Rgb> image, int width, int height, double pixels_per_d
     return result;
 }
 
-/// Colour distances are compressed: most of the range goes to the small ones (Andersson et al., 4.1.4).
+/// Compresses colour distances: small distances get most of the range (Andersson et al., 4.1.4).
 double compressed_distance(double distance) {
     constexpr double exponent = 0.7, knee = 0.4, knee_value = 0.95;
     static const double largest =

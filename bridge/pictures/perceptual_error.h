@@ -1,5 +1,6 @@
 #pragma once
-/// Two measures of how different two pictures look. Both see sRGB pictures as a monitor shows them.
+/// Two measures of perceptual difference between pictures. Both convert pictures to sRGB as a monitor
+/// displays them.
 
 #include "fields/base/vector.h"
 
@@ -9,20 +10,20 @@
 
 namespace haarfield {
 
-/// Per pixel FLIP error in [0, 1] between two pictures of linear RGB, clamped to [0, 1].
+/// Returns the FLIP error in [0, 1] per pixel between two pictures of linear RGB, clamped to [0, 1].
 ///
-/// pixels_per_degree  of the viewer, > 0 (asserted).
-/// accuracy           the same bits for any number of threads.
-/// cost               some 0.3 s for 640 x 480 on two cores.
+/// pixels_per_degree  the viewer's resolution, > 0 (asserted).
+/// accuracy           bit-identical for any number of threads.
+/// cost               about 0.3 s for 640 x 480 on two cores.
 /// source             Andersson, Nilsson, Akenine-Moeller, Oskarsson, Astroem and Fairchild 2020, "FLIP: A
 ///                    Difference Evaluator for Alternating Images": contrast sensitivity filters in YCxCz,
-///                    HyAB distance of Hunt-adjusted L*a*b*, edges and points of the luminance. Beyond the
-///                    border the nearest pixel is repeated.
+///                    HyAB distance of Hunt-adjusted L*a*b*, edges and points of the luminance. Pixels at the
+///                    border are repeated outwards.
 std::vector<float> flip_errors(std::span<const Rgb> image, std::span<const Rgb> reference, int width,
                                int height, float pixels_per_degree);
 
-/// Mean structural similarity of two pictures of luma in [0, 1] over the pixels whose mask is 1; at least
-/// one (asserted). -1 to 1; equal pictures have 1.
+/// Returns the mean structural similarity of two pictures of luma in [0, 1], over the pixels whose mask is 1;
+/// at least one (asserted). In [-1, 1]; equal pictures have 1.
 ///
 /// source    Wang, Bovik, Sheikh and Simoncelli 2004, "Image Quality Assessment: From Error Visibility to
 ///           Structural Similarity": 11 x 11 Gaussian window of sigma 1.5, K1 0.01, K2 0.03. Pixels outside

@@ -16,16 +16,16 @@ namespace {
 
 using OwnedScene = std::unique_ptr<RTCSceneTy, decltype(&rtcReleaseScene)>;
 
-constexpr unsigned packet = 16;  ///< Rays that are traced together.
+constexpr unsigned packet = 16;  ///< Rays per packet.
 
-/// Places of a pixel's further rays, in units of the pixel: eight rooks.
+/// Places of a pixel's further rays, in eighths of the pixel: the n-rooks pattern of eight.
 constexpr std::array<std::array<float, 2>, 8> places{
     {{5, 0}, {0, 1}, {3, 2}, {6, 3}, {1, 4}, {4, 5}, {7, 6}, {2, 7}}};
 
-/// Pixels differ if their colours do by more than this, sRGB-encoded.
+/// Pixels differ if a channel differs by more than this, sRGB-encoded.
 constexpr float contrast = 0.04f;
 
-/// What a ray has found.
+/// The result of a ray.
 struct Sample {
     Rgb radiance{0, 0, 0};
     unsigned object = RTC_INVALID_GEOMETRY_ID;
@@ -36,13 +36,13 @@ struct PixelPlace {
     float x, y;
 };
 
-/// The image over a triangle; null if there is none.
+/// Returns the image on a triangle, or null if there is none.
 const Texture* texture_of(const BakedInstance& instance, const std::array<std::uint32_t, 3>& triangle) {
     if (instance.surfaces.empty()) return nullptr;
     return instance.surfaces[instance.mesh->vertex_materials[triangle[0]]].texture.get();
 }
 
-/// Passes rays through texels that are less than half opaque.
+/// Lets rays pass through texels that are less than half opaque.
 void pass_cut_outs(const RTCFilterFunctionNArguments* arguments) {
     const auto& instance = *static_cast<const BakedInstance*>(arguments->geometryUserPtr);
     for (unsigned i = 0; i < arguments->N; ++i) {
@@ -68,7 +68,7 @@ bool differs(const Sample& a, const Sample& b) {
     if (a.object != b.object) return true;
     if (a.object == RTC_INVALID_GEOMETRY_ID) return false;  // the background is smooth enough
     for (int c = 0; c < 3; ++c) {
-        // The encoding's slope is at most 13; what differs less, linearly, need not be encoded.
+        // The slope of the encoding is at most 13, so that small linear differences need no encoding.
         const float difference = std::abs(a.radiance[c] - b.radiance[c]);
         if (difference > contrast / 13 &&
             std::abs(srgb_encoded(a.radiance[c]) - srgb_encoded(b.radiance[c])) > contrast)
@@ -82,7 +82,7 @@ bool differs(const Sample& a, const Sample& b) {
 struct Preview::Rays {
     EmbreeDevice device;
     std::map<const Mesh*, OwnedScene> meshes;
-    /// What pass_cut_outs is told: the mesh, and surfaces that live as long as it.
+    /// The user data of pass_cut_outs: the mesh, and surfaces that live as long as the mesh.
     std::map<const Mesh*, BakedInstance> cut_outs;
 
     const OwnedScene& scene_of(const BakedInstance& instance);
@@ -125,7 +125,7 @@ OwnedScene Preview::Rays::scene_of(std::span<const BakedInstance> instances) {
 
 namespace {
 
-/// One picture while it is drawn.
+/// The state of one picture.
 class Drawing {
 public:
     Drawing(const Camera& camera, std::span<const BakedInstance> instances, const Background& background,
@@ -192,7 +192,7 @@ public:
     }
 
 private:
-    /// What rays have met.
+    /// The hits of a packet.
     struct Hits {
         std::array<std::optional<MeshPoint>, packet> points;
     };
@@ -201,7 +201,7 @@ private:
         return std::size_t(row) * std::size_t(width_) + std::size_t(column);
     }
 
-    /// The centres of 4 x 4 pixels.
+    /// Returns the centres of 4 x 4 pixels.
     static std::array<PixelPlace, packet> square_places(int column, int row) {
         std::array<PixelPlace, packet> at;
         for (unsigned i = 0; i < packet; ++i)
@@ -210,7 +210,7 @@ private:
         return at;
     }
 
-    /// Calls use(place in the picture, place in the square) for those that are in the picture.
+    /// Calls use(index in the picture, index in the square) for the pixels inside the picture.
     template <class Use>
     void for_pixels_of_square(int column, int row, const Use& use) const {
         for (int i = 0; i < int(packet); ++i)
@@ -242,7 +242,7 @@ private:
         return {static_cast<float>(column) + 0.5f, static_cast<float>(row) + 0.5f};
     }
 
-    /// Of a pixel's eight further rays.
+    /// Returns the places of a pixel's eight further rays.
     std::array<PixelPlace, packet> further_places(std::uint32_t pixel) const {
         const auto column = static_cast<float>(pixel % static_cast<std::uint32_t>(width_)),
                    row = static_cast<float>(pixel / static_cast<std::uint32_t>(width_));
@@ -313,8 +313,8 @@ private:
     const Background& background_;
     const RTCScene scene_;
     const Vec3f origin_;
-    Vec3f corner_, right_, down_;  ///< Direction of the upper left corner, and a pixel's steps from there.
-    std::vector<Sample> samples_;  ///< Of the pixels' centres.
+    Vec3f corner_, right_, down_;  ///< Direction of the upper left corner, and the steps from pixel to pixel.
+    std::vector<Sample> samples_;  ///< At the pixels' centres.
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-/// A quick picture of shaded meshes, without POV-Ray.
+/// Renders a quick picture of shaded meshes, without POV-Ray.
 
 #include <functional>
 #include <map>
@@ -14,41 +14,43 @@
 
 namespace haarfield {
 
-/// Returns the instances of a scene without images. The arguments must outlive the result.
+/// Returns the instances of a scene, without images. The arguments must outlive the result.
 ///
 /// radiance  by instance; empty: for Preview::points alone, which reads none.
 std::vector<BakedInstance> preview_instances(const ShadedScene& scene, const SceneColours& radiance = {});
 
-/// Radiance from a direction (of any length but zero). Called from many threads at once.
+/// Returns the radiance from a direction of any length but zero. Called from many threads at once.
 using Background = std::function<Rgb(const Vec3f& direction)>;
 
-/// Told of vertices whose radiance is read next. Those of before may be among them. False: it will not be
-/// there.
+/// Called with the vertices whose radiance is read next, which may include earlier ones. Returns false if the
+/// radiance will not be available.
 using BeforeReading = std::function<bool(const VertexMask&)>;
 
-/// Draws instances as they stand, by primary rays and with the radiance interpolated over the triangles: what
-/// POV-Ray makes of a baked scene. Keeps what it needs of the meshes from one picture to the next.
+/// Renders instances by primary rays, with radiance interpolated over the triangles, like POV-Ray renders a
+/// baked scene. Caches acceleration structures of meshes between pictures.
 class Preview {
 public:
     Preview();
     ~Preview();
 
-    /// A picture without coverage, of the camera's resolution.
+    /// Returns a picture without coverage at the camera's resolution.
     ///
-    /// One ray a pixel; eight more where neighbouring pixels differ, in the object or in colour.
-    /// The same bits for any number of threads.
+    /// Traces one ray per pixel, and eight more where neighbouring pixels differ in object or colour.
+    /// Bit-identical for any number of threads.
     ///
-    /// before_reading  if given, called twice by this thread, between the rays and the colours: with the
-    ///                 vertices that pixels' centres see, and with those that the further rays see. Only then
-    ///                 must their radiance be there, and it may have moved; that of vertices that are not
-    ///                 seen is not read. If it returns false the picture is empty.
+    /// before_reading  if given, called twice on this thread between ray casting and shading: with the
+    ///                 vertices that are visible at the pixels' centres, and with those that the further rays
+    ///                 hit. The radiance of these vertices must be valid only afterwards, and may have moved.
+    ///                 The radiance of other vertices is not read. If the function returns false, the picture
+    ///                 is empty.
     ///
-    /// cost  some 30 ms for 640 x 480 pixels on two cores; for a mesh that is new, some 0.1 s per 100,000
+    /// cost  about 30 ms for 640 x 480 pixels on two cores; for a new mesh, about 0.1 s per 100,000
     ///       triangles.
     Image draw(const Camera& camera, std::span<const BakedInstance> instances, const Background& background,
                const BeforeReading& before_reading = {});
 
-    /// What the centres of the camera's pixels show, row by row from the top; nothing where no object is.
+    /// Returns the visible surface points at the centres of the camera's pixels, row by row from the top;
+    /// none where no object is visible.
     std::vector<std::optional<MeshPoint>> points(const Camera& camera,
                                                  std::span<const BakedInstance> instances);
 

@@ -13,7 +13,7 @@
 namespace haarfield {
 namespace {
 
-/// Declares the images that an instance shows.
+/// Returns the declarations of the images on an instance's surfaces.
 std::string image_declarations(const BakedInstance& instance, const TextureFiles& textures) {
     std::string text;
     std::set<const Texture*> declared;
@@ -23,9 +23,9 @@ std::string image_declarations(const BakedInstance& instance, const TextureFiles
     return text;
 }
 
-/// The include file of one object. The usage comment stands first: it is the manual.
+/// Returns the include file of one object. The comment at its top is the object's manual.
 ///
-/// declarations  what stands before the mesh.
+/// declarations  text that precedes the mesh.
 std::string include_text(const BakedInstance& instance, const std::string& declarations,
                          const std::string& mesh, std::size_t textures, const std::string& object,
                          const std::string& file_name) {
@@ -33,17 +33,17 @@ std::string include_text(const BakedInstance& instance, const std::string& decla
         "// {0}: {1}, baked to vertex colours by haarfield.\n"
         "// {2} vertices, {3} triangles, {4} textures; linear radiance, {6}, +y up, metres.\n"
         "//\n"
-        "// In a scene of your own:\n"
+        "// Use it in your scene:\n"
         "//     #version 3.7;\n"
         "//     global_settings {{ assumed_gamma 1 adc_bailout 0 }}\n"
         "//     #include \"{0}\"\n"
         "//     object {{ {1} }}\n"
-        "// Without adc_bailout 0, POV-Ray drops the dark corners of triangles. The colours are the\n"
-        "// light that the object sends to the camera it was baked for: your lights do not change\n"
-        "// them. It has its place in the baked scene; translate, rotate and scale it as you like.\n"
+        "// Without adc_bailout 0, POV-Ray drops the dark corners of triangles. The colours are the light\n"
+        "// that the object sends to the camera of the bake; your lights do not change them.\n"
+        "// The object stands where it is in the baked scene. Translate, rotate and scale it freely.\n"
         "{7}"
-        "// With `#declare {1}_In_Place = 1;` in front of it, the #include places the object by itself,\n"
-        "// which takes a third less memory.\n\n"
+        "// After `#declare {1}_In_Place = 1;`, the #include places the object itself instead of declaring\n"
+        "// it, which needs a third less memory.\n\n"
         "#ifndef ({1}_Included)\n"
         "#declare {1}_Included = 1;\n"
         "#declare {1}_Version = version;\n"
@@ -54,8 +54,7 @@ std::string include_text(const BakedInstance& instance, const std::string& decla
         file_name, object, instance.mesh->positions.size(), instance.mesh->triangles.size(), textures,
         declarations, instance.left_handed ? "left-handed" : "right-handed",
         instance.left_handed
-            ? "// It has the coordinates of the POV-Ray file that its mesh was read from: place it without\n"
-              "// mirroring it.\n"
+            ? "// Its coordinates are those of the POV-Ray file of its mesh: do not mirror it.\n"
             : "// For a left-handed camera (POV-Ray's usual one) add: scale <1, 1, -1>.\n");
     text += mesh;
     if (!is_identity(instance.placement.rotate)) text += povray_rotation(instance.placement.rotate) + "\n";
@@ -69,7 +68,7 @@ std::string include_text(const BakedInstance& instance, const std::string& decla
     return text;
 }
 
-/// With its atlas, if it has one. Returns how many vertices were clamped.
+/// Writes the include of an instance, and its atlas if it has one. Returns the number of clamped vertices.
 Result<std::uint64_t> write_include(const BakedInstance& instance, const std::string& object,
                                     const std::filesystem::path& file, const TextureFiles& textures) {
     const std::string name = file.filename().string();
@@ -105,27 +104,27 @@ Result<Done> check_instance(const BakedInstance& instance) {
     const std::string where = "instance " + instance.name;
     if (Result<Done> good = check_povray_mesh(*instance.mesh, where); !good) return good.error();
     if (instance.radiance.size() != instance.mesh->positions.size())
-        return Error{where, fmt::format("{} radiance values for {} vertices", instance.radiance.size(),
-                                        instance.mesh->positions.size())};
+        return Error{where, fmt::format("found {} radiance values; expected one for each of the {} vertices",
+                                        instance.radiance.size(), instance.mesh->positions.size())};
     for (std::size_t i = 0; i < instance.radiance.size(); ++i)
         if (!is_finite(instance.radiance[i]))
             return Error{where, fmt::format("the radiance of vertex {} is not finite", i)};
     if (!instance.over.empty() && instance.over.size() != instance.radiance.size())
-        return Error{where, fmt::format("{} values over the textures for {} vertices", instance.over.size(),
-                                        instance.radiance.size())};
+        return Error{where, fmt::format("found {} specular values; expected one for each of the {} vertices",
+                                        instance.over.size(), instance.radiance.size())};
     for (std::size_t i = 0; i < instance.over.size(); ++i)
         if (!is_finite(instance.over[i]))
-            return Error{where, fmt::format("the highlight of vertex {} is not finite", i)};
+            return Error{where, fmt::format("the specular radiance of vertex {} is not finite", i)};
     for (const VertexValues& pass : instance.passes) {
         if (pass.values.size() != instance.mesh->positions.size())
-            return Error{where, fmt::format("{} values of {} for {} vertices", pass.values.size(), pass.name,
-                                            instance.mesh->positions.size())};
+            return Error{where, fmt::format("found {} values of {}; expected one for each of the {} vertices",
+                                            pass.values.size(), pass.name, instance.mesh->positions.size())};
         for (std::size_t i = 0; i < pass.values.size(); ++i)
             if (!is_finite(pass.values[i]))
                 return Error{where, fmt::format("{} of vertex {} is not finite", pass.name, i)};
     }
     if (has_textures(instance.surfaces) && instance.mesh->uvs.size() != instance.mesh->positions.size())
-        return Error{where, "has a texture, but no texture coordinates"};
+        return Error{where, "has a texture but no texture coordinates"};
     return check_placement(where, instance.placement);
 }
 
@@ -138,7 +137,7 @@ Result<Done> check_baked_instances(std::span<const BakedInstance> instances) {
         assert(std::ranges::equal(instance.passes, instances.front().passes, {}, &VertexValues::name,
                                   &VertexValues::name));
         if (!names.insert(instance.name).second)
-            return Error{"instance " + instance.name, "there are two of this name"};
+            return Error{"instance " + instance.name, "two instances have this name; expected unique names"};
     }
     return Done{};
 }
@@ -147,7 +146,7 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
                                      const Camera& camera, std::span<const BakedInstance> instances,
                                      const BackgroundDescription& background) {
     if (!is_scene_name(scene_name))
-        return Error{scene_name, "is no scene name; wanted letters, digits, _, - and ."};
+        return Error{scene_name, "is not a valid scene name; expected letters, digits, _, - and ."};
     if (Result<Done> good = check_baked_instances(instances); !good) return good.error();
     const Result<std::string> camera_text = povray_camera(camera);
     if (!camera_text) return camera_text.error();
@@ -188,7 +187,7 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
         "global_settings {{ assumed_gamma 1 adc_bailout 0 max_trace_level 100 }}\n\n{3}\n{4}\n"
         "#ifndef ({5})\n",
         scene_name, camera.width, camera.height, *camera_text, *background_text, background_alone);
-    // In place: a declared object is copied, with all its textures, where it is used.
+    // The instances are placed directly: POV-Ray copies a declared object with all its textures at each use.
     for (std::size_t i = 0; i < instances.size(); ++i)
         text += fmt::format("#declare {1}_In_Place = 1;\n#include \"{0}\"\n",
                             files.includes[i].filename().string(), files.objects[i]);

@@ -20,7 +20,7 @@ struct ColourHash {
     }
 };
 
-/// Each colour once, in the order of their first vertex.
+/// The distinct colours, in the order of their first vertex, and the index of each vertex's colour.
 struct Palette {
     std::vector<Colour> colours;
     std::vector<std::uint32_t> of_vertex;
@@ -47,7 +47,7 @@ void append_textured_faces(std::string& text, const Mesh& mesh, const Palette& c
         fmt::format_to(out, ",\ntexture{{pigment{{rgb<{:.6g},{:.6g},{:.6g}>}}finish{{{}}}}}", c[0], c[1],
                        c[2], finish);
     fmt::format_to(out, " }}\nface_indices {{ {}", mesh.triangles.size());
-    // Three textures a face, or one: with two, POV-Ray 3.7 crashes.
+    // A face has three textures or one: two crash POV-Ray 3.7.
     for (const auto& triangle : mesh.triangles) {
         const auto& [a, b, c] = triangle;
         fmt::format_to(out, ",\n<{},{},{}>,{}", a, b, c, colours.of_vertex[a]);

@@ -1,5 +1,5 @@
 #pragma once
-/// A mesh with a colour at each vertex, in POV-Ray's words.
+/// Writes a mesh with a colour at each vertex in POV-Ray's language.
 
 #include "fields/mesh/mesh.h"
 #include "scenes/image.h"
@@ -9,35 +9,36 @@
 
 namespace haarfield {
 
-/// How POV-Ray is told the colours. All look the same to the precision of half floats, which is that of its
-/// pictures.
+/// The method that stores colours for POV-Ray. All methods look the same within the precision of half floats,
+/// which is that of POV-Ray's pictures.
 enum class ColourStorage {
-    textures,       ///< A texture for each colour that occurs: the fastest to read, 860 bytes each.
-    grey_textures,  ///< The same for colours without hue, rounded to half floats: a few thousand textures.
-    atlas,          ///< TriangleAtlas: a third of the memory, half again the time.
+    textures,       ///< A texture for each distinct colour: the fastest to parse, 860 bytes each.
+    grey_textures,  ///< Textures of grey colours, rounded to half floats: at most a few thousand.
+    atlas,          ///< A TriangleAtlas: a third of the memory, 1.5 times the render time.
 };
 
-inline constexpr std::size_t most_textured_vertices = 1000000;  ///< Of which each may have a texture.
+/// The most vertices that may have a texture each.
+inline constexpr std::size_t most_textured_vertices = 1000000;
 
-/// The one that suits a mesh of these colours: textures up to 200,000 vertices; above that grey ones if
-/// no colour has a hue, and the atlas above most_textured_vertices.
+/// Returns the storage that suits the colours of a mesh: textures for up to 200,000 vertices; for larger
+/// meshes grey textures if no colour has a hue, and the atlas above most_textured_vertices.
 ColourStorage colour_storage(std::span<const Rgb> colours);
 
-/// A coloured mesh in POV-Ray's words.
+/// A coloured mesh in POV-Ray's language.
 struct ColouredMesh {
-    /// `mesh2 { ... }` without its last brace, in the mesh's frame: transformations may follow.
+    /// `mesh2 { ... }` without its last brace, in the mesh's frame. Transformations may follow.
     std::string text;
-    Image atlas;               ///< Empty without one. Texels may be negative; floats, meant for an EXR file.
-    std::size_t textures = 0;  ///< How many there are.
-    std::uint64_t clamped_vertices = 0;  ///< Colours below 0 or above 65000, set to the limit.
+    Image atlas;  ///< Empty for other storage. Texels may be negative and must be stored as floats (EXR).
+    std::size_t textures = 0;            ///< The number of textures.
+    std::uint64_t clamped_vertices = 0;  ///< Vertices with colours below 0 or above 65000, which are clamped.
 };
 
-/// The text of a mesh whose surface emits its vertices' colours, linear between them.
+/// Returns the text of a mesh whose surface emits the colours of its vertices, interpolated linearly.
 ///
-/// finish      the name of a finish to be used: `finish { emission 1 ambient 0 diffuse 0 }`.
-/// atlas_file  where POV-Ray will find the atlas, if there is one.
+/// finish      the name of the finish: `finish { emission 1 ambient 0 diffuse 0 }`.
+/// atlas_file  the file of the atlas, if one is used, as POV-Ray is to find it.
 /// colours     one per vertex, finite. [W/(m^2 sr)]
-/// cost        0.5 s and some 160 bytes of text per 100,000 vertices; twice that for the atlas.
+/// cost        0.5 s and about 160 bytes of text per 100,000 vertices; twice that with an atlas.
 ColouredMesh coloured_mesh(const Mesh& mesh, std::span<const Rgb> colours, ColourStorage storage,
                            const std::string& finish, const std::string& atlas_file);
 

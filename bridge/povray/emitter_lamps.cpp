@@ -7,7 +7,7 @@
 namespace haarfield {
 namespace {
 
-/// A part of an emitter; those of the highest rank are cut next, equal ones in the order of their making.
+/// A piece of an emitter. The piece of the highest rank is subdivided next; equal ranks in order of creation.
 struct Patch {
     Emitter emitter;
     double rank;
@@ -27,7 +27,7 @@ double power_of(const Emitter& emitter) {
     return area_vector(emitter).length() * double(luminance(emitter.radiance));
 }
 
-/// So many of the emitters, each with an equal share of the power of all; `start` in [0, 1).
+/// Returns `count` emitters that each have an equal fraction of the total power; `start` in [0, 1).
 std::vector<Emitter> some_of(std::span<const Emitter> emitters, std::size_t count, double start) {
     double all = 0, passed = 0;
     for (const Emitter& emitter : emitters) all += power_of(emitter);
@@ -44,8 +44,8 @@ std::vector<Emitter> some_of(std::span<const Emitter> emitters, std::size_t coun
     return some;
 }
 
-/// The squared error of the diffuse radiance of points, summed up, if a lamp in the middle of a patch stands
-/// for it.
+/// Returns the summed squared error of the points' diffuse radiance if a lamp in the middle represents the
+/// patch.
 double middle_error(const Emitter& patch, const LitPoints& lit) {
     const auto& [a, b, c] = patch.corners;
     const std::array<Vec3d, 3> corners{Vec3d(a), Vec3d(b), Vec3d(c)};
@@ -55,7 +55,7 @@ double middle_error(const Emitter& patch, const LitPoints& lit) {
     for (const LitPoint& point : lit.points()) {
         const Vec3d position(point.position), normal(point.normal), to = middle - position;
         const double distance2 = to.length2(), from_patch = -area.dot(to);
-        // Far away the error falls with the square of the size over the distance.
+        // At large distances the error falls with the square of size / distance.
         if (!(from_patch > 0) || area.length2() < 1e-4 * squared(distance2)) continue;
         const double found = std::max(0.0, to.dot(normal)) * from_patch / squared(distance2),
                      error = double(luminance(point.albedo)) * brightness *
@@ -65,16 +65,16 @@ double middle_error(const Emitter& patch, const LitPoints& lit) {
     return sum;
 }
 
-/// Emitters cut into patches.
+/// Subdivides emitters into patches.
 class PatchCutter {
 public:
     explicit PatchCutter(std::span<const Emitter> emitters) {
         for (const Emitter& emitter : emitters) add(emitter, power_of(emitter));
     }
 
-    /// Cuts those of the highest rank until there are so many.
+    /// Subdivides patches in the order of rank until there are `count`.
     ///
-    /// rank_of  of an emitter: the number by which patches are cut.
+    /// rank_of  returns the rank of an emitter.
     template <class RankOf>
     void cut(std::size_t count, const RankOf& rank_of) {
         while (!patches_.empty() && patches_.size() + 3 <= count) {
@@ -152,7 +152,7 @@ std::vector<Lamp> emitter_lamps(std::span<const Emitter> emitters, std::size_t c
         lamp.target = Vec3f(at + normal * (double(lift) + std::sqrt(area.length())));
         lamp.radius = lamp.falloff = static_cast<float>(pi / 2);
         lamp.tightness = 1;
-        // Much nearer than anything that is lit: 2 / (1 + (d / f)^2) is 2 f^2 / d^2 there.
+        // Much smaller than the distance to any lit surface, where 2 / (1 + (d / f)^2) is then 2 f^2 / d^2.
         lamp.fade_distance = static_cast<float>(1e-3 * std::sqrt(area.length()));
         lamp.colour =
             patch.radiance * static_cast<float>(area.length() / (2 * pi * squared(lamp.fade_distance)));

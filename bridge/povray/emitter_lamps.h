@@ -1,9 +1,10 @@
 #pragma once
-/// Glowing surfaces as dense sets of lamps, for POV-Ray.
+/// Approximates emissive surfaces by dense sets of lamps, for POV-Ray.
 ///
-/// Lamps, not POV-Ray's radiosity: radiosity is biased where light is concentrated, adds bounces that a bake
-/// may not have, and knows no highlights. A small patch of a surface is a spot with tightness 1 and a right
-/// angle, whose light falls off with the cosine, and with the square of the distance: exactly what it sheds.
+/// Lamps replace POV-Ray's radiosity, which is biased where light is concentrated, adds bounces that a bake
+/// may not have, and ignores specular reflection. A small surface patch is a spotlight with tightness 1 and
+/// an opening angle of 90 degrees. Its light falls off with the cosine and with the square of the distance,
+/// exactly as the light of the patch does.
 
 #include <span>
 #include <vector>
@@ -14,20 +15,22 @@
 
 namespace haarfield {
 
-/// Where in its patch a lamp stands.
+/// The position of a lamp in its patch.
 enum class PatchPlace {
     middle,
-    random,  ///< A fixed place for each patch: another set of lamps, as good as that of the middles.
+    random,  ///< A pseudo-random position per patch, fixed by a seed: a second set, as accurate as `middle`.
 };
 
-/// Lamps that shed what emitters do.
+/// Returns lamps that emit the light of the emitters.
 ///
-/// emitters  in the world.
-/// count     wanted, at least 1. Where there are more triangles, some stand for all.
-/// lit       if given, only the first half of the patches is cut by power. The others are cut where the error
-///           of the irradiance of these points is largest, such as right beside them.
-/// lift      by how much they stand off the surface, so that it does not shadow them. [m]
-/// accuracy  of the irradiance of a patch at d times its size: 1 / (2 d^2); right beside it, useless.
+/// emitters  in world coordinates.
+/// count     the number of lamps, at least 1. If there are more triangles, a subset represents all of them.
+/// lit       if given, the cutter subdivides by power only up to half of the patches. It then subdivides the
+///           patches with the largest error in the irradiance of these points, such as patches close to a
+///           point.
+/// lift      the distance of lamps from the surface, which prevents self-shadowing. [m]
+/// accuracy  relative error of a patch's irradiance at d times its size: 1 / (2 d^2). Useless next to the
+///           patch.
 std::vector<Lamp> emitter_lamps(std::span<const Emitter> emitters, std::size_t count, PatchPlace place,
                                 float lift, const LitPoints* lit = nullptr);
 

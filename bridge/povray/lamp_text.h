@@ -1,5 +1,5 @@
 #pragma once
-/// Lamps in POV-Ray's words.
+/// Writes lamps in POV-Ray's language.
 
 #include <string>
 
@@ -7,9 +7,10 @@
 
 namespace haarfield {
 
-/// `light_source { ... }` of a lamp, in a world that is magnified by `scale`. Numbers are finite (asserted).
+/// Returns the `light_source { ... }` of a lamp, in a world that is magnified by `scale`. Numbers are finite
+/// (asserted).
 ///
-/// factor  of its colour: the name of a number of the scene.
+/// factor  the name of a number in the scene that multiplies the colour; empty: none.
 std::string povray_lamp(const Lamp& lamp, double scale, const std::string& factor = {});
 
 }  // namespace haarfield

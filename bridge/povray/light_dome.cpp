@@ -7,7 +7,7 @@
 namespace haarfield {
 namespace {
 
-/// What rectangles of pixels matter, in constant time each: sums over all that begin at the corner.
+/// Summed-area table of importance: the importance of any rectangle of pixels in constant time.
 class ImportanceSums {
 public:
     ImportanceSums(const LatLongImage& image, double uniform_share) : width_(image.width) {
@@ -40,11 +40,11 @@ private:
     std::vector<double> sums_;
 };
 
-/// Pixels x0 <= column < x1, y0 <= row < y1.
+/// The pixels x0 <= column < x1, y0 <= row < y1.
 struct Region {
     int x0, y0, x1, y1;
     double importance;
-    int number;  ///< In the order of making: equal regions are cut in this order.
+    int number;  ///< In order of creation. Equally important regions are cut in this order.
 
     bool operator<(const Region& other) const {  // the greatest is cut next
         if (importance != other.importance) return importance < other.importance;
@@ -52,11 +52,11 @@ struct Region {
     }
 };
 
-/// Where to cut between begin and end so that the lower part is as near to `wanted` as can be.
+/// Returns the cut between begin and end whose lower side is closest to `wanted`.
 template <class LowerPart>
 int nearest_cut(int begin, int end, double wanted, const LowerPart& lower_part) {
     int low = begin + 1, high = end - 1;
-    while (low < high) {  // the first cut at which the lower part is as much or more
+    while (low < high) {  // finds the first cut whose lower side reaches `wanted`
         const int middle = (low + high) / 2;
         if (lower_part(middle) < wanted)
             low = middle + 1;
@@ -122,7 +122,7 @@ std::vector<DirectionalLight> image_lights(const LatLongImage& environment, cons
             }
         }
         if (!(energy.x + energy.y + energy.z > 0)) continue;
-        if (mean.length() < 1e-12 * (energy.x + energy.y + energy.z))  // light from all around
+        if (mean.length() < 1e-12 * (energy.x + energy.y + energy.z))  // light from all sides
             mean = lat_long_direction(0.5 * (region.x0 + region.x1) / width,
                                       0.5 * (region.y0 + region.y1) / height);
         lights.push_back(
@@ -142,7 +142,7 @@ std::vector<DirectionalLight> light_dome(const Environment& environment, const L
     of_image.lights = std::max(1, options.lights - discs * of_a_disc);
     std::vector<DirectionalLight> lights = image_lights(environment.image, of_image);
     for (SunDisc disc : environment.suns) {
-        // Domes that are cut in other places turn their discs, too.
+        // Domes with different cuts also rotate the samples of their discs.
         const std::vector<Vec3f> directions = disc_directions(disc, of_a_disc, 2 * pi * options.cut_share);
         for (const Vec3f& direction : directions)
             lights.push_back({direction, disc.irradiance / static_cast<float>(of_a_disc)});

@@ -10,10 +10,10 @@ namespace haarfield {
 namespace {
 
 constexpr int most_columns = 64, most_rows = 48;
-constexpr float above_surface = 1e-4f;  ///< Where shadow rays begin, over the distance of the camera.
-constexpr float before_place = 0.999f;  ///< Where shadow rays end.
+constexpr float above_surface = 1e-4f;  ///< Start of shadow rays, relative to the distance from the camera.
+constexpr float before_place = 0.999f;  ///< End of shadow rays, relative to the distance of the lamp.
 
-/// The irradiance of a point by emitters, with shadows.
+/// Returns the irradiance of a point from emitters, with shadows.
 Vec3d irradiance(const LitPoints& lit, const LitPoint& point, const EmitterTree& emitters,
                  std::vector<EmitterPatch>& patches) {
     Vec3d sum(0, 0, 0);
@@ -23,7 +23,7 @@ Vec3d irradiance(const LitPoints& lit, const LitPoint& point, const EmitterTree&
     return sum;
 }
 
-/// The irradiance of a point by lamps, with shadows.
+/// Returns the irradiance of a point from lamps, with shadows.
 Vec3d irradiance(const LitPoints& lit, const LitPoint& point, std::span<const Lamp> lamps) {
     Vec3d sum(0, 0, 0);
     for (const Lamp& lamp : lamps) {

@@ -1,5 +1,5 @@
 #pragma once
-/// The points of a scene that its camera shows, for judging the lamps that stand for emitters.
+/// The visible points of a scene, used to judge the lamps that represent emitters.
 
 #include "fields/mesh/first_surface.h"
 #include "scenes/scene.h"
@@ -12,17 +12,17 @@
 
 namespace haarfield {
 
-/// A point of a surface that the camera shows.
+/// A visible point of a surface.
 struct LitPoint {
     Vec3f position;       ///< [m]
     Vec3f normal;         ///< Unit length, on the camera's side.
     Rgb albedo{0, 0, 0};  ///< Of the diffuse term.
 };
 
-/// Objects in the world, as rays meet them.
+/// All objects in world coordinates, for ray casting.
 struct WorldSurface {
     Mesh mesh;                ///< Triangles, positions and normals in the world.
-    std::vector<Rgb> albedo;  ///< By its vertices.
+    std::vector<Rgb> albedo;  ///< Albedo of the diffuse term, by vertex.
 
     /// Adds an object whose mesh has normals.
     ///
@@ -30,15 +30,15 @@ struct WorldSurface {
     void add(const Mesh& object, const Placement& placement, std::span<const Rgb> object_albedo);
 };
 
-/// The visible points of a camera's picture, on a coarse grid, and what lies between them and lamps.
+/// The visible points of a camera's picture, on a coarse grid, and the surfaces that occlude lamps from them.
 class LitPoints {
 public:
     /// cost  one ray for each of at most 3,072 points.
     LitPoints(const Camera& camera, const WorldSurface& world);
 
-    std::span<const LitPoint> points() const { return points_; }
+    std::span<const LitPoint> points() const { return points_; }  ///< By the rows of the grid.
 
-    /// True if nothing lies between a point and a place. [m]
+    /// True if no surface lies between a point and a place. [m]
     bool sees(const LitPoint& point, const Vec3f& place) const;
 
 private:
@@ -50,14 +50,15 @@ private:
 struct LampSets {
     LitPoints lit;
     std::vector<Emitter> emitters;
-    std::array<std::vector<Lamp>, 2> lamps;  ///< With the colours of a scene that one set lights alone.
+    std::array<std::vector<Lamp>, 2> lamps;  ///< The colours are those of a scene lit by one set alone.
 };
 
-/// Computes the error of the diffuse radiance of the points that both sets have in common: the root of the
-/// mean product of their errors, over points and channels. Half the difference of the sets lacks this error.
+/// Returns the error of the points' diffuse radiance that both sets have in common: the root of the mean
+/// product of their errors, over points and channels. Half the difference of the sets does not include this
+/// error.
 ///
-/// returns   0 if the errors of the sets cancel.
-/// accuracy  where a point is partly in shadow the visibility of up to 256 patches counts as exact.
+/// returns   0 if the mean product is negative.
+/// accuracy  in partial shadow, the visibility of up to 256 patches is assumed to be exact.
 /// cost      a shadow ray for each lamp and point.
 double common_lamp_error(const LampSets& sets);
 

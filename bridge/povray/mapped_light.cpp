@@ -13,7 +13,8 @@ namespace {
 
 constexpr float largest_code = 65535;
 
-/// Where the corners of a triangle are in its image, which repeats itself: as near to 0 as can be.
+/// Returns the image coordinates of a triangle's corners, shifted by whole tiles of the repeating image
+/// towards 0.
 std::array<Vec2f, 3> places_of(const Mesh& mesh, std::uint32_t triangle) {
     std::array<Vec2f, 3> places;
     for (std::size_t k = 0; k < 3; ++k) places[k] = mesh.uvs[mesh.triangles[triangle][k]];
@@ -49,7 +50,7 @@ MappedLight::MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triang
         over_ = light(over);
         most_ += most_over;
     }
-    most_ = most_ > 0 ? 1.001f * most_ : 1;  // halves are rounded
+    most_ = most_ > 0 ? 1.001f * most_ : 1;  // half floats are rounded
 
     const std::vector<Vec2f> places =
         atlas_.texels([&](std::size_t t) { return places_of(mesh, triangles[t]); });
@@ -71,7 +72,7 @@ MappedLight::MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triang
         places_.push_back(code);
     }
 
-    // A pigment of its own, which all that names it share.
+    // A separate pigment, which all textures share.
     declarations_ = fmt::format("#declare {}_Mapped_Pigment = {}\n", object_,
                                 atlas_.pigment(fmt::format("exr \"{}.exr\"", stem_)));
     const auto declare = [&](const char* name, const std::string& pigment) {
@@ -99,8 +100,8 @@ std::string MappedLight::texture(const TextureFile* image) const {
             fmt::format("{}_Mapped_Light(x, y, 0).{} * {}.{}", object_, name, at_place, name);
         if (!over_.pixels.empty()) product += fmt::format(" + {}_Mapped_Over(x, y, 0).{}", object_, name);
         Rgb channel(0.0f);
-        channel[int(c)] = 3 * most_;  // it is averaged with two others
-        // Where a pattern is 1 it begins anew.
+        channel[int(c)] = 3 * most_;  // it is averaged with the two other channels
+        // A POV-Ray pattern wraps around at 1.
         channels += fmt::format(
             "\n  [1 function {{ min(.9999999, max(0, ({}) / {:.9g})) }} color_map {{ [0 rgb 0] [1 rgb {}] "
             "}}]",
@@ -108,7 +109,7 @@ std::string MappedLight::texture(const TextureFile* image) const {
     }
     const std::string seen = fmt::format("pigment {{ average pigment_map {{{} }} }} {}", channels, finish);
     if (image->transmission.empty()) return fmt::format("texture {{ {} }}", seen);
-    // Where next to nothing is there, it is not looked up.
+    // Almost transparent texels skip the lookup of the surface.
     return fmt::format(
         "texture {{ function {{ min(.9999999, {}.transmit) }} texture_map {{ [0 {}] [.9999 pigment {{ rgbt 1 "
         "}} finish {{ {}_Finish emission 0 }}] }} }}",

@@ -25,12 +25,12 @@
 namespace haarfield {
 namespace {
 
-constexpr std::size_t longest_log = std::size_t{1} << 20;  // bytes; a scene may print without end
+constexpr std::size_t longest_log = std::size_t{1} << 20;  // bytes; a scene can print endlessly
 
 constexpr const char* folder_prefix = ".povray-";
 
-/// A folder of its own beside the picture: POV-Ray leaves its state there when it is stopped. Locked while it
-/// lives, so that what a killed process has left is told from what is in use.
+/// A temporary folder next to the picture, where POV-Ray leaves its state when it is stopped. A lock
+/// distinguishes folders in use from those that a killed process left behind.
 class TemporaryFolder {
 public:
     explicit TemporaryFolder(const std::filesystem::path& parent) {
@@ -60,7 +60,7 @@ private:
             const std::filesystem::path& path = entry->path();
             if (!path.filename().string().starts_with(folder_prefix)) continue;
             struct stat status {};
-            // Another process's is not locked for a moment after it is made.
+            // Another process creates a folder a moment before it locks it.
             constexpr std::time_t moment = 10;
             if (::stat(path.c_str(), &status) != 0 || std::time(nullptr) - status.st_mtime < moment) continue;
             const int lock = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
@@ -85,8 +85,8 @@ std::vector<std::string> lines_of(const std::string& log) {
     return lines;
 }
 
-/// POV-Ray's messages, each on one line. It breaks them after 79 columns, in front of a space where there
-/// is one, so that the parts are put together again without anything between.
+/// Returns POV-Ray's messages, each on one line. POV-Ray breaks lines after 79 columns, before a space if
+/// there is one, so that the pieces are joined without a separator.
 std::vector<std::string> messages(const std::string& log) {
     static constexpr const char* starts[] = {"File '", "Possible ", "Parse ",  "Warning", "Fatal",
                                              "Render", "Error",     "Problem", "POV-Ray", "----",
@@ -112,7 +112,7 @@ bool contains(const std::string& text, const char* part) {
 std::string own_words(const std::string& log) {
     std::string words, last;
     for (const std::string& message : messages(log)) {
-        if (contains(message, "cannot open the user configuration")) continue;  // said by every run
+        if (contains(message, "cannot open the user configuration")) continue;  // every run prints it
         if (contains(message, "Error:") || contains(message, "Failed") || contains(message, "rror in") ||
             contains(message, "Problem"))
             if (!contains(message, "Cannot parse input")) words += (words.empty() ? "" : "; ") + message;
@@ -124,13 +124,13 @@ std::string own_words(const std::string& log) {
 double logged_seconds(const std::string& log, const char* key) {
     std::size_t at = log.rfind(key);
     if (at == std::string::npos || (at = log.find('(', at)) == std::string::npos) return 0;
-    double seconds = 0;  // not by strtod: a program may have set a locale with decimal commas
+    double seconds = 0;  // not strtod: a program may have set a locale with decimal commas
     const char* const number = log.data() + std::min(log.find_first_not_of(' ', at + 1), log.size());
     std::from_chars(number, log.data() + log.size(), seconds);
     return seconds;
 }
 
-/// From `Rendered 1024 of 4096 pixels`, the last one in the log.
+/// Reports progress from the last `Rendered 1024 of 4096 pixels` in the log.
 void report_pixels(const std::string& log, const Progress& progress) {
     if (!progress.report) return;
     const std::size_t at = log.rfind("Rendered ");
@@ -172,7 +172,7 @@ std::string as_typed(const std::string& program, const std::vector<std::string>&
         const bool plain = argument.find_first_of(" \t'\\$&;()<>|*?") == std::string::npos;
         std::string shown = argument;
         if (plain) shown.erase(std::remove(shown.begin(), shown.end(), '"'), shown.end());
-        if (!plain)  // within single quotes, a shell takes all but these as they are
+        if (!plain)  // within single quotes, a shell changes only single quotes
             for (std::size_t at = 0; (at = shown.find('\'', at)) != std::string::npos; at += 4)
                 shown.replace(at, 1, "'\\''");
         line += plain ? " " + shown : " '" + shown + "'";
@@ -183,7 +183,7 @@ std::string as_typed(const std::string& program, const std::vector<std::string>&
 }  // namespace
 
 PovrayOptions picture_options(const Camera& camera, int antialiasing) {
-    // Pixels that differ less from their neighbours gain nothing from more rays. [sRGB-encoded]
+    // More rays do not improve pixels that differ less from their neighbours. [sRGB-encoded]
     constexpr double threshold = 0.05;
     PovrayOptions options;
     options.width = camera.width;
@@ -208,25 +208,26 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
         target->is_stream ? whole_scene.parent_path() : target->file.parent_path();
     if (Result<Done> made = make_folder(folder); !made) return made.error();
     const TemporaryFolder temporary(folder);
-    if (temporary.path().empty()) return Error{folder.string(), "can not be written to"};
+    if (temporary.path().empty()) return Error{folder.string(), "cannot be written to"};
     const std::filesystem::path picture = temporary.path() / "picture.exr";
-    // As seen from the scene's folder, where POV-Ray runs: only what differs may not have quotation marks.
+    // The path is relative to the scene's folder, in which POV-Ray runs: quotation marks in common parents
+    // are then harmless.
     const std::filesystem::path seen = picture.lexically_relative(whole_scene.parent_path());
 
     const std::string scene_name = whole_scene.filename().string(),
                       output = seen.empty() ? picture.string() : seen.string();
     if (contains(scene_name, "\"") || contains(output, "\""))
-        return Error{scene.string(), "POV-Ray takes no file names with quotation marks"};
+        return Error{scene.string(), "POV-Ray accepts no file names with quotation marks"};
     if (progress.stop.stop_requested()) return Error{scene.string(), interrupted};
     PovrayRun run;
     run.command_line =
         as_typed(options.program, arguments_of(scene_name, whole_exr.filename().string(), options));
-    ChildProcess child;  // includes are looked up in its working directory first: it has to be the scene's
+    ChildProcess child;  // POV-Ray first looks up includes in its working directory, the scene's folder
     const int failure =
         child.start(options.program, arguments_of(scene_name, output, options), whole_scene.parent_path());
     if (failure != 0)
-        return Error{options.program, "can not be run: " + std::generic_category().message(failure) +
-                                          "; wanted POV-Ray 3.7 (Debian's package is called povray)"};
+        return Error{options.program, "cannot be run: " + std::generic_category().message(failure) +
+                                          "; expected POV-Ray 3.7 (Debian package povray)"};
 
     std::string log;
     using Clock = std::chrono::steady_clock;
@@ -237,8 +238,8 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
         if (progress.stop.stop_requested()) return Error{scene.string(), interrupted};
         if (log.size() > said) last_word = Clock::now();
         if (Clock::now() - last_word > std::chrono::duration<double>(options.patience))
-            return Error{scene.string(), fmt::format("POV-Ray said nothing for {} s and was ended; its last "
-                                                     "words: {}",
+            return Error{scene.string(), fmt::format("POV-Ray reported nothing for {} s and was ended; its "
+                                                     "last messages: {}",
                                                      options.patience, own_words(log))};
         report_pixels(log, progress);
         if (log.size() > longest_log) log.erase(0, log.size() / 2);
@@ -247,14 +248,14 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
     report_pixels(log, progress);
     if (WIFSIGNALED(status))
         return Error{scene.string(),
-                     fmt::format("POV-Ray was ended by signal {} ({}); its last words: {}", WTERMSIG(status),
-                                 strsignal(WTERMSIG(status)), own_words(log))};
+                     fmt::format("POV-Ray was ended by signal {} ({}); its last messages: {}",
+                                 WTERMSIG(status), strsignal(WTERMSIG(status)), own_words(log))};
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
         return Error{scene.string(),
                      fmt::format("POV-Ray failed (exit code {}): {}",
                                  WIFEXITED(status) ? WEXITSTATUS(status) : -1, own_words(log))};
     if (!std::filesystem::is_regular_file(picture, code))
-        return Error{scene.string(), "POV-Ray left no picture: " + own_words(log)};
+        return Error{scene.string(), "POV-Ray wrote no picture: " + own_words(log)};
     if (Result<Done> moved = move_output(picture, *target); !moved) return moved.error();
 
     run.parse_seconds = logged_seconds(log, "Parse Time:");
@@ -269,7 +270,7 @@ Result<RenderedScene> rendered_scene(const std::filesystem::path& scene, const P
                                      const Progress& progress) {
     const std::filesystem::path folder = std::filesystem::absolute(scene).parent_path();
     const TemporaryFolder temporary(folder);
-    if (temporary.path().empty()) return Error{folder.string(), "can not be written to"};
+    if (temporary.path().empty()) return Error{folder.string(), "cannot be written to"};
     const std::filesystem::path exr = temporary.path() / "picture.exr";
     Result<PovrayRun> run = run_povray(scene, exr, options, progress);
     if (!run) return run.error();

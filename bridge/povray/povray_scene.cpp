@@ -14,10 +14,11 @@
 namespace haarfield {
 namespace {
 
-constexpr double shortest_edge = 0.1;              // POV-Ray units that it interpolates over well
-constexpr double smallest_parallelogram = 1e-2;    // the same: |(b - a) x (c - a)| of a triangle
-constexpr double sliver_parallelogram = 1e-4;      // below it the colours come out wrong
-constexpr double largest_scaled_coordinate = 5e5;  // leaves a camera room below POV-Ray's 1e7
+constexpr double shortest_edge = 0.1;            // POV-Ray units; POV-Ray interpolates well above
+constexpr double smallest_parallelogram = 1e-2;  // for |(b - a) x (c - a)| of a triangle
+constexpr double sliver_parallelogram = 1e-4;    // colours are wrong below
+// below POV-Ray's limit of 1e7, with a margin for the camera
+constexpr double largest_scaled_coordinate = 5e5;
 
 }  // namespace
 
@@ -43,7 +44,7 @@ std::string povray_vector(const Vec3f& v) {
 }
 
 std::string povray_rotation(const Rotation& rotation) {
-    // Where the axes go to, one after the other.
+    // The images of the axes, one after another.
     const auto& [x, y, z] = rotation.inverse().row;
     return fmt::format(
         "matrix <{:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, {:.17g},{:.17g},{:.17g}, 0,0,0>", x.x, x.y,
@@ -91,10 +92,10 @@ Result<std::string> povray_camera(const Camera& camera, double scale) {
     if (!is_finite(camera.position) || !is_finite(camera.target))
         return Error{where, "position or target is not finite"};
     if (!(camera.vertical_fov > 0 && camera.vertical_fov < pi))
-        return Error{where, fmt::format("field of view is {} rad; wanted (0, pi)", camera.vertical_fov)};
+        return Error{where, fmt::format("field of view is {} rad; expected (0, pi)", camera.vertical_fov)};
     if (camera.width < 1 || camera.height < 1)
-        return Error{where,
-                     fmt::format("resolution is {} x {}; wanted 1 or more", camera.width, camera.height)};
+        return Error{where, fmt::format("resolution is {} x {}; expected at least 1 x 1", camera.width,
+                                        camera.height)};
     const Vec3d to_target = Vec3d(camera.target) - Vec3d(camera.position);
     if (!(to_target.length() > 0)) return Error{where, "the target is at the position"};
 
@@ -124,8 +125,8 @@ Result<std::string> write_background(const std::filesystem::path& folder, const 
     const std::string name = stem + "_environment.exr";
     const Image image{environment.width, environment.height, environment.pixels, {}};
     if (Result<Done> written = write_image(image, folder / name); !written) return written.error();
-    // The matrix's rows: the world's direction of the image's left edge at the horizon, of its top, and
-    // of a quarter from the left edge; see lat_long_direction.
+    // The rows of the matrix are the world directions of the image's left edge at the horizon, of its top,
+    // and of a quarter from the left edge; see lat_long_direction.
     return guard + fmt::format(
                        "sky_sphere {{\n"
                        "  pigment {{\n"
@@ -164,12 +165,12 @@ Rotation interpolation_rotation(const Mesh& mesh) {
         const Vec3d normal = (b - a).cross(c - a);
         if (const double length = normal.length(); length > 0) normals.push_back(normal / length);
     }
-    // Triangles that are exactly parallel to z do no harm, and what need not be turned stays as it is.
+    // Triangles exactly parallel to z are harmless. Without other triangles near z the mesh stays unrotated.
     const auto harm = [](const Vec3d& normal) {
         return std::abs(normal.z) > 1e-9 && std::abs(normal.z) < 0.01;
     };
     if (std::none_of(normals.begin(), normals.end(), harm)) return {};
-    // Candidates for the new z axis, spread evenly over half of the sphere.
+    // Candidates for the new z axis, evenly distributed over a hemisphere.
     constexpr std::size_t candidates = 97;
     Vec3d best(0, 0, 1);
     double best_least = -1;
@@ -199,14 +200,14 @@ Result<Done> check_povray_mesh(const Mesh& mesh, const std::string& where) {
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
         for (int axis = 0; axis < 3; ++axis)
             if (!coordinates.contains(double(mesh.positions[i][axis])))
-                return Error{where, fmt::format("vertex {} has the coordinate {}; wanted at most {} m", i,
+                return Error{where, fmt::format("vertex {} has the coordinate {}; expected at most {} m", i,
                                                 mesh.positions[i][axis], coordinates.highest)};
     if (mesh.triangles.empty()) return Error{where, "the mesh has no triangle"};
     for (const auto& triangle : mesh.triangles)
         for (std::uint32_t index : triangle)
             if (index >= mesh.positions.size())
-                return Error{where,
-                             fmt::format("a triangle uses vertex {} of {}", index, mesh.positions.size())};
+                return Error{where, fmt::format("a triangle has the vertex index {}; expected less than {}",
+                                                index, mesh.positions.size())};
     return Done{};
 }
 
@@ -214,10 +215,10 @@ Result<Done> check_placement(const std::string& where, const Placement& placemen
     const auto& [translate, scale, rotate] = placement;
     for (int axis = 0; axis < 3; ++axis)
         if (!coordinates.contains(double(translate[axis])))
-            return Error{where, fmt::format("translated by {}; wanted at most {} m", translate[axis],
+            return Error{where, fmt::format("the translation is {}; expected at most {} m", translate[axis],
                                             coordinates.highest)};
     if (!(scale > 0 && scale <= 1e6f))
-        return Error{where, fmt::format("scale is {}; wanted (0, 1e6]", scale)};
+        return Error{where, fmt::format("scale is {}; expected (0, 1e6]", scale)};
     for (const Vec3d& row : rotate.row)
         if (!(row.length() <= 2)) return Error{where, "the rotation is not finite"};
     return Done{};

@@ -10,7 +10,7 @@ Result<LightEstimate> lights_for_error(const std::filesystem::path& folder, cons
                                        const PovrayOptions& options, double wanted,
                                        const Progress& progress) {
     constexpr std::array<int, 3> tried{64, 256, 1024};
-    // One difference of two pictures tells their error only roughly.
+    // The difference of two pictures is only a rough estimate of their error.
     constexpr double surely = 0.7;
     PovrayOptions small = options;
     small.width = std::max(1, options.width / 4);

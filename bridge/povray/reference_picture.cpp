@@ -10,9 +10,9 @@
 namespace haarfield {
 namespace {
 
-/// The mean of two pictures of the same objects, with its error.
+/// Returns the mean of two pictures of the same objects, with its relative error.
 ///
-/// common_error  RMS radiance by which both err alike.
+/// common_error  RMS radiance of the error that both pictures have in common.
 Image mean_picture(const Image& a, const Image& b, double common_error, std::vector<Rgb>& half_difference) {
     Image mean = a;
     half_difference.resize(mean.pixels.size());
@@ -34,7 +34,7 @@ Image mean_picture(const Image& a, const Image& b, double common_error, std::vec
     return mean;
 }
 
-/// The part-th of `parts` like it.
+/// Returns the progress of the part-th of `parts` runs of equal length.
 Progress part_of(const Progress& progress, std::size_t part, std::size_t parts) {
     Progress result = progress;
     if (progress.report)
@@ -45,7 +45,7 @@ Progress part_of(const Progress& progress, std::size_t part, std::size_t parts) 
     return result;
 }
 
-/// Adds a run's times and warnings to those of another.
+/// Adds the times and warnings of a run to those of another.
 void add_run(const PovrayRun& run, PovrayRun& sum) {
     sum.parse_seconds += run.parse_seconds;
     sum.trace_seconds += run.trace_seconds;
@@ -53,9 +53,7 @@ void add_run(const PovrayRun& run, PovrayRun& sum) {
         if (std::ranges::find(sum.warnings, warning) == sum.warnings.end()) sum.warnings.push_back(warning);
 }
 
-/// Adds the difference between two pictures of the scene, the second with one more declaration.
-///
-/// runs  this picture's two and those before them, out of how many.
+/// The runs before this picture's two runs, and the number of all runs.
 struct RunsOfPicture {
     std::size_t before, all;
 };
@@ -85,7 +83,7 @@ Result<RenderedScene> rendered_half(const ReferenceFiles& scene, std::size_t set
     PovrayOptions objects = options;
     objects.declarations.insert(objects.declarations.end(), {without_background, own_lights});
     if (!scene.has_bounces) return rendered_scene(scene.scene, objects, progress);
-    // Lamps and radiosity err differently: each is the method of one half.
+    // Lamps and radiosity have different errors: each half uses one of the methods.
     const bool gathers_emitters = scene.has_emitters && set == 1;
     const std::size_t runs = gathers_emitters ? 5 : 3;
     PovrayOptions alone = objects;
@@ -131,16 +129,16 @@ Result<ReferencePicture> rendered_reference(const ReferenceFiles& scene, const P
 std::string reference_warning(double relative_error) {
     if (relative_error < large_reference_error) return {};
     return fmt::format(
-        "the reference has a relative error of {:.1f} % itself: differences from it below that do not count "
-        "against a bake; more --lights reduce it",
+        "the reference itself has a relative error of {:.1f} %: smaller differences from it say nothing "
+        "about a bake; increase --lights to reduce the error",
         100 * relative_error);
 }
 
 Result<RenderedScene> radiosity_picture(const std::filesystem::path& scene, const PovrayOptions& options,
                                         const Progress& progress) {
-    // The background is the light, so that it can not be left out: it is taken off by coverage afterwards.
+    // The background is the light and cannot be left out. It is subtracted by coverage afterwards.
     PovrayOptions unlit = options;
-    unlit.antialiasing_threshold = 0;  // every picture with the same rays
+    unlit.antialiasing_threshold = 0;  // the same rays in all pictures
     unlit.declarations.insert(unlit.declarations.end(), {first_lights_alone, second_lights_alone});
     PovrayOptions lit = unlit, behind = unlit;
     lit.declarations.push_back(by_radiosity);

@@ -15,16 +15,16 @@
 namespace haarfield {
 namespace {
 
-constexpr double wanted_radius = 64;      // POV-Ray units: far above its shadow tolerance, 1e-3
-constexpr double largest_distance = 1e6;  // POV-Ray units: below its limit for rays, 1e7
+constexpr double wanted_radius = 64;      // POV-Ray units; far above its shadow tolerance of 1e-3
+constexpr double largest_distance = 1e6;  // POV-Ray units; below its limit for rays of 1e7
 constexpr int most_bounces = 20;          // POV-Ray's limit
-constexpr float dimmest_tint = 1e-4f;     // of a highlight's strongest channel
+constexpr float dimmest_tint = 1e-4f;     // relative to the strongest channel of a specular lobe
 
 bool is_grey(const Rgb& colour) {
     return colour.x == colour.y && colour.y == colour.z;
 }
 
-/// What pigment is to be multiplied with to give the diffuse albedo.
+/// Returns the factor between the pigment and the diffuse albedo.
 float diffuse_share(const Material& material) {
     float share = 0;
     for (int c = 0; c < 3; ++c)
@@ -32,20 +32,20 @@ float diffuse_share(const Material& material) {
     return share;
 }
 
-/// A pigment of one colour, or of an image times it.
+/// Returns a pigment of one colour, or of an image times the colour.
 ///
-/// is_opaque  whether the image is to let nothing through, whatever its alpha.
+/// is_opaque  true: the image lets nothing through, regardless of its alpha.
 std::string pigment_text(const Rgb& colour, const TextureFile* image, bool is_opaque) {
     if (!image) return fmt::format("rgb {}", povray_vector(colour));
     if (colour == Rgb(1.0f)) return is_opaque ? image->opaque : image->pigment;
     return multiplied_pigment(image->pigment, colour, is_opaque ? std::string() : image->transmission);
 }
 
-/// A POV-Ray texture, perhaps of layers.
+/// A POV-Ray texture, possibly of several layers.
 struct PovrayTexture {
-    std::string text;           ///< Empty if the surface has only highlights that its image tints.
-    std::string tinted;         ///< Those highlights, as a second texture whose mean with `text` is shown.
-    std::string nothing_where;  ///< A pattern: 1 where there is nothing instead; or empty.
+    std::string text;           ///< Empty if the surface has only specular lobes that its image tints.
+    std::string tinted;         ///< Those lobes, as a second texture that is averaged with `text`.
+    std::string nothing_where;  ///< A pattern that is 1 where the surface is absent; or empty.
 };
 
 std::string declaration(const std::string& name, const PovrayTexture& texture) {
@@ -66,10 +66,10 @@ std::string declaration(const std::string& name, const PovrayTexture& texture) {
     return text;
 }
 
-/// Highlights in the terms of POV-Ray's `finish`.
+/// Specular lobes in the terms of POV-Ray's `finish`.
 struct PovrayHighlights {
     float phong = 0, blinn = 0;
-    Rgb tint{1, 1, 1};  ///< Of the light's colour; 1 in its strongest channel.
+    Rgb tint{1, 1, 1};  ///< Multiplies the light's colour; 1 in its strongest channel.
 
     PovrayHighlights(const Material& material, const Rgb& colour) {
         const float strongest = std::max({colour.x, colour.y, colour.z});
@@ -81,7 +81,7 @@ struct PovrayHighlights {
 
     bool are_there() const { return phong > 0 || blinn > 0; }
 
-    /// share  what they are multiplied with.
+    /// share  factor of the lobes.
     std::string text(const Material& material, float share) const {
         std::string finish;
         if (phong > 0) finish += fmt::format(" phong {} phong_size {}", share * phong, material.shininess);
@@ -90,13 +90,13 @@ struct PovrayHighlights {
     }
 };
 
-/// A layer that emits and reflects nothing: it filters the light of the layers below.
+/// Returns a layer that emits and reflects nothing and filters the light of the layers below.
 std::string filter_layer(const std::string& pigment) {
     return fmt::format("\n  texture {{ pigment {{ {} }} finish {{ ambient 0 emission 0 diffuse 0 }} }}",
                        pigment);
 }
 
-/// Highlights without a diffuse term, under a layer of their colour times the image's.
+/// Returns specular lobes without a diffuse term, under a layer of their colour times the image's.
 std::string tinted_texture(const Material& material, const PovrayHighlights& highlights, float share,
                            const TextureFile& image) {
     return fmt::format("texture {{ pigment {{ rgb 1 }} finish {{ ambient 0 emission 0 diffuse 0{} }} }}",
@@ -104,10 +104,10 @@ std::string tinted_texture(const Material& material, const PovrayHighlights& hig
            filter_layer(filter_pigment(image.pigment, highlights.tint));
 }
 
-/// Everything but the highlights that an image tints.
+/// Returns everything but the specular lobes that an image tints.
 ///
-/// share     what emission, diffuse term and highlights are multiplied with.
-/// is_mixed  whether the image is to let nothing through, whatever its alpha.
+/// share     factor of emission, diffuse term and specular lobes.
+/// is_mixed  true: the image lets nothing through, regardless of its alpha.
 std::string base_texture(const Surface& surface, const Rgb& colour, const PovrayHighlights& highlights,
                          float share, const TextureFile* image, bool is_mixed) {
     const Material& material = surface.material;
@@ -118,7 +118,7 @@ std::string base_texture(const Surface& surface, const Rgb& colour, const Povray
         pigment = Rgb(1.0f);
         diffuse = 0;
     }
-    // An image is shown as it is where its factor is grey.
+    // With a grey factor, the image's own pigment is used.
     if (image && metallic == 0 && is_grey(pigment)) {
         diffuse *= pigment.x;
         pigment = Rgb(1.0f);
@@ -146,16 +146,17 @@ std::string base_texture(const Surface& surface, const Rgb& colour, const Povray
     return text;
 }
 
-/// A surface as a POV-Ray texture.
+/// Returns a surface as a POV-Ray texture.
 ///
-/// POV-Ray's highlight has the colour of the light, or of the pigment if it is metallic. To give it another,
-/// it lies under a layer that shines by nothing itself and lets the tint through; what is diffuse below that
-/// layer is divided by the tint. A channel without highlight keeps 1e-4 of the strongest one, so that the
-/// division is defined. Highlights that an image tints are a texture of their own below a layer of the image;
-/// the surface is the mean of that texture and the remainder, each twice as bright.
+/// POV-Ray's specular lobe has the colour of the light, or of the pigment if it is metallic. To give it
+/// another colour, it lies under a layer that reflects nothing itself and filters by the tint. The diffuse
+/// colour below that layer is divided by the tint. A channel without specular light keeps 1e-4 of the
+/// strongest channel, so that the division is defined. Specular lobes that an image tints are a separate
+/// texture below a layer of the image. The surface is the mean of that texture and of the remaining one, each
+/// twice as bright.
 ///
-/// It would shine where an image lets all light through, too, as on glass: with alpha the surface is a
-/// mixture of an opaque one and of nothing.
+/// Such a lobe would also be visible where an image is transparent, as on glass. With alpha, the surface is
+/// therefore a mixture of an opaque one and of nothing.
 ///
 /// colour  of the vertex.
 /// image   of the surface's texture; null if it has none.
@@ -177,7 +178,7 @@ PovrayTexture surface_texture(const Surface& surface, const Rgb& colour, const T
     return texture;
 }
 
-/// Whether POV-Ray can show a metallic material: its pigment gives both diffuse and highlights their colour.
+/// True if POV-Ray can render a metallic material: its pigment determines the colour of both terms.
 bool has_metals_colours(const Material& material) {
     if (!is_grey(material.specular)) return false;
     const Rgb diffuse = material.pigment * diffuse_share(material);
@@ -190,9 +191,9 @@ Result<Done> check_materials(const ReferenceInstance& instance, const std::strin
     for (std::size_t k = 0; k < instance.materials.size(); ++k) {
         const Material& material = instance.materials[k];
         const auto refused = [&](const char* what, float value, const char* wanted) {
-            return Error{where, fmt::format("material {} has {} {}; wanted {}", k, what, value, wanted)};
+            return Error{where, fmt::format("material {} has {} {}; expected {}", k, what, value, wanted)};
         };
-        const auto in = [](float value, double lowest, double highest) {  // refuses NaN too
+        const auto in = [](float value, double lowest, double highest) {  // false for NaN too
             return value >= lowest && value <= highest;
         };
         for (int c = 0; c < 3; ++c) {
@@ -210,14 +211,14 @@ Result<Done> check_materials(const ReferenceInstance& instance, const std::strin
         if (material.metallic > 0 && !has_metals_colours(material))
             return Error{
                 where,
-                fmt::format("material {} is metallic; wanted white highlights and a diffuse colour that "
-                            "is a multiple of the pigment",
+                fmt::format("material {} is metallic; expected a white specular colour and a diffuse colour "
+                            "that is a multiple of the pigment",
                             k)};
     }
     for (std::uint16_t index : instance.mesh->vertex_materials)
         if (index >= instance.materials.size())
-            return Error{where,
-                         fmt::format("the mesh uses material {} of {}", index, instance.materials.size())};
+            return Error{where, fmt::format("the mesh has the material index {}; expected less than {}",
+                                            index, instance.materials.size())};
     return Done{};
 }
 
@@ -229,22 +230,23 @@ Result<Done> check_instances(std::span<const ReferenceInstance> instances) {
         if (Result<Done> good = check_povray_mesh(*instance.mesh, where); !good) return good.error();
         if (instance.mesh->normals.size() != instance.mesh->positions.size() ||
             instance.mesh->vertex_materials.size() != instance.mesh->positions.size())
-            return Error{where, "normals or materials are missing for some vertices"};
+            return Error{where, "some vertices lack normals or materials"};
         for (std::size_t i = 0; i < instance.mesh->normals.size(); ++i)
             if (!is_finite(instance.mesh->normals[i]))
                 return Error{where, fmt::format("the normal of vertex {} is not finite", i)};
         if (Result<Done> good = check_materials(instance, where); !good) return good.error();
         if (Result<Done> good = check_placement(where, instance.placement); !good) return good.error();
         if (!instance.surfaces.empty() && instance.surfaces.size() != instance.materials.size())
-            return Error{where, "has other surfaces than materials"};
+            return Error{where, "the numbers of surfaces and materials differ"};
         if (has_textures(instance.surfaces) && instance.mesh->uvs.size() != instance.mesh->positions.size())
-            return Error{where, "has a texture, but no texture coordinates"};
-        if (!names.insert(instance.name).second) return Error{where, "there are two of this name"};
+            return Error{where, "has a texture but no texture coordinates"};
+        if (!names.insert(instance.name).second)
+            return Error{where, "two instances have this name; expected unique names"};
     }
     return Done{};
 }
 
-/// The textures of a mesh, and which of them each vertex has.
+/// The textures of a mesh, and the texture index of each vertex.
 class MeshTextures {
 public:
     MeshTextures(const ReferenceInstance& instance, const TextureFiles& files) {
@@ -307,7 +309,7 @@ std::string mesh_text(const ReferenceInstance& instance, const std::string& obje
     for (std::size_t k = 0; k < textures.textures.size(); ++k)
         fmt::format_to(out, ", texture {{ {}_Material_{} }}", object, k);
     fmt::format_to(out, " }}\nface_indices {{ {}", mesh.triangles.size());
-    for (const auto& [a, b, c] : mesh.triangles) {  // the corners of a triangle agree in material
+    for (const auto& [a, b, c] : mesh.triangles) {  // all corners of a triangle have the same material
         fmt::format_to(out, ",\n<{},{},{}>,{}", a, b, c, textures.of_vertex[a]);
         if (MeshTextures::is_coloured(instance, mesh.vertex_materials[a]))
             fmt::format_to(out, ",{},{}", textures.of_vertex[b], textures.of_vertex[c]);
@@ -319,8 +321,8 @@ std::string mesh_text(const ReferenceInstance& instance, const std::string& obje
     return text;
 }
 
-/// A power of two by which the world is magnified, so that the median object has wanted_radius or
-/// somewhat more, and everything is near enough for POV-Ray's rays.
+/// Returns the power of two that magnifies the median object to wanted_radius or up to twice that, unless
+/// POV-Ray's limit for rays requires less.
 double chosen_world_scale(std::span<const ReferenceInstance> instances, const Camera& camera,
                           std::span<const Lamp> lamps, double& extent) {
     std::vector<double> radii;
@@ -347,9 +349,8 @@ void add_warnings(std::vector<std::string>& warnings, std::span<const ReferenceI
         for (const Material& material : instance.materials)
             if (material.convention == LobeConvention::physical && luminance(material.specular) > 0)
                 said.insert(fmt::format(
-                    "POV-Ray has no cosine on highlights: the physical one of shininess {} is written as "
-                    "phong {} "
-                    "and will be too bright at grazing light",
+                    "POV-Ray's specular lobes lack the cosine: the physical lobe of shininess {} is written "
+                    "as phong {} and is too bright at grazing angles",
                     material.shininess, luminance(material.specular) * 0.5f * (material.shininess + 2)));
     warnings.assign(said.begin(), said.end());
 }
@@ -357,9 +358,9 @@ void add_warnings(std::vector<std::string>& warnings, std::span<const ReferenceI
 std::string bounces_text(const ReferenceBounces& bounces) {
     const int limit = bounces.baked.empty() ? bounces.limit : 1;
     if (limit == 0) return "";
-    // Without an adc_bailout of its own, radiosity ends after six bounces.
+    // Without its own adc_bailout, radiosity ends after six bounces.
     return fmt::format(
-        "// What the lights shed goes on from surface to surface.\n"
+        "// Indirect light of the light sources.\n"
         "#ifndef ({})\n"
         "#declare Recursion_Limit = {};\n"
         "#ifdef ({}) #declare Recursion_Limit = {}; #end\n"
@@ -371,7 +372,7 @@ std::string bounces_text(const ReferenceBounces& bounces) {
         without_bounces, limit, emitters_by_radiosity, std::min(limit + 1, most_bounces), direct_light_alone);
 }
 
-/// Light sources, as POV-Ray reads them.
+/// Light sources in POV-Ray's language.
 struct LightSet {
     std::string text;
     int count = 0;
@@ -382,7 +383,7 @@ struct LightSet {
     }
 };
 
-/// Its share of the light, from outside of everything. [POV-Ray's units]
+/// Returns a light that is outside of everything. `Share` scales it. [POV-Ray units]
 std::string dome_light(const DirectionalLight& light, double distance) {
     const Vec3d place = Vec3d(light.direction) * distance;
     const Rgb colour = light.irradiance * static_cast<float>(1 / pi);
@@ -391,7 +392,7 @@ std::string dome_light(const DirectionalLight& light, double distance) {
         place.x, place.y, place.z, colour.x, colour.y, colour.z);
 }
 
-/// The baked objects, which only radiosity sees.
+/// Returns the baked objects, which only radiosity sees.
 std::string baked_text(const ReferenceBounces& bounces, double world_scale) {
     std::string text;
     for (const ReferenceBounces::BakedObject& baked : bounces.baked)
@@ -411,7 +412,7 @@ std::vector<Emitter> world_emitters(std::span<const ReferenceInstance> instances
     return emitters;
 }
 
-/// The objects, with the albedo that the diffuse term has at their vertices.
+/// Returns the objects with the albedo of their diffuse term at the vertices.
 WorldSurface world_surface(std::span<const ReferenceInstance> instances) {
     WorldSurface world;
     for (const ReferenceInstance& instance : instances) {
@@ -424,8 +425,8 @@ WorldSurface world_surface(std::span<const ReferenceInstance> instances) {
     return world;
 }
 
-/// Hides an object from radiosity where something else stands for its light: a baked object, or the lamps of
-/// its emitters. The runs that gather bounces have no such lamps, or no emission.
+/// Hides an object from radiosity if its light is represented otherwise: by a baked object, or by the lamps
+/// of its emitters. The runs that gather bounces have no such lamps or no emission.
 std::string radiosity_text(const ReferenceInstance& instance, const ReferenceBounces& bounces) {
     if (!bounces.baked.empty()) return " no_radiosity";
     if (bounces.limit == 0 || instance.emitters.empty()) return "";
@@ -447,9 +448,10 @@ void add_warnings_of_shapes(std::vector<std::string>& warnings, std::span<const 
         const bool is_only = std::ranges::all_of(
             lamps, [&](const Lamp& lamp) { return lamp.looks_like == i || lamp.shadowless; });
         if (!is_dark || !is_only)
-            warnings.push_back(fmt::format(
-                "{} is what a lamp looks like: POV-Ray lets it cast no shadow of any other light either",
-                instances[i].name));
+            warnings.push_back(
+                fmt::format("{} is the visible shape of a lamp: in POV-Ray it casts no shadow from any other "
+                            "light either",
+                            instances[i].name));
     }
 }
 
@@ -462,7 +464,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
                                              const ReferenceBounces& bounces, std::span<const Lamp> lamps) {
     assert(lights >= 16 && bounces.limit >= 0 && bounces.limit <= most_bounces);
     if (!is_scene_name(scene_name))
-        return Error{scene_name, "is no scene name; wanted letters, digits, _, - and ."};
+        return Error{scene_name, "is not a valid scene name; expected letters, digits, _, - and ."};
     if (Result<Done> good = check_instances(instances); !good) return good.error();
 
     ReferenceFiles files;
@@ -483,11 +485,11 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     std::string text = fmt::format(
         "// {0}: the reference for haarfield's baked scene, lit by a dome of parallel lights.\n"
         "// povray +I{0}.pov +W{1} +H{2} +A0.0 +AM1 +R3 -J\n"
-        "// One metre is {3} units: POV-Ray's shadows ignore what is nearer than 1e-3 units.\n"
+        "// One metre is {3} units, because POV-Ray's shadows ignore occluders nearer than 1e-3 units.\n"
         "#version 3.7;\n"
         "global_settings {{ assumed_gamma 1 adc_bailout 0 max_trace_level 100 }}\n"
         "#ifdef ({7})\n"
-        "// The background's light alone: one bounce, as fine as POV-Ray can.\n"
+        "// The background's light alone: one bounce at POV-Ray's highest quality.\n"
         "global_settings {{ radiosity {{ recursion_limit 1 brightness 1 gray_threshold 0 normal on\n"
         "  pretrace_start 0.08 pretrace_end 0.01 count 1600 error_bound 0.1 nearest_count 10\n"
         "  minimum_reuse 0.004 }} }}\n"
@@ -532,23 +534,23 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
                         is_shape_of_a_lamp(lamps, i) ? " no_shadow" : "", povray_identifier(instance.name));
     }
     text += "\n" + objects + baked_text(bounces, files.world_scale) + "\n";
-    // What is baked sends its light whatever the lights are.
+    // Baked objects emit their light whichever lights are on.
     files.has_bounces = bounces.limit > 0 && bounces.baked.empty();
 
     const double distance = std::max(1e4, 8 * extent * files.world_scale);  // outside of everything
     text += fmt::format(
-        "// Two sets of lights, each of which is the whole environment: alone, one is twice as bright.\n"
+        "// Two sets of lights. Each represents the whole environment; alone, it is twice as bright.\n"
         "#declare Share = 0.5;\n#ifdef ({0}) #declare Share = 1; #end\n#ifdef ({1}) #declare Share = 1; "
         "#end\n",
         first_lights_alone, second_lights_alone);
-    // Of what is baked, radiosity has what glows.
+    // With baked objects, radiosity uses the emission itself.
     const std::vector<Emitter> emitters =
         bounces.baked.empty() ? world_emitters(instances) : std::vector<Emitter>();
     files.has_emitters = !emitters.empty();
     std::optional<LitPoints> lit;
     if (files.has_emitters) lit.emplace(camera, world_surface(instances));
     std::array<std::vector<Lamp>, 2> lamp_sets;
-    // Beyond POV-Ray's tolerance of shadows.
+    // Above POV-Ray's shadow tolerance.
     const float lift = static_cast<float>(0.01 / files.world_scale);
     for (const auto& [switched_off_by, cut_share, of_patch] :
          {std::tuple(second_lights_alone, 0.5, PatchPlace::middle),
@@ -582,7 +584,8 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         files.emitter_lamps =
             std::make_shared<const LampSets>(LampSets{*std::move(lit), emitters, std::move(lamp_sets)});
     if (!lamps.empty()) {
-        text += fmt::format("\n// Lamps, whichever set is on.\n#ifndef ({})\n", emitters_by_radiosity);
+        text += fmt::format("\n// The scene's lamps, which belong to both sets.\n#ifndef ({})\n",
+                            emitters_by_radiosity);
         for (const Lamp& lamp : lamps) text += povray_lamp(lamp, files.world_scale) + "\n";
         text += "#end\n";
     }

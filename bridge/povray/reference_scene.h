@@ -1,5 +1,5 @@
 #pragma once
-/// The same scene for POV-Ray's own ray tracer: what the baked one is compared with.
+/// Writes the scene for POV-Ray's own ray tracer, as the reference for the baked scene.
 
 #include "bridge/povray/emitter_lamps.h"
 #include "bridge/povray/lamp_text.h"
@@ -12,92 +12,98 @@
 
 namespace haarfield {
 
-/// One object. Mesh and materials must outlive the call; instances
-/// that share both share them in the file too.
+/// One object. Mesh and materials must outlive the call. Instances that share both also share them in the
+/// file.
 struct ReferenceInstance {
-    std::string name;                     ///< Unlike all others of the scene.
-    const Mesh* mesh = nullptr;           ///< PreparedMesh::original, with its normals.
+    std::string name;                     ///< Unique in the scene.
+    const Mesh* mesh = nullptr;           ///< PreparedMesh::original, with normals.
     std::span<const Material> materials;  ///< By the mesh's material index.
     Placement placement;
-    /// By the mesh's materials, which are theirs; none: plain ones. Must outlive the call.
+    /// By the mesh's materials; must contain these materials. Empty: plain surfaces. Must outlive the call.
     std::span<const Surface> surfaces{};
-    std::vector<Emitter> emitters{};  ///< What of it lights others, in its own frame: emitters_of.
+    std::vector<Emitter> emitters{};  ///< The object's emitters in its own frame: emitters_of.
 };
 
-/// A scene's instances; their meshes and materials are those of the entities.
+/// Returns a scene's instances, with the meshes and materials of the entities.
 ///
 /// originals  original_entities of the scene, which must outlive the result.
 std::vector<ReferenceInstance> reference_instances(const Scene& scene, const SceneEntities& originals);
 
-/// What a scene file may be told by a declaration: to be lit by one of its two sets of lights, twice as
-/// bright. Without either, both light it.
+/// Declarations that control a scene file. This declaration selects the first of the two sets of lights, with
+/// twice the brightness. Without a declaration, both sets light the scene.
 inline constexpr const char* first_lights_alone = "First_Lights_Alone";
-inline constexpr const char* second_lights_alone = "Second_Lights_Alone";  ///< And the other set.
+inline constexpr const char* second_lights_alone = "Second_Lights_Alone";  ///< Selects the second set.
 
-/// Or, with both of them, to be lit by its background instead: radiosity_picture.
+/// With both declarations above: the background lights the scene by radiosity instead; see radiosity_picture.
 inline constexpr const char* by_radiosity = "By_Radiosity";
 
-/// Of scenes with bounces, too: these are left out; and of the sets of lights those few are there under which
-/// bounces are gathered, as they do not need the many that make shadows smooth.
+/// For scenes with bounces: omits the indirect light.
 inline constexpr const char* without_bounces = "Without_Bounces";
-inline constexpr const char* few_lights_alone = "Few_Lights_Alone";
-inline constexpr int few_lights_of_bounces = 64;  ///< At most, of both sets.
 
-/// With neither set of lights: all light sources are off, and POV-Ray's radiosity gathers the light of the
-/// emitters itself, followed as often as the scene's bounces. With direct_light_alone, too: without bounces.
+/// For scenes with bounces: reduces each set to the few lights under which bounces are gathered. Bounces need
+/// fewer lights than smooth shadows do.
+inline constexpr const char* few_lights_alone = "Few_Lights_Alone";
+inline constexpr int few_lights_of_bounces = 64;  ///< At most, in both sets together.
+
+/// Emitters_By_Radiosity, with both sets of lights deselected: all light sources are off. POV-Ray's radiosity
+/// gathers the emitters' light, with as many bounces as the scene has.
 inline constexpr const char* emitters_by_radiosity = "Emitters_By_Radiosity";
+
+/// With Emitters_By_Radiosity: removes the bounces.
 inline constexpr const char* direct_light_alone = "Direct_Light_Alone";
 
-/// Light that goes from one diffuse surface to another, by POV-Ray's radiosity.
+/// Indirect light between diffuse surfaces, computed by POV-Ray's radiosity.
 ///
-/// accuracy  closed furnaces to 0.3 %; boxes under a sky within 2 %. Not the same from run to run with
-///           several threads. Highlights send nothing on.
+/// accuracy  closed furnaces to 0.3 %; boxes under a sky within 2 %. Not deterministic with several threads.
+///           Specular reflection adds no indirect light.
 struct ReferenceBounces {
-    int limit = 0;  ///< Bounces, at most 20 (asserted); 0: direct light alone.
+    int limit = 0;  ///< Number of bounces, at most 20 (asserted); 0: direct light alone.
 
-    /// An object of a baked scene, as its include declares it.
+    /// An object of a baked scene, as declared by its include.
     struct BakedObject {
         std::filesystem::path include;
         std::string name;
     };
-    /// If there are any, these send light instead of the scene's own objects, once: what the picture shows
-    /// then is what the bake must be, if it is right. Each is there beside the object that it was made of.
+    /// If not empty, these objects emit their light once, instead of bounces from the scene's own objects:
+    /// the picture then shows what a correct bake must contain. Each object stands at the place of its
+    /// original.
     std::vector<BakedObject> baked{};
 };
 
-/// What write_reference_scene wrote.
+/// The files that write_reference_scene wrote.
 struct ReferenceFiles {
-    std::filesystem::path scene;                    ///< `NAME.pov`
-    std::vector<std::filesystem::path> includes;    ///< The meshes, one file each.
-    std::vector<std::filesystem::path> images;      ///< Of textures; see write_textures.
-    int lights = 0;                                 ///< Written, of both sets; black ones are not.
-    int lamps = 0;                                  ///< Of the scene's own.
-    bool has_bounces = false;                       ///< Of lights, gathered under few of them.
-    bool has_emitters = false;                      ///< Surfaces that light others, as lamps.
-    std::shared_ptr<const LampSets> emitter_lamps;  ///< Their direct light; null: no emitters.
+    std::filesystem::path scene;                  ///< `NAME.pov`
+    std::vector<std::filesystem::path> includes;  ///< One file per mesh.
+    std::vector<std::filesystem::path> images;    ///< Texture images; see write_textures.
+    int lights = 0;             ///< Number of lights in both sets; black ones are not written.
+    int lamps = 0;              ///< Number of the scene's own lamps.
+    bool has_bounces = false;   ///< The lights' bounces are gathered under few_lights_of_bounces.
+    bool has_emitters = false;  ///< Emissive surfaces light the scene, as lamps.
+    std::shared_ptr<const LampSets> emitter_lamps;  ///< The emitters' direct light; null: no emitters.
     double world_scale = 1;                         ///< POV-Ray units per metre, a power of two.
-    std::vector<std::string> warnings;              ///< Where POV-Ray can not show a material as meant.
+    std::vector<std::string> warnings;              ///< Materials that POV-Ray cannot render exactly.
 };
 
 /// Writes `NAME.pov` and `NAME_mesh_<k>.inc`, each atomically, the scene file last.
 ///
-/// light       two domes of half the lights each, independent of each other (LightDomeOptions::cut_share),
-///             as parallel light sources with shadows, colour irradiance/pi: rendered one at a time, they
-///             tell how far the reference itself can be trusted (reference_picture.h).
-/// lights      of both domes together, at most; >= 16 (asserted). A black environment has none.
-/// emitters    in each set as so many lamps as its dome has lights, half of them where the points that the
-///             camera shows need them: emitter_lamps.
-/// lamps       beside both: the same light_sources, formula by formula. What one looks like casts no shadow
-///             of any light, with a warning where there are others: POV-Ray knows no less.
+/// light       two domes of half the lights each, independent of each other (LightDomeOptions::cut_share), as
+///             parallel light sources with shadows and the colour irradiance/pi. Rendered separately, they
+///             give the error of the reference (reference_picture.h).
+/// lights      maximum number of both domes together, >= 16 (asserted). A black environment has none.
+/// emitters    represented in each set by as many lamps as its dome has lights, half of them placed for the
+///             points that the camera shows: emitter_lamps.
+/// lamps       the same light_sources in addition to both sets, formula by formula. An object that a lamp
+///             looks like casts no shadow from any light, because POV-Ray has no finer control; if there are
+///             other lights, a warning says so.
 /// materials   POV-Ray's own terms: `diffuse`, `phong` and `phong_size`, `specular` (blinn) and `roughness`,
-///             `metallic`. In the povray convention that is exact. In the physical one the highlight is
-///             scaled by (n+2)/2 and lacks the cosine: a warning says so. A coloured highlight is
-///             exact: see reference_scene.cpp. Textures, colours of vertices and emission are POV-Ray's own.
-///             An image tints a metal's highlights at each pixel.
-/// scale       the world is magnified, so that POV-Ray's absolute shadow tolerance (1e-3 units) does
-///             not matter: the median object is 10 to 1000 units.
-/// errors      as write_baked_scene; a material index that `materials` does not have; material values out of
-///             their ranges; metallic highlights that are coloured, or not as the diffuse term is.
+///             `metallic`, which are exact in the povray convention. In the physical convention the specular
+///             lobe is scaled by (n+2)/2 and lacks the cosine, with a warning. A coloured specular lobe is
+///             exact: see reference_scene.cpp. Textures, vertex colours and emission use POV-Ray's own
+///             features. An image tints a metal's specular lobes at each pixel.
+/// scale       the world is magnified so that the median object has 10 to 1000 units, and POV-Ray's absolute
+///             shadow tolerance (1e-3 units) does not matter.
+/// errors      as write_baked_scene; a material index outside `materials`; material values out of range;
+///             metallic specular lobes that are coloured or differ in colour from the diffuse term.
 Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder,
                                              const std::string& scene_name, const Camera& camera,
                                              std::span<const ReferenceInstance> instances,

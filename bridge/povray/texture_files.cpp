@@ -13,10 +13,10 @@ namespace haarfield {
 
 namespace {
 
-/// The entries of a pigment_map whose mean is a declared pigment's colours times one.
+/// Returns the entries of a pigment_map whose average is a declared pigment's colours times `colour`.
 ///
-/// entries  of the whole map.
-/// filter   of the colours.
+/// entries  number of entries in the whole map.
+/// filter   filter value of the colours.
 std::string channel_entries(const std::string& pigment, const Rgb& colour, int entries, int filter) {
     std::string text;
     for (int c = 0; c < 3; ++c) {
@@ -59,7 +59,7 @@ Result<TextureFiles> write_textures(const std::filesystem::path& folder, const s
     std::set<std::string> taken;
     for (const Texture* texture : order) {
         if (!texture || files.contains(texture)) continue;
-        // So long that a number behind it is not what povray_identifier cuts off.
+        // Leaves space for a number before povray_identifier's limit.
         constexpr std::size_t longest = 56;
         const std::string name = unique_name(
             texture->name.empty() ? "image" : povray_identifier(texture->name).substr(0, longest), taken);

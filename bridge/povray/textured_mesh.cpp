@@ -12,11 +12,11 @@
 namespace haarfield {
 namespace {
 
-/// How far either side of a sheet that may be looked through stands off: more than POV-Ray's tolerance, 1e-4
-/// units, from one to the other. [m]
+/// Offset of each side of a transparent sheet: the distance between both sides exceeds POV-Ray's tolerance of
+/// 1e-4 units. [m]
 constexpr float povray_parting = 1.5e-4f;
 
-/// What a corner of a triangle shows.
+/// The appearance of a triangle's corner.
 struct CornerLook {
     const TextureFile* image;  ///< Null: none.
     Colour under, over;
@@ -45,13 +45,13 @@ std::string texture_text(const CornerLook& look, const std::string& finish) {
         return fmt::format("pigment{{{}}}finish{{{} emission{}}}", pigment, finish, rgb_text(light, times));
     };
     if (!look.shines()) return fmt::format("texture{{{}}}", layer(look.image->pigment, look.under, 1));
-    // The mean of the two, of which each is twice as bright.
+    // The average of the two, each twice as bright.
     return fmt::format("texture{{average texture_map{{[1 {}][1 {}]}}}}",
                        layer(look.image->pigment, look.under, 2), layer("rgb 1", look.over, 2));
 }
 
-/// Moves what may be looked through outwards: POV-Ray misses all of a mesh behind a hit that is nearer to the
-/// last one than its tolerance, as that on the back of a sheet would be.
+/// Moves transparent triangles outwards. POV-Ray loses the whole mesh behind a hit that is closer to the
+/// previous one than its tolerance, as a hit on the back of a sheet would be.
 void part_cut_outs(Mesh& mesh, const std::vector<bool>& is_cut_out, float distance) {
     std::vector<bool> moves(mesh.positions.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -61,7 +61,7 @@ void part_cut_outs(Mesh& mesh, const std::vector<bool>& is_cut_out, float distan
         if (moves[v]) mesh.positions[v] += mesh.normals[v] * distance;
 }
 
-/// The looks that occur, numbered in their order.
+/// The distinct looks, numbered in order of occurrence.
 class Looks {
 public:
     std::uint32_t number_of(const CornerLook& look) {
@@ -76,13 +76,13 @@ private:
     std::vector<CornerLook> looks_;
 };
 
-/// Of vertices, unless all triangles are mapped, and three of each mapped one.
+/// The uvs of vertices, unless all triangles are mapped, and three uvs of each mapped triangle.
 struct UvLists {
     std::vector<Vec2f> uvs;
     std::vector<std::array<std::uint32_t, 3>> indices;
 };
 
-/// Whether 16 bits tell where a triangle is in its image: to a quarter of a texel, of the finest image.
+/// True if 16 bits resolve a triangle's image coordinates to a quarter of a texel of the finest image.
 bool is_mappable(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, int finest) {
     constexpr float most_texels = 8192;
     const Vec2f &a = mesh.uvs[triangle[0]], &b = mesh.uvs[triangle[1]], &c = mesh.uvs[triangle[2]];
@@ -92,7 +92,7 @@ bool is_mappable(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle,
     return span * static_cast<float>(finest) <= most_texels;
 }
 
-/// magnified  as of is_sliver: slivers have the light and the place of their middle.
+/// magnified  as for is_sliver. The uvs of a sliver are those of its middle.
 UvLists uv_lists(const Mesh& mesh, std::span<const std::uint32_t> mapped, const MappedLight& light,
                  double magnified) {
     UvLists lists{{}, mesh.triangles};
@@ -168,7 +168,7 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     std::string faces;
     auto out = std::back_inserter(faces);
     fmt::format_to(out, "face_indices {{ {}", mesh.triangles.size());
-    // Mapped textures stand first, one an image.
+    // Mapped textures come first, one per image.
     Looks looks;
     const auto number_of = [&](const CornerLook& look) {
         return mapped_images.size() + looks.number_of(look);
@@ -177,7 +177,7 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
         const auto& triangle = mesh.triangles[t];
         const auto& [a, b, c] = triangle;
         fmt::format_to(out, ",\n<{},{},{}>,", a, b, c);
-        // Three textures a face, or one: with two, POV-Ray 3.7 crashes.
+        // A face has three textures or one: two crash POV-Ray 3.7.
         if (next < mapped.size() && mapped[next] == t) {
             fmt::format_to(out, "{}", std::ranges::find(mapped_images, image_of(a)) - mapped_images.begin());
             ++next;

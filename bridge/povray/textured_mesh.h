@@ -1,5 +1,5 @@
 #pragma once
-/// A mesh with light at each vertex and images over it, in POV-Ray's words.
+/// Writes a mesh with light at each vertex and images in POV-Ray's language.
 
 #include "bridge/povray/coloured_mesh.h"
 #include "bridge/povray/mapped_light.h"
@@ -8,37 +8,38 @@
 
 namespace haarfield {
 
-/// A textured mesh in POV-Ray's words.
+/// A textured mesh in POV-Ray's language.
 struct TexturedMesh {
-    std::string text;                    ///< As of ColouredMesh.
-    std::optional<MappedLight> mapped;   ///< Declared before the text, written beside it.
-    std::size_t textures = 0;            ///< How many there are.
-    std::uint64_t clamped_vertices = 0;  ///< As of ColouredMesh.
+    std::string text;                    ///< As in ColouredMesh.
+    std::optional<MappedLight> mapped;   ///< To be declared before the text, and written next to it.
+    std::size_t textures = 0;            ///< The number of textures.
+    std::uint64_t clamped_vertices = 0;  ///< As in ColouredMesh.
 };
 
-/// Whether the light of all triangles suits images: of more than most_textured_vertices, or of more than
-/// 100,000 with highlights, which would take two textures a vertex.
+/// True if the light of all triangles should be stored in images: for more than most_textured_vertices, or
+/// for more than 100,000 vertices with specular light, which would take two textures per vertex.
 bool maps_light(std::span<const Rgb> under, std::span<const Rgb> over);
 
-/// The text of a mesh whose surface emits its vertices' light, linear between them, times its textures'
-/// images at every pixel, plus what lies over them. The product is POV-Ray's own, to the precision of its
+/// Returns the text of a mesh whose surface emits the light of its vertices, interpolated linearly, times its
+/// images at every pixel, plus specular light. POV-Ray computes the product, within the precision of its
 /// pictures.
 ///
-/// Where an image is not opaque there is no surface. A triangle that touches such texels has its light in an
-/// image, too (MappedLight): POV-Ray traces a ray through each of the textures of a triangle, three through
-/// three, and their number grows threefold with every layer. It also stands off by 0.15 mm, as POV-Ray loses
-/// all of a mesh behind two hits that are nearer to each other than 1e-4 units. A triangle over more texels
-/// than its place can be told by (8,192) has one light for all of it there, as slivers have anywhere.
+/// Transparent texels have no surface. A triangle that touches such texels stores its light in an image too
+/// (MappedLight), because POV-Ray traces one ray through each of a triangle's textures. With three textures,
+/// the number of rays would triple with every layer. The triangle is also moved outwards by 0.15 mm, because
+/// POV-Ray loses the whole mesh behind two hits that are closer than 1e-4 units. A triangle that covers more
+/// texels than its coordinates can resolve (8,192) has constant light in that case, as slivers always have.
 ///
-/// surfaces  by the mesh's materials; where there is a texture the mesh has uvs (asserted).
-/// under     one per vertex, finite: what images multiply; where there is no image, all of the light.
-/// over      what is added; one per vertex, finite, or none.
-/// files     of the textures.
-/// maps_all  whether the light of all triangles lies in images: see maps_light.
-/// object    what names begin with; OBJECT_Finish is declared: `finish { emission 1 ambient 0 diffuse 0 }`.
-/// stem      of the files of MappedLight.
-/// scale     by which the mesh will be placed in metres.
-/// cost      0.7 s and some 220 bytes of text per 100,000 vertices.
+/// surfaces  by the mesh's materials. With a texture, the mesh has uvs (asserted).
+/// under     one per vertex, finite: the light that images multiply. Without an image, all of the light.
+/// over      specular light that is added; one per vertex, finite, or none.
+/// files     the files of the textures.
+/// maps_all  true: the light of all triangles is stored in images; see maps_light.
+/// object    prefix of all names. OBJECT_Finish must be declared: `finish { emission 1 ambient 0 diffuse 0
+///           }`.
+/// stem      stem of MappedLight's files.
+/// scale     the scale of the mesh's placement in metres.
+/// cost      0.7 s and about 220 bytes of text per 100,000 vertices.
 TexturedMesh textured_mesh(const Mesh& mesh, std::span<const Surface> surfaces, std::span<const Rgb> under,
                            std::span<const Rgb> over, const TextureFiles& files, bool maps_all,
                            const std::string& object, const std::string& stem, float scale = 1);

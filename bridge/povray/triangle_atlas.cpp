@@ -15,7 +15,7 @@ TriangleAtlas::TriangleAtlas(std::size_t triangles)
 }
 
 std::array<Vec2f, 3> TriangleAtlas::uvs(std::size_t triangle) const {
-    // The middles of three texels of the square.
+    // The centres of three texels of the square.
     const Vec2f first(static_cast<float>(x(triangle)) + 0.5f, static_cast<float>(y(triangle)) + 0.5f);
     return {first, first + Vec2f(1, 0), first + Vec2f(0, 1)};
 }

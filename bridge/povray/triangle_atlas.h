@@ -1,5 +1,5 @@
 #pragma once
-/// An image with values for each of many triangles, linear over each.
+/// Stores values for many triangles in one image, linear over each triangle.
 
 #include "scenes/image.h"
 
@@ -10,18 +10,19 @@
 
 namespace haarfield {
 
-/// A square of 2 x 2 texels for each triangle, row by row. Three of them are the triangle's corners; the
-/// fourth is the sum of the two beside it minus the one across, so that bilinear interpolation is linear.
+/// An image with a square of 2 x 2 texels for each triangle, row by row. Three texels are the triangle's
+/// corners. The fourth is the sum of the two adjacent corners minus the opposite one, so that bilinear
+/// interpolation is linear.
 class TriangleAtlas {
 public:
-    explicit TriangleAtlas(std::size_t triangles);  ///< How many, at least one (asserted).
+    explicit TriangleAtlas(std::size_t triangles);  ///< The number of triangles, at least one (asserted).
 
     int width() const { return static_cast<int>(2 * columns_); }  ///< [texels]
     int height() const { return static_cast<int>(2 * rows_); }    ///< [texels]
 
-    /// The texels of values at triangles' corners.
+    /// Returns the texels of values at triangles' corners.
     ///
-    /// corners  the three of a triangle, by its number.
+    /// corners  returns the three values of a triangle by its index.
     template <class Corners>
     auto texels(const Corners& corners) const {
         using Value = typename std::invoke_result_t<Corners, std::size_t>::value_type;
@@ -38,8 +39,8 @@ public:
         return result;
     }
 
-    /// The same as an image; texels may be negative. Light above 32,500 is not linear once that is written:
-    /// the fourth texel may be clipped.
+    /// Returns the texels as an image; texels may be negative. Light above 32,500 is not linear in a written
+    /// image, because the fourth texel may be clipped.
     template <class Corners>
     Image image(const Corners& corners) const {
         Image image;
@@ -49,12 +50,12 @@ public:
         return image;
     }
 
-    /// Where a triangle's corners are: in texels, from the top left, as pigment() wants it.
+    /// Returns the positions of a triangle's corners in texels from the top left, for use with pigment().
     std::array<Vec2f, 3> uvs(std::size_t triangle) const;
 
-    /// A pigment of an image of these texels, for such uvs.
+    /// Returns a pigment of an image of these texels, for such uvs.
     ///
-    /// image  `exr "name"`, and what else POV-Ray is to know of it.
+    /// image  `exr "name"` and further options of POV-Ray's image.
     std::string pigment(const std::string& image) const;
 
 private:

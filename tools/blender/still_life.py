@@ -1,9 +1,9 @@
-"""Makes the picture of this folder's README: a still life baked by the add-on, and the same by Cycles' path tracer.
+"""Makes the picture of this folder's README: a still life baked by the add-on, and rendered by Cycles' path tracer.
 
     PYTHONPATH=build/release/python blender -b --factory-startup --python tools/blender/still_life.py -- FOLDER
 
-leaves still_life.png and the .blend in FOLDER, and says how long both took and how far they are apart. --small makes
-it small, for the tests.
+writes still_life.png and the .blend into FOLDER, and prints both times and the difference of the pictures. --small
+makes small pictures, for the tests.
 """
 
 import math
@@ -38,7 +38,7 @@ def diffuse(name, colour, image=None):
 
 
 def wood_image(width=512, height=512):
-    """Boards along u, with grain."""
+    """Returns an image of boards along u, with grain."""
     random = numpy.random.default_rng(4)
     v, u = numpy.mgrid[0:height, 0:width] / numpy.array([height, width])[:, None, None]
     board = numpy.floor(5 * v).astype(int)
@@ -69,7 +69,7 @@ def placed(object, name, material, location=(0, 0, 0), turn=0.0, scale=(1, 1, 1)
 
 
 def turned(name, profile, material, location):
-    """A surface of revolution: a profile of (radius, height), by the modifiers Screw and Subdivision."""
+    """Makes a surface of revolution from a profile of (radius, height), with the modifiers Screw and Subdivision."""
     mesh = bpy.data.meshes.new(name)
     edges = [(i, i + 1) for i in range(len(profile) - 1)]
     mesh.from_pydata([(r, 0, z) for r, z in profile], edges, [])
@@ -158,7 +158,7 @@ def make_scene(light):
 
 
 def rendered(path, samples):
-    """By Cycles; its seconds."""
+    """Renders with Cycles. Returns the time in seconds."""
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.samples = "CYCLES", samples
     scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
@@ -193,7 +193,8 @@ def main():
     pictures = [haarfield.read_image(folder / f"{name}.exr")[0] for name in ("baked", "traced")]
     haarfield.write_image(numpy.hstack(pictures), folder / "still_life.png")
     figures = haarfield.compare(*(numpy.ascontiguousarray(picture) for picture in pictures))
-    assert figures["psnr_db"] > (20 if is_small else 30), figures  # small, most of it is the path tracer's noise
+    # in the small picture, noise of the path tracer dominates
+    assert figures["psnr_db"] > (20 if is_small else 30), figures
     bake = operators.remembered[scene.name].bake
     print(f"{len(results.copies(scene))} objects, {bake.vertices} vertices: baked in {baked_seconds:.1f} s, "
           f"shown in {shown_seconds:.1f} s; traced in {traced_seconds:.1f} s; {figures['psnr_db']:.1f} dB apart")

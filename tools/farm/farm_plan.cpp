@@ -33,7 +33,7 @@ ordered_json job_json(const PlanJob& job) {
 }
 
 [[noreturn]] void refuse(const std::string& key, const ordered_json& found, const std::string& wanted) {
-    throw std::runtime_error(fmt::format("{} is {}; wanted {}", key,
+    throw std::runtime_error(fmt::format("{} is {}; expected {}", key,
                                          found.is_number() ? found.dump() : found.type_name(), wanted));
 }
 
@@ -57,7 +57,7 @@ const ordered_json& list(const ordered_json& json, const char* key) {
     return json.at(key);
 }
 
-/// Names of files end at a zero: such texts would name others.
+/// Returns a text value. Rejects zero characters, because they would end file names early.
 std::string text(const ordered_json& value, const char* key) {
     if (!value.is_string()) refuse(key, value, "a text");
     auto text = value.get<std::string>();
@@ -74,11 +74,12 @@ PlanJob json_job(const ordered_json& json) {
     for (const ordered_json& argument : list(json, "arguments"))
         job.arguments.push_back(text(argument, "arguments"));
     const std::optional<Division> division = possible_division(job.arguments);
-    if (!division) throw std::runtime_error("a job is of a command that no plan has");
+    if (!division) throw std::runtime_error("a job has a command that plans do not support");
     const auto name = std::ranges::find(division_names, text_at(json, "division"));
     job.division = static_cast<Division>(name - division_names.begin());
     if (name == division_names.end() || !can_have(job.arguments, job.division))
-        throw std::runtime_error(fmt::format("a {} is divided otherwise than into {}", job.command(),
+        throw std::runtime_error(fmt::format("a {} has an unknown or unsupported division; expected {}",
+                                             job.command(),
                                              division_names[static_cast<std::size_t>(*division)]));
     for (const ordered_json& input : list(json, "inputs"))
         job.inputs.push_back({text_at(input, "file"), text_at(input, "hash")});
@@ -87,7 +88,7 @@ PlanJob json_job(const ordered_json& json) {
     const bool is_one = job.division == Division::undivided || job.division == Division::bounces;
     job.parts = whole_number(json.at("parts"), "parts", 1, is_one ? 1 : most_plan_tasks);
     if (job.division == Division::strips && job.parts % 2 != 0)
-        refuse("parts", json.at("parts"), "an even number of strips: there are two sets of lights");
+        refuse("parts", json.at("parts"), "an even number, because there are two sets of lights");
     job.part_seconds = number(json, "part_seconds", "seconds");
     job.part_bytes = number(json, "part_bytes", "bytes");
     return job;
@@ -108,24 +109,23 @@ FarmPlan json_plan(const ordered_json& json) {
         if (read.division == Division::bounces &&
             (read.direct >= plan.jobs.size() || plan.jobs[read.direct].division != Division::direct ||
              plan.jobs[read.direct].arguments != read.arguments))
-            refuse("direct", job.at("direct"),
-                   "the job before it that has the direct light of the same bake");
+            refuse("direct", job.at("direct"), "the earlier job with the direct light of the same bake");
         plan.jobs.push_back(std::move(read));
         tasks += plan.jobs.back().parts;
         if (tasks > most_plan_tasks)
-            throw std::runtime_error(fmt::format("it has more than {} tasks", most_plan_tasks));
+            throw std::runtime_error(fmt::format("found more than {} tasks", most_plan_tasks));
     }
     const ordered_json& stages = list(json, "stages");
     if (stages.size() != plan.stages.size())
         throw std::runtime_error(
-            fmt::format("it has {} stages; wanted {}", stages.size(), plan.stages.size()));
+            fmt::format("found {} stages; expected {}", stages.size(), plan.stages.size()));
     for (std::size_t i = 0; i < stages.size(); ++i)
         plan.stages[i] = whole_number(stages[i], "stages",
                                       i + 1 == stages.size() ? tasks
                                       : i > 0                ? plan.stages[i - 1]
                                                              : 0,
                                       i == 0 ? 0 : tasks);
-    if (tasks == 0) throw std::runtime_error("it has no task");
+    if (tasks == 0) throw std::runtime_error("found no task");
     return plan;
 }
 
@@ -146,7 +146,7 @@ std::optional<Division> possible_division(const std::vector<std::string>& argume
     if (command == "bake") {
         if (has_option(arguments, "--refine")) return Division::undivided;
         if (option_number(arguments, "--bounces", 1) == 0) return Division::shading;
-        // Colours are fitted with what bounces, which wants the direct light of the whole scene first.
+        // Fitting colours uses the indirect light, which needs the direct light of the whole scene first.
         return has_value(arguments, "--colours", "fitted") || has_value(arguments, "--evaluator", "dense") ||
                        has_value(arguments, "--evaluator", "rays")
                    ? Division::undivided
@@ -178,17 +178,17 @@ Result<FarmPlan> read_plan(const std::filesystem::path& folder) {
     if (!mapped) return mapped.error();
     try {
         const ordered_json json = ordered_json::parse(mapped->bytes);
-        // Those of other versions may look otherwise: that is told first.
+        // Plans of other versions may have a different structure, so the version is checked first.
         if (const ordered_json& found = json.at("format"); found != format)
             return Error{file.string(),
-                         fmt::format("has format {}; wanted {}",
+                         fmt::format("has format {}; expected {}",
                                      found.is_number() ? found.dump() : found.type_name(), format)};
         if (const std::string version = text_at(json, "version"); version != HAARFIELD_VERSION)
             return Error{file.string(),
-                         fmt::format("is a plan of haarfield {}; this is {}", version, HAARFIELD_VERSION)};
+                         fmt::format("is a plan of haarfield {}; expected {}", version, HAARFIELD_VERSION)};
         return json_plan(json);
     } catch (const std::exception& problem) {
-        return Error{file.string(), fmt::format("is no plan: {}", exception_message(problem))};
+        return Error{file.string(), fmt::format("is not a valid plan: {}", exception_message(problem))};
     }
 }
 
@@ -218,7 +218,8 @@ Result<Done> check_inputs(const PlanJob& job) {
     for (const PlanInput& input : job.inputs) {
         const Result<std::string> hash = file_hash(input.file);
         if (!hash) return hash.error();
-        if (*hash != input.hash) return Error{input.file, "has changed since it was planned; plan it anew"};
+        if (*hash != input.hash)
+            return Error{input.file, "has changed since the plan was made; make a new plan"};
     }
     return Done{};
 }

@@ -27,7 +27,7 @@ bool is_running(const std::filesystem::path& claim) {
             std::filesystem::file_time_type::clock::now() - renewed < std::chrono::seconds(60));
 }
 
-/// The cost of a task whose result passes the check.
+/// Returns the cost of a task whose result passes the check.
 std::optional<TaskCost> checked_cost(const std::filesystem::path& folder, const FarmPlan& plan,
                                      std::size_t task, ResultCheck check) {
     if (check == ResultCheck::length) return part_cost(folder, plan, task);

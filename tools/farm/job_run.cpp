@@ -19,7 +19,7 @@
 namespace haarfield {
 namespace {
 
-/// Parses arguments and gives the command that understands them to `use`.
+/// Parses arguments and passes the parsed command to `use`.
 template <class Use>
 auto with_command(const std::vector<std::string>& arguments, const Use& use)
     -> decltype(use(std::declval<Command&>())) {
@@ -41,7 +41,7 @@ auto with_command(const std::vector<std::string>& arguments, const Use& use)
     return use(*parsed);
 }
 
-/// Runs a job's command, or its share.
+/// Runs the command of a job, or its share of it.
 Result<Done> run_job(const std::vector<std::string>& arguments, TaskShare* share, CommandContext& context) {
     return with_command(arguments, [&](Command& command) -> Result<Done> {
         context.share = share;
@@ -52,14 +52,15 @@ Result<Done> run_job(const std::vector<std::string>& arguments, TaskShare* share
     });
 }
 
-/// The arguments with another folder for the results.
+/// Returns the arguments with another output folder.
 std::vector<std::string> with_output(std::vector<std::string> arguments, const std::string& folder) {
     for (std::size_t i = 0; i + 1 < arguments.size(); ++i)
         if (arguments[i] == "-o") arguments[i + 1] = folder;
     return arguments;
 }
 
-/// A folder for one process, removed afterwards; and those of processes that have ended.
+/// A scratch folder of one process, removed afterwards. The constructor also removes folders of processes
+/// that have ended.
 class ScratchFolder {
 public:
     explicit ScratchFolder(const std::filesystem::path& plan) : path_(plan / "scratch" / process_name()) {
@@ -81,9 +82,9 @@ private:
     std::filesystem::path path_;
 };
 
-/// The entity of a job that makes a field, and which field that is.
+/// The entity and the settings of a job that computes a field.
 struct FieldJob {
-    SceneEntities entities;  // one
+    SceneEntities entities;  // exactly one
     FieldSettings settings;
     FieldKeys keys;
     std::filesystem::path library;
@@ -98,7 +99,7 @@ Result<FieldJob> opened_field_job(const PlanJob& job, const Progress& progress) 
     Result<Scene> scene = opened_scene(options->scene);
     if (!scene) return scene.error();
     if (job.instance >= scene->instances.size())
-        return Error{options->scene.scene, "has fewer instances than when it was planned"};
+        return Error{options->scene.scene, "has fewer instances than when the plan was made"};
     const Instance instance = scene->instances[job.instance];
     scene->instances = {instance};
     scene->keyframes.clear();
@@ -116,7 +117,7 @@ Result<FieldJob> opened_field_job(const PlanJob& job, const Progress& progress) 
     return field;
 }
 
-/// Adds a field to its library; what of it is not known is made.
+/// Adds a field to its library. Samples that are not known are computed.
 Result<Done> add_field(const FieldJob& field, std::span<const SampleRun> known, const Progress& progress) {
     const SceneEntity& entity = field.entity();
     if (Result<Done> made = make_folder(field.library); !made) return made;
@@ -135,7 +136,7 @@ Result<Done> add_field(const FieldJob& field, std::span<const SampleRun> known, 
 
 constexpr const char* in_library = "the library has the field";
 
-/// Appends a part's run of samples; those that say that the library has the field have none.
+/// Appends the samples of a part. A part that states that the library has the field has no samples.
 Result<Done> add_run(const FieldJob& field, const std::vector<Section>& part, std::vector<SampleRun>& runs) {
     if (section_named(part, in_library)) return Done{};
     Result<SampleRun> run = sections_samples(part, field.keys);
@@ -144,9 +145,9 @@ Result<Done> add_run(const FieldJob& field, const std::vector<Section>& part, st
     return Done{};
 }
 
-/// Adds a field to its library if all parts of its job are there. Damaged parts are reported by `join`.
+/// Adds a field to its library if all parts of its job exist. `join` reports damaged parts.
 ///
-/// made  the samples of these parts, which are not published yet.
+/// made  the samples of these tasks' parts, which are not published yet.
 Result<Done> add_finished_field(const FarmPlan& plan, const PlanTasks& tasks, const FieldJob& field,
                                 std::vector<SampleRun> made, const std::filesystem::path& folder,
                                 const Progress& progress) {
@@ -189,7 +190,7 @@ Result<PartSections> done_samples(const FarmPlan& plan, const PlanTasks& tasks,
         made.push_back(sample_sections(*run, field->keys));
         runs.push_back(*std::move(run));
     }
-    // The task that makes the last part joins them, so that the next stage finds the field.
+    // The task that computes the last part joins the field, so that the next stage finds it.
     if (Result<Done> added =
             add_finished_field(plan, tasks, *field, std::move(runs), folder, context.progress);
         !added)
@@ -197,7 +198,7 @@ Result<PartSections> done_samples(const FarmPlan& plan, const PlanTasks& tasks,
     return made;
 }
 
-/// The parts of a job; nothing of those that are not there, or not good.
+/// Returns the parts of a job; empty for missing or damaged parts.
 std::vector<std::vector<Section>> good_parts(const FarmPlan& plan, std::size_t job,
                                              const std::filesystem::path& folder) {
     std::vector<std::vector<Section>> parts(plan.jobs[job].parts);
@@ -232,7 +233,9 @@ Result<Done> check_arguments(const std::vector<std::string>& arguments) {
 Result<Done> enter_plan(const FarmPlan& plan) {
     std::error_code failed;
     std::filesystem::current_path(plan.folder, failed);
-    if (failed) return Error{plan.folder, "the plan was made there: " + failed.message()};
+    if (failed)
+        return Error{plan.folder,
+                     "the plan was made in this folder, which cannot be entered: " + failed.message()};
     return use_instruction_set(plan.instructions);
 }
 
@@ -246,7 +249,7 @@ Result<PartSections> done_tasks(const FarmPlan& plan, const PlanTasks& tasks,
         share.joined = good_parts(plan, job.direct, folder);
         share.parts = share.joined.size();
     }
-    // Nothing of a task that is killed stays among the results.
+    // A killed task leaves nothing among the results.
     const ScratchFolder scratch(folder);
     const std::filesystem::path output = scratch.path() / "results";
     if (Result<Done> made = make_folder(output); !made) return made.error();
@@ -269,14 +272,14 @@ Result<PartSections> done_tasks(const FarmPlan& plan, const PlanTasks& tasks,
 Result<Done> join_job(const FarmPlan& plan, std::size_t number, const std::filesystem::path& folder,
                       CommandContext& context) {
     const PlanJob& job = plan.jobs[number];
-    if (job.division == Division::direct) return Done{};  // the job of its bounces has all
+    if (job.division == Division::direct) return Done{};  // the job of its bounces has the complete result
     const auto part_of = [&](std::size_t part) {
         return read_part(folder, plan, plan.first_task(number) + part);
     };
     if (job.division == Division::samples) {
         const Result<FieldJob> field = opened_field_job(job, context.progress);
         if (!field) return field.error();
-        // Whoever made the last part has put it there.
+        // The process that computed the last part has already added the field.
         if (has_library_field(field->library, field->keys, field->unsealed)) return Done{};
         std::vector<SampleRun> runs;
         for (std::size_t part = 0; part < job.parts; ++part) {

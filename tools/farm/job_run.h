@@ -1,5 +1,5 @@
 #pragma once
-/// The jobs of a plan, done in parts and as wholes.
+/// Runs the jobs of a plan in parts, and joins them.
 
 #include "scenes/scene_entities.h"
 #include "tools/command.h"
@@ -9,29 +9,29 @@
 
 namespace haarfield {
 
-/// What a plan's commands have in common.
+/// The options that all commands of a plan share.
 struct JobOptions {
     SceneOptions scene;
     RenderChoices render;
     std::string output;
 };
 
-/// The options that a command line has of these; it need be no more than understood.
+/// Returns the shared options of a command line; ignores all others.
 ///
-/// errors  what CLI11 says of them.
+/// errors  CLI11's messages.
 Result<JobOptions> job_options(const std::vector<std::string>& arguments);
 
-/// Whether the command would take the arguments.
+/// Checks that a command accepts its arguments.
 ///
-/// errors  what CLI11 says of them; a command that no plan has.
+/// errors  CLI11's messages; a command that plans do not support.
 Result<Done> check_arguments(const std::vector<std::string>& arguments);
 
-/// Goes to the folder where the plan was made, and chooses its instructions.
+/// Changes to the folder in which the plan was made, and selects its vector instructions.
 ///
-/// errors  there is no such folder; instructions that this machine has not.
+/// errors  the folder does not exist; this machine lacks the instructions.
 Result<Done> enter_plan(const FarmPlan& plan);
 
-/// Consecutive tasks of one job, run together.
+/// Consecutive tasks of one job that run together.
 struct PlanTasks {
     std::size_t job = 0, part = 0, count = 1;
 };
@@ -39,19 +39,19 @@ struct PlanTasks {
 /// The results of tasks, by part.
 using PartSections = std::vector<std::vector<Section>>;
 
-/// Runs tasks of one job, which start and prepare the scene once. A missing or damaged result of an earlier
-/// stage is computed again.
+/// Runs tasks of one job, which start and prepare the scene once. Missing or damaged results of an earlier
+/// stage are recomputed.
 ///
-/// tasks   one of a job that is undivided or of bounces.
-/// folder  the plan's.
+/// tasks   a single task if the job is undivided or of bounces.
+/// folder  the plan's folder.
 /// errors  those of the command.
 Result<PartSections> done_tasks(const FarmPlan& plan, const PlanTasks& tasks,
                                 const std::filesystem::path& folder, CommandContext& context);
 
-/// Puts together what the parts of a job have.
+/// Joins the parts of a job.
 ///
-/// folder  the plan's.
-/// errors  those of the command; a part that is not good.
+/// folder  the plan's folder.
+/// errors  those of the command; a missing or damaged part.
 Result<Done> join_job(const FarmPlan& plan, std::size_t job, const std::filesystem::path& folder,
                       CommandContext& context);
 

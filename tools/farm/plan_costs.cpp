@@ -9,7 +9,7 @@
 namespace haarfield {
 namespace {
 
-// Of one core of an AMD EPYC (Zen 4), rounded. [s]
+// Measured on one core of an AMD EPYC (Zen 4), rounded. [s]
 constexpr double a_sample = 40e-6, a_vertex = 40e-6, a_vertex_by_fields = 12e-6, a_bounced_vertex = 20e-6,
                  a_dense_vertex = 2e-3, a_ray_sample = 0.3e-6, a_fitted_vertex = 150e-6,
                  a_transfer_vertex = 15e-6, a_frame_vertex = 0.2e-6, a_frame_pixel = 0.3e-6,
@@ -20,7 +20,7 @@ constexpr double a_sample = 40e-6, a_vertex = 40e-6, a_vertex_by_fields = 12e-6,
 constexpr double program_bytes = 300e6, sample_bytes = 3e3, fine_vertex_bytes = 300, shaded_vertex_bytes = 24,
                  bounced_vertex_bytes = 300, transfer_vertex_bytes = 2e3, pixel_bytes = 200;
 
-/// Vertices of an entity's fine mesh; those of a large file are more than are asked for.
+/// Returns the vertices of an entity's fine mesh. A large file has more than the scene requests.
 double vertices_of(const Entity& entity) {
     constexpr double bytes_a_vertex = 100;
     std::error_code unknown;
@@ -28,7 +28,7 @@ double vertices_of(const Entity& entity) {
     return std::max(double(entity.fine_vertices), unknown ? 0.0 : double(bytes) / bytes_a_vertex);
 }
 
-/// Those of which there are instances.
+/// Returns the entities that have instances.
 std::set<std::size_t> entities_of(const Scene& scene) {
     std::set<std::size_t> entities;
     for (const Instance& instance : scene.instances) entities.insert(instance.entity);
@@ -41,12 +41,12 @@ double all_vertices(const Scene& scene) {
     return sum;
 }
 
-/// Samples of an entity's field.
+/// Returns the number of samples of an entity's field.
 double samples_of(const Entity& entity) {
     return vertices_of(entity) + entity.planar_samples + entity.spherical_samples;
 }
 
-/// Reading meshes, and what else any command does first.
+/// Returns the time to start and to read the meshes, which every command spends.
 double reading_of(const Scene& scene) {
     double reading = at_least;
     for (const std::size_t entity : entities_of(scene)) {
@@ -57,7 +57,7 @@ double reading_of(const Scene& scene) {
     return reading;
 }
 
-/// What comes before a vertex is shaded: reading and preparing meshes and their fields.
+/// Returns the time before shading: reading and preparing meshes and their fields.
 double setup_of(const Scene& scene) {
     double setup = reading_of(scene);
     for (const std::size_t entity : entities_of(scene))
@@ -70,7 +70,8 @@ double pixels_of(const Scene& scene) {
     return double(scene.camera.width) * double(scene.camera.height);
 }
 
-/// Memory of meshes and fields, which every task reads whole, and of so much for each vertex of an instance.
+/// Returns the memory of meshes and fields, which every task reads completely, plus vertex_bytes per vertex
+/// of each instance.
 double scene_bytes(const Scene& scene, double vertex_bytes) {
     double bytes = program_bytes + pixel_bytes * pixels_of(scene) + vertex_bytes * all_vertices(scene);
     for (const std::size_t entity : entities_of(scene))
@@ -123,7 +124,7 @@ JobCost field_cost(const Scene& scene, std::size_t instance) {
     Scene alone;
     alone.entities = {entity};
     alone.instances = {{"", 0, {}}};
-    // The task that makes the last part joins them all.
+    // The task that computes the last part also joins all parts.
     return {reading_of(alone) + a_prepared_vertex * vertices_of(entity), a_sample * samples_of(entity),
             scene_bytes(alone, 0)};
 }

@@ -13,14 +13,14 @@ std::string quoted(const std::string& text) {
     return result + "'";
 }
 
-/// A path in a pattern of sbatch, where % has a meaning.
+/// Escapes a path for the file patterns of sbatch, in which % is special.
 std::string without_patterns(const std::string& path) {
     std::string result;
     for (const char c : path) result += c == '%' ? std::string("%%") : std::string(1, c);
     return result;
 }
 
-/// The head that all scripts share.
+/// Returns the beginning that all scripts share.
 std::string script_start(const FarmPlan& plan, const ScriptPaths& paths, std::string_view description) {
     return fmt::format("#!/bin/sh\n{}set -eu\nprogram={}\nplan={}\nthreads={}\n", description,
                        quoted(paths.program), quoted(paths.plan), plan.threads);
@@ -64,7 +64,7 @@ limit() {
 }
 array=$(limit MaxArraySize 1001)
 [ "$array" -gt 0 ] || fail "this Slurm has no job arrays (MaxArraySize is 0)"
-# A tenth of what is free in the queue stays free, and a place for the join.
+# A tenth of the free places in the queue stays free, and one for the join.
 queued=$(squeue --noheader --array --format=%i 2>/dev/null | wc -l)
 jobs=$((($(limit MaxJobCount 10000) - queued) * 9 / 10 - 1))
 [ -z "$most_jobs" ] || [ "$most_jobs" -gt "$jobs" ] || jobs=$((most_jobs - 1))

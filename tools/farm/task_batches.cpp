@@ -9,14 +9,16 @@
 namespace haarfield {
 namespace {
 
-/// Estimates of time are right to a factor of two, those of memory less so; a slow node needs as much again.
+/// Returns limits with margins: estimated times are right to a factor of two, memory less so, and slow nodes
+/// need twice the time.
 JobLimits limits_of(double seconds, double bytes) {
     constexpr double time_margin = 4, least_seconds = 600, memory_margin = 2, most = 1e9;
     return {static_cast<int>(std::min(most, std::ceil((time_margin * seconds + least_seconds) / 60))),
             static_cast<int>(std::min(most, std::ceil(memory_margin * bytes / 1e6)))};
 }
 
-/// The memory of a task of each job: the most that one needed, or the estimate if none is done. [bytes]
+/// Returns the memory per task of each job: the largest measured one, or the estimate if no task is done.
+/// [bytes]
 std::vector<double> job_bytes(const FarmPlan& plan, const std::vector<TaskStatus>& states) {
     std::vector<double> bytes;
     std::size_t task = 0;
@@ -54,7 +56,7 @@ Result<std::vector<TaskBatch>> task_batches(const FarmPlan& plan, const std::vec
                                             std::size_t least, std::size_t most) {
     const StageTasks stages = tasks_to_run(plan, states);
     if (const std::size_t fewest = batch_count(stages, plan.task_count()); fewest > most)
-        return Error{"", fmt::format("is {}; the plan has {} stages to run", most, fewest)};
+        return Error{"", fmt::format("is {}; expected at least {}, one for each stage to run", most, fewest)};
     std::size_t size = least;
     while (batch_count(stages, size) > most) ++size;
     const std::vector<double> seconds = task_seconds(plan, states), bytes = job_bytes(plan, states);

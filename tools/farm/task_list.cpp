@@ -48,9 +48,10 @@ Result<std::vector<std::size_t>> listed_tasks(std::string_view text, std::size_t
         if (last < first)
             return Error{"", fmt::format("is {}-{}; expected the smaller number first", first, last)};
         if (last >= count)
-            return Error{"", fmt::format("is {}; the plan has tasks 0 to {}", last, count - 1)};
+            return Error{"",
+                         fmt::format("is {}; expected at most {}, the plan's last task", last, count - 1)};
         for (std::size_t task = first; task <= last; ++task) tasks.push_back(task);
-        // Overlapping ranges must not add up to more than the plan.
+        // Overlapping ranges must not use more memory than the plan.
         if (tasks.size() > 2 * count) {
             std::ranges::sort(tasks);
             tasks.erase(std::unique(tasks.begin(), tasks.end()), tasks.end());

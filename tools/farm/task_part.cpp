@@ -17,7 +17,7 @@ using nlohmann::ordered_json;
 
 constexpr std::string_view file_prefix = "file ";
 
-/// A number, or 0 if there is none of that kind.
+/// Returns a non-negative number, or 0 if the key has none.
 double seconds_in(const ordered_json& json, const char* key) {
     const auto found = json.find(key);
     return found != json.end() && found->is_number() ? std::max(0.0, found->get<double>()) : 0;
@@ -28,7 +28,7 @@ bool is_at(const ordered_json& json, const char* key, const ordered_json& wanted
     return found != json.end() && *found == wanted;
 }
 
-/// The cost, if the section is the head of that task's part.
+/// Returns the cost if the section is the head of this task's part.
 std::optional<TaskCost> head_cost(const Section& head, const FarmPlan& plan, std::size_t task) {
     const ordered_json json = ordered_json::parse(head.bytes, nullptr, /*allow_exceptions=*/false);
     if (head.name != "task" || !json.is_object() || !is_at(json, "plan", plan.id) ||
@@ -72,7 +72,7 @@ Result<TaskPart> read_part(const std::filesystem::path& folder, const FarmPlan& 
     if (!sections) return sections.error();
     const std::optional<TaskCost> cost =
         sections->empty() ? std::nullopt : head_cost(sections->front(), plan, task);
-    if (!cost) return Error{file.string(), "is the result of another plan's task, or of another task"};
+    if (!cost) return Error{file.string(), "is the result of another task or another plan"};
     sections->erase(sections->begin());
     return TaskPart{*cost, *std::move(sections)};
 }
@@ -96,7 +96,7 @@ TaskCost process_cost(double seconds) {
     }
     std::array<char, 256> host{};
     gethostname(host.data(), host.size() - 1);
-    // Nodes that share a machine have names of their own.
+    // Several Slurm nodes can run on one machine.
     const char* const node = std::getenv("SLURMD_NODENAME");
     cost.host = node ? node : host.data();
     return cost;
@@ -126,7 +126,7 @@ Result<Done> write_file_sections(const std::vector<Section>& sections, const std
         const std::filesystem::path name =
             std::filesystem::path(section.name.substr(file_prefix.size())).lexically_normal();
         if (name.empty() || name.is_absolute() || *name.begin() == "..")
-            return Error{section.name, "leads out of the folder of results"};
+            return Error{section.name, "is outside of the results folder; expected a path below it"};
         const std::filesystem::path file = folder / name;
         if (Result<Done> made = make_folder(file.parent_path()); !made) return made;
         if (Result<Done> written = write_file(file, section.bytes); !written) return written;

@@ -1,5 +1,5 @@
 #pragma once
-/// Results of tasks in a plan's folder.
+/// Stores results of tasks in a plan's folder.
 
 #include "fields/file/section_file.h"
 #include "tools/farm/farm_plan.h"
@@ -8,10 +8,11 @@
 
 namespace haarfield {
 
-/// What a task took.
+/// The cost of a task.
 struct TaskCost {
-    double seconds = 0, cpu_seconds = 0;  ///< Of the clock; of all threads and of programs that it ran. [s]
-    std::uint64_t peak_bytes = 0;         ///< The most memory that the process had.
+    /// Wall time; processor time of all threads and child processes. [s]
+    double seconds = 0, cpu_seconds = 0;
+    std::uint64_t peak_bytes = 0;  ///< Peak memory of the process.
     std::string host;
 };
 
@@ -21,30 +22,30 @@ struct TaskPart {
     std::vector<Section> sections;
 };
 
-/// Publishes a task's result, whole.
+/// Writes a task's result atomically.
 Result<Done> write_part(const std::filesystem::path& folder, const FarmPlan& plan, std::size_t task,
                         const TaskPart& part);
 
-/// Reads it.
+/// Reads a task's result.
 ///
-/// errors  there is none; it is damaged, or of another plan or task.
+/// errors  the file does not exist, is damaged, or belongs to another plan or task.
 Result<TaskPart> read_part(const std::filesystem::path& folder, const FarmPlan& plan, std::size_t task);
 
-/// What it took, if there is one of the right length; its checksum is not read.
+/// Returns the cost of a task if its result has the right length. Does not verify the checksum.
 std::optional<TaskCost> part_cost(const std::filesystem::path& folder, const FarmPlan& plan,
                                   std::size_t task);
 
-/// The processor's time and the most memory that this process has used, with programs that it ran.
+/// Returns the processor time and peak memory of this process and its child processes.
 ///
-/// seconds  of the clock.
+/// seconds  wall time.
 TaskCost process_cost(double seconds);
 
-/// The files below a folder as sections `file NAME`.
+/// Returns the files below a folder as sections `file NAME`.
 Result<std::vector<Section>> file_sections(const std::filesystem::path& folder);
 
-/// The inverse: writes them below another folder. Other sections are left out.
+/// Writes the sections of file_sections below another folder; skips other sections.
 ///
-/// errors  what the system says; a name that leads elsewhere.
+/// errors  I/O errors; a name that leads outside of the folder.
 Result<Done> write_file_sections(const std::vector<Section>& sections, const std::filesystem::path& folder);
 
 }  // namespace haarfield

@@ -15,7 +15,7 @@ std::string bytes_of(std::span<const T> values) {
     return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
 }
 
-/// Fills in a section's values; false if it is missing or of another size.
+/// Copies a section's values; returns false if the section is missing or has another size.
 template <class T>
 bool take_values(const std::vector<Section>& sections, const std::string& name, std::span<T> values) {
     const std::string* const bytes = section_named(sections, name);
@@ -25,16 +25,17 @@ bool take_values(const std::vector<Section>& sections, const std::string& name, 
 }
 
 Error wrong_part(std::size_t part, const std::string& section) {
-    return {fmt::format("part {}", part), fmt::format("its {} are not there, or of another number", section)};
+    return {fmt::format("part {}", part),
+            fmt::format("its {} are missing or have an unexpected number", section)};
 }
 
-/// Which strip a part is: the set of lights, and rows counted from 0, the last not with them.
+/// A strip of the reference: its set of lights, and its rows, excluding last_row.
 struct Strip {
     std::size_t set = 0;
     int first_row = 0, last_row = 0;
 };
 
-/// The first half of the parts is of the first set.
+/// Returns the strip of a part. The first half of the parts belongs to the first set.
 Strip strip_of(std::size_t part, std::size_t parts, int height) {
     const std::size_t of_set = parts / 2, strip = part % of_set,
                       units = static_cast<std::size_t>((height + strip_unit - 1) / strip_unit);
@@ -62,7 +63,7 @@ Result<ReferencePicture> rendered_strips(const ReferenceFiles& scene, const Povr
                                          const Progress& progress, TaskShare& share) {
     for (std::size_t k = 0; k < share.count;) {
         const Strip first = strip_of(share.part + k, share.parts, options.height);
-        std::vector<Strip> strips;  // of one set of lights: one call of POV-Ray
+        std::vector<Strip> strips;  // of one set of lights: one run of POV-Ray
         for (; k < share.count; ++k) {
             const Strip strip = strip_of(share.part + k, share.parts, options.height);
             if (strip.set != first.set) break;
@@ -75,7 +76,8 @@ Result<ReferencePicture> rendered_strips(const ReferenceFiles& scene, const Povr
         if (!half) return half.error();
         Image& image = half->image;
         if (image.width != options.width || image.height != options.height || image.coverage.empty())
-            return Error{scene.scene.string(), "POV-Ray made a picture of another kind than was asked for"};
+            return Error{scene.scene.string(),
+                         "POV-Ray wrote a picture of an unexpected size or without alpha"};
         for (std::size_t i = 0; i < strips.size(); ++i) {
             std::vector<Section>& made = share.made[k - strips.size() + i];
             made.push_back({"pixels", bytes_of<Rgb>(rows_of(image, strips[i]))});

@@ -15,25 +15,25 @@ std::string wanted_text(const std::vector<py::ssize_t>& shape) {
     return fmt::format("({}{})", text, shape.size() == 1 ? "," : "");
 }
 
-/// As an array of the shape, of whatever type.
+/// Returns an array of the given shape, of any element type.
 ///
-/// kinds  of numpy's types that will do.
+/// kinds  accepted kinds of numpy's types.
 py::array shaped(const py::handle& numbers, const std::string& name, const std::vector<py::ssize_t>& shape,
                  const char* kinds, const char* wanted) {
     const auto array = py::array::ensure(numbers);
     if (!array) {
         PyErr_Clear();
-        throw py::type_error(fmt::format("{} is no array; wanted {}", name, wanted));
+        throw py::type_error(fmt::format("{} is not an array; expected {}", name, wanted));
     }
     if (array.size() > 0 && std::string_view(kinds).find(array.dtype().kind()) == std::string_view::npos)
-        throw py::type_error(fmt::format("{} has elements of type {}; wanted {}", name,
+        throw py::type_error(fmt::format("{} has elements of type {}; expected {}", name,
                                          py::str(array.dtype()).cast<std::string>(), wanted));
     bool fits = array.ndim() == static_cast<py::ssize_t>(shape.size());
     for (std::size_t i = 0; fits && i < shape.size(); ++i)
         fits = shape[i] == any_length || array.shape(py::ssize_t(i)) == shape[i];
     if (!fits)
         throw py::value_error(
-            fmt::format("{} is of shape {}; wanted {}", name, shape_text(array), wanted_text(shape)));
+            fmt::format("{} has the shape {}; expected {}", name, shape_text(array), wanted_text(shape)));
     return array;
 }
 
@@ -54,7 +54,7 @@ FloatArray floats(const py::handle& numbers, const std::string& name, const std:
             for (const py::handle& index : place)
                 text += (text.empty() ? "" : ", ") + py::str(index).cast<std::string>();
             throw py::value_error(
-                fmt::format("{}[{}] is {}; wanted a finite number", name, text, array.data()[i]));
+                fmt::format("{}[{}] is {}; expected a finite number", name, text, array.data()[i]));
         }
     return array;
 }
@@ -70,8 +70,8 @@ py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast> indices(
     for (py::ssize_t i = 0; i < wide.size(); ++i) {
         const std::int64_t index = wide.data()[i];
         if (index < 0 || static_cast<std::uint64_t>(index) >= end)
-            throw py::value_error(fmt::format("{} has {}; wanted whole numbers from 0 to {}", name, index,
-                                              static_cast<std::int64_t>(end) - 1));
+            throw py::value_error(fmt::format("{} contains {}; expected whole numbers from 0 to {}", name,
+                                              index, static_cast<std::int64_t>(end) - 1));
         result.mutable_data()[i] = static_cast<std::uint32_t>(index);
     }
     return result;

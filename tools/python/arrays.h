@@ -1,5 +1,5 @@
 #pragma once
-/// numpy's arrays: views of haarfield's memory, and what is taken from them.
+/// numpy arrays: views of haarfield's memory, and conversion of arguments.
 
 #include "fields/base/vector.h"
 
@@ -17,24 +17,25 @@ namespace haarfield::python {
 
 namespace py = pybind11;
 
-/// Floats, row by row.
+/// An array of floats in row-major order.
 using FloatArray = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
 inline constexpr py::ssize_t any_length = -1;
 
-/// Real numbers of a shape, as floats; a copy only if they are no such floats yet.
+/// Returns real numbers of a given shape as floats. Copies only if the elements are not such floats.
 ///
-/// name    what messages call it.
-/// shape   any_length where any length will do, which the array's own text names N.
-/// raises  TypeError for what is no array of numbers; ValueError for another shape, NaN or infinity.
+/// name    the argument's name in messages.
+/// shape   any_length accepts any length; messages call it N.
+/// raises  TypeError if the argument is not an array of numbers; ValueError for another shape, NaN or
+///         infinity.
 FloatArray floats(const py::handle& numbers, const std::string& name, const std::vector<py::ssize_t>& shape);
 
-/// The same of whole numbers from 0 up to, not including, `end`.
+/// Returns whole numbers from 0 up to but excluding `end`; otherwise like floats().
 py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast> indices(
     const py::handle& numbers, const std::string& name, const std::vector<py::ssize_t>& shape,
     std::uint64_t end);
 
-/// Vectors of floats, from an array of (N, dimensions of Vector).
+/// Returns float vectors from an array of shape (N, dimensions of Vector).
 template <class Vector>
 std::vector<Vector> vectors(const py::handle& numbers, const std::string& name,
                             py::ssize_t length = any_length) {
@@ -47,10 +48,10 @@ std::vector<Vector> vectors(const py::handle& numbers, const std::string& name,
     return result;
 }
 
-/// One of them.
+/// Returns a single vector.
 Vec3f vector(const py::handle& numbers, const std::string& name);
 
-/// The shape that arrays of a kind of element have beside their length.
+/// The shape of an element in arrays.
 template <class Element>
 struct ElementShape {
     using Number = Element;
@@ -77,10 +78,10 @@ struct ElementShape<std::array<Number_, n>> {
     static constexpr std::array<py::ssize_t, 1> shape{py::ssize_t(n)};
 };
 
-/// An array of elements where they lie.
+/// Returns an array that refers to existing elements.
 ///
-/// owner  keeps the elements in their place; the array keeps it.
-/// shape  in place of the number of elements, if not empty.
+/// owner  keeps the elements alive; the array holds a reference to it.
+/// shape  replaces the number of elements, if not empty.
 template <class Element>
 py::array array_at(std::span<const Element> elements, std::shared_ptr<const void> owner,
                    std::vector<py::ssize_t> shape) {
@@ -93,7 +94,7 @@ py::array array_at(std::span<const Element> elements, std::shared_ptr<const void
             reinterpret_cast<const typename Shape::Number*>(elements.data()), base};
 }
 
-/// The same, not to be written to.
+/// Returns a read-only array that refers to existing elements.
 template <class Element>
 py::array view_of(std::span<const Element> elements, std::shared_ptr<const void> owner,
                   std::vector<py::ssize_t> shape = {}) {
@@ -102,14 +103,14 @@ py::array view_of(std::span<const Element> elements, std::shared_ptr<const void>
     return array;
 }
 
-/// An array that takes the elements over.
+/// Returns an array that owns the elements.
 template <class Element>
 py::array array_of(std::vector<Element> elements, std::vector<py::ssize_t> shape = {}) {
     const auto owner = std::make_shared<const std::vector<Element>>(std::move(elements));
     return array_at<Element>(*owner, owner, std::move(shape));
 }
 
-/// `(2, 3)`
+/// Returns a shape as text: `(2, 3)`
 std::string shape_text(const py::array& array);
 
 }  // namespace haarfield::python

@@ -32,16 +32,16 @@ constexpr auto measuring = {OptionSet::occlusion, OptionSet::lighting, OptionSet
 struct Bake {
     std::shared_ptr<const PreparedScene> prepared;
     BakedScene baked;
-    std::optional<OriginalBake> original;  ///< If it was asked for.
-    double seconds = 0;                    ///< Of shading.
+    std::optional<OriginalBake> original;  ///< Present if original_vertices was requested.
+    double seconds = 0;                    ///< Shading time.
 
-    /// As files of meshes have them; POV-Ray is shown those of `baked`.
+    /// The instances for mesh files. POV-Ray files use those of `baked`.
     std::span<const BakedInstance> instances() const {
         return original ? original->instances : baked.instances;
     }
 };
 
-/// One of a bake's instances.
+/// An instance of a bake.
 struct BakedMesh {
     std::shared_ptr<const Bake> bake;
     std::size_t number;
@@ -79,10 +79,10 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const py::object& progress, const
     if (original_vertices) {
         made->original = original_bake(*prepared.entities, made->baked.instances, false);
         if (made->original->unvalued > 0)
-            warn(
-                {fmt::format("{} of the files' {} vertices have no light, and radiance 0: no triangle with "
-                             "an area is at them",
-                             made->original->unvalued, made->original->vertices)});
+            warn({fmt::format(
+                "{} of the files' {} vertices belong to no triangle with an area and get radiance "
+                "0",
+                made->original->unvalued, made->original->vertices)});
     }
     return made;
 }
@@ -96,14 +96,14 @@ std::size_t vertices_of(const Bake& bake) {
 BakedMesh mesh_named(const std::shared_ptr<Bake>& bake, const std::string& name) {
     const std::span<const BakedInstance> instances = bake->instances();
     const auto found = std::ranges::find(instances, name, &BakedInstance::name);
-    if (found == instances.end()) throw py::key_error("there is no instance \"" + name + "\"");
+    if (found == instances.end()) throw py::key_error("unknown instance \"" + name + "\"");
     return {bake, static_cast<std::size_t>(found - instances.begin())};
 }
 
 BakedMesh mesh_numbered(const std::shared_ptr<Bake>& bake, std::ptrdiff_t number) {
     const auto count = static_cast<std::ptrdiff_t>(bake->instances().size());
     if (number < -count || number >= count)
-        throw py::index_error(fmt::format("instance {} of {}", number, count));
+        throw py::index_error(fmt::format("instance {}; expected less than {}", number, count));
     return {bake, static_cast<std::size_t>(number < 0 ? number + count : number)};
 }
 
@@ -132,7 +132,7 @@ Result<Done> write_mesh(const Bake& bake, const MeshFormat& format, const std::f
         file, original_bake(*bake.prepared->entities, bake.baked.instances, /*with_images=*/true).textured);
 }
 
-/// Draws what POV-Ray would, without it.
+/// Renders the picture like POV-Ray, without POV-Ray.
 py::array picture_of(const Bake& bake) {
     const PreparedScene& prepared = *bake.prepared;
     const auto image = std::make_shared<const Image>(long_call<Image>(py::none(), [&](const Progress&) {
@@ -147,7 +147,7 @@ py::array picture_of(const Bake& bake) {
 py::tuple rendered(const Bake& bake, const std::filesystem::path& folder, int antialiasing,
                    const py::object& progress) {
     if (!(antialiasing >= 0 && antialiasing <= 9))
-        throw py::value_error(fmt::format("antialiasing is {}; wanted 0 to 9", antialiasing));
+        throw py::value_error(fmt::format("antialiasing is {}; expected 0 to 9", antialiasing));
     const auto scene = write_povray(bake, folder, "")["scene"].cast<std::filesystem::path>();
     const PovrayOptions options = picture_options(bake.prepared->scene.camera, antialiasing);
     auto picture = long_call<RenderedScene>(progress, [&](const Progress& watched) {
@@ -157,7 +157,7 @@ py::tuple rendered(const Bake& bake, const std::filesystem::path& folder, int an
     return py::make_tuple(pixels_of(image), coverage_of(image));
 }
 
-/// The radiance that is seen at each vertex; without a copy where there are no textures.
+/// Returns the displayed radiance of each vertex; a view if there are no textures.
 py::array seen(const BakedMesh& self) {
     const BakedInstance& instance = self.instance();
     if (instance.surfaces.empty()) return self.view(instance.radiance);
@@ -205,9 +205,8 @@ py::list budget(PythonScene& scene, std::size_t points, const py::object& progre
 void add_baked_mesh(py::module_& module) {
     py::class_<BakedMesh> mesh(
         module, "BakedMesh",
-        "One instance of a bake: its mesh, where it stands, and what its vertices emit.\n\n"
-        "Arrays are views of the bake's own memory, without copies, and can not be "
-        "written to.");
+        "An instance of a bake: its mesh, its placement and the radiance of its vertices.\n\n"
+        "Arrays are read-only views of the bake's memory, without copies.");
     mesh.def_property_readonly(
         "name", [](const BakedMesh& self) { return self.instance().name; }, "The instance's name.");
     mesh.def_property_readonly(
@@ -219,21 +218,22 @@ void add_baked_mesh(py::module_& module) {
     mesh.def_property_readonly(
         "triangles",
         [](const BakedMesh& self) { return self.view<std::array<std::uint32_t, 3>>(self.mesh().triangles); },
-        "(M, 3), counter-clockwise seen from outside; of original_vertices the file's faces, cut.");
+        "(M, 3), counter-clockwise seen from outside. With original_vertices: the file's faces, "
+        "triangulated.");
     mesh.def_property_readonly(
         "original_vertices",
         [](const BakedMesh& self) -> py::object {
             if (self.mesh().original_vertices.empty()) return py::none();
             return self.view<std::int32_t>(self.mesh().original_vertices);
         },
-        "(N,), which of the vertices of its file each is, -1: none; None where that is not known.");
+        "(N,): the vertex number in the model file, or -1 for added vertices. None if unknown.");
     mesh.def_property_readonly(
         "uvs",
         [](const BakedMesh& self) -> py::object {
             if (self.mesh().uvs.empty()) return py::none();
             return self.view<Vec2f>(self.mesh().uvs);
         },
-        "(N, 2), or None where no image is used.");
+        "(N, 2), or None if no image is used.");
     mesh.def_property_readonly(
         "materials", [](const BakedMesh& self) { return self.mesh().material_names; },
         "The names of the mesh's materials.");
@@ -243,23 +243,23 @@ void add_baked_mesh(py::module_& module) {
         "(N,) indices of materials.");
     mesh.def_property_readonly(
         "matrix", [](const BakedMesh& self) { return matrix_of(self.instance().placement); },
-        "(4, 4), from the object's frame to the world; stands before columns.");
+        "(4, 4), from the object's frame to the world; multiplies column vectors.");
     mesh.def_property_readonly(
         "radiance", &seen,
-        "(N, 3), outgoing and linear, W/(m^2 sr): what `haarfield bake` writes into a PLY.");
+        "(N, 3), outgoing and linear, W/(m^2 sr), as `haarfield bake` writes it into PLY files.");
     mesh.def_property_readonly(
         "under", [](const BakedMesh& self) { return self.view(self.instance().radiance); },
-        "(N, 3), what the images of the materials multiply; the radiance itself where there are none.");
+        "(N, 3): the light that the materials' images multiply. Without images, the radiance itself.");
     mesh.def_property_readonly(
         "over",
         [](const BakedMesh& self) -> py::object {
             if (self.instance().over.empty()) return py::none();
             return self.view(self.instance().over);
         },
-        "(N, 3), highlights that lie over images; None where there are none.");
+        "(N, 3): specular radiance that is added to textured light; None if there is none.");
     mesh.def_property_readonly(
         "passes", &passes_of,
-        "The passes that were asked for, by name with _ for -: (N, 3), of occlusion (N,).");
+        "The requested passes by name, with _ instead of -: (N, 3), or (N,) for occlusion.");
     mesh.def("__len__", [](const BakedMesh& self) { return self.mesh().positions.size(); });
     mesh.def("__repr__", [](const BakedMesh& self) {
         return fmt::format("<haarfield.BakedMesh \"{}\" of {} vertices>", self.instance().name,
@@ -272,7 +272,7 @@ void add_baked_mesh(py::module_& module) {
 void add_bake(py::module_& module, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene) {
     add_baked_mesh(module);
     py::class_<Bake, std::shared_ptr<Bake>> made(
-        module, "Bake", "A scene, shaded: bake[\"chair_1\"] or bake[0] is one of its instances.");
+        module, "Bake", "A shaded scene. bake[\"chair_1\"] and bake[0] are instances.");
     made.def("__len__", [](const Bake& self) { return self.baked.instances.size(); });
     made.def("__getitem__", &mesh_named, py::arg("name"));
     made.def("__getitem__", &mesh_numbered, py::arg("number"));
@@ -288,14 +288,14 @@ void add_bake(py::module_& module, py::class_<PythonScene, std::shared_ptr<Pytho
             for (const BakedInstance& instance : self.instances()) names.push_back(instance.name);
             return names;
         },
-        "The names of the instances, in order: dict(bake) has them all.");
+        "The names of the instances, in order. dict(bake) has all instances.");
     made.def("__repr__", [](const Bake& self) {
         return fmt::format("<haarfield.Bake of {} vertices in {} instances>", vertices_of(self),
                            self.baked.instances.size());
     });
-    made.def_property_readonly("vertices", &vertices_of, "Of all instances together.");
+    made.def_property_readonly("vertices", &vertices_of, "The number of vertices of all instances.");
     made.def_property_readonly(
-        "seconds", [](const Bake& self) { return self.seconds; }, "That shading took.");
+        "seconds", [](const Bake& self) { return self.seconds; }, "The shading time.");
     made.def("write_povray", &write_povray, py::arg("folder"), py::arg("name") = "",
              R"(Writes NAME.pov and one include for each instance.
 
@@ -311,7 +311,7 @@ returns  a dict: scene, includes, objects (what each include declares), images.)
     made.def(
         "render", &rendered, py::arg("folder"), py::arg("antialiasing") = 3, py::arg("progress") = py::none(),
         "Writes the POV-Ray scene and renders it: baked.exr and baked.png in the folder.\n\n"
-        "returns  the objects' radiance (height, width, 3) and coverage (height, width), as read_image.");
+        "returns  the objects' radiance (height, width, 3) and coverage (height, width), like read_image.");
     made.def("picture", &picture_of,
              "(height, width, 3): a quick picture with its background, drawn without POV-Ray.");
     py::options undocumented;

@@ -12,7 +12,7 @@ namespace haarfield::python {
 
 namespace {
 
-/// A field, wherever it lives.
+/// A field, regardless of its owner.
 struct PythonField {
     std::shared_ptr<const VisibilityField> field;
 
@@ -72,21 +72,21 @@ py::dict spherical_of(const PythonField& self) {
 CubemapTree cubemap_of(const VisibilityField& field, std::int64_t handle) {
     const QuadtreePool& pool = field.pool;
     if (handle < 0 || static_cast<std::uint64_t>(handle) >= pool.cubemaps.size())
-        throw py::index_error(fmt::format("handle {} of {} cubemaps", handle, pool.cubemaps.size()));
+        throw py::index_error(fmt::format("handle {}; expected less than {}", handle, pool.cubemaps.size()));
     CubemapTree tree;
     for (std::size_t face = 0; face < cubemap_faces; ++face)
         unpack_face(pool, pool.cubemaps[static_cast<std::size_t>(handle)][face], tree.faces[face]);
     return tree;
 }
 
-/// The handles and the place among the samples.
+/// Returns the handles of a sampler, and the interpolation at a point.
 std::pair<const std::vector<std::int32_t>*, Interpolation> looked_up(const VisibilityField& field,
                                                                      const py::object& point,
                                                                      const std::string& sampler) {
     const Vec3f place = vector(point, "point");
     if (sampler == "planar") return {&field.planar_handles, field.planar.interpolation(place)};
     if (sampler == "spherical") return {&field.spherical_handles, field.spherical.interpolation(place)};
-    throw py::value_error(fmt::format("sampler is \"{}\"; wanted \"planar\" or \"spherical\"", sampler));
+    throw py::value_error(fmt::format("sampler is \"{}\"; expected \"planar\" or \"spherical\"", sampler));
 }
 
 PythonTree tree_at(const PythonField& self, const py::object& point, const std::string& sampler) {
@@ -119,7 +119,7 @@ PythonField field_of(PythonScene& scene, const std::string& entity, const py::ob
     }
     std::string known;
     for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
-    throw py::key_error(fmt::format("there is no field of \"{}\"; there are: {}", entity, known));
+    throw py::key_error(fmt::format("unknown entity \"{}\"; expected one of: {}", entity, known));
 }
 
 }  // namespace
@@ -127,10 +127,10 @@ PythonField field_of(PythonScene& scene, const std::string& entity, const py::ob
 void add_field(py::module_& module, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene) {
     py::class_<PythonField> field(
         module, "Field",
-        R"(What can be seen past one entity: cubemaps of visibility, as quadtrees of Haar wavelets.
+        R"(The precomputed visibility around one entity: cubemaps as quadtrees of Haar wavelets.
 
-Visibility is 1 where a direction is open and 0 where the entity blocks it. A handle is the number of a cubemap;
-equal cubemaps are stored once. Points are in the entity's frame, metres.)");
+Visibility is 1 where a direction is unoccluded and 0 where the entity blocks it. A handle is the index of a cubemap;
+equal cubemaps are stored once. Points are in the entity's frame, in metres.)");
     field.def_property_readonly(
         "entity", [](const PythonField& self) { return self.field->entity; }, "The entity's name.");
     field.def_property_readonly(
@@ -144,30 +144,30 @@ equal cubemaps are stored once. Points are in the entity's frame, metres.)");
         [](const PythonField& self) {
             return py::make_tuple(tuple_of(self.field->bounds.lower), tuple_of(self.field->bounds.upper));
         },
-        "Two corners of the box round the mesh, metres.");
+        "Two corners of the mesh's bounding box, in metres.");
     field.def_property_readonly("planar", &planar_of,
                                 "The samples on the ground, on rings: a dict of centre, rings, angles, "
                                 "outer_radius, growth,\npositions (n, 3), handles (n,), error.");
     field.def_property_readonly(
         "spherical", &spherical_of,
-        "The samples round about, on shells: a dict of centre, shells, polar, azimuths, "
+        "The samples around the entity, on shells: a dict of centre, shells, polar, azimuths, "
         "outer_radius,\ngrowth, positions (n, 3), handles (n,), error.");
     field.def_property_readonly(
         "local_handles", [](const PythonField& self) { return self.view(self.field->local_handles); },
-        "(n,), what each vertex of the fine mesh sees past its own object.");
+        "(n,): the visibility at each vertex of the fine mesh, as occluded by its own object.");
     field.def_property_readonly(
         "cubemaps", [](const PythonField& self) { return self.field->pool.cubemaps.size(); },
-        "How many there are: handles are 0 to cubemaps - 1.");
+        "The number of cubemaps: handles are 0 to cubemaps - 1.");
     field.def_property_readonly(
         "nodes", [](const PythonField& self) { return node_count(self.field->pool); },
-        "Of all quadtrees together.");
+        "The number of nodes of all quadtrees.");
     field.def_property_readonly(
         "bytes",
         [](const PythonField& self) {
             const SharedArray<std::uint8_t>& bytes = self.field->pool.node_bytes;
             return view_of<std::uint8_t>({bytes.data(), bytes.size()}, self.field);
         },
-        "The packed nodes, (n,) bytes, where they lie: in the mapped file.");
+        "The packed nodes, (n,) bytes: a view of the mapped file.");
     field.def(
         "visibility",
         [](const PythonField& self, const py::object& point, const std::string& sampler) {
@@ -179,11 +179,11 @@ equal cubemaps are stored once. Points are in the entity's frame, metres.)");
 
 sampler  "spherical", or "planar" for points on the ground.)");
     field.def("tree", &tree_at, py::arg("point"), py::arg("sampler") = "spherical",
-              "The same as a CubemapTree, to be multiplied with others.");
-    field.def("interpolation", &interpolation_at, py::arg("point"), py::arg("sampler") = "spherical",
-              "Between which samples a point is looked up: a dict of samples, weights, handles, and open, "
-              "the weight "
-              "of\nnothing in the way.");
+              "Returns visibility() as a CubemapTree, for products with other functions.");
+    field.def(
+        "interpolation", &interpolation_at, py::arg("point"), py::arg("sampler") = "spherical",
+        "Returns the samples between which a point is interpolated: a dict of samples, weights, handles, "
+        "and open,\nthe weight of an unoccluded sample.");
     field.def(
         "cubemap",
         [](const PythonField& self, std::int64_t handle) {
@@ -204,7 +204,7 @@ sampler  "spherical", or "planar" for points on the ground.)");
             return PythonField{std::make_shared<const VisibilityField>(std::move(read))};
         },
         py::arg("path"), py::arg("allow_unsealed") = false,
-        "Reads a field's file and checks all of it; the packed nodes stay in the mapped file.");
+        "Reads and verifies a field file. The packed nodes remain in the mapped file.");
     scene.def("field", &field_of, py::arg("entity"), py::arg("progress") = py::none(),
               "The field of an entity of the scene.");
 }

@@ -51,9 +51,9 @@ Image image_of(const py::object& picture, const std::string& name) {
     if (!array || array.ndim() != 3 || (array.shape(2) != 3 && array.shape(2) != 4) || array.size() == 0) {
         PyErr_Clear();
         throw py::value_error(
-            fmt::format("{} is {}; wanted the name of a picture, or an array of (height, "
+            fmt::format("{} is {}; expected the name of a picture file, or an array of (height, "
                         "width, 3), or 4 with coverage",
-                        name, array ? "of shape " + shape_text(array) : "no array"));
+                        name, array ? "of shape " + shape_text(array) : "not an array"));
     }
     const FloatArray values = floats(array, name, {any_length, any_length, any_length});
     Image image;
@@ -80,26 +80,24 @@ void add_images(py::module_& module) {
         },
         py::arg("path"),
         "Reads a picture: linear radiance (height, width, 3), premultiplied by coverage, and coverage "
-        "(height, "
-        "width)\nin [0, 1], or None. Files of 8 and 16 bits are taken as sRGB.");
+        "(height, width)\nin [0, 1], or None. Files of 8 and 16 bits are read as sRGB.");
     module.def(
         "write_image",
         [](const py::object& picture, const std::filesystem::path& path) {
             value_of(write_image(image_of(picture, "picture"), path));
         },
         py::arg("picture"), py::arg("path"),
-        "Writes a picture, linear radiance of (height, width, 3) or with coverage 4: .exr as half floats, "
-        ".png "
-        "sRGB-\nencoded and clamped.");
+        "Writes a picture: linear radiance of (height, width, 3), or 4 with coverage. .exr files have half "
+        "floats,\n.png files are sRGB-encoded and clamped.");
     module.def("compare", &compare, py::arg("a"), py::arg("b"), py::arg("mask") = py::none(),
                py::arg("progress") = py::none(),
-               R"(How far a picture is from a reference, as `haarfield compare` has it.
+               R"(Compares a picture with a reference, like `haarfield compare`.
 
-a, b     arrays of linear radiance, (height, width, 3) or with coverage 4; or names of files.
-mask     pixels count where this picture is bright; they must be covered by half in a and b anyway.
+a, b     arrays of linear radiance, (height, width, 3), or 4 with coverage; or file names.
+mask     only pixels at which this picture is bright are compared. a and b must also cover at least half of them.
 
 returns  psnr_db (sRGB clamped to [0, 1]), relative_rmse and rmse (linear radiance), bias, ssim, flip, flip_99,
-         pixels; reference_relative_error if b's file has it; flip_errors, (height, width).)");
+         pixels; reference_relative_error if b's file states it; flip_errors, (height, width).)");
 }
 
 }  // namespace haarfield::python

@@ -1,5 +1,5 @@
 #pragma once
-/// Pictures as arrays.
+/// Converts between pictures and arrays.
 
 #include "scenes/image.h"
 
@@ -9,13 +9,13 @@ namespace haarfield::python {
 
 namespace py = pybind11;
 
-/// (height, width, 3), the picture's own memory.
+/// Returns (height, width, 3), a view of the picture's memory.
 py::array pixels_of(const std::shared_ptr<const Image>& image);
 
-/// (height, width), or None.
+/// Returns (height, width), or None without coverage.
 py::object coverage_of(const std::shared_ptr<const Image>& image);
 
-/// A picture of an array of (height, width, 3) or, with coverage, (height, width, 4); or a file's.
+/// Returns the picture of an array of (height, width, 3), or (height, width, 4) with coverage; or of a file.
 Image image_of(const py::object& picture, const std::string& name);
 
 }  // namespace haarfield::python

@@ -14,11 +14,11 @@ namespace {
 
 constexpr std::chrono::milliseconds between_looks{50};
 
-// Borrowed from the module, which lives as long as the interpreter.
+// Borrowed references; the module lives as long as the interpreter.
 PyObject* error_class = nullptr;
 PyObject* warning_class = nullptr;
 
-/// What the two threads share.
+/// The state that the two threads share.
 struct Watch {
     std::mutex mutex;
     std::condition_variable change;
@@ -29,7 +29,7 @@ struct Watch {
     std::exception_ptr thrown;
 };
 
-/// Tells Python what is new. With Python's lock; throws what Python raises.
+/// Reports progress to Python. Requires the GIL; throws Python's exceptions.
 void tell(Watch& watch, const py::object& progress) {
     std::string stage;
     std::uint64_t done = 0, total = 0;
@@ -56,7 +56,8 @@ void raise(const Error& error) {
 
 void do_watched(const py::object& progress, const std::function<void(const Progress&)>& work) {
     if (!progress.is_none() && !PyCallable_Check(progress.ptr()))
-        throw py::type_error("progress is no function; wanted one of (stage, done, total), or None");
+        throw py::type_error(
+            "progress is not callable; expected a function of (stage, done, total), or None");
     Watch watch;
     std::stop_source stop;
     Progress watched;
@@ -68,7 +69,7 @@ void do_watched(const py::object& progress, const std::function<void(const Progr
         watch.total = total;
         watch.has_news = true;
     };
-    std::exception_ptr raised;  // by Python
+    std::exception_ptr raised;  // an exception of Python
     {
         std::jthread worker([&] {
             std::exception_ptr thrown;
@@ -128,12 +129,12 @@ void add_errors(py::module_& module) {
         return made;
     };
     error_class = added("Error",
-                        "What haarfield can not do, in its own words: bad files, scenes and meshes, and work "
-                        "that failed.\n\nwhere  the file, or the part of a scene; may be empty.\n"
-                        "what   what was found, and what was wanted.",
+                        "An error of haarfield: bad files, scenes and meshes, and work that failed.\n\n"
+                        "where  the file, or the place in a scene; may be empty.\n"
+                        "what   what was found, and what was expected.",
                         PyExc_RuntimeError);
     warning_class =
-        added("Warning", "What was mended, or left out, of scenes and meshes.", PyExc_UserWarning);
+        added("Warning", "Parts of scenes and meshes that were repaired or ignored.", PyExc_UserWarning);
 }
 
 }  // namespace haarfield::python

@@ -1,5 +1,5 @@
 #pragma once
-/// Work that lasts: without Python's lock, with progress, ended by Ctrl-C.
+/// Runs long work without the GIL, with progress, interruptible by Ctrl-C.
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
@@ -16,24 +16,25 @@ namespace haarfield::python {
 
 namespace py = pybind11;
 
-/// What a haarfield.Error says.
+/// Raises haarfield.Error.
 [[noreturn]] void raise(const Error& error);
 
-/// The value, or haarfield.Error.
+/// Returns the value, or raises haarfield.Error.
 template <class T>
 T value_of(Result<T> result) {
     if (!result) raise(result.error());
     return *std::move(result);
 }
 
-/// Does work in a thread of its own while the calling one waits without Python's lock, and looks twenty times
-/// a second whether Python has signals to handle and what the progress is.
+/// Runs work in a separate thread while the calling thread waits without the GIL. The calling thread handles
+/// Python's signals and reports progress twenty times per second.
 ///
-/// progress  a callable(stage, done, total), or None. What it raises ends the work, as Ctrl-C does.
-/// work      must end soon after a stop is requested; what it throws is thrown here.
+/// progress  a callable(stage, done, total), or None. An exception that it raises ends the work, as Ctrl-C
+///           does.
+/// work      must end soon after a stop is requested. Its exceptions are rethrown here.
 void do_watched(const py::object& progress, const std::function<void(const Progress&)>& work);
 
-/// The same for what has a value or fails.
+/// Runs work that returns a Result, like do_watched. Returns the value or raises haarfield.Error.
 template <class T>
 T long_call(const py::object& progress, const std::function<Result<T>(const Progress&)>& work) {
     std::optional<Result<T>> result;
@@ -41,16 +42,16 @@ T long_call(const py::object& progress, const std::function<Result<T>(const Prog
     return value_of(std::move(*result));
 }
 
-/// haarfield.Warning for each, as Python's `warnings` wants them handled.
+/// Issues a haarfield.Warning for each text, subject to Python's warning filters.
 void warn(const std::vector<std::string>& warnings);
 
-/// Held while one thread works on what others may want, too: waits until it is free, or a stop is requested.
-/// Never while Python's lock is held.
+/// A lock on data that several threads use. Waits until the lock is free or a stop is requested. Must not be
+/// waited for with the GIL held.
 class Turn {
 public:
     Turn(std::timed_mutex& mutex, const Progress& progress);
 
-    /// Whether it is this thread's turn; if not, the call is interrupted.
+    /// True if the lock was acquired; otherwise the call is interrupted.
     explicit operator bool() const { return lock_.owns_lock(); }
 
 private:

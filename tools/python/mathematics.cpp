@@ -1,4 +1,4 @@
-/// The mathematics in Python: Haar wavelets, product integrals and function products of arrays.
+/// Haar wavelets, product integrals and function products of arrays in Python.
 
 #include "scenes/image.h"
 #include "shading/scene/lighting.h"
@@ -17,15 +17,15 @@ namespace {
 int checked_size(py::ssize_t size, const std::string& name) {
     if (size < 1 || size > 256 || !is_face_size(static_cast<int>(size)))
         throw py::value_error(
-            fmt::format("{} has {} texels along an edge; wanted 1, 2, 4 ... 256", name, size));
+            fmt::format("{} has {} texels along an edge; expected 1, 2, 4 ... 256", name, size));
     return static_cast<int>(size);
 }
 
 Truncation truncation(int coefficients, float relative_l2_error) {
     if (coefficients < 0)
-        throw py::value_error(fmt::format("coefficients is {}; wanted 0 or more", coefficients));
+        throw py::value_error(fmt::format("coefficients is {}; expected 0 or more", coefficients));
     if (!(relative_l2_error >= 0 && relative_l2_error < 1))
-        throw py::value_error(fmt::format("relative_l2_error is {}; wanted [0, 1)", relative_l2_error));
+        throw py::value_error(fmt::format("relative_l2_error is {}; expected [0, 1)", relative_l2_error));
     return {coefficients, relative_l2_error};
 }
 
@@ -34,13 +34,14 @@ PythonTree tree_of(const py::object& texels, int coefficients, float relative_l2
     const FloatArray array = floats(texels, name, {cubemap_faces, any_length, any_length});
     const int size = checked_size(array.shape(1), name);
     if (array.shape(2) != size)
-        throw py::value_error(fmt::format("{} is of shape {}; wanted (6, N, N)", name, shape_text(array)));
+        throw py::value_error(
+            fmt::format("{} has the shape {}; expected (6, N, N)", name, shape_text(array)));
     return {haar_cubemap<float>({array.data(), static_cast<std::size_t>(array.size())}, size,
                                 truncation(coefficients, relative_l2_error)),
             size};
 }
 
-/// The factors of a product, and the texels that they have.
+/// The factors of a product, and their number of texels.
 class Factors {
 public:
     explicit Factors(const py::args& functions) {
@@ -62,10 +63,8 @@ public:
 
     void take_size(int size, const std::string& name) {
         if (size_ != 0 && size != size_)
-            throw py::value_error(
-                fmt::format("{} has {} texels along an edge, functions before it {}; wanted "
-                            "the same",
-                            name, size, size_));
+            throw py::value_error(fmt::format(
+                "{} has {} texels along an edge; expected {} like the functions before", name, size, size_));
         size_ = size;
     }
 
@@ -79,7 +78,7 @@ private:
 };
 
 int checked_depth(int depth) {
-    if (depth < 0) throw py::value_error(fmt::format("depth is {}; wanted 0 or more", depth));
+    if (depth < 0) throw py::value_error(fmt::format("depth is {}; expected 0 or more", depth));
     return depth;
 }
 
@@ -87,7 +86,8 @@ LightPyramid pyramid_of(const py::object& light, int& size) {
     const FloatArray array = floats(light, "light", {cubemap_faces, any_length, any_length, 3});
     size = checked_size(array.shape(1), "light");
     if (array.shape(2) != size)
-        throw py::value_error(fmt::format("light is of shape {}; wanted (6, N, N, 3)", shape_text(array)));
+        throw py::value_error(
+            fmt::format("light has the shape {}; expected (6, N, N, 3)", shape_text(array)));
     const auto* texels = reinterpret_cast<const Rgb*>(array.data());
     return {haar_cubemap<Rgb>({texels, static_cast<std::size_t>(array.size()) / 3}, size), size};
 }
@@ -109,19 +109,19 @@ py::object product_integral_of(const py::args& functions, const py::object& ligh
 
 PythonTree function_product_of(const py::args& functions, int depth) {
     const Factors factors(functions);
-    if (factors.size() == 0) throw py::type_error("function_product wants one function or more");
+    if (factors.size() == 0) throw py::type_error("found no function; expected at least one");
     WalkMemory<float> memory;
     std::vector<WaveletBlock<1>> blocks;
     function_product(factors.size(), factors.factors(), checked_depth(depth), memory, blocks);
     return {cubemap_tree(blocks), factors.size()};
 }
 
-/// One face, complete: every level's amplitudes.
+/// Returns the complete transform of one face: the amplitudes of every level.
 py::tuple haar_transform_of(const py::object& texels) {
     const FloatArray array = floats(texels, "texels", {any_length, any_length});
     const int size = checked_size(array.shape(0), "texels");
     if (array.shape(1) != size)
-        throw py::value_error(fmt::format("texels is of shape {}; wanted (N, N)", shape_text(array)));
+        throw py::value_error(fmt::format("texels has the shape {}; expected (N, N)", shape_text(array)));
     const Quadtree tree = haar_quadtree<float>({array.data(), static_cast<std::size_t>(array.size())}, size);
     py::list levels;
     std::vector<std::int32_t> squares{tree.nodes.empty() ? no_node : 0};  // of a level, row by row
@@ -144,12 +144,12 @@ py::tuple haar_transform_of(const py::object& texels) {
     return py::make_tuple(tree.scaling, levels);
 }
 
-/// The inverse, level by level.
+/// Returns the inverse transform, level by level.
 py::array inverse_haar_transform_of(float scaling, const py::list& levels) {
     std::vector<float> means{scaling};
     py::ssize_t width = 1;
     for (std::size_t l = 0; l < levels.size(); ++l, width *= 2) {
-        if (width > 128) throw py::value_error("levels has more than 8 elements");
+        if (width > 128) throw py::value_error("levels has more than 8 elements; expected at most 8");
         const FloatArray amplitudes = floats(levels[l], fmt::format("levels[{}]", l), {3, width, width});
         const auto w = static_cast<std::size_t>(width);
         std::vector<float> finer(4 * w * w);
@@ -181,9 +181,9 @@ py::array solid_angles_of(int size) {
 
 py::array lobe_of(float exponent, const py::object& axis, int size) {
     const Vec3f about = vector(axis, "axis");
-    if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); wanted a direction");
+    if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); expected a direction");
     if (!(exponent > 0 && exponent <= 1000))
-        throw py::value_error(fmt::format("exponent is {}; wanted (0, 1000]", exponent));
+        throw py::value_error(fmt::format("exponent is {}; expected (0, 1000]", exponent));
     checked_size(size, "size");
     return array_of(lobe_texels(exponent, about.normalized(), size), {cubemap_faces, size, size});
 }
@@ -193,7 +193,7 @@ py::array lighting_of(const py::object& image, int size) {
     checked_size(size, "size");
     if (array.shape(0) == 0 || array.shape(1) != 2 * array.shape(0))
         throw py::value_error(
-            fmt::format("image is of shape {}; wanted (height, 2 height, 3)", shape_text(array)));
+            fmt::format("image has the shape {}; expected (height, 2 height, 3)", shape_text(array)));
     LatLongImage lat_long{static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)), {}};
     for (py::ssize_t i = 0; i < array.size(); i += 3)
         lat_long.pixels.emplace_back(array.data()[i], array.data()[i + 1], array.data()[i + 2]);
@@ -204,12 +204,12 @@ py::array lighting_of(const py::object& image, int size) {
 void add_tree(py::module_& module) {
     py::class_<PythonTree> tree(
         module, "CubemapTree",
-        R"(A function of direction, as one quadtree of Haar wavelets for each face of a cube.
+        R"(A function of direction, as one quadtree of Haar wavelets per face of a cube.
 
 CubemapTree(texels) transforms (6, N, N) texels, N = 1, 2, 4 ... 256, faces +x -x +y -y +z -z, row 0 on top.
 
-coefficients       keep at most so many wavelets a face, the largest in L2; 0: all.
-relative_l2_error  drop the smallest wavelets up to this part of the face's L2 norm.)");
+coefficients       maximum number of wavelets per face, the largest in L2; 0: all.
+relative_l2_error  drop the smallest wavelets up to this fraction of the face's L2 norm.)");
     tree.def(py::init([](const py::object& texels, int coefficients, float relative_l2_error) {
                  return tree_of(texels, coefficients, relative_l2_error);
              }),
@@ -224,8 +224,8 @@ relative_l2_error  drop the smallest wavelets up to this part of the face's L2 n
         R"(Six dicts: scaling, the mean of the face; wavelets, (n, 3) amplitudes along x, along y, diagonal, root first,
 level by level; children, (n, 4) rows of wavelets by quadrant 2y + x, -1 where the function is constant.
 
-An amplitude is what the wavelet adds to f, in f's own unit; at level l (root: 0) the orthonormal coefficient, with
-dA a fraction of the face, is amplitude * 2^-l.)");
+An amplitude is the contribution of the wavelet to f, in the unit of f. At level l (root: 0) the orthonormal
+coefficient, with dA a fraction of the face, is amplitude * 2^-l.)");
     tree.def_property_readonly(
         "size", [](const PythonTree& self) { return self.size; }, "Texels along an edge.");
     tree.def_property_readonly(
@@ -235,10 +235,10 @@ dA a fraction of the face, is amplitude * 2^-l.)");
             for (const Quadtree& face : self.trees.faces) nodes += face.nodes.size();
             return nodes;
         },
-        "Of all six quadtrees.");
+        "The number of nodes of all six quadtrees.");
     tree.def(
         "texels", [](const PythonTree& self) { return texels_of(self.trees, self.size); },
-        "The inverse transform: (6, N, N).");
+        "Returns the inverse transform: (6, N, N).");
     tree.def("__repr__", [](const PythonTree& self) {
         return fmt::format("<haarfield.CubemapTree of 6 x {} x {} texels>", self.size, self.size);
     });
@@ -273,7 +273,7 @@ void add_mathematics(py::module_& module) {
     add_tree(module);
     module.def(
         "haar_transform", &haar_transform_of, py::arg("texels"),
-        R"(The non-standard Haar transform of one face: f = scaling + sum over levels of amplitude * (+-1).
+        R"(Computes the non-standard Haar transform of one face: f = scaling + sum over levels of amplitude * (+-1).
 
 texels   (N, N), row 0 on top, N = 1, 2, 4 ... 256.
 returns  the mean of f, and for each level l = 0 ... log2(N) - 1 the amplitudes (3, 2^l, 2^l) of the wavelets along x
@@ -281,44 +281,44 @@ returns  the mean of f, and for each level l = 0 ... log2(N) - 1 the amplitudes 
          the face the orthonormal coefficient is amplitude * 2^-l, and
              sum of texels^2 / N^2 = scaling^2 + sum over levels of sum of amplitude^2 * 4^-l.)");
     module.def("inverse_haar_transform", &inverse_haar_transform_of, py::arg("scaling"), py::arg("levels"),
-               "The texels (N, N) of what haar_transform returns.");
+               "Returns the texels (N, N) for a result of haar_transform.");
     module.def("product_integral", &product_integral_of, py::arg("light") = py::none(),
                py::arg("depth") = full_depth,
-               R"(The product integral of n functions of direction,
+               R"(Computes the product integral of n functions of direction,
 
     I = int F_1 F_2 ... F_n dA,
 
-added over the six faces, with dA a fraction of a face: the integral over the sphere if one of the functions is
-multiplied with solid_angles(N) * N^2. It is computed in wavelet space, without expanding the product (Sun and
+summed over the six faces, with dA a fraction of a face: the integral over the sphere if one of the functions is
+multiplied by solid_angles(N) * N^2. The integral is computed in wavelet space, without expanding the product (Sun and
 Mukherjee 2006, section 5.1, in the form of shading/walk/product_integral.h): where at most one function varies on a
 square, the integral of the product is the product of the means.
 
-functions  any number of (6, N, N) arrays or CubemapTree, N = 1, 2, 4 ... 256; of none the product is 1.
-light      one factor more, of three channels: (6, N, N, 3); then I is an array of three.
-depth      wavelets at levels >= depth are left out: coarser and faster.
-accuracy   exact for the trees up to rounding, 1e-6 of the integral of the product's magnitude.)");
+functions  any number of (6, N, N) arrays or CubemapTree, N = 1, 2, 4 ... 256. The product of no functions is 1.
+light      a further factor with three channels: (6, N, N, 3). The result is then an array of three.
+depth      wavelets at levels >= depth are ignored: coarser and faster.
+accuracy   exact for the trees up to rounding: 1e-6 of the integral of the product's magnitude.)");
     module.def("function_product", &function_product_of, py::arg("depth") = full_depth,
-               R"(The function product of n functions of direction,
+               R"(Computes the function product of n functions of direction,
 
     G = F_1 F_2 ... F_n,
 
-again a function, as the CubemapTree of its wavelets (Sun and Mukherjee 2006, section 5.2). With G made once,
+which is again a function, as the CubemapTree of its wavelets (Sun and Mukherjee 2006, section 5.2). Given G,
 product_integral(G, L) is the integral of all n + 1 functions.
 
 functions, depth  as in product_integral; one or more.)");
-    module.def(
-        "texel_directions", &directions_of, py::arg("size"),
-        "(6, N, N, 3): the unit vectors of the texels' middles; faces +x -x +y -y +z -z as OpenEXR's.");
+    module.def("texel_directions", &directions_of, py::arg("size"),
+               "Returns the unit vectors of the texels' centres: (6, N, N, 3), faces +x -x +y -y +z -z as in "
+               "OpenEXR.");
     module.def("solid_angles", &solid_angles_of, py::arg("size"),
-               "(N, N), the same on each face: the texels' solid angles, exact. [sr]");
-    module.def("lobe", &lobe_of, py::arg("exponent"), py::arg("axis"), py::arg("size"),
-               "(6, N, N): max(0, axis . w)^exponent, averaged over the texels; the cosine of a normal with "
-               "exponent "
-               "1.");
+               "Returns the exact solid angles of the texels of each face: (N, N). [sr]");
     module.def(
-        "lighting", &lighting_of, py::arg("image"), py::arg("size"),
-        "(6, N, N, 3): a lat-long image (height, 2 height, 3) as the lighting of product_integral: radiance "
-        "times\nthe texels' solid angle times N^2, so that integrals are over the sphere.");
+        "lobe", &lobe_of, py::arg("exponent"), py::arg("axis"), py::arg("size"),
+        "Returns max(0, axis . w)^exponent, averaged over the texels: (6, N, N). The cosine of a normal has "
+        "exponent 1.");
+    module.def("lighting", &lighting_of, py::arg("image"), py::arg("size"),
+               "Returns a lat-long image (height, 2 height, 3) as the light of product_integral:\n"
+               "(6, N, N, 3), radiance times the texels' solid angle times N^2, so that integrals are over\n"
+               "the sphere.");
 }
 
 }  // namespace haarfield::python

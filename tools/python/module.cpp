@@ -1,4 +1,4 @@
-/// The Python module: `import haarfield` imports this one, haarfield._haarfield.
+/// The Python module: `import haarfield` imports this module, haarfield._haarfield.
 
 #include "fields/file/reader_process.h"
 #include "tools/python/scene.h"
@@ -11,9 +11,10 @@ namespace haarfield::python {
 
 namespace {
 
-/// Sets how many threads all calls use; 0: one for each core.
+/// Sets the number of threads of all calls; 0: one per core.
 void use_threads(int count) {
-    if (count < 0 || count > 1024) throw py::value_error(fmt::format("count is {}; wanted 0 to 1024", count));
+    if (count < 0 || count > 1024)
+        throw py::value_error(fmt::format("count is {}; expected 0 to 1024", count));
     static std::unique_ptr<tbb::global_control> limit;
     limit.reset();
     if (count == 0) return;
@@ -29,8 +30,8 @@ PYBIND11_MODULE(_haarfield, module) {
     add_mesh(module);
     py::class_<PythonScene, std::shared_ptr<PythonScene>> scene(
         module, "Scene",
-        "A scene: meshes, materials, where things stand, the camera and distant light. haarfield.open and\n"
-        "haarfield.scene make them; they never change, and may be used by several threads.");
+        "A scene: meshes, materials, placements, the camera and light. haarfield.open and haarfield.scene\n"
+        "make scenes. Scenes are immutable and thread-safe.");
     add_mathematics(module);
     add_scene(module, scene);
     add_field(module, scene);
@@ -38,13 +39,13 @@ PYBIND11_MODULE(_haarfield, module) {
     add_reference(module, scene);
     add_session(module, scene);
     add_images(module);
-    module.def(
-        "allow_unsandboxed_readers", &allow_unsandboxed_readers,
-        "Lets haarfield read meshes and images without a sandbox where no sandbox can be set up. Without\n"
-        "this call such files are refused. A malicious file can then do what this process can.");
+    module.def("allow_unsandboxed_readers", &allow_unsandboxed_readers,
+               "Lets haarfield read meshes and images without a sandbox if no sandbox can be set up.\n"
+               "Otherwise such files are rejected. Without a sandbox, a malicious file can do what this\n"
+               "process can.");
     module.def(
         "use_threads", &use_threads, py::arg("count"),
-        "How many threads haarfield uses from now on; 0: one for each core. Results do not depend on it.");
+        "Sets the number of threads that haarfield uses; 0: one per core. Results do not depend on it.");
 }
 
 }  // namespace haarfield::python

@@ -27,7 +27,7 @@ std::string text_of(const py::handle& value) {
     return list;
 }
 
-/// `occlusion: str = 'auto'`.
+/// Returns an argument of a signature: `occlusion: str = 'auto'`.
 std::string argument_text(const RenderOption& row) {
     const std::string text = row.text(RenderChoices());
     const bool is_number = row.range || row.is_whole;
@@ -79,9 +79,8 @@ std::string option_docstring(const std::string& name, const std::string& before,
         if (!row->details.empty()) lines += "\n    " + row->details;
     }
     return fmt::format(
-        "{}({}, progress: object = None) -> {}\n\n{}\n{}\n{:<18} Called with (stage, done, total), some "
-        "twenty "
-        "times a second.",
+        "{}({}, progress: object = None) -> {}\n\n{}\n{}\n{:<18} Called with (stage, done, total) about "
+        "twenty times per second.",
         name, arguments, returned, text, lines, "progress");
 }
 

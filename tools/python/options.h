@@ -1,5 +1,5 @@
 #pragma once
-/// The table of render options as keyword arguments.
+/// Converts keyword arguments to render options.
 
 #include "tools/render_options.h"
 
@@ -9,14 +9,15 @@ namespace haarfield::python {
 
 namespace py = pybind11;
 
-/// Reads options from keyword arguments; one that is not given keeps its default. None leaves out an optional
-/// value, and is `auto` for bounces.
+/// Reads options from keyword arguments. Options that are not given keep their defaults. None means no value
+/// for optional values, and `auto` for bounces.
 ///
-/// raises  TypeError for other keywords, in the name of the function; ValueError for values out of range.
+/// function  the name in the messages of exceptions.
+/// raises    TypeError for unknown keywords; ValueError for invalid values.
 RenderChoices render_choices(const py::kwargs& given, std::initializer_list<OptionSet> sets,
                              const char* function);
 
-/// The docstring of a method whose keywords are options: its signature, `text` and a line for each option.
+/// Returns the docstring of a method whose keywords are options: signature, `text` and a line per option.
 ///
 /// before  further arguments, such as `points: int = 400`; may be empty. `progress` comes last.
 std::string option_docstring(const std::string& name, const std::string& before,

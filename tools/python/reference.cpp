@@ -62,14 +62,14 @@ py::dict reference(PythonScene& scene, const std::filesystem::path& folder, int 
                    const std::optional<double>& relative_error, int antialiasing, bool render, int bounces,
                    const py::object& progress) {
     if (!(lights >= 16 && lights <= 100'000))
-        throw py::value_error(fmt::format("lights is {}; wanted [16, 100000]", lights));
+        throw py::value_error(fmt::format("lights is {}; expected [16, 100000]", lights));
     if (relative_error && !(*relative_error >= 1e-4 && *relative_error <= 1))
         throw py::value_error(
-            fmt::format("relative_error is {}; wanted [0.0001, 1], or None", *relative_error));
+            fmt::format("relative_error is {}; expected [0.0001, 1], or None", *relative_error));
     if (!(antialiasing >= 0 && antialiasing <= 9))
-        throw py::value_error(fmt::format("antialiasing is {}; wanted 0 to 9", antialiasing));
+        throw py::value_error(fmt::format("antialiasing is {}; expected 0 to 9", antialiasing));
     if (!(bounces >= 0 && bounces <= 20))
-        throw py::value_error(fmt::format("bounces is {}; wanted 0 to 20", bounces));
+        throw py::value_error(fmt::format("bounces is {}; expected 0 to 20", bounces));
     const auto prepared = prepare(scene, progress);
     const auto made = long_call<Reference>(progress, [&](const Progress& watched) {
         return made_reference(*prepared, folder, lights, relative_error, antialiasing, render, bounces,
@@ -94,14 +94,14 @@ void add_reference(py::module_&, py::class_<PythonScene, std::shared_ptr<PythonS
         "reference", &reference, py::arg("folder"), py::arg("lights") = 1024,
         py::arg("relative_error") = py::none(), py::arg("antialiasing") = 3, py::arg("render") = true,
         py::arg("bounces") = 0, py::arg("progress") = py::none(),
-        R"(The same scene by POV-Ray's own ray tracer, as `haarfield reference` makes it: the original meshes under a dome
+        R"(Renders the scene with POV-Ray's own ray tracer, like `haarfield reference`: the original meshes under a dome
 of distant lights. Writes NAME_reference.pov, reference.exr and reference.png.
 
-lights          at most so many lights stand for the environment.
-relative_error  or as many as bring the reference's own relative error down to this.
-render          False: only the scene is written.
-bounces         how often light goes on from one diffuse surface to another, by POV-Ray's radiosity: minutes, and some
-                noise of its own that relative_error does not count; 0: direct light alone, as of bake(bounces=0).
+lights          maximum number of lights that represent the environment.
+relative_error  use as many lights as this relative error of the reference requires.
+render          False: write the scene only.
+bounces         number of bounces of indirect light between diffuse surfaces, by POV-Ray's radiosity. Takes minutes and
+                adds noise that relative_error does not include. 0: direct light alone, like bake(bounces=0).
 
 returns         a dict: image (height, width, 3), coverage (height, width), relative_error of the reference itself,
                 lights, and the files: scene, includes.)");

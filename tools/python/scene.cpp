@@ -136,30 +136,30 @@ void add_scene(py::module_& module, py::class_<PythonScene, std::shared_ptr<Pyth
     module.def("open", &opened, py::arg("path"), py::arg("changes") = py::none(),
                R"(Opens a scene file.
 
-path     the TOML file; scenes/SCENE_FILE.md has its keys.
-changes  a dict of these keys, which take the place of the file's: {"environment": {"rotation": 90}}. None takes a
-         key away. Meshes may be haarfield.Mesh, images arrays, as in haarfield.scene.
+path     the TOML file; scenes/SCENE_FILE.md describes its keys.
+changes  a dict of these keys that overrides the file: {"environment": {"rotation": 90}}. None removes a key. Meshes
+         may be haarfield.Mesh, and images may be arrays, as in haarfield.scene.
 
-raises   haarfield.Error, with line and column of what the file has wrong.)");
+raises   haarfield.Error, with line and column of an error in the file.)");
     module.def("scene", &described, py::arg("description"), py::arg("name") = "scene",
                py::arg("folder") = ".",
-               R"(A scene made in Python, with the keys of a scene file.
+               R"(Makes a scene from the keys of a scene file.
 
-description  a dict as the file has tables. Where the file names a mesh, a haarfield.Mesh may stand; where it names
-             an image, an array: (height, 2 height, 3) of linear radiance for the environment, (height, width, 3
-             or 4) for a material: bytes are sRGB, floats linear.
-name         what its POV-Ray files are called.
-folder       that relative names of files start from.
+description  a dict with the structure of the file's tables. A haarfield.Mesh can replace the name of a mesh file. An
+             array can replace the name of an image: (height, 2 height, 3) of linear radiance for the environment,
+             (height, width, 3 or 4) for a material, with sRGB bytes or linear floats.
+name         the stem of POV-Ray files.
+folder       the base of relative file names.
 
-raises       haarfield.Error, in the words that the reader of scene files has; TypeError and ValueError for what is
-             no such array.)");
+raises       haarfield.Error, with the messages of the scene reader; TypeError and ValueError for unsuitable
+             arrays.)");
     scene.def("__repr__", [](const PythonScene& self) {
         return fmt::format("<haarfield.Scene \"{}\" of {} instances>", self.scene().name,
                            self.scene().instances.size());
     });
     scene.def_property_readonly(
         "name", [](const PythonScene& self) { return self.scene().name; },
-        "The file's name without its ending.");
+        "The file's name without its extension.");
     scene.def_property_readonly(
         "instances",
         [](const PythonScene& self) {
@@ -167,16 +167,15 @@ raises       haarfield.Error, in the words that the reader of scene files has; T
             for (const Instance& instance : self.scene().instances) names.push_back(instance.name);
             return names;
         },
-        "The names of the instances, in the order of everything that is by instance.");
+        "The names of the instances, in the order of all lists of instances.");
     scene.def_property_readonly(
         "description", [](const PythonScene& self) { return dict_of(self.tables(), self.given()); },
-        "A copy of the tables that the scene was made of; haarfield.scene(description) makes the same scene. "
-        "Meshes\nof arrays are in it as haarfield.Mesh, images as arrays of linear floats.");
+        "A copy of the tables from which the scene was made; haarfield.scene(description) makes the same\n"
+        "scene. Meshes of arrays are haarfield.Mesh objects, images are arrays of linear floats.");
     scene.def(
         "camera", [](PythonScene& self) { return camera_of(prepare(self, py::none())->scene.camera); },
-        "The camera as a scene file has it, found if the scene leaves that to haarfield: a dict of position "
-        "and\n"
-        "target [m], vertical_fov [degrees], resolution [pixels].");
+        "The camera with the keys of a scene file, found automatically if the scene has none: a dict of\n"
+        "position and target [m], vertical_fov [degrees], resolution [pixels].");
     scene.def(
         "environment",
         [](PythonScene& self) {

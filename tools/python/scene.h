@@ -1,5 +1,6 @@
 #pragma once
-/// Scenes in Python: opened or made of dicts and arrays, prepared once, shared by bakes and sessions.
+/// Scenes in Python: opened from files or made from dicts and arrays, prepared once, shared by bakes and
+/// sessions.
 
 #include "scenes/scene_entities.h"
 #include "scenes/scene_environment.h"
@@ -14,20 +15,20 @@
 
 namespace haarfield::python {
 
-/// A scene with everything that shading needs. Never changes.
+/// A scene with all data for shading. Immutable.
 struct PreparedScene {
-    Scene scene;  ///< Its camera has a place.
+    Scene scene;  ///< Its camera is known.
     std::shared_ptr<const SceneEntities> entities;
     SceneEnvironment light;
     std::vector<std::string> warnings;
     int face_size = 64;
-    mutable std::atomic<bool> is_told = false;  ///< Whether the warnings have been told.
+    mutable std::atomic<bool> is_told = false;  ///< True if the warnings have been issued.
 };
 
-/// Which vertices a scene is prepared with: its fine meshes', or SceneEntityOptions::original_vertices.
+/// The vertices of a prepared scene: those of the fine meshes, or SceneEntityOptions::original_vertices.
 enum class BakedVertices { fine, original };
 
-/// A scene, and what was made of it so far. Safe to use from several threads.
+/// A scene with cached results of its preparation. Thread-safe.
 class PythonScene {
 public:
     PythonScene(toml::table tables, TablesOrigin origin, Scene scene)
@@ -37,14 +38,14 @@ public:
     const toml::table& tables() const { return tables_; }
     const GivenFiles& given() const { return *origin_.given; }
 
-    /// Chooses how fields are made and where they are kept; what was prepared is void.
+    /// Sets the options of fields, and discards cached preparations.
     void set_options(const SceneEntityOptions& options);
 
-    /// Prepared, now if it has not been.
+    /// Returns the prepared scene; prepares it if necessary.
     Result<std::shared_ptr<const PreparedScene>> prepared(BakedVertices vertices, const Progress& progress);
 
-    /// Another one, with changes. It shares what was prepared if entities, materials and instances are the
-    /// same.
+    /// Returns another scene with changes. Shares prepared data if entities, materials and instances are
+    /// unchanged.
     std::shared_ptr<PythonScene> changed(const py::dict& changes) const;
 
 private:
@@ -57,27 +58,27 @@ private:
     TablesOrigin origin_;
     Scene scene_;
     SceneEntityOptions options_;
-    mutable std::timed_mutex mutex_;  ///< Of what follows, and of options_.
+    mutable std::timed_mutex mutex_;  ///< Guards the members below, and options_.
     std::array<Made, 2> made_;        ///< By BakedVertices.
 };
 
-/// Prepared, with warnings told and Ctrl-C heard.
+/// Returns the prepared scene. Issues its warnings; can be interrupted by Ctrl-C.
 std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::object& progress,
                                              BakedVertices vertices = BakedVertices::fine);
 
 /// A placement as a matrix of four rows that stands before columns.
 py::array matrix_of(const Placement& placement);
 
-/// Adds open, scene and Scene to the module; what Scene does with pictures and light is in files of its own.
+/// Adds open, scene and Scene to the module. Separate files add the methods for pictures and light.
 void add_scene(py::module_& module, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene);
 
-/// Each adds methods to Scene, with the classes that they return.
+/// Each function adds methods to Scene, and the classes that they return.
 void add_bake(py::module_& module, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene);
 void add_reference(py::module_& module, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene);
 void add_session(py::module_& module, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene);
 void add_field(py::module_& module, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene);
 
-/// And those that need no scene.
+/// Functions that need no scene.
 void add_images(py::module_& module);
 void add_mathematics(py::module_& module);
 

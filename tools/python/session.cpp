@@ -18,13 +18,13 @@ namespace {
 
 constexpr double degree = pi / 180;
 
-/// What arrays of radiance refer to: the session, as long as its instances stay, then what they had last.
+/// Owner of the memory of radiance arrays: the session while its instances remain, then their last radiance.
 struct ShownRadiance {
     std::shared_ptr<SeenSession> session;
-    SceneColours last;  ///< Once `session` has given it away.
+    SceneColours last;  ///< Set when instances were cloned or removed.
 };
 
-/// A session, which one thread after the other may drive.
+/// A session that several threads may use, one at a time.
 class PythonSession {
 public:
     /// scene  the description of the prepared scene.
@@ -40,7 +40,7 @@ public:
         for (const Instance& instance : prepared_->scene.instances) names_.push_back(instance.name);
     }
 
-    /// Makes transfer vectors or a commit.
+    /// Runs a long call: transfer vectors or a commit.
     void do_long(const py::object& progress,
                  const std::function<Result<Done>(SeenSession&, const Progress&)>& act) {
         long_call<Done>(progress, [&](const Progress& watched) -> Result<Done> {
@@ -50,7 +50,7 @@ public:
         });
     }
 
-    /// A change of the scene.
+    /// Runs a short call, such as a change of the scene.
     template <class Act>
     auto do_now(const Act& act) {
         const py::gil_scoped_release released;
@@ -58,7 +58,7 @@ public:
         return act(*session_);
     }
 
-    // Milliseconds: in this thread, without Python's lock.
+    // Takes milliseconds: runs in this thread, without Python's lock.
     void frame(bool is_moving) {
         const Result<Done> done = do_now([&](SeenSession& session) {
             return session.frame(is_moving ? FrameQuality::moving : FrameQuality::still);
@@ -77,7 +77,8 @@ public:
 
     void remove(const py::object& instance) {
         const std::size_t of = number_of(instance);
-        if (names_.size() == 1) throw py::value_error("the last instance can not be removed");
+        if (names_.size() == 1)
+            throw py::value_error("this is the last instance; expected at least one instance in a session");
         let_go();
         do_now([&](SeenSession& session) { session.remove(of); });
         names_.erase(names_.begin() + static_cast<std::ptrdiff_t>(of));
@@ -99,11 +100,12 @@ public:
             const Turn turn(mutex_, watched);
             if (!turn) return Error{"", interrupted};
             if (session_->radiance().size() != session_->instances().size())
-                return Error{"", "there is no radiance yet; wanted frame or commit first"};
+                return Error{"", "found no radiance; expected a call of frame or commit first"};
             const LatLongImage background = image_with_suns(session_->scene().environment);
             Camera camera = prepared_->scene.camera;
             camera.position = session_->eye();
-            std::vector<BakedInstance> instances = preview_instances(session_->scene(), session_->radiance());
+            std::vector<PreviewInstance> instances =
+                preview_instances(session_->scene(), session_->radiance());
             std::vector<SeenRadiance> layers(instances.size());
             for (std::size_t i = 0; i < instances.size(); ++i) {
                 const std::vector<Surface>& surfaces = surfaces_[session_->instances()[i].entity];
@@ -185,7 +187,7 @@ public:
     void commit(const py::object& progress) {
         do_long(progress, [this](SeenSession& session, const Progress& watched) {
             Result<Done> done = session.commit(watched);
-            if (done) background_turn_ = {};  // the scene's environment is turned now
+            if (done) background_turn_ = {};  // now part of the scene's environment
             return done;
         });
     }
@@ -198,7 +200,7 @@ public:
         if (!scale.is_none()) {
             placement.scale = scale.cast<float>();
             if (!(placement.scale >= 1e-6f && placement.scale <= 1e6f))
-                throw py::value_error(fmt::format("scale is {}; wanted [1e-06, 1e+06]", placement.scale));
+                throw py::value_error(fmt::format("scale is {}; expected [1e-06, 1e+06]", placement.scale));
         }
         if (!rotate.is_none())
             placement.rotate = rotation_xyz(vector(rotate, "rotate") * static_cast<float>(degree));
@@ -209,15 +211,16 @@ public:
         if (py::isinstance<py::str>(instance)) {
             const auto found = std::ranges::find(names_, instance.cast<std::string>());
             if (found == names_.end())
-                throw py::key_error("there is no instance \"" + instance.cast<std::string>() + "\"");
+                throw py::key_error(fmt::format("unknown instance \"{}\"; expected one of {}",
+                                                instance.cast<std::string>(), fmt::join(names_, ", ")));
             return static_cast<std::size_t>(found - names_.begin());
         }
         if (!py::isinstance<py::int_>(instance))
-            throw py::type_error("instance is neither a name nor a number");
+            throw py::type_error("instance is neither a str nor an int; expected a name or a number");
         const auto count = static_cast<py::ssize_t>(names_.size());
         const auto number = instance.cast<py::ssize_t>();
         if (number < -count || number >= count)
-            throw py::index_error(fmt::format("instance {} of {}", number, count));
+            throw py::index_error(fmt::format("instance {}; expected less than {}", number, count));
         return static_cast<std::size_t>(number < 0 ? number + count : number);
     }
 
@@ -249,7 +252,7 @@ private:
         return true;
     }
 
-    /// Arrays of before keep what they show.
+    /// Gives the radiance to the arrays that refer to it, so that their values no longer change.
     void let_go() {
         shown_->last = do_now([](SeenSession& session) { return session.take_radiance(); });
         shown_->session.reset();
@@ -264,7 +267,7 @@ private:
     std::shared_ptr<ShownRadiance> shown_;
     std::vector<std::string> names_;
     std::size_t copies_ = 0;
-    Rotation background_turn_;  ///< Of the light, beyond the session's environment.
+    Rotation background_turn_;  ///< Of the light, relative to the session's environment.
     Preview preview_;
 };
 
@@ -273,7 +276,7 @@ private:
 void add_session(py::module_& module, py::class_<PythonScene, std::shared_ptr<PythonScene>>& scene) {
     py::class_<PythonSession> session(
         module, "Session",
-        R"(A scene held open: light, eye and instances change, and radiance follows.
+        R"(An open scene whose radiance follows changes of the light, the eye and instances.
 
 vary_light, vary_eye, vary_lamps or vary_instance makes the transfer vectors of what is to change; then frame is
 quick. commit
@@ -281,7 +284,7 @@ shades in full, as a bake does. Instances are named, or numbered as in `instance
 session: another one waits.)");
     session.def_property_readonly(
         "instances", [](const PythonSession& self) { return self.names(); },
-        "The names of the instances as they are now.");
+        "The names of the current instances.");
     session.def(
         "vary_light",
         [](PythonSession& self, const py::object& progress) {
@@ -289,14 +292,14 @@ session: another one waits.)");
                          [](SeenSession& of, const Progress& watched) { return of.vary_light(watched); });
         },
         py::arg("progress") = py::none(),
-        "Makes the vectors with which frames follow a light that turns or is exchanged.");
+        "Computes the transfer vectors for frames with a rotating or replaced light.");
     session.def(
         "vary_eye",
         [](PythonSession& self, const py::object& progress) {
             self.do_long(progress,
                          [](SeenSession& of, const Progress& watched) { return of.vary_eye(watched); });
         },
-        py::arg("progress") = py::none(), "Makes the vectors with which frames follow a moving eye.");
+        py::arg("progress") = py::none(), "Computes the transfer vectors for frames with a moving eye.");
     session.def(
         "vary_lamps",
         [](PythonSession& self, const py::object& progress) {
@@ -314,24 +317,25 @@ session: another one waits.)");
             });
         },
         py::arg("instance"), py::arg("progress") = py::none(),
-        "Makes the vectors with which frames follow an instance that is moved or scaled.");
+        "Computes the transfer vectors for frames in which one instance moves or is scaled.");
     session.def(
         "turn_environment",
         [](PythonSession& self, double angle, const py::object& axis) {
             const Vec3f about = vector(axis, "axis");
-            if (!std::isfinite(angle)) throw py::value_error("angle is no finite number");
-            if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); wanted a direction");
+            if (!std::isfinite(angle))
+                throw py::value_error("angle is not finite; expected a number of degrees");
+            if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); expected a direction");
             self.turn_environment(rotation_about(Vec3d(about), angle * degree));
         },
         py::arg("angle"), py::arg("axis") = py::make_tuple(0, 1, 0),
-        "Turns the environment as the scene has it, by degrees about an axis; not beyond earlier turns.");
+        "Rotates the scene's environment by degrees about an axis. Replaces earlier rotations.");
     session.def(
         "set_environment",
         [](PythonSession& self, const py::object& pixels) {
             const FloatArray array = floats(pixels, "pixels", {any_length, any_length, 3});
             if (array.shape(0) == 0 || array.shape(1) != 2 * array.shape(0))
-                throw py::value_error(
-                    fmt::format("pixels is of shape {}; wanted (height, 2 height, 3)", shape_text(array)));
+                throw py::value_error(fmt::format("pixels has the shape {}; expected (height, 2 height, 3)",
+                                                  shape_text(array)));
             LatLongImage image{static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)), {}};
             for (py::ssize_t i = 0; i < array.size(); i += 3)
                 image.pixels.emplace_back(array.data()[i], array.data()[i + 1], array.data()[i + 2]);
@@ -340,15 +344,14 @@ session: another one waits.)");
             self.do_now([&](SeenSession& of) { of.set_environment(std::move(image)); });
         },
         py::arg("pixels"),
-        "Exchanges the light for a lat-long image of radiance, (height, 2 height, 3), which then is not "
-        "turned.");
+        "Replaces the light by a lat-long image of radiance, (height, 2 height, 3). Resets the rotation.");
     session.def(
         "set_eye",
         [](PythonSession& self, const py::object& position) {
             const Vec3f eye = vector(position, "position");
             self.do_now([&](SeenSession& of) { of.set_eye(eye); });
         },
-        py::arg("position"), "Moves the eye, from which the highlights are seen, to (x, y, z) metres.");
+        py::arg("position"), "Moves the eye, on which specular radiance depends, to (x, y, z) metres.");
     session.def("set_lamps", &PythonSession::set_lamps, py::arg("lamps"),
                 "Replaces the lamps by a list of dicts with the keys of `lights` in a scene file.");
     session.def("set_material", &PythonSession::set_material, py::arg("name"), py::arg("changes"),
@@ -356,28 +359,29 @@ session: another one waits.)");
     session.def(
         "place", &PythonSession::place, py::arg("instance"), py::arg("translate") = py::none(),
         py::arg("scale") = py::none(), py::arg("rotate") = py::none(),
-        "Moves an instance: to (x, y, z) metres, to a scale, to angles about x, then y, then z [degrees]. "
-        "What\nis None stays.");
+        "Places an instance: translate (x, y, z) in metres, scale, and rotate, degrees about x, then y,\n"
+        "then z. None keeps the current value.");
     session.def(
         "rotate",
         [](PythonSession& self, const py::object& instance, const py::object& axis, double angle) {
             const std::size_t of = self.number_of(instance);
             const Vec3f about = vector(axis, "axis");
-            if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); wanted a direction");
-            if (!std::isfinite(angle)) throw py::value_error("angle is no finite number");
+            if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); expected a direction");
+            if (!std::isfinite(angle))
+                throw py::value_error("angle is not finite; expected a number of degrees");
             self.do_now([&](SeenSession& inside) { inside.rotate(of, Vec3d(about), angle * degree); });
         },
         py::arg("instance"), py::arg("axis"), py::arg("angle"),
-        "Turns an instance by degrees about an axis through its origin, beyond the turns that it has.");
+        "Rotates an instance further by degrees about an axis through its origin.");
     session.def("clone", &PythonSession::clone, py::arg("instance"), py::arg("name") = "",
-                "A copy in the same place; returns its number, the last.");
+                "Copies an instance to the same place. Returns its index, the last one.");
     session.def("remove", &PythonSession::remove, py::arg("instance"),
-                "Takes an instance away; later ones move up by one.");
+                "Removes an instance. The indices of later ones decrease by one.");
     session.def(
         "frame", &PythonSession::frame, py::arg("moving") = false,
-        "Radiance as it is now, by the transfer vectors. moving: quicker, while something is dragged.");
+        "Computes the current radiance by the transfer vectors. moving: faster, for use during motion.");
     session.def("commit", &PythonSession::commit, py::arg("progress") = py::none(),
-                "Radiance as it is now, in full: with the bits of a bake.");
+                "Computes the current radiance in full, bit-identical to a bake.");
     session.def_property_readonly(
         "radiance", &PythonSession::radiance,
         R"(A list with an array for each instance, (N, 3), outgoing and linear, W/(m^2 sr).
@@ -400,13 +404,13 @@ removed; then they keep what they had. As in bakes, images do not multiply them:
             for (const ShadedInstance& instance : instances) matrices.append(matrix_of(instance.placement));
             return matrices;
         },
-        "Where each instance stands: (4, 4), from its frame to the world.");
+        "A list with the matrix of each instance: (4, 4), from its frame to the world.");
     session.def("picture", &PythonSession::picture,
                 "(height, width, 3): a quick picture from the eye, drawn without POV-Ray.");
     session.def_property_readonly(
         "transfer_bytes",
         [](PythonSession& self) { return self.do_now([](SeenSession& of) { return of.transfer_bytes(); }); },
-        "Memory of the transfer vectors.");
+        "The memory of the transfer vectors, in bytes.");
     static constexpr auto varying = {OptionSet::frames, OptionSet::occlusion, OptionSet::lighting};
     py::options undocumented;
     undocumented.disable_function_signatures();

@@ -11,12 +11,12 @@ namespace haarfield::python {
 
 namespace {
 
-/// Texels as 8 bit sRGB, which is what textures are: bytes as they are, floats taken as linear.
+/// Returns an image file of texels in 8 bit sRGB. Bytes are stored unchanged; floats are linear.
 std::string image_file_of(const py::array& texels, const std::string& name) {
     const bool is_bytes = texels.dtype().kind() == 'u' && texels.itemsize() == 1;
     if (texels.ndim() != 3 || (texels.shape(2) != 3 && texels.shape(2) != 4) || texels.size() == 0)
         throw py::value_error(
-            fmt::format("{} is of shape {}; wanted (height, width, 3 or 4)", name, shape_text(texels)));
+            fmt::format("{} has the shape {}; expected (height, width, 3 or 4)", name, shape_text(texels)));
     const FloatArray values = floats(texels, name, {any_length, any_length, any_length});
     const auto channels = static_cast<std::size_t>(texels.shape(2));
     std::vector<std::array<std::uint8_t, 4>> bytes(static_cast<std::size_t>(texels.size()) / channels,
@@ -32,14 +32,14 @@ std::string image_file_of(const py::array& texels, const std::string& name) {
 }
 
 LatLongImage environment_of(const py::array& pixels, const std::string& name) {
-    // Readers clean environments, and count what they mend; so does haarfield with these.
+    // The environment is cleaned later, with a count of the repaired pixels, as for files.
     const auto values = FloatArray::ensure(pixels);
     if (!values || values.ndim() != 3 || values.shape(2) != 3 || values.shape(0) == 0 ||
         values.shape(1) != 2 * values.shape(0))
-        throw py::value_error(
-            fmt::format("{} is of shape {}; wanted (height, 2 height, 3): a lat-long image is twice as wide "
-                        "as high",
-                        name, shape_text(pixels)));
+        throw py::value_error(fmt::format(
+            "{} has the shape {}; expected (height, 2 height, 3): a lat-long image is twice as wide "
+            "as high",
+            name, shape_text(pixels)));
     LatLongImage image{static_cast<int>(values.shape(1)), static_cast<int>(values.shape(0)), {}};
     image.pixels.resize(static_cast<std::size_t>(values.size()) / 3);
     for (std::size_t i = 0; i < image.pixels.size(); ++i)
@@ -47,14 +47,14 @@ LatLongImage environment_of(const py::array& pixels, const std::string& name) {
     return image;
 }
 
-/// A name that nothing that is given has yet.
+/// Returns a name that no given mesh or image has.
 std::string new_name(const std::string& place, const GivenFiles& given) {
     std::string name = place;
     for (int number = 2; names_of(given).contains(name); ++number) name = fmt::format("{} {}", place, number);
     return name;
 }
 
-/// Takes Python's values over into tables.
+/// Converts Python values into tables.
 class TableWriter {
 public:
     explicit TableWriter(GivenFiles& given) : given_(given) {}
@@ -62,7 +62,7 @@ public:
     void change(const py::dict& changes, toml::table& table, const std::string& place) {
         for (const auto& [name, value] : changes) {
             if (!py::isinstance<py::str>(name))
-                throw py::type_error(fmt::format("{} has the key {}; wanted texts",
+                throw py::type_error(fmt::format("{} has the key {}; expected texts",
                                                  place.empty() ? "the scene" : place,
                                                  py::repr(name).cast<std::string>()));
             const auto key = name.cast<std::string>();
@@ -112,10 +112,10 @@ private:
             }
             return to.push_back(std::move(list));
         }
-        if (py::hasattr(value, "item") && py::hasattr(value, "dtype"))  // numpy's numbers
+        if (py::hasattr(value, "item") && py::hasattr(value, "dtype"))  // numbers of numpy
             return add(value.attr("item")(), place, key, to);
         throw py::type_error(fmt::format(
-            "{} is of type {}; wanted a number, a text, True or False, a list, a dict, a Mesh, or "
+            "{} is of type {}; expected a number, a text, True or False, a list, a dict, a Mesh, or "
             "an array for an image",
             place, py::str(py::type::of(value).attr("__name__")).cast<std::string>()));
     }
@@ -138,7 +138,7 @@ private:
     GivenFiles& given_;
 };
 
-/// Texels of an image that PNG bytes hold: linear, with alpha if there is any.
+/// Returns the texels of a PNG image: linear, with alpha if present.
 py::array texels_of(const std::string& bytes, const std::string& name) {
     const Image image = value_of(read_image_bytes(bytes, name));
     const std::size_t channels = image.coverage.empty() ? 3 : 4;
@@ -151,7 +151,7 @@ py::array texels_of(const std::string& bytes, const std::string& name) {
     return array_of(std::move(texels), {image.height, image.width, static_cast<py::ssize_t>(channels)});
 }
 
-/// The value of a text: what is given under this name, or the text.
+/// Returns the mesh or image that is given under a name; otherwise the text itself.
 py::object given_or_text(const std::string& key, const std::string& text, const GivenFiles& given) {
     if (const auto mesh = given.meshes.find(text); key == "mesh" && mesh != given.meshes.end())
         return py::cast(ArrayMesh{{mesh->second, mesh->second->given()}});
@@ -184,13 +184,13 @@ ArrayMesh mesh_of(const py::object& positions, const py::object& triangles, cons
     const auto count = static_cast<py::ssize_t>(mesh.positions.size());
     const auto corners = indices(triangles, "triangles", {any_length, 3}, mesh.positions.size());
     mesh.triangles.resize(static_cast<std::size_t>(corners.shape(0)));
-    if (mesh.triangles.empty()) throw py::value_error("triangles is empty; wanted at least one");
+    if (mesh.triangles.empty()) throw py::value_error("triangles is empty; expected at least one");
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
         for (std::size_t k = 0; k < 3; ++k) mesh.triangles[i][k] = corners.data()[3 * i + k];
     if (!normals.is_none()) mesh.normals = vectors<Vec3f>(normals, "normals", count);
     if (!uvs.is_none()) mesh.uvs = vectors<Vec2f>(uvs, "uvs", count);
     if (!colours.is_none()) mesh.colours = vectors<Rgb>(colours, "colours", count);
-    if (materials.empty()) throw py::value_error("materials is empty; wanted at least one name");
+    if (materials.empty()) throw py::value_error("materials is empty; expected at least one name");
     mesh.material_names = std::move(materials);
     if (!triangle_materials.is_none()) {
         const auto of =
@@ -217,17 +217,17 @@ py::dict dict_of(const toml::table& tables, const GivenFiles& given) {
 
 void add_mesh(py::module_& module) {
     py::class_<ArrayMesh> mesh(module, "Mesh",
-                               R"(A mesh of arrays, to stand in a scene where a file's name would.
+                               R"(A mesh of arrays that replaces a mesh file in a scene.
 
 positions           (N, 3), metres, +y up.
 triangles           (M, 3) indices of positions, counter-clockwise seen from outside.
 normals             (N, 3) of any length, or None: smoothed over edges of less than 35 degrees.
 uvs                 (N, 2), (0, 0) is an image's lower left; for materials with images.
-colours             (N, 3), linear, multiplied with what is diffuse where no material is named.
-materials           names, of which an entity's `materials` makes materials of the scene.
+colours             (N, 3), linear, multiplied with the diffuse colour if no material is named.
+materials           names that an entity's `materials` maps to materials of the scene.
 triangle_materials  (M,) indices of materials, or None: the first.
 
-It is mended as a file's mesh is: n-gons apart, everything that `haarfield bake` takes is welcome.)");
+The mesh is repaired like that of a file: except for polygons, all meshes that `haarfield bake` accepts are valid.)");
     mesh.def(py::init(&mesh_of), py::arg("positions"), py::arg("triangles"), py::arg("normals") = py::none(),
              py::arg("uvs") = py::none(), py::arg("colours") = py::none(),
              py::arg("materials") = std::vector<std::string>{""}, py::arg("triangle_materials") = py::none());

@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes as Python writes them: dicts of a scene file's keys, with arrays where the file names files.
+/// Scenes in Python: dicts with the keys of a scene file, and arrays in place of file names.
 
 #include "scenes/given_files.h"
 #include "scenes/toml_table.h"
@@ -10,20 +10,20 @@ namespace haarfield::python {
 
 namespace py = pybind11;
 
-/// A mesh that was made of arrays.
+/// A mesh made of arrays.
 struct ArrayMesh {
     std::shared_ptr<const GivenMesh> mesh;
 };
 
-/// Changes tables as a dict wants it: a dict in it changes the table of its name, everything else takes the
-/// place of what was there, and None takes it away. Arrays under `image` and meshes under `mesh` are added to
-/// what is given.
+/// Changes tables according to a dict. A dict inside changes the table of its name, other values replace the
+/// existing ones, and None removes them. Arrays under `image` and meshes under `mesh` are added to the given
+/// files.
 ///
-/// raises  TypeError for what no scene can hold, with its place: `materials.oak.diffuse`.
+/// raises  TypeError for values that no scene can contain, with their place: `materials.oak.diffuse`.
 void change_tables(const py::dict& changes, toml::table& tables, GivenFiles& given);
 
-/// The tables as a dict from which the same scene can be made: with a Mesh or an array for each name of
-/// what is given.
+/// Returns the tables as a dict from which the same scene can be made, with a Mesh or an array in place of
+/// the name of each given file.
 py::dict dict_of(const toml::table& tables, const GivenFiles& given);
 
 /// Adds Mesh to the module.

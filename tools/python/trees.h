@@ -1,5 +1,5 @@
 #pragma once
-/// Quadtrees of Haar wavelets as arrays.
+/// Converts quadtrees of Haar wavelets to arrays.
 
 #include "fields/wavelets/haar_transform.h"
 
@@ -9,16 +9,16 @@ namespace haarfield::python {
 
 namespace py = pybind11;
 
-/// A function of direction in Python: its trees, and how many texels along an edge they are meant for.
+/// A function of direction in Python: its trees, and their number of texels along an edge.
 struct PythonTree {
     CubemapTree trees;
     int size = 64;
 };
 
-/// A face's tree: a dict of scaling, wavelets (n, 3) and children (n, 4), -1 where there is none.
+/// Returns a face's tree as a dict of scaling, wavelets (n, 3) and children (n, 4), -1 for no child.
 py::dict arrays_of(const Quadtree& tree);
 
-/// (6, N, N)
+/// Returns the texels: (6, N, N).
 py::array texels_of(const CubemapTree& tree, int size);
 
 }  // namespace haarfield::python

@@ -11,13 +11,13 @@
 namespace haarfield {
 namespace {
 
-constexpr std::size_t most_steps = 500;  ///< That can be taken back.
+constexpr std::size_t most_steps = 500;  ///< That can be undone.
 
 Error no_object(std::uint32_t object) {
-    return Error{"", fmt::format("there is no object {}", object)};
+    return Error{"", fmt::format("unknown object {}", object)};
 }
 
-/// The name without a number behind it, so that copies of copies do not grow `_2_2`.
+/// Returns the name without a trailing number, so that copies of copies are not named `_2_2`.
 std::string without_number(const std::string& name) {
     const std::size_t bar = name.find_last_of('_');
     if (bar == std::string::npos || bar == 0 || bar + 1 == name.size()) return name;
@@ -33,7 +33,8 @@ std::string copy_name(const Scene& scene, const std::string& name) {
     return unique_name(without_number(name), taken);
 }
 
-/// An environment with its rotation in `turn`: turning twice would blur the light twice.
+/// Returns an environment whose rotation is part of `turn`. Two separate rotations would blur the light
+/// twice.
 EnvironmentDescription turned_once(EnvironmentDescription light) {
     if (light.rotation != 0) light.turn = light.turn * rotation_about({0, 1, 0}, double(light.rotation));
     light.rotation = 0;
@@ -48,7 +49,7 @@ bool has_same_mesh(const Entity& a, const Entity& b) {
            a.planar_samples == b.planar_samples && a.spherical_samples == b.spherical_samples;
 }
 
-/// Makes an edit of a design; what it changes in part is of no use if it fails.
+/// Applies an edit to a design. A failed edit may leave the design partly changed; the caller discards it.
 struct EditMaker {
     Design& design;
     std::uint64_t stamp;
@@ -69,7 +70,7 @@ struct EditMaker {
     }
 
     Result<Done> operator()(const MixLights& edit) {
-        if (!design.scene.environment.blend) return Error{"", "there is one light; wanted two to be mixed"};
+        if (!design.scene.environment.blend) return Error{"", "the scene has one light; mixing expects two"};
         design.scene.environment.blend->share = edit.share;
         return Done{};
     }
@@ -100,7 +101,8 @@ struct EditMaker {
     Result<Done> operator()(const DeleteObject& edit) {
         const std::optional<std::size_t> place = place_of(design, edit.object);
         if (!place) return no_object(edit.object);
-        if (design.ids.size() == 1) return Error{"", "it is the last object; wanted at least one in a scene"};
+        if (design.ids.size() == 1)
+            return Error{"", "this is the last object; expected at least one object in a scene"};
         const auto at = static_cast<std::ptrdiff_t>(*place);
         Scene& scene = design.scene;
         scene.instances.erase(scene.instances.begin() + at);
@@ -119,7 +121,7 @@ struct EditMaker {
     Result<Done> operator()(const SetMaterial& edit) {
         const auto known = design.scene.materials.find(edit.name);
         if (known == design.scene.materials.end())
-            return Error{"", fmt::format("there is no material \"{}\" in the scene", edit.name)};
+            return Error{"", fmt::format("unknown material \"{}\"", edit.name)};
         const std::filesystem::path image = known->second.image;
         known->second = edit.material;
         known->second.image = image;
@@ -139,8 +141,7 @@ struct EditMaker {
 
     Result<Done> operator()(const SetLamp& edit) {
         const auto lamp = std::ranges::find(design.scene.lamps, edit.name, &SceneLamp::name);
-        if (lamp == design.scene.lamps.end())
-            return Error{"", fmt::format("there is no lamp \"{}\" in the scene", edit.name)};
+        if (lamp == design.scene.lamps.end()) return Error{"", fmt::format("unknown lamp \"{}\"", edit.name)};
         lamp->colour = edit.colour;
         if (edit.position) lamp->position = *edit.position;
         design.lamp_stamp = stamp;
@@ -167,8 +168,8 @@ struct EditMaker {
             const std::optional<std::size_t> mesh = mesh_of(instance, edit.scene);
             if (!mesh)
                 return Error{
-                    "", fmt::format("the autosaved scene has another mesh or shape for the object \"{}\" "
-                                    "than {} has now",
+                    "", fmt::format("the autosaved scene has a different mesh or shape for the object \"{}\" "
+                                    "of {}",
                                     instance.name, now.name)};
             entities.push_back(*mesh);
         }
@@ -183,8 +184,8 @@ struct EditMaker {
         return Done{};
     }
 
-    /// The prepared mesh of another scene's instance: that of an instance here with the same entity and
-    /// shape.
+    /// Returns the prepared mesh for an instance of another scene: that of an instance here with the same
+    /// entity and shape.
     std::optional<std::size_t> mesh_of(const Instance& instance, const Scene& other) const {
         const Scene& now = design.scene;
         if (instance.entity >= now.entities.size() ||

@@ -1,5 +1,5 @@
 #pragma once
-/// What a person changes by hand in a scene that is open, and how it is taken back.
+/// Edits of an open scene, with undo and redo.
 
 #include "scenes/scene_entities.h"
 
@@ -8,31 +8,31 @@
 
 namespace haarfield {
 
-/// A scene as it stands now.
+/// The current state of an edited scene.
 ///
-/// Stamps tell contents apart: equal stamps, equal contents; what is undone gets its old stamp back.
+/// Stamps identify contents: equal stamps mean equal contents. Undo restores the old stamp.
 struct Design {
-    Scene scene;                        ///< Its camera is where the steering page looks from.
-    std::vector<std::uint32_t> ids;     ///< By Scene::instances: what messages call them. Never used twice.
-    std::vector<std::size_t> entities;  ///< By Scene::instances: place in SceneEntities::entities.
+    Scene scene;                        ///< Its camera is the view of the steering page.
+    std::vector<std::uint32_t> ids;     ///< By Scene::instances: the identifiers in messages. Never reused.
+    std::vector<std::size_t> entities;  ///< By Scene::instances: index in SceneEntities::entities.
     std::uint64_t light_stamp = 0;      ///< Of scene.environment without `turn`, `exposure` and `share`.
-    std::uint64_t material_stamp = 0;   ///< Of scene.materials and of who has which.
+    std::uint64_t material_stamp = 0;   ///< Of scene.materials and of their assignment.
     std::uint64_t lamp_stamp = 0;       ///< Of scene.lamps.
 };
 
 /// @name Edits
-/// What hands do. Numbers are finite and in the ranges of the scene file: see read_edit.
+/// Changes of a design. Numbers are finite and in the ranges of the scene file: see read_edit.
 /// @{
 
-/// Turns the environment, as it stands in its file, by a rotation.
+/// Rotates the environment, relative to its file.
 struct TurnLight {
     Rotation turn;
 };
-/// Exchanges the environment, or mixes two.
+/// Replaces the environment by another, or by a mixture of two.
 struct ChooseLight {
-    EnvironmentDescription light;  ///< Its image or sky, and what is blended with it.
+    EnvironmentDescription light;  ///< Its image or sky, and the light that is blended with it.
 };
-/// How much of the second light there is, where two are mixed.
+/// Sets the fraction of the second of two mixed lights.
 struct MixLights {
     float share;
 };
@@ -43,21 +43,21 @@ struct PlaceObject {
     std::uint32_t object;
     Placement placement;
 };
-/// A copy beside the object.
+/// Adds a copy of an object in the same place.
 struct CloneObject {
     std::uint32_t object;
 };
 struct DeleteObject {
     std::uint32_t object;
 };
-/// Exchanges a material of the scene, but for its image.
+/// Changes a material of the scene, except for its image.
 struct SetMaterial {
     std::string name;
     SceneMaterial material;
 };
-/// Moves the eye, and what it looks at; the angle and the picture's size are the scene's.
+/// Moves the eye and its target. Field of view and resolution are those of the scene.
 struct MoveEye {
-    Vec3f position, target;  ///< In different places.
+    Vec3f position, target;  ///< Must differ.
 };
 /// Changes the analytic sky that lights the scene.
 struct SetSky {
@@ -68,15 +68,15 @@ struct SetSky {
 struct SetLamp {
     std::string name;
     Rgb colour;
-    std::optional<Vec3f> position;  ///< None: it stays.
+    std::optional<Vec3f> position;  ///< None: unchanged.
 };
-/// Gives a part of a model a material of the scene, which begins as a copy of the model's own.
+/// Assigns a new material of the scene to a part of a model, starting as a copy of the model's own material.
 struct OwnMaterial {
     std::size_t entity;  ///< In Scene::entities.
     std::string part;    ///< The material's name in the model.
     SceneMaterial material;
 };
-/// Replaces everything but the meshes by a scene that an earlier session has left.
+/// Replaces everything but the meshes by a scene that an earlier session left behind.
 struct RestoreScene {
     Scene scene;
 };
@@ -103,16 +103,16 @@ DesignDifference difference(const Design& a, const Design& b, std::uint32_t movi
 /// The fraction of the second light in a design's environment; 0 if there is none.
 float second_share(const Design& design);
 
-/// A scene that is opened, with new ids.
+/// Returns the design of a newly opened scene, with new ids.
 Design opened_design(const Scene& scene, const SceneEntities& entities);
 
 /// Tests whether two scenes differ in more than the camera.
 bool is_changed(const Scene& scene, const Scene& from);
 
-/// The place of an object in Scene::instances; none if there is no such object.
+/// Returns the index of an object in Scene::instances; none if the object does not exist.
 std::optional<std::size_t> place_of(const Design& design, std::uint32_t object);
 
-/// The scene's designs, one step after another.
+/// The designs of a scene in sequence, for undo and redo.
 class History {
 public:
     explicit History(Design start) : now_(std::move(start)), next_id_(highest_id() + 1) {}
@@ -121,18 +121,17 @@ public:
     bool can_undo() const { return !before_.empty(); }
     bool can_redo() const { return !after_.empty(); }
 
-    /// Makes an edit. Edits of one gesture are undone together.
+    /// Applies an edit. Edits of one gesture are undone together.
     ///
-    /// gesture  the edits of one gesture follow each other and have the same number; 0: one edit alone.
-    /// entities of the scene.
-    /// errors   no such object, material or second light; the last object would be deleted; what the scene
-    ///          file can not say. Then nothing has changed.
+    /// gesture  consecutive edits with the same number belong to one gesture; 0: a single edit.
+    /// errors   unknown object, material or lamp; no second light or no sky to change; deletion of the last
+    ///          object; an autosaved scene with other meshes. The design is then unchanged.
     Result<Done> make(const Edit& edit, std::uint64_t gesture);
 
-    bool undo();  ///< False if there is nothing to take back.
-    bool redo();  ///< False if there is nothing to do again.
+    bool undo();  ///< Returns false if there is nothing to undo.
+    bool redo();  ///< Returns false if there is nothing to redo.
 
-    /// What follows is another gesture, whatever its number: that of another hand.
+    /// Ends the current gesture, even if the next edit has the same number, because another page makes it.
     void end_gesture() { gesture_ = 0; }
 
 private:

@@ -38,7 +38,7 @@ Result<Environment> environment_of(const ShelfLight& light) {
     return described_environment(scene, ignored);
 }
 
-/// Means of whole pixels, `factor` by `factor`.
+/// Returns an image that is reduced by averaging `factor` by `factor` pixels.
 LatLongImage reduced(const LatLongImage& image, int factor) {
     LatLongImage small{image.width / factor, image.height / factor, {}};
     const auto width = std::size_t(image.width);
@@ -130,7 +130,7 @@ std::string LightShelf::name_of(const std::filesystem::path& image,
 Result<std::string> LightShelf::add(std::string_view name, std::string_view bytes) {
     const std::string plain = plain_name(std::filesystem::path(name).filename().string());
     if (plain.empty() || plain.front() == '.' || plain.size() > 100)
-        return Error{"", "found an unsuitable file name; expected 1 to 100 characters, the first not a dot"};
+        return Error{"", "found an invalid file name; expected 1 to 100 characters, the first not a dot"};
     if (image_plugin(bytes) == nullptr)
         return Error{plain, fmt::format("found no image; expected a lat-long image ({})", image_formats)};
     const std::lock_guard lock(mutex_);
@@ -146,7 +146,7 @@ Result<std::string> LightShelf::add(std::string_view name, std::string_view byte
     return lights_.back().name;
 }
 
-/// Numbers the stem, so that the file keeps its extension: `sky_2.hdr`.
+/// Adds a number to the stem, so that the file keeps its extension: `sky_2.hdr`.
 std::string LightShelf::free_name(const std::filesystem::path& wanted) const {
     std::set<std::string> stems;
     for (const ShelfLight& light : lights_) stems.insert(std::filesystem::path(light.name).stem().string());

@@ -1,5 +1,5 @@
 #pragma once
-/// The lights that a page can choose from: by name, never by path.
+/// The lights that a page can choose from, by name and never by path.
 
 #include "scenes/scene.h"
 
@@ -7,33 +7,33 @@
 
 namespace haarfield {
 
-/// A light of the shelf.
+/// A selectable light.
 struct ShelfLight {
-    std::string name;             ///< What pages call it.
-    std::filesystem::path image;  ///< Empty if it is a sky.
+    std::string name;             ///< The name that pages use.
+    std::filesystem::path image;  ///< Empty for a sky.
     std::optional<AnalyticSky> sky;
 };
 
-/// Lights of the scene, of a folder, and what pages send. From any thread.
+/// The lights of the scene and of a folder, and uploaded ones. Thread-safe.
 class LightShelf {
 public:
-    /// folder   whose .exr and .hdr files are offered, by name; empty: none. A sky is always offered.
-    /// uploads  where lights go that pages send; made when the first one comes.
+    /// folder   its .exr and .hdr files are offered by name; empty: none. A sky is always offered.
+    /// uploads  the folder of uploaded lights, created for the first one.
     LightShelf(const EnvironmentDescription& scene, const std::filesystem::path& folder,
                std::filesystem::path uploads);
 
-    std::vector<ShelfLight> lights() const;  ///< In order.
+    std::vector<ShelfLight> lights() const;  ///< Returns all lights in order.
     std::optional<ShelfLight> find(std::string_view name) const;
     /// Replaces the shelf's first sky, unless the shelf has this one.
     void set_sky(const AnalyticSky& sky);
-    /// The name of an image or a sky; empty if it is not on the shelf.
+    /// Returns the name of an image or a sky; empty if the shelf does not have it.
     std::string name_of(const std::filesystem::path& image, const std::optional<AnalyticSky>& sky) const;
 
-    /// Stores a panorama that a page sends, and returns its name on the shelf.
+    /// Stores an uploaded panorama. Returns its name on the shelf.
     ///
-    /// name    of the file; a number is added to its stem if the shelf has a light of that stem.
+    /// name    the file name. A number is added to its stem if the shelf has a light with this stem.
     /// bytes   a lat-long image in one of image_formats. 8 and 16 bit integers are sRGB, floats linear.
-    /// errors  an unsuitable name; no lat-long image (then nothing is stored); errors of the file system.
+    /// errors  an invalid name; not a lat-long image (nothing is stored); I/O errors.
     Result<std::string> add(std::string_view name, std::string_view bytes);
 
 private:
@@ -45,14 +45,15 @@ private:
     std::filesystem::path uploads_;
 };
 
-/// A small picture of a light, as its automatic exposure shows it: a PNG's bytes.
+/// Returns a small picture of a light with its automatic exposure, as the bytes of a PNG.
 ///
-/// cost    reading the light, some 0.1 s for 2048 x 1024 pixels.
-/// errors  of reading it.
+/// cost    reading the light: about 0.1 s for 2048 x 1024 pixels.
+/// errors  of reading the light.
 Result<std::string> thumbnail_png(const ShelfLight& light);
 
-/// What a page puts behind the scene: width and height as 32 bit, then half floats, red, green, blue and 1 a
-/// pixel, rows from the top. At most 2048 pixels wide: others are means of so many. Little-endian.
+/// Returns the background of a page: width and height (32 bit), then four half floats per pixel (red, green,
+/// blue and 1), rows from the top. Little-endian. Images wider than 2048 pixels are reduced by averaging
+/// pixels.
 ///
 /// errors  of reading the light.
 Result<std::string> background_bytes(const ShelfLight& light);

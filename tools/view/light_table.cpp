@@ -12,10 +12,10 @@
 namespace haarfield {
 namespace {
 
-constexpr std::size_t most_known = 4;   ///< Each has some 2 MB of directions, and its image.
-constexpr int lights_while_moving = 4;  ///< A source.
+constexpr std::size_t most_known = 4;   ///< Each takes about 2 MB for directions, and its image.
+constexpr int lights_while_moving = 4;  ///< Per source.
 
-/// Tells lights apart.
+/// Returns a key that identifies a light.
 std::string light_key(const std::filesystem::path& image, const std::optional<AnalyticSky>& sky) {
     if (!sky) return "image " + image.string();
     return fmt::format("sky {} {} {} {} {} {} {}", sky->turbidity, sky->sun_elevation, sky->sun_azimuth,

@@ -1,5 +1,5 @@
 #pragma once
-/// The lights that a design has had, encoded so that they can be turned, mixed and dimmed in every frame.
+/// Caches the lights of a design, encoded so that they can be rotated, mixed and dimmed in every frame.
 
 #include "shading/scene/exposure.h"
 #include "shading/scene/light_sources.h"
@@ -11,7 +11,7 @@
 
 namespace haarfield {
 
-/// A light as it can be turned from frame to frame.
+/// A light that can be rotated in every frame.
 struct EncodedLight {
     Environment environment;             ///< As its file has it, cleaned; neither turned nor exposed.
     TurnableLight smooth;                ///< What wavelets serve of it,
@@ -20,18 +20,18 @@ struct EncodedLight {
     std::vector<ExposedLight> gathered;  ///< For the exposure of mixtures, and with lamps.
 };
 
-/// Reads and encodes lights, and keeps the last few.
+/// Reads and encodes lights, and caches the most recent ones.
 class LightTable {
 public:
     explicit LightTable(const RenderSettings& settings) : settings_(settings) {}
 
-    /// Takes a design's light, or two of them.
+    /// Selects the light or the two lights of a design.
     ///
-    /// cost    0.5 s for a light of 1024 x 512 pixels that is new.
-    /// errors  of its files; then the light of before stays.
+    /// cost    0.5 s for a new light of 1024 x 512 pixels.
+    /// errors  of its files; the previous light then remains selected.
     Result<Done> take(const Design& design);
 
-    /// Reads and encodes a light that may be taken next.
+    /// Reads and encodes a light that may be selected next.
     Result<Done> know(const EnvironmentDescription& light);
 
     /// @name Of the design that was taken last; share, turn and exposure may be others. @{
@@ -48,7 +48,8 @@ private:
                                                         const std::optional<AnalyticSky>& sky);
 
     RenderSettings settings_;
-    std::vector<std::pair<std::string, std::shared_ptr<const EncodedLight>>> known_;  ///< The latest last.
+    /// The most recent last.
+    std::vector<std::pair<std::string, std::shared_ptr<const EncodedLight>>> known_;
     std::shared_ptr<const EncodedLight> first_, second_;
     std::optional<std::uint64_t> taken_;  ///< Design::light_stamp.
     std::optional<Environment> mixed_;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr float largest_half = 65000;
 
-/// Half floats of some vertices' colours; all, if none are chosen.
+/// Stores the colours of chosen vertices, or of all if `chosen` is null, as half floats.
 void store_halves(std::span<const Rgb> colours, float gain, const std::vector<std::uint8_t>* chosen,
                   std::vector<std::uint16_t>& halves) {
     constexpr std::size_t grain = 16384;

@@ -10,19 +10,19 @@
 
 namespace haarfield {
 
-/// What frames follow without being shaded in full.
+/// A change that frames can follow without full shading.
 struct Variation {
     enum class Of { nothing, light, eye, object };
     Of of = Of::nothing;
-    std::uint32_t object = 0;  ///< Whose translation and scale.
+    std::uint32_t object = 0;  ///< The object whose translation and scale change.
 
     bool operator==(const Variation&) const = default;
 };
 
-/// What a page shows at an object's vertices: half floats, three a vertex. [W/(m^2 sr)]
+/// The displayed radiance at an object's vertices: three half floats per vertex. [W/(m^2 sr)]
 struct VertexColours {
-    std::vector<std::uint16_t> under;  ///< To be multiplied with textures.
-    std::vector<std::uint16_t> over;   ///< On top of them; empty if there is nothing.
+    std::vector<std::uint16_t> under;  ///< Multiplied by textures.
+    std::vector<std::uint16_t> over;   ///< Added after textures; empty if there is none.
 };
 
 /// A scene's meshes and fields, and a relighting session. Occlusion by other objects is interpolated from
@@ -32,18 +32,18 @@ struct VertexColours {
 /// colours are then those of before.
 class LiveScene {
 public:
-    /// settings  of `bake`.
+    /// settings  those of `bake`.
     LiveScene(const Scene& scene, SceneEntities entities, const RenderSettings& settings,
               const TransferSettings& transfer);
 
     const SceneEntities& entities() const { return *entities_; }
 
-    /// Reads a design's light, which all calls below do that need it.
+    /// Reads the light of a design. Must precede calls that use the design.
     ///
-    /// errors  of its files.
+    /// errors  those of the light's files.
     Result<Done> take_light(const Design& design);
 
-    /// Of an entity the one of Scene::entities that it was prepared from.
+    /// Returns the index in Scene::entities from which an entity was prepared.
     std::size_t described_by(std::size_t entity) const { return described_by_[entity]; }
 
     /// The variation that the vectors are for.
@@ -52,23 +52,22 @@ public:
     /// True if frames can follow the variation in this design.
     bool follows(const Design& design, const Variation& variation) const;
 
-    /// Makes the vectors of a variation, in all else for this design.
+    /// Computes the transfer vectors of a variation of this design.
     Result<Done> vary(const Design& design, const Variation& variation, const Progress& progress);
 
-    /// The colours by vectors that were made.
+    /// Computes the colours by the transfer vectors.
     ///
-    /// accuracy  see RelightSession::frame; while the eye moves those that the camera may see, after the
-    ///           first frame.
-    /// errors    interrupted; nothing varies, or the design differs in more than what does.
-    ///
-    /// window  what the page shows: the eye's place is the design's.
+    /// window    the camera of the page; the eye's position is that of the design.
+    /// accuracy  see RelightSession::frame. While the eye moves, frames after the first one update only
+    ///           vertices that the camera may see.
+    /// errors    interrupted. The transfer vectors must suit the design (asserted); see follows.
     Result<Done> show(const Design& design, const Camera& window, FrameQuality quality,
                       const Progress& progress);
 
-    /// The colours in full, as far as fields tell. About a second.
+    /// Shades in full, with occlusion by fields. Takes about a second.
     Result<Done> shade(const Design& design, const Progress& progress);
 
-    /// The colours that `bake` makes of the design's file.
+    /// Shades with the result of `bake` for the design's file.
     Result<Done> commit(const Design& design, const Progress& progress);
 
     /// True if a commit finds cached visibility: no object has moved since the last commit.
@@ -97,10 +96,10 @@ public:
 
     LightTable& lights() { return lights_; }
 
-    /// The picture of a design whose colours are these, by the preview renderer.
+    /// Renders a picture of a design with the current colours by the preview renderer.
     Image picture(const Design& design, Preview& preview);
 
-    /// Memory of the vectors. [bytes]
+    /// Returns the memory of the transfer vectors. [bytes]
     std::size_t transfer_bytes() const { return session_ ? session_->transfer_bytes() : 0; }
 
 private:
@@ -117,8 +116,8 @@ private:
     void take_colours(const Design& design, const VertexMask* chosen = nullptr);
 
     std::unique_ptr<SceneEntities> entities_;
-    std::vector<std::size_t> described_by_;            ///< Entities of the scene, by entities_.
-    std::vector<std::vector<Surface>> file_surfaces_;  ///< By entities_: as they were prepared.
+    std::vector<std::size_t> described_by_;            ///< Indices of the scene's entities, by entities_.
+    std::vector<std::vector<Surface>> file_surfaces_;  ///< By entities_, as prepared.
     std::vector<std::vector<Emitter>> emitters_;       ///< By entities_.
     RenderSettings settings_;
     TransferSettings transfer_settings_;
@@ -129,9 +128,9 @@ private:
     std::optional<std::uint64_t> material_stamp_;                 ///< Of entities_.
     std::optional<std::pair<std::uint64_t, float>> environment_;  ///< Stamp and share, of the session.
 
-    Variation varied_;                 ///< What there are vectors for,
-    std::optional<Design> varied_of_;  ///< and of what.
-    bool is_whole_ = false;            ///< All colours are of these vectors.
+    Variation varied_;                 ///< For which transfer vectors exist,
+    std::optional<Design> varied_of_;  ///< and of which design.
+    bool is_whole_ = false;            ///< True if all colours come from these vectors.
     std::optional<Design> committed_;
     std::map<std::uint32_t, VertexColours> colours_;
 };

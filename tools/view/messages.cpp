@@ -16,7 +16,7 @@ using Json = nlohmann::json;
 
 constexpr Range shares{0, 1};
 
-/// Takes keys out of a message. After the first error nothing is taken any more.
+/// Reads the keys of a message. After the first error, all further reads do nothing.
 class MessageReader {
 public:
     explicit MessageReader(const Json& object, std::string name = "")
@@ -47,7 +47,7 @@ public:
             refuse(key, fmt::format("a text of 1 to {} bytes", longest));
     }
 
-    /// A vector or a colour.
+    /// Reads a vector or a colour.
     template <class Vector>
     void take_three(const char* key, Vector& value, const Range& range) {
         std::array<double, 3> numbers{};
@@ -59,16 +59,16 @@ public:
         std::array<double, 4> q{};
         if (!take_list(key, q, {-1e3, 1e3})) return;
         const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-        if (!(length > 1e-6)) return refuse(key, "a quaternion of some length: x, y, z, w");
+        if (!(length > 1e-6)) return refuse(key, "a quaternion x, y, z, w that is not 0");
         const double x = q[0] / length, y = q[1] / length, z = q[2] / length, w = q[3] / length;
         Rotation given;
         given.row = {Vec3d(1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
                      Vec3d(2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
                      Vec3d(2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y))};
-        value = as_degrees(given);  // so that a scene that is saved has its bits
+        value = as_degrees(given);  // a saved scene then has bit-identical values
     }
 
-    /// An object, whose keys are taken by `use`.
+    /// Reads an object whose keys are read by `use`.
     template <class Use>
     void take_part(const char* key, const Use& use) {
         const Json* found = find(key);
@@ -85,16 +85,15 @@ public:
     }
 
     void refuse(const char* key, const std::string& wanted) {
-        // Long or strange values are not sent back.
-        if (!error_) error_ = Error{"", fmt::format("{}{} is not as wanted: {}", name_, key, wanted)};
+        // The message omits values that are long or unusual.
+        if (!error_) error_ = Error{"", fmt::format("{}{} is invalid; expected {}", name_, key, wanted)};
     }
 
-    /// Refuses keys that were not asked for.
+    /// Rejects keys that were not read.
     void finish() {
         for (const auto& [key, value] : object_.items())
             if (!error_ && !known_.contains(key))
-                error_ = Error{
-                    "", fmt::format("there is a key that is not known here: {}{}", name_, key.substr(0, 40))};
+                error_ = Error{"", fmt::format("unknown key: {}{}", name_, key.substr(0, 40))};
     }
 
     const std::optional<Error>& error() const { return error_; }
@@ -248,11 +247,11 @@ Content look(MessageReader& reader) {
     reader.take("height", height);
     constexpr std::uint32_t most = 16384;
     if (width < 1 || height < 1 || width > most || height > most)
-        reader.refuse("width", "and height in [1, 16384]");
+        reader.refuse("width", "width and height in [1, 16384]");
     look.camera.width = static_cast<int>(std::clamp(width, 1u, most));
     look.camera.height = static_cast<int>(std::clamp(height, 1u, most));
     if (!((look.camera.target - look.camera.position).length() > 1e-6f))
-        reader.refuse("target", "another place than position");
+        reader.refuse("target", "a place that differs from position");
     return look;
 }
 
@@ -319,10 +318,10 @@ const std::map<std::string, ContentReader, std::less<>> content_readers{
 
 Result<Message> read_message(std::string_view text) {
     if (text.size() > longest_message)
-        return Error{"",
-                     fmt::format("a message of {} bytes; wanted at most {}", text.size(), longest_message)};
+        return Error{"", fmt::format("found a message of {} bytes; expected at most {}", text.size(),
+                                     longest_message)};
     const Json object = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-    if (!object.is_object()) return Error{"", "a message that is no JSON object"};
+    if (!object.is_object()) return Error{"", "found no JSON object; expected a message"};
     MessageReader reader(object);
     Message message;
     reader.require("type");
@@ -331,8 +330,7 @@ Result<Message> read_message(std::string_view text) {
     reader.take("gesture", message.gesture);
     if (reader.error()) return *reader.error();
     const auto known = content_readers.find(message.type);
-    if (known == content_readers.end())
-        return Error{"", "type is not as wanted: one of those of PROTOCOL.md"};
+    if (known == content_readers.end()) return Error{"", "type is unknown; expected a type of PROTOCOL.md"};
     message.content = known->second(reader);
     reader.finish();
     if (reader.error()) return *reader.error();
@@ -367,7 +365,7 @@ Json json_of(const Vec3f& v) {
 }
 
 Json json_of(const Rotation& rotation) {
-    // Of the four components the largest is found first: Shepperd 1978.
+    // The largest of the four components is computed first (Shepperd 1978).
     const auto& r = rotation.row;
     const double trace = r[0].x + r[1].y + r[2].z;
     std::array<double, 4> q{};

@@ -1,5 +1,5 @@
 #pragma once
-/// The page's own files, which are compiled into the program, and three.js, which the system has.
+/// The page's own files, which are compiled into the program, and three.js, which comes from the system.
 
 #include <string>
 #include <string_view>
@@ -8,12 +8,12 @@
 
 namespace haarfield {
 
-/// A file of the page, or of three.js below `three/`; none if there is no such file.
+/// Returns a file of the page, or of three.js below `three/`; none if the file does not exist.
 ///
-/// path  such as `index.html`, or empty for that.
+/// path  such as `index.html`; empty: index.html.
 std::optional<std::string> page_file(std::string_view path);
 
-/// The type of content that a file's name tells, such as `text/css`.
+/// Returns the content type for a file's name, such as `text/css`.
 std::string content_type(std::string_view path);
 
 }  // namespace haarfield

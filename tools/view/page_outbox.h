@@ -1,5 +1,5 @@
 #pragma once
-/// What waits to be sent to a page: a slow page gets fewer frames, and no queue of them.
+/// Queues data for a page. A slow page receives fewer frames instead of a queue of them.
 
 #include <deque>
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace haarfield {
 
-/// Texts in their order, and the newest frame behind them. No thread is guarded against another.
+/// Texts in order, followed by the newest frame. Not thread-safe.
 class PageOutbox {
 public:
     using Bytes = std::shared_ptr<const std::string>;
@@ -23,13 +23,13 @@ public:
         text_bytes_ += text.size();
         texts_.push_back(std::make_shared<const std::string>(std::move(text)));
     }
-    void set_frame(Bytes frame) { frame_ = std::move(frame); }    ///< Instead of one that still waits.
-    void shown() { unshown_ = unshown_ > 0 ? unshown_ - 1 : 0; }  ///< The page has shown a frame.
+    void set_frame(Bytes frame) { frame_ = std::move(frame); }    ///< Replaces a waiting frame.
+    void shown() { unshown_ = unshown_ > 0 ? unshown_ - 1 : 0; }  ///< The page has displayed a frame.
 
-    std::size_t text_bytes() const { return text_bytes_; }  ///< Of texts that wait.
+    std::size_t text_bytes() const { return text_bytes_; }  ///< Of waiting texts.
 
-    /// What is to be sent next, which waits no longer; none if there is nothing, or if a frame has to wait
-    /// until the page has shown others.
+    /// Removes and returns the next parcel to send. None if the box is empty, or if the next frame must wait
+    /// until the page has displayed earlier ones.
     std::optional<Parcel> take() {
         if (!texts_.empty()) {
             Bytes text = std::move(texts_.front());
@@ -43,7 +43,7 @@ public:
     }
 
 private:
-    static constexpr int most_unshown = 2;  ///< Frames that a page has been sent and has not shown.
+    static constexpr int most_unshown = 2;  ///< The most frames that a page was sent but has not displayed.
 
     std::deque<Bytes> texts_;
     std::size_t text_bytes_ = 0;

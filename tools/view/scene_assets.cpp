@@ -18,7 +18,7 @@ void append_halves(std::string& bytes, const std::vector<std::uint16_t>& halves)
     if (halves.size() % 2 != 0) bytes.append(2, '\0');
 }
 
-/// A triangle's material: as the preview has it.
+/// Returns a triangle's material, as the preview does.
 std::size_t material_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
     return mesh.vertex_materials[triangle[0]];
 }

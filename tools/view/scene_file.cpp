@@ -12,7 +12,7 @@
 namespace haarfield {
 namespace {
 
-/// The comments of a file; none, if it is not there.
+/// Returns the comments of a file; none if the file does not exist.
 Result<SceneComments> comments_of(const std::filesystem::path& file) {
     std::error_code ignored;
     if (!std::filesystem::exists(file, ignored)) return SceneComments{};
@@ -32,7 +32,7 @@ std::filesystem::path SceneFile::free_file(const std::filesystem::path& like) co
         const std::filesystem::path file = like.parent_path() / fmt::format("{}.view{}.toml", stem, end);
         if (!std::filesystem::exists(file, ignored)) return file;
         if (!made_.contains(file)) continue;
-        // Comments may have been written into it since.
+        // Comments may have been added to the file since.
         const Result<SceneComments> comments = comments_of(file);
         if (comments && !comments->has_others) return file;
     }
@@ -62,12 +62,12 @@ Result<SavedScene> SceneFile::save(const Scene& scene, std::string_view name) {
     if (!name.empty()) {
         const std::string plain = plain_name(name);
         if (plain.front() == '.' || plain.front() == '-')
-            return Error{"", "the name of the scene is not as wanted: letters, digits, _, - and ."};
+            return Error{"", "the name of the scene is invalid; expected letters, digits, _, - and ."};
         saved.file = opened_.parent_path() / (plain.ends_with(".toml") ? plain : plain + ".toml");
     }
     std::error_code ignored;
     if (saved.file != opened_ && !made_.contains(saved.file) && std::filesystem::exists(saved.file, ignored))
-        return Error{saved.file.string(), "is there already; wanted the name of a new file"};
+        return Error{saved.file.string(), "exists already; expected the name of a new file"};
     const Result<SceneComments> opened = comments_of(opened_);
     const Result<SceneComments> there = saved.file == opened_ ? opened : comments_of(saved.file);
     if (!opened || !there) return (opened ? there : opened).error();

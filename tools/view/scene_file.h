@@ -1,5 +1,5 @@
 #pragma once
-/// Where the scene of a session is saved, so that nothing is lost that a person has written.
+/// Saves the scene of a session without losing comments of existing files.
 
 #include "fields/base/result.h"
 #include "scenes/scene.h"
@@ -8,13 +8,14 @@
 
 namespace haarfield {
 
-/// What saving has come to.
+/// The result of saving.
 struct SavedScene {
     std::filesystem::path file;
-    std::filesystem::path instead_of;  ///< What was to be written and has comments; else empty.
+    /// The requested file if it has comments that would be lost; otherwise empty.
+    std::filesystem::path instead_of;
 };
 
-/// The file that a session was opened from, and those that it has written.
+/// The file from which a session was opened, and the files that the session has written.
 class SceneFile {
 public:
     explicit SceneFile(std::filesystem::path opened) : opened_(std::move(opened)) {}
@@ -31,17 +32,17 @@ public:
 
     /// Writes a scene to the autosave file, or removes that file if the scene is null.
     ///
-    /// cost    some 1 ms.
-    /// errors  of the file system.
+    /// cost    about 1 ms.
+    /// errors  I/O errors.
     Result<Done> autosave(const Scene* scene) const;
 
-    /// Writes a scene, with the comments on top of the file that was opened.
+    /// Writes a scene, with the comments at the top of the opened file.
     ///
-    /// name    of the file, beside that which was opened, with or without `.toml`; empty: into that one.
-    ///         A file with comments that would be lost stays as it is: `NAME.view.toml` beside it is written
-    ///         instead, or `NAME.view_2.toml` and so on, where there is one that this session has not made.
-    /// errors  no name for a scene; a file of that name that is neither the one opened nor made by this
-    ///         session; a file that can not be read; what the system says of writing.
+    /// name    a file next to the opened one, with or without `.toml`; empty: the opened file. A file with
+    ///         comments that would be lost is not changed. Instead, `NAME.view.toml` is written next to it,
+    ///         or `NAME.view_2.toml` and so on if the session has not made the existing one.
+    /// errors  an invalid name; a file with this name that is neither the opened one nor made by this
+    ///         session; an unreadable file; I/O errors.
     Result<SavedScene> save(const Scene& scene, std::string_view name = {});
 
 private:

@@ -10,12 +10,12 @@
 namespace haarfield {
 namespace {
 
-constexpr float beside = 1.1f;  ///< Half widths of the picture.
-/// The least cosine between a normal and the direction to the eye: smooth normals may point away at an
-/// outline that is seen.
+constexpr float beside = 1.1f;  ///< Half widths of the picture, with a margin.
+/// The smallest cosine between a normal and the direction to the eye. Smooth normals may point away at a
+/// visible outline.
 constexpr float least_cosine = -0.3f;
 
-/// What a camera sees of space.
+/// The view frustum of a camera, with a margin.
 class Outlook {
 public:
     explicit Outlook(const Camera& camera) : eye_(camera.position) {

@@ -1,4 +1,4 @@
-// What a session tells its pages, and what it keeps for them.
+// The part of a session that sends messages to its pages and stores data for them.
 
 #include "fields/base/names.h"
 #include "fields/file/write_file.h"
@@ -48,7 +48,7 @@ nlohmann::json ViewSession::state(bool all) const {
     if (!knows || !same_places()) {
         nlohmann::json& objects = message["objects"] = nlohmann::json::array();
         for (std::size_t i = 0; i < now.ids.size(); ++i) {
-            // The mesh has the shape already.
+            // The shape is part of the mesh.
             const Placement& placement = instances[i].placement;
             objects.push_back({{"id", now.ids[i]},
                                {"name", instances[i].name},
@@ -182,10 +182,10 @@ Result<Done> ViewSession::save(PageId page, const Save& save, const Message& mes
     return Done{};
 }
 
-/// Writes unsaved changes next to the scene, and removes that file once there are none.
+/// Writes unsaved changes next to the scene, and removes that file when there are none.
 void ViewSession::autosave() {
     const Scene& now = history_.now().scene;
-    // What an earlier session has left stays until a page decides.
+    // The autosave of an earlier session remains until a page decides.
     if (left_ || settings_.scene_file.empty() || !is_changed(now, autosaved_)) return;
     autosaved_ = now;
     const Result<Done> done = file_.autosave(is_changed(now, saved_) ? &now : nullptr);

@@ -1,4 +1,4 @@
-// What a session makes of that which arrives: changes of its design, and answers.
+// The part of a session that processes arriving messages: changes of the design, and answers.
 
 #include "tools/view/view_session.h"
 
@@ -12,8 +12,8 @@
 namespace haarfield {
 namespace {
 
-/// A model's own material as a scene file can describe it: a physical one as it is, one of the povray
-/// convention as a finish with white highlights.
+/// Returns a model's own material as a scene file can describe it: physical materials unchanged, materials of
+/// the povray convention as a finish with a white specular colour.
 SceneMaterial scene_material(const Surface& surface) {
     SceneMaterial material;
     static_cast<Material&>(material) = surface.material;
@@ -49,7 +49,7 @@ void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
                 if (last_frame_) audience_.show(arrival.page, last_frame_);
                 told_rest_ = {};
                 if (pages_.size() > 1) break;
-                last_message_ = 0;  // it counts anew
+                last_message_ = 0;  // the new page starts counting
                 last_head_ = {};
                 history_.end_gesture();
                 break;
@@ -83,7 +83,7 @@ void ViewSession::take_message(const Arrival& arrival) {
     Result<Done> done = Done{};
     const bool is_open = std::holds_alternative<Steer>(message.content);
     if (!is_open && (pages_.empty() || pages_.front() != arrival.page)) {
-        done = Error{"", "another page steers; wanted `steer` first"};
+        done = Error{"", "another page steers; send `steer` first"};
     } else {
         done = take_content(arrival.page, message);
     }
@@ -157,13 +157,13 @@ Result<Done> ViewSession::take_content(PageId page, const Message& message) {
 
 Result<Done> ViewSession::take_lights(const NamedLights& lights, const Message& message) {
     const std::optional<ShelfLight> first = shelf_.find(lights.first);
-    if (!first) return Error{"", fmt::format("there is no light \"{}\"", lights.first)};
+    if (!first) return Error{"", fmt::format("unknown light \"{}\"", lights.first)};
     ChooseLight edit;
     edit.light.image = first->image;
     edit.light.sky = first->sky;
     if (lights.second) {
         const std::optional<ShelfLight> second = shelf_.find(*lights.second);
-        if (!second) return Error{"", fmt::format("there is no light \"{}\"", *lights.second)};
+        if (!second) return Error{"", fmt::format("unknown light \"{}\"", *lights.second)};
         edit.light.blend = BlendedLight{second->image, second->sky, lights.share};
     }
     if (Result<Done> known = live_.lights().know(edit.light); !known) return known;
@@ -179,7 +179,7 @@ Result<Done> ViewSession::restore(const Message& message) {
     return Done{};
 }
 
-/// A page has restored or discarded what an earlier session has left.
+/// A page has restored or discarded the autosaved scene of an earlier session.
 void ViewSession::decide_left_scene() {
     left_.reset();
     for (const PageId page : pages_) tell_left_scene(page);
@@ -188,16 +188,16 @@ void ViewSession::decide_left_scene() {
 Result<Done> ViewSession::own_part(const OwnPart& part, const Message& message) {
     const Design& now = history_.now();
     const std::optional<std::size_t> at = place_of(now, part.object);
-    if (!at) return Error{"", fmt::format("there is no object {}", part.object)};
+    if (!at) return Error{"", fmt::format("unknown object {}", part.object)};
     const SceneEntity& entity = *live_.entities().entities[now.entities[*at]];
     if (part.part >= entity.surfaces.size())
-        return Error{"", fmt::format("there is no part {} of this object", part.part)};
+        return Error{"", fmt::format("unknown part {} of this object", part.part)};
     const Surface& surface = entity.surfaces[part.part];
     const std::size_t described = now.scene.instances[*at].entity;
     const std::string& name = entity.mesh.fine.material_names[part.part];
     const Entity& description = now.scene.entities[described];
     if (!description.material.empty() || description.materials.contains(name))
-        return Error{"", "this part has a material of the scene already"};
+        return Error{"", "this part already has a material of the scene"};
     if (surface.texture || surface.coloured)
         return Error{"",
                      "this part has the image or the vertex colours of its model, which a material of the "
@@ -207,7 +207,7 @@ Result<Done> ViewSession::own_part(const OwnPart& part, const Message& message) 
 
 Result<Done> ViewSession::take_place(const PartialPlace& place, const Message& message) {
     const std::optional<std::size_t> at = place_of(history_.now(), place.object);
-    if (!at) return Error{"", fmt::format("there is no object {}", place.object)};
+    if (!at) return Error{"", fmt::format("unknown object {}", place.object)};
     Placement placement = history_.now().scene.instances[*at].placement;
     if (place.translate) placement.translate = *place.translate;
     if (place.scale) placement.scale = *place.scale;
@@ -230,7 +230,7 @@ Result<Done> ViewSession::take_look(const Look& look, const Message& message) {
     return Done{};
 }
 
-/// The page is to look from where a step has led.
+/// Makes the page use the view of the design after undo or redo.
 void ViewSession::look_as_designed() {
     const Camera& camera = history_.now().scene.camera;
     if (window_.position == camera.position && window_.target == camera.target) return;

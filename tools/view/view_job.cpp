@@ -17,7 +17,7 @@ bool job_ends_for(const ViewJob& job, const Content& message, const std::optiona
         return eye && !is_same_place(look->camera.position, *eye, look->camera) && ends_for({Of::eye, 0});
     if (const auto* place = std::get_if<PartialPlace>(&message)) {
         if (!place->rotate) return ends_for({Of::object, place->object});
-        return job.what != What::shade;  // what turns is shaded as often as that can be done
+        return job.what != What::shade;  // rotating objects are shaded in full as often as possible
     }
     if (std::holds_alternative<SetExposure>(message))
         return job.what == What::commit || job.what == What::likely;

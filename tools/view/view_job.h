@@ -1,5 +1,5 @@
 #pragma once
-/// What a session computes at a time, and which messages make that useless.
+/// The jobs of a session, and the messages that interrupt them.
 
 #include "tools/view/live_scene.h"
 #include "tools/view/messages.h"
@@ -9,23 +9,23 @@ namespace haarfield {
 struct ViewJob {
     enum class For {
         nothing,
-        frame,     ///< By vectors that are there, or by another exposure.
-        vectors,   ///< And a frame.
-        shade,     ///< In full, past other objects by their fields.
-        recommit,  ///< Exactly, where that is as quick: nothing has moved.
-        commit,    ///< Exactly, at rest.
-        likely,    ///< Vectors for what may come.
+        frame,     ///< With existing vectors, or with another exposure.
+        vectors,   ///< Computes vectors, then a frame.
+        shade,     ///< Shades in full; occlusion by other objects from their fields.
+        recommit,  ///< Exact, if that is as fast because nothing has moved.
+        commit,    ///< Exact, when edits pause.
+        likely,    ///< Computes vectors for the likely next edit.
     };
     For what = For::nothing;
     Variation variation;  ///< Of frames and vectors.
 };
 
-/// Whether a message that arrives ends a running job. What is for the same gesture, or done at once, goes on.
+/// True if a message ends a running job. Jobs for the same gesture and instantaneous jobs continue.
 ///
-/// eye  where the last message had it; none if the colours do not depend on it.
+/// eye  the position in the last message; none if the colours do not depend on the eye.
 bool job_ends_for(const ViewJob& job, const Content& message, const std::optional<Vec3f>& eye);
 
-/// Whether a place is that of a camera's eye or target: pages compute it with other roundings.
+/// True if a place equals that of a camera's eye or target, except for rounding in the page.
 bool is_same_place(const Vec3f& one, const Vec3f& other, const Camera& camera);
 
 }  // namespace haarfield

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-// Asio's coroutines take it for granted.
+// Required by asio's coroutines.
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
@@ -39,7 +39,7 @@ using Bytes = std::shared_ptr<const std::string>;
 
 constexpr auto patience = std::chrono::seconds(60);
 
-/// What a page's file may do: nothing but talk to where it comes from.
+/// The page may only communicate with its own origin.
 constexpr const char* content_policy =
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; connect-src 'self' "
     "ws: wss:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -50,11 +50,11 @@ std::string_view view_of(boost::beast::string_view text) {
 
 }  // namespace
 
-/// A page's connection. Of the server's thread.
+/// The connection of a page, used by the server's thread alone.
 struct PageLine {
     std::uint64_t id;
     websocket::stream<beast::tcp_stream> socket;
-    asio::steady_timer wake;  ///< Cancelled when there is something to send.
+    asio::steady_timer wake;  ///< Cancelled when there is data to send.
     PageOutbox outbox{};
     bool closed = false;
 
@@ -68,7 +68,7 @@ struct PageLine {
 struct ViewServer::Inside {
     asio::io_context context{1};
     tcp::acceptor acceptor{context};
-    asio::thread_pool slow{1};  ///< For answers that take long.
+    asio::thread_pool slow{1};  ///< For slow answers.
     WebAccess access;
     WebLimits limits;
     WebSite site;
@@ -85,7 +85,7 @@ struct ViewServer::Inside {
     void queue(PageLine& page, std::string text);
 };
 
-/// Why a request is refused, if it is.
+/// Returns the answer to a request that is refused, or none.
 std::optional<WebAnswer> ViewServer::Inside::refusal(const Request& request) const {
     std::optional<std::string_view> origin;
     if (request.find(http::field::origin) != request.end()) origin = view_of(request[http::field::origin]);
@@ -111,7 +111,7 @@ asio::awaitable<WebAnswer> ViewServer::Inside::answer(const Request& request) {
     const std::optional<WebAnswer> refused = refusal(request);
     if (refused) co_return *refused;
     const std::optional<std::string> path = asked_path(access, view_of(request.target()));
-    if (!path) co_return WebAnswer{400, "text/plain", "The address is broken.\n"};
+    if (!path) co_return WebAnswer{400, "text/plain", "Invalid address.\n"};
     if (request.method() == http::verb::get) {
         std::function<WebAnswer()> get = [&] { return site.get(*path); };
         WebAnswer got = co_await slowly(std::move(get));
@@ -119,14 +119,14 @@ asio::awaitable<WebAnswer> ViewServer::Inside::answer(const Request& request) {
     }
     constexpr std::string_view lights = "lights/";
     if (request.method() == http::verb::post && path->starts_with(lights)) {
-        // A browser sends its origin with every POST; what sends none is no page.
+        // Browsers send an origin with every POST. Requests without one do not come from a page.
         std::function<WebAnswer()> upload = [&] {
             return site.upload(std::string_view(*path).substr(lights.size()), request.body());
         };
         WebAnswer got = co_await slowly(std::move(upload));
         co_return got;
     }
-    co_return WebAnswer{405, "text/plain", "Not done here.\n"};
+    co_return WebAnswer{405, "text/plain", "Method not allowed.\n"};
 }
 
 asio::awaitable<void> ViewServer::Inside::accept_all() {
@@ -135,7 +135,7 @@ asio::awaitable<void> ViewServer::Inside::accept_all() {
         tcp::socket socket =
             co_await acceptor.async_accept(asio::redirect_error(asio::use_awaitable, failure));
         if (failure == asio::error::operation_aborted) co_return;
-        if (failure) {  // such as too many open files
+        if (failure) {  // for example too many open files
             asio::steady_timer pause(context, std::chrono::milliseconds(100));
             co_await pause.async_wait(asio::redirect_error(asio::use_awaitable, failure));
             continue;
@@ -158,15 +158,15 @@ asio::awaitable<void> ViewServer::Inside::serve(tcp::socket socket) {
                                          asio::redirect_error(asio::use_awaitable, failure));
         const bool is_too_large = failure == http::error::body_limit;
         if (failure && !is_too_large) co_return;
-        // Who may not ask is not listened to.
+        // Refused requests are not read further.
         const std::optional<WebAnswer> refused = refusal(parser.get());
         if (!refused && websocket::is_upgrade(parser.get())) {
             co_await talk(std::move(stream), parser.release());
             co_return;
         }
         WebAnswer sent;
-        const WebAnswer too_large{413, "text/plain",
-                                  fmt::format("Too large; wanted at most {} bytes.\n", limits.upload_bytes)};
+        const WebAnswer too_large{
+            413, "text/plain", fmt::format("Too large; expected at most {} bytes.\n", limits.upload_bytes)};
         if (refused) {
             sent = *refused;
         } else if (is_too_large) {
@@ -203,7 +203,7 @@ asio::awaitable<void> ViewServer::Inside::serve(tcp::socket socket) {
         if (failure || !goes_on) break;
     }
     stream.socket().shutdown(tcp::socket::shutdown_send, failure);
-    // What is still on its way is taken, for a while: otherwise the answer might be lost with it.
+    // Reads remaining data for a while; otherwise the answer might be lost.
     std::array<char, 4096> rest;
     stream.expires_after(std::chrono::seconds(2));
     while (!failure)
@@ -235,7 +235,7 @@ asio::awaitable<void> ViewServer::Inside::talk(beast::tcp_stream stream, Request
         if (socket.got_text())
             site.received(page->id, {static_cast<const char*>(buffer.data().data()), buffer.data().size()});
         else
-            queue(*page, R"({"type":"error","message":"pages send texts only"})");
+            queue(*page, R"({"type":"error","message":"found binary data; expected a text"})");
         buffer.consume(buffer.size());
     }
     pages.erase(page->id);
@@ -273,7 +273,7 @@ Result<std::unique_ptr<ViewServer>> ViewServer::listen(const std::string& addres
     auto inside = std::make_unique<Inside>();
     Failure failure;
     const asio::ip::address ip = asio::ip::make_address(address, failure);
-    if (failure) return Error{address, "is no address of this machine; wanted one in numbers"};
+    if (failure) return Error{address, "is not a valid address; expected a numeric address of this machine"};
     const tcp::endpoint endpoint(ip, port);
     tcp::acceptor& acceptor = inside->acceptor;
     acceptor.open(endpoint.protocol(), failure);

@@ -1,5 +1,6 @@
 #pragma once
-/// HTTP and WebSocket for pages: the one place that knows Boost.Beast. PROTOCOL.md has the addresses.
+/// Serves pages over HTTP and WebSocket. Only this file uses Boost.Beast. PROTOCOL.md describes the
+/// addresses.
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
@@ -13,18 +14,18 @@
 
 namespace haarfield {
 
-/// What is sent for an address.
+/// The answer to a request.
 struct WebAnswer {
     unsigned status = 200;
-    std::string type;  ///< Of its content, such as `text/html`.
+    std::string type;  ///< Content type, such as `text/html`.
     std::string bytes;
-    std::string file_name{};  ///< If it is to be saved: under which name.
+    std::string file_name{};  ///< Suggested file name of a download; empty: no download.
 };
 
-/// What the server is asked, and what it passes on. `get` and `upload` may take long, and are called from a
-/// thread of their own; all others at once, from the server's.
+/// The functions that answer requests. `get` and `upload` may be slow and run on a separate thread; the
+/// others must return at once and run on the server's thread.
 struct WebSite {
-    std::function<WebAnswer(std::string_view path)> get;  ///< Below the token, without it.
+    std::function<WebAnswer(std::string_view path)> get;  ///< The path below the token.
     std::function<WebAnswer(std::string_view name, std::string_view bytes)> upload;
     std::function<void(std::uint64_t page)> joined, left;
     std::function<void(std::uint64_t page, std::string_view text)> received;
@@ -33,33 +34,33 @@ struct WebSite {
 struct WebLimits {
     std::size_t message_bytes = 1 << 16;
     std::size_t upload_bytes = std::size_t(64) << 20;
-    std::size_t pages = 16;  ///< At a time.
-    std::size_t waiting_bytes = std::size_t(8)
-                                << 20;  ///< Of texts that a page has not taken; then it is cut off.
+    std::size_t pages = 16;  ///< Connected at the same time.
+    /// Limit of the texts that a page has not received; above it, the connection is closed.
+    std::size_t waiting_bytes = std::size_t(8) << 20;
 };
 
-/// Serves one site. All calls but run() may come from any thread.
+/// Serves one site. All functions except run() are thread-safe.
 class ViewServer {
 public:
-    /// Listens at an address. With port 0 the system chooses one.
+    /// Listens at an address. With port 0 the system chooses a port.
     ///
-    /// token   pages have it in their address; without it everything is refused.
-    /// errors  what the system says.
+    /// token   a secret part of the pages' address. Requests without it are refused.
+    /// errors  I/O errors.
     static Result<std::unique_ptr<ViewServer>> listen(const std::string& address, std::uint16_t port,
                                                       std::string token, const WebLimits& limits);
     ~ViewServer();
 
-    std::string url() const;  ///< Where the page is, with the token.
+    std::string url() const;  ///< The address of the page, with the token.
 
     void run(WebSite site, const std::stop_token& stop);  ///< Returns when a stop is requested.
 
     void tell(std::uint64_t page, std::string text);
     void tell_all(std::string text);
-    /// A frame. Of those that wait for a page only the last is kept; a page has at most two that it has not
-    /// said to have shown.
+    /// Sends a frame. Only the newest waiting frame is kept, and a page has at most two frames that it has
+    /// not confirmed as displayed.
     void show(std::uint64_t page, std::shared_ptr<const std::string> frame);
     void show_all(std::shared_ptr<const std::string> frame);
-    void shown(std::uint64_t page);  ///< The page has said so.
+    void shown(std::uint64_t page);  ///< The page has displayed a frame.
 
 private:
     struct Inside;

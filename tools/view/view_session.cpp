@@ -10,11 +10,11 @@
 namespace haarfield {
 namespace {
 
-/// Hands rest after so long a pause.
+/// Edits pause after this time without input.
 constexpr auto rest = std::chrono::milliseconds(150);
-/// What is likely to come is prepared after so long.
+/// Likely edits are prepared after this time without input.
 constexpr auto idle = std::chrono::milliseconds(400);
-constexpr std::size_t most_arrivals = 4096;  // that wait
+constexpr std::size_t most_arrivals = 4096;  // waiting messages
 
 }  // namespace
 
@@ -78,7 +78,7 @@ void ViewSession::receive(PageId page, std::string_view text) {
     }
     if (is_flooded) {
         const MessageHead head{message->type, message->number};
-        audience_.tell(page, message_text(error_answer({"", "too many messages wait"}, head)));
+        audience_.tell(page, message_text(error_answer({"", "too many waiting messages"}, head)));
         return;
     }
     post({.page = page,
@@ -122,7 +122,7 @@ void ViewSession::run(const std::stop_token& stop) {
             arrivals.swap(arrivals_);
         }
         take_arrivals(std::move(arrivals));
-        if (Clock::now() - last_input_ >= rest) autosave();  // before work that may be long
+        if (Clock::now() - last_input_ >= rest) autosave();  // before work that may take long
         const ViewJob job = next_job();
         if (job.what == ViewJob::For::nothing) {
             if (exactness_ == Exactness::exact && is_shown()) {
@@ -144,7 +144,7 @@ void ViewSession::run(const std::stop_token& stop) {
             job_ = job;
             stop_job_ = std::stop_source();
             progress.stop = stop_job_.get_token();
-            // What arrived meanwhile may be what this job would have to give way to.
+            // Messages that arrived meanwhile may already end this job.
             if (stop.stop_requested() ||
                 std::ranges::any_of(arrivals_, [&](const Arrival& arrival) { return ends(arrival, job); }))
                 stop_job_.request_stop();
@@ -188,7 +188,7 @@ ViewJob ViewSession::next_job() const {
 Result<Done> ViewSession::guarded_work(const ViewJob& job, const Progress& progress) {
     try {
         return work(job, progress);
-    } catch (const std::exception& exception) {  // memory
+    } catch (const std::exception& exception) {  // out of memory
         return Error{"", exception_message(exception)};
     }
 }

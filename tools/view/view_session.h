@@ -1,6 +1,6 @@
 #pragma once
-/// A scene that pages look at and one of them changes: takes messages, decides what is to be computed next,
-/// and says what came out of it.
+/// A session: pages display a scene, and one of them edits it. The session processes messages, decides what
+/// to compute next, and reports the results.
 
 #include "tools/view/light_shelf.h"
 #include "tools/view/messages.h"
@@ -18,48 +18,48 @@ namespace haarfield {
 
 using PageId = std::uint64_t;
 
-/// Bytes that several pages are sent.
+/// Bytes that are sent to several pages.
 using SharedBytes = std::shared_ptr<const std::string>;
 
-/// The way to the pages. Called from the session's threads, never after the session's end.
+/// The connection to the pages. Called from the session's threads, never after the session's end.
 struct Audience {
     std::function<void(PageId, const std::string& text)> tell;
     std::function<void(const std::string& text)> tell_all;
-    std::function<void(SharedBytes frame)> show_all;  ///< A frame that has not been sent yet gives way.
+    std::function<void(SharedBytes frame)> show_all;  ///< Replaces a frame that has not been sent yet.
     std::function<void(PageId, SharedBytes frame)> show;
-    std::function<void(PageId)> shown;  ///< The page has room for another frame.
+    std::function<void(PageId)> shown;  ///< The page can receive another frame.
 };
 
 struct ViewSettings {
-    RenderSettings render;  ///< As `bake` has it.
+    RenderSettings render;  ///< The settings of `bake`.
     TransferSettings transfer;
     std::filesystem::path scene_file;
-    std::string session;  ///< A word that tells it apart from others.
+    std::string session;  ///< A word that identifies the session.
     TaskSettings tasks;
 };
 
-/// One session. A thread of its own drives the scene; all calls return at once.
+/// A session. A separate thread drives the scene; all functions return at once.
 class ViewSession {
 public:
-    /// scene     its camera's place is known.
-    /// entities  prepared from it.
+    /// scene     its camera must have a place.
+    /// entities  prepared from the scene.
     /// shelf     must outlive the session.
     ViewSession(const Scene& scene, SceneEntities entities, ViewSettings settings, LightShelf& shelf,
                 Audience audience);
-    ~ViewSession();  ///< Stops what is running; returns within some 100 ms.
+    ~ViewSession();  ///< Stops running work; returns within about 100 ms.
 
-    void join(PageId page);   ///< A page is there: it is told all, and steers if no other does.
-    void leave(PageId page);  ///< If it steered, the next takes over.
+    void join(PageId page);   ///< Adds a page. It receives the whole state, and steers if no other page does.
+    void leave(PageId page);  ///< Removes a page. If it steered, the next page takes over.
 
-    /// A page's text. Broken ones are answered with an error, and change nothing.
+    /// Processes a text of a page. Invalid texts are answered with an error and change nothing.
     void receive(PageId page, std::string_view text);
 
-    /// A light came onto the shelf: pages are told.
+    /// Informs the pages that the shelf has a new light.
     void lights_changed();
 
     const SceneEntities& entities() const { return live_.entities(); }
 
-    /// A file that tasks have made, by its name; none if there is no such file.
+    /// Returns a file that tasks have written, by its name; none if there is no such file.
     std::optional<std::filesystem::path> made_file(std::string_view name) const {
         return tasks_.made_file(name);
     }
@@ -71,7 +71,7 @@ private:
         PageId page;
         enum class What { message, joined, left, lights, task } what = What::message;
         std::optional<Message> message;
-        std::string text;  ///< Of a task, what to tell.
+        std::string text;  ///< For `task`: the message to send.
         Clock::time_point time;
     };
 
@@ -98,7 +98,7 @@ private:
     ViewJob next_job() const;
     bool ends(const Arrival& arrival, const ViewJob& job) const;
     void take_highlights();
-    /// As work; an exception is an error.
+    /// Runs work(), and turns exceptions into errors.
     Result<Done> guarded_work(const ViewJob& job, const Progress& progress);
     Result<Done> work(const ViewJob& job, const Progress& progress);
     void show_colours(Exactness exactness);
@@ -120,41 +120,42 @@ private:
     Preview preview_;
     ViewTasks tasks_;
     SceneFile file_;
-    Scene saved_;      ///< The scene as its file, or the file that was saved last, has it.
-    Scene autosaved_;  ///< As the autosave file has it; `saved_` if there is none.
+    Scene saved_;      ///< The scene as in its file, or in the file that was saved last.
+    Scene autosaved_;  ///< The scene as in the autosave file; `saved_` if there is none.
     bool autosave_has_failed_ = false;
-    std::optional<Scene> left_;  ///< What an earlier session has left unsaved, until a page decides.
+    std::optional<Scene> left_;  ///< The autosaved scene of an earlier session, until a page decides.
 
-    // Of the session's thread.
-    std::vector<PageId> pages_;                  ///< The first one steers.
-    Camera window_;                              ///< What the steering page shows.
-    Variation hand_;                             ///< What the last gesture varies.
-    Variation likely_{Variation::Of::light, 0};  ///< What the next one is likely to.
-    std::optional<Design> shown_;                ///< Of the colours, and how exact these are.
+    // Used by the session's thread alone.
+    std::vector<PageId> pages_;                  ///< The first page steers.
+    Camera window_;                              ///< The view of the steering page.
+    Variation hand_;                             ///< The variation of the last gesture.
+    Variation likely_{Variation::Of::light, 0};  ///< The likely variation of the next gesture.
+    std::optional<Design> shown_;                ///< The design that the displayed colours belong to.
     Exactness exactness_ = Exactness::moving;
-    std::optional<Design> told_;  ///< What pages know.
+    std::optional<Design> told_;  ///< The state that the pages have.
     bool told_undo_ = false, told_redo_ = false;
-    bool has_stepped_ = false;  ///< The design's camera is none that the steering page has sent last.
-    std::optional<std::uint64_t> failed_light_;  ///< Stamp of one with which work has failed.
+    /// The design's camera differs from the last one that the steering page sent.
+    bool has_stepped_ = false;
+    std::optional<std::uint64_t> failed_light_;  ///< Stamp of a light with which work has failed.
     std::uint32_t frame_ = 0, last_message_ = 0;
-    MessageHead last_head_;  ///< Of the last message that was applied, for errors of the work that it causes.
+    MessageHead last_head_;  ///< Of the last applied message, for errors of the resulting work.
     Clock::time_point message_time_, last_input_;
     SharedBytes last_frame_;
     std::pair<std::uint32_t, std::uint32_t> told_rest_;  ///< Message and frame.
-    std::vector<std::pair<PageId, bool>> pictures_;      ///< Asked for; once the colours are exact.
+    std::vector<std::pair<PageId, bool>> pictures_;  ///< Requested pictures, made when the colours are exact.
 
-    // Shared.
-    std::atomic<bool> has_highlights_ = true;  ///< Whether colours depend on the eye.
+    // Shared by all threads.
+    std::atomic<bool> has_highlights_ = true;  ///< True if colours depend on the eye.
     mutable std::mutex mutex_;
     std::condition_variable_any woken_;
     std::deque<Arrival> arrivals_;
-    ViewJob job_;                ///< That is running,
-    std::stop_source stop_job_;  ///< and how to end it.
+    ViewJob job_;                ///< The running job,
+    std::stop_source stop_job_;  ///< and its stop source.
     Clock::time_point told_work_;
-    Vec3f last_eye_;       ///< Of those that arrived.
-    PageId steering_ = 0;  ///< Whose messages end jobs: the first of pages_.
+    Vec3f last_eye_;       ///< In the messages that have arrived.
+    PageId steering_ = 0;  ///< The page whose messages end jobs: the first of pages_.
 
-    std::jthread thread_;  ///< The last: it uses all of the above.
+    std::jthread thread_;  ///< Last, because it uses all other members.
 };
 
 }  // namespace haarfield

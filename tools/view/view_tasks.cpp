@@ -12,11 +12,11 @@ namespace haarfield {
 namespace {
 
 constexpr auto progress_period = std::chrono::milliseconds(200);
-/// Of a reference with bounces. The time that these take grows with the number of lights; with so many the
-/// error is some 0.5 %, and there is a picture after a third of the time that 1024 would take.
+/// Lights of a reference with bounces, whose time grows with their number. With this number the error is
+/// about 0.5 %, and the picture takes a third of the time of 1024 lights.
 constexpr int lights_that_bounce = 256;
 
-/// The command line that a person would type.
+/// Returns the command line of a task.
 std::vector<std::string> arguments_of(const std::string& command, const std::filesystem::path& scene,
                                       const TaskSettings& settings, const std::filesystem::path& output) {
     std::vector<std::string> arguments{command, scene.string(), "-o", output.string()};
@@ -38,11 +38,11 @@ Result<ExitCode> run_arguments(std::vector<std::string> arguments, CommandContex
     CLI::App program;
     const std::vector<Command> commands{bake_command(program), reference_command(program)};
     try {
-        std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+        std::reverse(arguments.begin(), arguments.end());  // CLI11 expects the reverse order
         program.parse(arguments);
         for (const Command& command : commands)
             if (command.app->parsed()) return command.run(context);
-        return Error{"", "there is no such command"};
+        return Error{"", "unknown command"};
     } catch (const std::exception& exception) {
         return Error{"", exception_message(exception)};
     }
@@ -70,7 +70,7 @@ Result<Done> ViewTasks::start(const std::string& command, const std::string& sce
                               std::string scene_text) {
     {
         const std::lock_guard lock(mutex_);
-        if (running_) return Error{"", "another task is running; wanted one at a time"};
+        if (running_) return Error{"", "another task is running; expected one at a time"};
         running_ = true;
     }
     const std::filesystem::path scene = folder_of(command) / (scene_name + ".toml");

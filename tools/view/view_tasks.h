@@ -1,5 +1,5 @@
 #pragma once
-/// What takes its time beside the session: a bake for POV-Ray, and the reference picture.
+/// Long tasks of a session: a bake for POV-Ray, and the reference picture.
 
 #include "tools/scene_options.h"
 
@@ -18,31 +18,31 @@ struct TaskSettings {
     int threads = 1;
 };
 
-/// How often light goes on in the reference of a session whose light does so often: POV-Ray's radiosity takes
-/// many times as long for each bounce after the first, which is most of what there is.
+/// Returns the number of bounces of a session's reference: at most one. Each further bounce makes POV-Ray's
+/// radiosity many times slower, and the first contributes most of the indirect light.
 inline int reference_bounces(int of_session) {
     return std::min(of_session, 1);
 }
 
-/// One task at a time, on a thread of its own. Files that it makes are known by name from then on.
+/// Runs one task at a time on a separate thread. The written files remain known by name.
 class ViewTasks {
 public:
-    /// tell  is told, from the task's thread, of its progress and its end: messages of PROTOCOL.md.
+    /// tell  called from the task's thread with messages of PROTOCOL.md about its progress and its end.
     ViewTasks(TaskSettings settings, std::function<void(const nlohmann::json&)> tell);
     ~ViewTasks() { cancel(); }
 
     /// Runs a command of haarfield, `bake` or `reference`, on the scene.
     ///
-    /// scene_text  of a scene file in `folder_of(command)`.
-    /// errors      a task is running.
+    /// scene_text  the text of a scene file in `folder_of(command)`.
+    /// errors      another task is running.
     Result<Done> start(const std::string& command, const std::string& scene_name, std::string scene_text);
 
     void cancel();  ///< Returns when the task has ended.
 
-    /// Where a command's files go.
+    /// Returns the folder of a command's files.
     std::filesystem::path folder_of(const std::string& command) const { return settings_.output / command; }
 
-    /// Makes a file known; its name is that of the file.
+    /// Makes a file known. Returns its name.
     std::string add_file(const std::filesystem::path& file);
     std::optional<std::filesystem::path> made_file(std::string_view name) const;
 

@@ -8,7 +8,7 @@ namespace haarfield {
 namespace {
 
 bool is_same_token(std::string_view given, std::string_view token) {
-    // In a time that does not depend on where they differ.
+    // Constant time, independent of where the tokens differ.
     unsigned difference = given.size() == token.size() ? 0 : 1;
     for (std::size_t i = 0; i < token.size(); ++i)
         difference |= static_cast<unsigned char>(token[i]) ^
@@ -16,7 +16,7 @@ bool is_same_token(std::string_view given, std::string_view token) {
     return difference == 0;
 }
 
-/// The names under which a browser may reach this server: those that can not be another's.
+/// True for the names under which a browser may reach this server, which cannot be those of another host.
 bool is_own_host(const WebAccess& access, std::string_view given) {
     const std::string end = fmt::format(":{}", access.port);
     if (!given.ends_with(end)) return false;
@@ -30,7 +30,7 @@ bool is_own_origin(const WebAccess& access, std::string_view origin) {
     return origin.starts_with(scheme) && is_own_host(access, origin.substr(scheme.size()));
 }
 
-/// `%41` and the like; nothing if they are broken.
+/// Decodes `%41` and similar sequences; returns nothing if they are invalid.
 std::optional<std::string> decoded(std::string_view text) {
     std::string result;
     const auto digit = [](char c) {
@@ -55,12 +55,12 @@ std::optional<std::string> decoded(std::string_view text) {
 
 std::optional<std::string> refusal(const WebAccess& access, std::string_view host,
                                    std::optional<std::string_view> origin, std::string_view target) {
-    if (!is_own_host(access, host)) return "Not the name of this server.";
-    if (origin && !is_own_origin(access, *origin)) return "Not for pages of another origin.";
+    if (!is_own_host(access, host)) return "The request names another host.";
+    if (origin && !is_own_origin(access, *origin)) return "The request comes from a page of another origin.";
     const std::string& token = access.token;
     if (target.size() < token.size() + 2 || target.front() != '/' ||
         !is_same_token(target.substr(1, token.size()), token) || target[token.size() + 1] != '/')
-        return "The address lacks its token: take the one that haarfield view prints.";
+        return "The address lacks the token: use the address that haarfield view prints.";
     return std::nullopt;
 }
 
@@ -74,7 +74,7 @@ std::optional<std::string> asked_path(const WebAccess& access, std::string_view 
 }
 
 std::string random_token() {
-    std::random_device random;  // the system's
+    std::random_device random;  // of the system
     std::string token;
     for (int i = 0; i < 4; ++i) token += fmt::format("{:08x}", random());
     return token;

@@ -1,5 +1,5 @@
 #pragma once
-/// Who may ask the server for something, and for what: PROTOCOL.md has it in words.
+/// Access control of the server, as described in PROTOCOL.md.
 
 #include <cstdint>
 #include <optional>
@@ -8,29 +8,30 @@
 
 namespace haarfield {
 
-/// What whoever asks has to know, and under which names a browser reaches the server.
+/// The secret token, and the names under which a browser reaches the server.
 struct WebAccess {
     std::string token;
-    std::string host;  ///< The address that is listened at, in numbers; of IPv6 in brackets.
+    std::string host;  ///< The numeric address of the server; IPv6 in brackets.
     std::uint16_t port = 0;
-    bool is_loopback = true;  ///< Then it has the names of the loopback interface, too.
+    bool is_loopback = true;  ///< True: the names of the loopback interface are valid too.
 };
 
-/// Why a request is refused; none if it is not.
+/// Returns the reason why a request is refused; none if it is accepted.
 ///
-/// host    as the request names the server, with the port.
-/// origin  of the page that asks; none if no page does.
+/// host    the server's name in the request, with the port.
+/// origin  of the requesting page; none without a page.
 /// target  the path with the token: `/TOKEN/...`.
 std::optional<std::string> refusal(const WebAccess& access, std::string_view host,
                                    std::optional<std::string_view> origin, std::string_view target);
 
-/// What a request that is not refused asks for, as it is written: its target behind `/TOKEN/`.
+/// Returns the part of an accepted request's target after `/TOKEN/`, without decoding.
 std::string_view below_token(const WebAccess& access, std::string_view target);
 
-/// The same as a path: without what follows a `?`, and `%41` is an A; none if that is broken.
+/// Returns the decoded path after the token, without a query: `%41` becomes A. None if the encoding is
+/// invalid.
 std::optional<std::string> asked_path(const WebAccess& access, std::string_view target);
 
-/// 128 random bits, as a word for addresses.
+/// Returns 128 random bits as a word for addresses.
 std::string random_token();
 
 }  // namespace haarfield

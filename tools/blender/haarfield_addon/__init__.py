@@ -2,7 +2,7 @@
 
 bl_info = {
     "name": "haarfield",
-    "description": "Bake the world's light, with shadows, into colour attributes; export it for POV-Ray",
+    "description": "Bake light with shadows into colour attributes, and export it for POV-Ray",
     "author": "haarfield",
     "version": (0, 1, 0),
     "blender": (3, 4, 0),

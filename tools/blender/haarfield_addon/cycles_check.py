@@ -1,4 +1,4 @@
-"""Cycles as a second ray tracer: direct diffuse light at the vertices of the baked copies."""
+"""Compares bakes with Cycles: direct diffuse light at the vertices of the baked copies."""
 
 import time
 
@@ -13,7 +13,7 @@ TABLE = "haarfield and Cycles"
 
 
 def diffuse_material(name, colour):
-    """What haarfield's diffuse term is: Lambert's. Principled's own darkens or brightens with roughness."""
+    """Returns a Lambertian material like haarfield's diffuse term. The Principled BSDF's depends on roughness."""
     material = bpy.data.materials.new(f"cycles {name}")
     material.use_nodes = True
     tree = material.node_tree
@@ -39,7 +39,7 @@ def colours_of(mesh):
 
 
 def shown_lights(scene, gathered):
-    """Stands in for the lights of instances that are hidden while the copies are shown."""
+    """Adds copies of the lights of instances that are hidden while the baked copies are shown."""
     made = []
     for object, matrix, owner in gathered.lights:
         if owner in gathered.owners:
@@ -52,10 +52,10 @@ def shown_lights(scene, gathered):
 
 
 def compared(context, bake, sums, gathered):
-    """Bakes the copies twice with Cycles, with different seeds: their difference tells its noise.
+    """Bakes the copies twice with Cycles, with different seeds. The difference measures the noise.
 
-    bake     with the pass diffuse; as it is, and
-    sums     by plain sums over exact visibility.
+    bake     the bake with the pass diffuse.
+    sums     the same bake by plain sums over exact visibility.
     returns  for each instance a dict of name, haarfield, sums, cycles and noise (n, 3 each), seconds.
     """
     scene = context.scene
@@ -131,7 +131,7 @@ def compared(context, bake, sums, gathered):
 
 
 def figures_of(rows):
-    """Of haarfield, of sums and of Cycles' noise, in this order: RMSE, median and bias, relative to what Cycles has.
+    """Returns RMSE, median and bias of haarfield, of the sums and of Cycles' noise, in this order, relative to Cycles.
 
     RMSE and median are relative to the RMS of all values.
     """
@@ -146,13 +146,13 @@ def figures_of(rows):
 
 
 def write_table(scene, rows, seconds):
-    """Into a text of Blender's; returns its name."""
+    """Writes the table into a text of Blender. Returns the text's name."""
     text = bpy.data.texts.get(TABLE) or bpy.data.texts.new(TABLE)
     text.clear()
     text.write(
-        "Direct diffuse light at the vertices against Cycles, in percent of the RMS of Cycles' values.\n"
-        "baked: as haarfield bakes.  sums: haarfield's plain sums over exact visibility.\n"
-        "noise: what the mean of Cycles' two bakes errs itself, by half of their difference.\n\n"
+        "Direct diffuse light at the vertices compared with Cycles, in percent of the RMS of Cycles' values.\n"
+        "baked: haarfield's bake.  sums: haarfield's plain sums over exact visibility.\n"
+        "noise: the error of the mean of Cycles' two bakes, estimated as half of their difference.\n\n"
     )
     text.write(f"{'':<24} {'':>9}{'baked':>24}{'sums':>24}{'noise':>24}\n")
     text.write(f"{'object':<24} {'vertices':>9}" + 3 * f"{'RMSE':>10}{'median':>7}{'bias':>7}" + "\n")

@@ -1,4 +1,4 @@
-"""Blender's scene as a scene of haarfield."""
+"""Converts Blender's scene to a scene of haarfield."""
 
 import hashlib
 
@@ -10,27 +10,27 @@ from .frame import TO_HAARFIELD
 from .lights import lamp_of
 from .shaders import Refusal, is_volume, material_of, world_of
 
-# The mark of what was made by a bake.
+# Marks objects that a bake made.
 BAKED = "haarfield_baked"
 
 GEOMETRY = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
-# Objects that Cycles renders and haarfield does not bake.
+# Objects that Cycles renders and haarfield ignores.
 LEFT_OUT = {"CURVES": "hair", "VOLUME": "a volume", "POINTCLOUD": "a point cloud", "GPENCIL": "a grease pencil"}
 
 
 class Gathered:
-    """A scene, with what is needed to show its bake."""
+    """A scene, and the data that is needed to display its bake."""
 
     def __init__(self):
         self.description = {}
-        self.names = {}  # of instances: the objects'
-        self.owners = set()  # names of the objects that were baked, or that instance what was
-        self.images = {}  # of materials: image texture nodes' images
-        self.materials = {}  # by haarfield's names: Blender's
+        self.names = {}  # by instance: names of the objects
+        self.owners = set()  # names of the objects that were baked, or that instance baked objects
+        self.images = {}  # by material: images of the image texture nodes
+        self.materials = {}  # by haarfield's names: Blender's materials
         self.warnings = []
         self.lights = []  # (object, matrix_world, its owner's name)
-        self.digests = {}  # of everything that decides the bake, by instance, "light" and "camera"
+        self.digests = {}  # of all data that affects the bake, by instance, "light" and "camera"
 
 
 def digest_of(*parts):
@@ -46,7 +46,7 @@ def table_digest(table):
 
 
 def arrays_of(mesh):
-    """A mesh's corners with normals, uvs and materials, each vertex once: in haarfield's frame."""
+    """Returns a mesh's distinct corners with normals, uvs and materials, in haarfield's frame."""
     mesh.calc_loop_triangles()
     mesh.calc_normals_split()
     count = len(mesh.loop_triangles)
@@ -81,7 +81,7 @@ def arrays_of(mesh):
 
 
 def mesh_table(name, arrays, slots, of_triangles):
-    """An object's mesh for a scene of haarfield."""
+    """Returns an object's mesh for a scene of haarfield."""
     try:
         return haarfield.Mesh(
             arrays["positions"],
@@ -96,11 +96,11 @@ def mesh_table(name, arrays, slots, of_triangles):
 
 
 def matrix_of(matrix_world, name):
-    """A place as rows of haarfield's scenes."""
+    """Returns a transform as rows, in haarfield's frame."""
     matrix = numpy.array(matrix_world, float)
     stretch = numpy.linalg.svd(matrix[:3, :3], compute_uv=False)
     if not numpy.isfinite(matrix).all() or stretch[2] < 1e-6 or stretch[0] > 1e4 * stretch[2]:
-        raise Refusal(f"Object '{name}': its scale is zero, or nearly, along an axis; wanted a solid one")
+        raise Refusal(f"Object '{name}': its scale is almost zero along an axis; expected positive scales")
     rows = numpy.empty((3, 4))
     rows[:, :3] = TO_HAARFIELD @ matrix[:3, :3] @ TO_HAARFIELD.T
     rows[:, 3] = TO_HAARFIELD @ matrix[:3, 3]
@@ -108,7 +108,7 @@ def matrix_of(matrix_world, name):
 
 
 def camera_of(scene, warnings):
-    """The active camera as a table; only a resolution if there is none that haarfield can have."""
+    """Returns the active camera as a table; only the resolution if haarfield does not support the camera."""
     render = scene.render
     scale = render.resolution_percentage / 100
     resolution = [max(1, int(render.resolution_x * scale)), max(1, int(render.resolution_y * scale))]
@@ -121,11 +121,11 @@ def camera_of(scene, warnings):
     height = max(c[1] for c in corners) - min(c[1] for c in corners)
     middle = sum(corners) / 4
     if abs(middle[0]) + abs(middle[1]) > 1e-5:
-        warnings.append(f"Camera '{camera.name}': its shift is left out")
+        warnings.append(f"Camera '{camera.name}': its shift is ignored")
     matrix = numpy.array(camera.matrix_world, float)
     axes = matrix[:3, :3] / numpy.linalg.norm(matrix[:3, :3], axis=0)
     if abs(axes[2, 0]) > 1e-3:
-        warnings.append(f"Camera '{camera.name}': its roll is left out, POV-Ray's picture is level")
+        warnings.append(f"Camera '{camera.name}': its roll is ignored; POV-Ray's picture is level")
     position = TO_HAARFIELD @ matrix[:3, 3]
     return {
         "position": position.tolist(),
@@ -136,7 +136,7 @@ def camera_of(scene, warnings):
 
 
 def plain_name(name, taken):
-    """A name that files can have, unlike those that are taken."""
+    """Returns a valid and unused name for files."""
     plain = "".join(c if c.isprintable() and c not in "/\\" else "_" for c in name).lstrip(".-")[:80] or "object"
     result, number = plain, 1
     while result in taken:
@@ -160,33 +160,33 @@ def rendered_instances(context):
 
 
 def report_hair(made, name, warnings):
-    """Names an object whose particles are drawn as strands, which are not in its mesh."""
+    """Warns about an object whose particles are drawn as strands, which are not part of its mesh."""
     for system in made.particle_systems:
         settings = system.settings
         if settings.type == "HAIR" and settings.render_type == "PATH":
-            warnings.append(f"Object '{name}': its hair '{system.name}' is left out")
+            warnings.append(f"Object '{name}': its hair '{system.name}' is ignored")
 
 
 def is_geometry(made, name, warnings):
-    """True if an object has faces to bake; names it if it is left out."""
+    """Tests whether an object has faces to bake. Warns if it is ignored."""
     original = made.original
     if made.type in LEFT_OUT:
-        warnings.append(f"Object '{name}': is {LEFT_OUT[made.type]}, which is left out")
+        warnings.append(f"Object '{name}': is {LEFT_OUT[made.type]}, which is ignored")
         return False
     if made.type not in GEOMETRY or (made.type == "MESH" and original.type != "MESH"):
-        return False  # the mesh of a text, curve, surface or metaball, which comes itself, too
+        return False  # the mesh of a text, curve, surface or metaball, which is listed itself
     report_hair(made, original.name, warnings)
     materials = [slot.material for slot in made.material_slots]
     if materials and all(is_volume(material) for material in materials):
-        warnings.append(f"Object '{name}': is a volume, which is left out")
+        warnings.append(f"Object '{name}': is a volume, which is ignored")
         return False
     return True
 
 
 def extent_of(instances, radii):
-    """An upper bound of the distance from the origin to the instances' vertices. [m]
+    """Returns an upper bound of the distance from the origin to the instances' vertices. [m]
 
-    radii  of the entities: the largest distance from their origin to a vertex.
+    radii  by entity: the largest distance from its origin to a vertex.
     """
     extent = 0.0
     for instance in instances:
@@ -197,7 +197,7 @@ def extent_of(instances, radii):
 
 
 def faces_of(positions, triangles):
-    """The value of an entity's key `faces`: a closed mesh whose faces point inwards is a room."""
+    """Returns the value of an entity's key `faces`. A closed mesh whose faces point inwards is a room."""
     _, merged = numpy.unique(positions, axis=0, return_inverse=True)
     corners = merged.reshape(-1)[triangles]
     edges = numpy.concatenate([corners[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
@@ -243,7 +243,7 @@ class Gatherer:
             instances.append({"entity": entity, "name": own, "matrix": rows})
             result.digests[own] = digest_of(entity, self.tables[entity][1], rows)
         if not instances:
-            raise Refusal("There is nothing to bake; wanted a visible mesh with faces")
+            raise Refusal("Nothing to bake; expected a visible mesh with faces")
         lamps = self.lamps(lights, extent_of(instances, self.radii))
         emits = any("emission" in table for _, table in self.materials.values())
         light = world_of(scene.world, bool(lamps) or emits, result.warnings)
@@ -272,7 +272,7 @@ class Gatherer:
         return tables
 
     def material(self, slot_material, user):
-        """A material's name and table. Warnings name the first object that uses it."""
+        """Returns a material's name and table. Warnings name the first object that uses the material."""
         key = slot_material.name if slot_material else None
         if key not in self.materials:
             found = []
@@ -288,7 +288,7 @@ class Gatherer:
         return self.materials[key]
 
     def entity(self, name, made):
-        """The name of an object's entity, which those of equal meshes and materials share."""
+        """Returns the name of an object's entity, which objects with equal meshes and materials share."""
         slots = [slot.material for slot in made.material_slots] or [None]
         materials = [self.material(material, name) for material in slots]
         original = made.original
@@ -319,7 +319,8 @@ class Gatherer:
         )
         if digest not in self.entities:
             entity = plain_name(name, self.names["entity"])  # errors and warnings name an object
-            slots_of = [f"{number} {own}" for number, own in enumerate(names)]  # two slots may have one material
+            # two slots may have the same material
+            slots_of = [f"{number} {own}" for number, own in enumerate(names)]
             used = sorted(set(of_triangles.tolist()))
             self.entities[digest] = entity
             self.radii[entity] = float(numpy.linalg.norm(arrays["positions"], axis=1).max())
@@ -340,8 +341,8 @@ class Gatherer:
 
 
 def gather(context, refine=None):
-    """Everything that a bake needs of Blender, with warnings; raises Refusal for what can not be baked.
+    """Returns all data that a bake needs from Blender, with warnings. Raises Refusal if the scene cannot be baked.
 
-    refine  in place of the settings'.
+    refine  overrides the settings.
     """
     return Gatherer(context, context.scene.haarfield.refine if refine is None else refine).gathered()

@@ -1,4 +1,4 @@
-"""Blender's lights as lamps of haarfield's scenes, with the units and shapes that Cycles gives them."""
+"""Converts Blender's lights to lamps of haarfield's scenes, with Cycles' units and shapes."""
 
 import math
 
@@ -9,42 +9,42 @@ from .shaders import output_of, source_of, value_of
 
 # Light falls off as 2 / (1 + (d / FADE)^2), which is 2 FADE^2 / d^2 to 1e-4 at ten centimetres. [m]
 FADE = 1e-3
-# The brightest colour that scenes accept, with a margin.
+# The largest colour that scenes accept, with a margin.
 BRIGHTEST = 5e8
-# Places along an edge of a lamp's area. Powers of two have equal weights.
+# Number of places along an edge of a lamp's area. Powers of two have equal weights.
 SMALL, LARGE = 8, 16
-# A sun is a lamp at this many times the scene's extent: shadows are off by 1e-4 rad at most.
+# A sun is a lamp at this multiple of the scene's extent: its directions are off by at most 1e-4 rad.
 FAR, FARTHEST = 1e4, 5e5
 
 
 def radiant_colour(light, where, warnings):
-    """A light's power times its colour, with the constants of its nodes. [W, or W/m^2 of a sun]"""
+    """Returns a light's power times its colour, with the constants of its nodes. [W, or W/m^2 for a sun]"""
     colour = light.energy * numpy.array(light.color[:3], float)
     if light.use_nodes:
         output = output_of(light.node_tree, "OUTPUT_LIGHT")
         node = source_of(output.inputs["Surface"]) if output else None
         if node is None:
-            warnings.append(f"{where}: its nodes have no surface, it sheds no light")
+            warnings.append(f"{where}: its nodes have no surface, so it emits no light")
             return numpy.zeros(3)
         if node.type == "EMISSION":
             strength = value_of(node, "Strength", where, warnings)
             colour = colour * strength * value_of(node, "Color", where, warnings)
         else:
-            warnings.append(f"{where}: its surface is {node.bl_label}; expected Emission. Its own colour is used")
+            warnings.append(f"{where}: its surface is {node.bl_label}; expected Emission. The colour of the light is used")
     if (colour < 0).any():
-        warnings.append(f"{where}: negative light is left out")
+        warnings.append(f"{where}: negative light is ignored")
     return numpy.maximum(colour, 0)
 
 
 def inverse_square(intensity):
-    """Keys of a lamp of this intensity on its axis. [W/sr]"""
+    """Returns the keys of a lamp with this intensity on its axis. [W/sr]"""
     reflected = intensity / math.pi
     distance = max(FADE, math.sqrt(reflected.max() / (2 * BRIGHTEST)))
     return {"colour": (reflected / (2 * distance**2)).tolist(), "fade_distance": distance, "fade_power": 2}
 
 
 def area_table(across, along, count, circular, orient=False):
-    """An area lamp whose places are the middles of equal cells of the given edges."""
+    """Returns an area lamp whose places are the centres of equal cells."""
     inner = (count - 1) / count
     return {
         "across": (inner * across).tolist(),
@@ -57,7 +57,7 @@ def area_table(across, along, count, circular, orient=False):
 
 
 def ball_keys(radius):
-    """The area of a light that looks like a disc from everywhere."""
+    """Returns the keys of an area light that faces every point as a disc."""
     if radius < 1e-5:
         return {}
     edges = 2 * radius * numpy.eye(3)
@@ -65,7 +65,7 @@ def ball_keys(radius):
 
 
 def spot_keys(size, blend):
-    """Cycles' cone, which POV-Ray's equals: the cosine times a smooth step of the cosine."""
+    """Returns the keys of Cycles' cone, which equals POV-Ray's: the cosine times a smooth step of the cosine."""
     edge = math.cos(size / 2)
     begin = math.acos(min(1.0, edge + (1 - edge) * blend))
     falloff = math.degrees(size / 2)
@@ -73,10 +73,10 @@ def spot_keys(size, blend):
 
 
 def spread_keys(spread):
-    """The cone that comes nearest to an area light's spread.
+    """Returns the cone that best approximates an area light's spread.
 
-    returns  its keys, its intensity on the axis over that of a light of full spread, and the root mean square
-             difference over the root mean square of Cycles' intensity.
+    returns  its keys, the ratio of its intensity on the axis to that of a light of full spread, and the root mean
+             square difference relative to the root mean square of Cycles' intensity.
     """
     half = spread / 2
     if half > math.pi / 2 - 1e-4:
@@ -92,7 +92,7 @@ def spread_keys(spread):
         edge = t * t * (3 - 2 * t)
         for tightness in (0, *numpy.geomspace(0.25, 100, 48)):
             shape = edge * numpy.cos(angle) ** tightness
-            # The same flux.
+            # Scales to the same flux.
             scale = (weight * wanted).sum() / (weight * shape).sum()
             error = (weight * (scale * shape - wanted) ** 2).sum()
             if best is None or error < best[0]:
@@ -109,7 +109,7 @@ def area_light(light, matrix, colour, where, warnings):
     cone, axial, error = spread_keys(light.spread)
     if error > 0:
         warnings.append(
-            f"{where}: its spread of {math.degrees(light.spread):.0f} degrees is a cone that differs from it by "
+            f"{where}: its spread of {math.degrees(light.spread):.0f} degrees is approximated by a cone, with an error of "
             f"{100 * error:.0f} %"
         )
     lamp = {"kind": "spot", **cone, **inverse_square(axial * colour / 4)}
@@ -120,7 +120,7 @@ def area_light(light, matrix, colour, where, warnings):
 
 
 def sun_light(light, towards, colour, extent):
-    """A distant round lamp, of which Cycles' irradiance arrives."""
+    """Returns a distant round lamp with the irradiance of Cycles."""
     radius = math.tan(min(light.angle / 2, 1.4))
     distance = min(FAR * max(extent, 1.0), FARTHEST / max(1.0, radius))
     position = -distance * towards
@@ -128,7 +128,7 @@ def sun_light(light, towards, colour, extent):
     if radius > 1e-5:
         side = numpy.cross(towards, numpy.eye(3)[numpy.argmin(abs(towards))])
         side *= 2 * radius * distance / numpy.linalg.norm(side)
-        lamp["kind"] = "point"  # its light is parallel where the scene is
+        lamp["kind"] = "point"  # its light is parallel across the scene
         lamp["area"] = area_table(side, numpy.cross(towards, side), SMALL, circular=True)
     else:
         lamp["target"] = (position + towards * distance).tolist()
@@ -140,26 +140,26 @@ def casts_shadows(light):
 
 
 def report_losses(object, where, warnings):
-    """Names what haarfield's lamps do not have."""
+    """Warns about properties that haarfield's lamps do not support."""
     light = object.data
     for name in ("diffuse_factor", "specular_factor"):
         if abs(getattr(light, name) - 1) > 1e-6:
-            warnings.append(f"{where}: its {name.split('_')[0]} factor is left out")
+            warnings.append(f"{where}: its {name.split('_')[0]} factor is ignored")
     for name in ("diffuse", "glossy"):
         if not getattr(object, f"visible_{name}"):
-            warnings.append(f"{where}: it lights {name} surfaces, too; its ray visibility is left out")
+            warnings.append(f"{where}: it lights {name} surfaces too; its ray visibility is ignored")
     if not casts_shadows(light):
-        warnings.append(f"{where}: casts no shadows, and no highlights as in POV-Ray")
+        warnings.append(f"{where}: casts no shadows, and no specular light, as in POV-Ray")
 
 
 def lamp_of(object, matrix_world, name, extent, warnings):
-    """A light as a table of [[lights]]; None if it sheds none.
+    """Returns a light as a table of [[lights]]; None if it emits no light.
 
-    extent  the largest distance from the origin of what is lit. [m]
+    extent  the largest distance of lit surfaces from the origin. [m]
     """
     light, where = object.data, f"Light '{name}'"
     if light.type == "AREA" and hasattr(light, "cycles") and light.cycles.is_portal:
-        warnings.append(f"{where}: is a portal, which is left out")
+        warnings.append(f"{where}: is a portal, which is ignored")
         return None
     colour = radiant_colour(light, where, warnings)
     if not colour.any():

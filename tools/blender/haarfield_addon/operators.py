@@ -1,4 +1,4 @@
-"""Bake with haarfield, export for POV-Ray, show what was baked, compare with Cycles."""
+"""Operators that bake, export for POV-Ray, display bakes and compare with Cycles."""
 
 import threading
 import warnings
@@ -14,7 +14,7 @@ from .shaders import Refusal
 
 
 class Memory:
-    """What was baked last of each scene, so that only what changed is baked again."""
+    """The last bake of a scene, so that only changes are baked again."""
 
     def __init__(self, scene, digests, bake):
         self.scene, self.digests, self.bake = scene, digests, bake
@@ -28,7 +28,7 @@ class Cancelled(Exception):
 
 
 class Work(threading.Thread):
-    """A bake in a thread of its own: haarfield lets Blender go on meanwhile."""
+    """A bake in a separate thread, while Blender continues."""
 
     def __init__(self, gathered, refine, fields, memory, passes=()):
         super().__init__(daemon=True)
@@ -53,7 +53,7 @@ class Work(threading.Thread):
             self.error = error
 
     def scene(self):
-        """The scene; with the meshes and fields of before if only light and camera are others."""
+        """Returns the scene. Reuses meshes and fields if only light and camera have changed."""
         description = self.gathered.description
         kept = {"light", "camera"}
         before = self.memory.digests if self.memory else {}
@@ -74,7 +74,7 @@ class Work(threading.Thread):
 
 
 def folder_of(scene):
-    """The folder of the settings; for a scene without a file, one that Blender removes at its end."""
+    """Returns the folder of the settings. For a scene without a file, Blender deletes the folder when it ends."""
     chosen = scene.haarfield.folder
     if chosen.startswith("//") and not bpy.data.filepath:
         return Path(bpy.app.tempdir) / "haarfield"
@@ -82,7 +82,7 @@ def folder_of(scene):
 
 
 def changes_of(gathered, memory):
-    """The names of what is not as it was baked last."""
+    """Returns the names of everything that has changed since the last bake."""
     before = memory.digests if memory else {}
     return {name for name, digest in gathered.digests.items() if before.get(name) != digest} | (
         set(before) - set(gathered.digests)
@@ -90,12 +90,12 @@ def changes_of(gathered, memory):
 
 
 class Baking:
-    """What the operators share."""
+    """Shared parts of the operators."""
 
     def start(self, context, refine=None):
-        """Gathers the scene. Returns the work to be done, or None if all is as it was baked last.
+        """Gathers the scene. Returns the bake to run, or None if nothing has changed since the last bake.
 
-        refine  in place of the settings'.
+        refine  overrides the settings.
         """
         refine = context.scene.haarfield.refine if refine is None else refine
         scene = context.scene
@@ -112,9 +112,9 @@ class Baking:
         return Work(self.gathered, refine, folder_of(scene) / "fields", self.memory)
 
     def take(self, context, work):
-        """Keeps and shows what the work made."""
+        """Stores and displays the results of a bake."""
         if isinstance(work.error, Cancelled):
-            self.report({"WARNING"}, "Cancelled: nothing was changed")
+            self.report({"WARNING"}, "Cancelled; nothing was changed")
             results.show(context.scene, context.view_layer, self.was_shown)
             return False
         if work.error is not None:
@@ -131,7 +131,7 @@ class Baking:
         return True
 
     def guarded(self, context, act):
-        """Errors as Blender has them: a message, and nothing changed."""
+        """Reports errors as messages in Blender, without changes to the scene."""
         try:
             return act()
         except (Refusal, haarfield.Error, OSError, ValueError) as error:
@@ -141,13 +141,13 @@ class Baking:
 
 
 class HAARFIELD_OT_bake(Baking, bpy.types.Operator):
-    """Bake the world's light into a colour attribute of each object"""
+    """Bake light into a colour attribute of each object"""
 
     bl_idname = "haarfield.bake"
     bl_label = "Bake with haarfield"
     bl_options = {"REGISTER"}
 
-    export: bpy.props.BoolProperty(name="Export", description="Write a POV-Ray scene, too", default=False)
+    export: bpy.props.BoolProperty(name="Export", description="Also write a POV-Ray scene", default=False)
 
     @classmethod
     def poll(cls, context):
@@ -206,7 +206,7 @@ class HAARFIELD_OT_bake(Baking, bpy.types.Operator):
 
 
 class HAARFIELD_OT_show(bpy.types.Operator):
-    """Show the baked copies, or the objects that were baked"""
+    """Show the baked copies or the original objects"""
 
     bl_idname = "haarfield.show"
     bl_label = "Show Baked"
@@ -224,7 +224,7 @@ class HAARFIELD_OT_show(bpy.types.Operator):
 
 
 class HAARFIELD_OT_compare(Baking, bpy.types.Operator):
-    """Bake the same vertices with Cycles, direct diffuse light, and write a table of errors and times"""
+    """Bake direct diffuse light at the same vertices with Cycles, and write a table of errors and times"""
 
     bl_idname = "haarfield.compare"
     bl_label = "Compare with Cycles"
@@ -238,7 +238,7 @@ class HAARFIELD_OT_compare(Baking, bpy.types.Operator):
         return self.guarded(context, lambda: self.compared(context))
 
     def compared(self, context):
-        # Both bake the same vertices: those of the meshes before refinement.
+        # Both programs bake the vertices of the meshes before refinement.
         work = self.start(context, refine=0.0)
         if work is not None:
             work.run()

@@ -1,4 +1,4 @@
-"""What a bake leaves in Blender: a copy of each object with the light as a colour attribute, and a material that shows it."""
+"""Displays bakes in Blender: a copy of each object with the light as a colour attribute, and a material for it."""
 
 import bpy
 import numpy
@@ -10,9 +10,9 @@ from .shaders import bytes_of, decoded
 
 COLLECTION = "haarfield"
 ATTRIBUTE = "haarfield"
-OVER = "haarfield over"  # highlights, which lie over images
-OWNER = "haarfield_owner"  # of what was baked, or instances it
-HIDDEN = "haarfield_hidden"  # of these, what is hidden now
+OVER = "haarfield over"  # specular light, which is added to textured light
+OWNER = "haarfield_owner"  # marks objects that were baked, or that instance baked objects
+HIDDEN = "haarfield_hidden"  # marks those of them that are hidden now
 
 
 def collection_of(scene):
@@ -26,7 +26,7 @@ def collection_of(scene):
 
 
 def copies(scene):
-    """The copies that are there, by the name of their instance."""
+    """Returns the existing copies by the name of their instance."""
     return {
         object[BAKED]: object
         for collection in scene.collection.children
@@ -48,7 +48,7 @@ def remove(copy):
 
 
 def linear_image(image):
-    """A float copy of an image: of bytes Cycles would interpolate sRGB values, POV-Ray interpolates linear ones."""
+    """Returns a float copy of an image, because Cycles interpolates bytes as sRGB values, unlike POV-Ray."""
     pixels = decoded(bytes_of(image) / 255)
     height, width = pixels.shape[:2]
     name = f"haarfield {image.name}"
@@ -63,7 +63,7 @@ def linear_image(image):
 
 
 def showing_material(name, image, has_over):
-    """Emits the attribute, times the image if there is one, plus what lies over it: exactly what POV-Ray shows."""
+    """Returns a material that emits the attribute, times the image, plus specular light, exactly like POV-Ray."""
     name = f"haarfield {name}"
     material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
     material.use_nodes = True
@@ -107,7 +107,7 @@ def set_colours(mesh, name, colours):
 
 
 def mesh_of(baked, gathered, name):
-    """A bake's mesh as Blender's, in Blender's frame."""
+    """Returns a baked mesh as a mesh of Blender, in Blender's frame."""
     mesh = bpy.data.meshes.new(name)
     positions = baked.positions @ TO_HAARFIELD.astype(numpy.float32)
     normals = baked.normals @ TO_HAARFIELD.astype(numpy.float32)
@@ -140,7 +140,7 @@ def mesh_of(baked, gathered, name):
 
 
 def show(scene, view_layer, baked):
-    """Shows the copies and hides what was baked, or the other way round."""
+    """Shows the copies and hides the original objects, or vice versa."""
 
     def set_hidden(object, hidden):
         object.hide_render = hidden
@@ -161,7 +161,7 @@ def show(scene, view_layer, baked):
 def write(scene, view_layer, bake, gathered, changed):
     """Makes the copies of a bake.
 
-    changed  names of the instances whose copies are made anew; others only get new colours.
+    changed  names of the instances whose copies are rebuilt; other copies only get new colours.
     """
     collection = collection_of(scene)
     before = copies(scene)

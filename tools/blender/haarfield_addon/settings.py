@@ -1,4 +1,4 @@
-"""What the panel lets one choose; kept with the scene."""
+"""The settings in the panel, which are stored in the scene."""
 
 import bpy
 
@@ -6,23 +6,23 @@ import bpy
 class HaarfieldSettings(bpy.types.PropertyGroup):
     objects: bpy.props.EnumProperty(
         name="Objects",
-        description="Which objects are baked, and cast shadows",
+        description="Objects that are baked and cast shadows",
         items=[
-            ("VISIBLE", "Visible", "All that are visible in this view layer and in renders"),
-            ("SELECTED", "Selected", "Of these the selected ones"),
+            ("VISIBLE", "Visible", "All objects that are visible in this view layer and in renders"),
+            ("SELECTED", "Selected", "The visible objects that are selected"),
         ],
         default="VISIBLE",
     )
     vertices: bpy.props.IntProperty(
         name="Vertices",
-        description="Subdivide each mesh to at least this many vertices; 0: do not",
+        description="Subdivide each mesh to at least this many vertices; 0: no subdivision",
         default=500,
         min=0,
         max=2_000_000,
     )
     refine: bpy.props.FloatProperty(
         name="Refine",
-        description="Split triangles where the light between vertices is off by more than this; 0: do not",
+        description="Split triangles where interpolated light is off by more than this; 0: no refinement",
         default=0.02,
         min=0.0,
         max=1.0,
@@ -30,19 +30,19 @@ class HaarfieldSettings(bpy.types.PropertyGroup):
     )
     samples: bpy.props.IntProperty(
         name="Samples",
-        description="Of each mesh's visibility field, from which its shadows on other objects are looked up",
+        description="Samples of each mesh's visibility field, which gives its shadows on other objects",
         default=6000,
         min=100,
         max=200_000,
     )
     folder: bpy.props.StringProperty(
         name="Folder",
-        description="For visibility fields and POV-Ray scenes",
+        description="Folder for visibility fields and POV-Ray scenes",
         default="//haarfield",
         subtype="DIR_PATH",
     )
     cycles_samples: bpy.props.IntProperty(
-        name="Cycles Samples", description="At each vertex, for the comparison", default=4096, min=16, max=65536
+        name="Cycles Samples", description="Cycles' samples per vertex in the comparison", default=4096, min=16, max=65536
     )
 
 

@@ -1,46 +1,46 @@
-"""Blender's materials and worlds in haarfield's terms."""
+"""Converts Blender's materials and worlds to those of haarfield."""
 
 import numpy
 
-# Blender's +x is an equirectangular image's middle, haarfield's +z (its world has +y up, and is turned so).
+# The middle of an equirectangular image is +x in Blender and +z in haarfield, whose world has +y up.
 TURN_OF_IMAGES = 90.0
 
 
 class Refusal(Exception):
-    """What can not be baked, for the user to read."""
+    """An error message for the user about a scene that cannot be baked."""
 
 
 def pixels_of(image, channels=3):
-    """An image's linear pixels, (height, width, channels), rows from the top."""
+    """Returns an image's linear pixels, (height, width, channels), rows from the top."""
     width, height = image.size
     if width == 0 or height == 0:
-        raise Refusal(f"Image '{image.name}' has no pixels: is its file there?")
+        raise Refusal(f"Image '{image.name}' has no pixels; check that its file exists")
     flat = numpy.empty(width * height * image.channels, numpy.float32)
     image.pixels.foreach_get(flat)
     pixels = flat.reshape(height, width, image.channels)[::-1]
     if image.channels < 3:
         pixels = numpy.repeat(pixels[..., :1], 3, axis=2)
     pixels = pixels[..., :channels]
-    # Float images are linear in memory; others are as their files have them.
+    # Float images are linear in memory; other images have the encoding of their files.
     if not image.is_float and image.colorspace_settings.name == "sRGB":
         pixels = decoded(pixels)
     return numpy.ascontiguousarray(pixels, numpy.float32)
 
 
 def decoded(encoded):
-    """The linear values of sRGB in [0, 1]."""
+    """Returns the linear values of sRGB values in [0, 1]."""
     return numpy.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def bytes_of(image):
-    """An image as sRGB bytes, (height, width, 3): without a loss if its file has 8 bits."""
+    """Returns an image as sRGB bytes, (height, width, 3): lossless if its file has 8 bits."""
     linear = numpy.clip(pixels_of(image), 0, 1)
     encoded = numpy.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     return (encoded * 255 + 0.5).astype(numpy.uint8)
 
 
 def source_of(socket):
-    """The node that a socket is linked to, past reroutes; None if there is none."""
+    """Returns the node that a socket is linked to, through reroutes; None if there is none."""
     while socket.is_linked:
         link = socket.links[0]
         if link.from_node.type != "REROUTE":
@@ -59,21 +59,21 @@ def output_of(tree, kind):
 def value_of(node, name, where, warnings):
     socket = node.inputs[name]
     if source_of(socket) is not None:
-        warnings.append(f"{where}: its {name} from {source_of(socket).bl_label} is left out; the constant is used")
+        warnings.append(f"{where}: its {name} from {source_of(socket).bl_label} is ignored; the constant is used")
     value = socket.default_value
     return float(value) if isinstance(value, (int, float)) else [float(channel) for channel in value[:3]]
 
 
 def image_node_of(socket, where, warnings):
-    """The image texture that a colour comes from; None if it is a constant."""
+    """Returns the image texture of a colour; None if the colour is constant."""
     node = source_of(socket)
     if node is None:
         return None
     if node.type == "TEX_IMAGE" and node.image is not None:
         if node.inputs["Vector"].is_linked and source_of(node.inputs["Vector"]).type not in ("UVMAP", "TEX_COORD"):
-            warnings.append(f"{where}: the mapping of image '{node.image.name}' is left out")
+            warnings.append(f"{where}: the mapping of image '{node.image.name}' is ignored")
         return node
-    warnings.append(f"{where}: colours from {node.bl_label} are left out; wanted a constant or an Image Texture")
+    warnings.append(f"{where}: colours from {node.bl_label} are ignored; expected a constant or an Image Texture")
     return None
 
 
@@ -82,7 +82,7 @@ def clamped(colour):
 
 
 def shader_of(material, warnings):
-    """The node of a material's surface; None if its viewport colour has to do."""
+    """Returns the node of a material's surface; None if its viewport colour is used instead."""
     if material is None or not material.use_nodes:
         return None
     output = output_of(material.node_tree, "OUTPUT_MATERIAL")
@@ -91,14 +91,14 @@ def shader_of(material, warnings):
         return node
     found = node.bl_label if node else "missing"
     warnings.append(
-        f"Material '{material.name}': its surface is {found}; wanted Principled BSDF, Diffuse BSDF or Emission. "
-        "Its viewport colour is taken"
+        f"Material '{material.name}': its surface is {found}; expected Principled BSDF, Diffuse BSDF or Emission. "
+        "Its viewport colour is used"
     )
     return None
 
 
 def material_of(material, warnings):
-    """A material as a table of haarfield's scenes, and the image texture node that its colour comes from."""
+    """Returns a material as a table of haarfield's scenes, and the image texture node of its colour."""
     if material is None:
         return {"diffuse": [0.8, 0.8, 0.8]}, None
     where = f"Material '{material.name}'"
@@ -124,7 +124,7 @@ def material_of(material, warnings):
     metal = pixels_of(image.image).mean(axis=(0, 1)).tolist() if image else base
     table["diffuse"] = [(1 - metallic) * channel for channel in base]
     table["specular"] = clamped([dielectric + metallic * channel for channel in metal])
-    # GGX of this roughness as a Phong lobe of the same width.
+    # A Phong lobe of the same width as GGX of this roughness.
     table["shininess"] = min(max((2 / max(roughness, 0.05) ** 4 - 2) / 4, 1.0), 1000.0)
     strength = value_of(node, "Emission Strength", where, warnings)
     emission = [max(0.0, strength * channel) for channel in value_of(node, "Emission", where, warnings)]
@@ -132,18 +132,18 @@ def material_of(material, warnings):
         table["emission"] = emission
     for name in ("Transmission", "Subsurface", "Clearcoat", "Sheen"):
         if value_of(node, name, where, []) > 0:
-            warnings.append(f"{where}: {name} is left out")
+            warnings.append(f"{where}: {name} is ignored")
     if source_of(node.inputs["Normal"]) is not None:
-        warnings.append(f"{where}: its normal map is left out")
+        warnings.append(f"{where}: its normal map is ignored")
     if node.inputs["Alpha"].default_value < 1 or node.inputs["Alpha"].is_linked:
-        warnings.append(f"{where}: Alpha is left out")
+        warnings.append(f"{where}: Alpha is ignored")
     return table, image
 
 
 def lat_long_of(pixels, rotation=None):
-    """Pixels of another shape or turned about any axis, as a lat-long image twice as wide as high: bilinear.
+    """Resamples pixels of another shape or orientation to a lat-long image of twice its height in width, bilinearly.
 
-    rotation  (3, 3), from a direction of Blender's world to where it is looked up.
+    rotation  (3, 3), from a direction in Blender's world to the direction of the lookup.
     """
     height = min(2048, max(pixels.shape[0], pixels.shape[1] // 2))
     v, u = numpy.mgrid[0:height, 0 : 2 * height] + 0.5
@@ -167,21 +167,21 @@ def lat_long_of(pixels, rotation=None):
 
 
 def is_volume(material):
-    """True if a material has a volume and no surface."""
+    """Tests whether a material has a volume and no surface."""
     output = output_of(material.node_tree, "OUTPUT_MATERIAL") if material and material.use_nodes else None
     return bool(output and source_of(output.inputs["Volume"]) and not source_of(output.inputs["Surface"]))
 
 
 def report_outputs(material, where, warnings):
-    """Names the outputs of a material that are not baked."""
+    """Warns about outputs of a material that are not baked."""
     output = output_of(material.node_tree, "OUTPUT_MATERIAL") if material.use_nodes else None
     for name in ("Volume", "Displacement"):
         if output and source_of(output.inputs[name]):
-            warnings.append(f"{where}: its {name.lower()} is left out")
+            warnings.append(f"{where}: its {name.lower()} is ignored")
 
 
 def world_of(world, has_lights, warnings):
-    """A world as the environment of a scene of haarfield."""
+    """Returns a world as the environment of a scene of haarfield."""
     if world is None:
         if has_lights:
             return constant_light((0, 0, 0))
@@ -190,21 +190,21 @@ def world_of(world, has_lights, warnings):
         return constant_light(world.color)
     output = output_of(world.node_tree, "OUTPUT_WORLD")
     if output and source_of(output.inputs["Volume"]):
-        warnings.append(f"World '{world.name}': its volume is left out")
+        warnings.append(f"World '{world.name}': its volume is ignored")
     background = source_of(output.inputs["Surface"]) if output else None
     if background is None or background.type != "BACKGROUND":
         found = background.bl_label if background else "missing"
-        raise Refusal(f"World '{world.name}': its surface is {found}; wanted Background")
+        raise Refusal(f"World '{world.name}': its surface is {found}; expected Background")
     where = f"World '{world.name}'"
     strength = max(0.0, value_of(background, "Strength", where, warnings))
     texture = source_of(background.inputs["Color"])
     if texture is None:
         return constant_light([strength * channel for channel in background.inputs["Color"].default_value[:3]])
     if texture.type != "TEX_ENVIRONMENT" or texture.image is None:
-        raise Refusal(f"{where}: its colour is from {texture.bl_label}; wanted an Environment Texture or a constant")
+        raise Refusal(f"{where}: its colour is from {texture.bl_label}; expected an Environment Texture or a constant")
     if texture.projection != "EQUIRECTANGULAR":
         raise Refusal(f"{where}: the projection of '{texture.image.name}' is {texture.projection.lower()}; "
-                      "wanted equirectangular")
+                      "expected equirectangular")
     pixels = strength * pixels_of(texture.image)
     turn = TURN_OF_IMAGES
     mapping = source_of(texture.inputs["Vector"])
@@ -213,20 +213,20 @@ def world_of(world, has_lights, warnings):
         if any(abs(x) > 1e-6 for x in mapping.inputs["Location"].default_value) or any(
             abs(x - 1) > 1e-6 for x in mapping.inputs["Scale"].default_value
         ):
-            raise Refusal(f"{where}: its mapping moves or scales the image; wanted rotations")
+            raise Refusal(f"{where}: its mapping moves or scales the image; expected rotations only")
         euler = mapping.inputs["Rotation"].default_value
         matrix = euler.to_matrix()
         if mapping.vector_type == "TEXTURE":
             matrix = matrix.transposed()
         elif mapping.vector_type not in ("POINT", "VECTOR", "NORMAL"):
-            raise Refusal(f"{where}: its mapping is of type {mapping.vector_type}")
+            raise Refusal(f"{where}: its mapping is of type {mapping.vector_type}; expected Texture, Point, Vector or Normal")
         if abs(euler.x) < 1e-6 and abs(euler.y) < 1e-6:
             sign = 1 if mapping.vector_type == "TEXTURE" else -1
             turn += sign * numpy.degrees(euler.z)
         else:
             lookup = matrix
     elif mapping is not None and mapping.type != "TEX_COORD":
-        raise Refusal(f"{where}: its image is placed by {mapping.bl_label}; wanted a Mapping")
+        raise Refusal(f"{where}: its image is placed by {mapping.bl_label}; expected a Mapping")
     if lookup is not None or pixels.shape[1] != 2 * pixels.shape[0]:
         pixels = lat_long_of(pixels, lookup)
     turn = float((turn + 180) % 360 - 180)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Looks into a visibility field: its samples, cubemaps, quadtrees and errors, as pictures.
+"""Plots a visibility field: its samples, cubemaps, quadtrees and errors.
 
 Usage: look_into_field.py FIELD.vdb FOLDER
        look_into_field.py SCENE.toml ENTITY FOLDER
@@ -26,7 +26,7 @@ folder.mkdir(parents=True, exist_ok=True)
 
 
 def cross(faces):
-    """The six faces, +x -x +y -y +z -z, unfolded: +x +z -x -z side by side, +y above and -y below -z."""
+    """Unfolds the six faces +x -x +y -y +z -z: +x +z -x -z in a row, +y above and -y below -z."""
     size = faces.shape[1]
     picture = numpy.full((3 * size, 4 * size), numpy.nan)
     places = {0: (1, 0), 4: (1, 1), 1: (1, 2), 5: (1, 3), 2: (0, 3), 3: (2, 3)}
@@ -36,7 +36,7 @@ def cross(faces):
 
 
 def squares(tree, size):
-    """By texel, at which level the quadtree of a face ends."""
+    """Returns the level at which the quadtree of a face ends, by texel."""
     level = numpy.zeros((size, size))
 
     def walk(node, depth, x, y, width):
@@ -76,7 +76,7 @@ positions, handles = field.planar["positions"], field.planar["handles"]
 step = max(1, len(handles) // 2000)
 share = [1 - field.cubemap(int(handle)).texels().mean() for handle in handles[::step]]
 shown = axes[1, 0].scatter(positions[::step, 0], positions[::step, 2], c=share, s=8, cmap="magma", norm="log", vmin=1e-3)
-axes[1, 0].set(title="what the samples on the ground see blocked", xlabel="x [m]", ylabel="z [m]", aspect="equal")
+axes[1, 0].set(title="occlusion at the samples on the ground", xlabel="x [m]", ylabel="z [m]", aspect="equal")
 figure.colorbar(shown, ax=axes[1, 0])
 
 for name in ("planar", "spherical"):

@@ -3,8 +3,8 @@
 
 Usage: relight.py SCENE.toml FOLDER [STEPS [LIGHTS]]
 
-Writes FOLDER/relight.png: above, what the frames err at the vertices against bakes in full, and in the picture
-against POV-Ray's ray tracer; below, some of the frames.
+Writes FOLDER/relight.png: above, the error of the frames at the vertices relative to full bakes, and in the picture
+relative to POV-Ray's ray tracer; below, some of the frames.
 """
 
 import sys
@@ -31,7 +31,7 @@ def relative_rmse(values, wanted):
 
 
 def display(radiance):
-    """sRGB of linear radiance."""
+    """Returns the sRGB values of linear radiance."""
     clipped = numpy.clip(radiance, 0, 1)
     return numpy.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
 
@@ -46,7 +46,7 @@ seconds, against_bake, pictures = [], [], []
 for angle in angles:
     session.turn_environment(angle)
     start = time.perf_counter()
-    session.frame()  # one dot product per vertex; session.radiance follows
+    session.frame()  # one dot product per vertex; updates session.radiance
     seconds.append(time.perf_counter() - start)
     pictures.append(session.picture())
     bake = scene.changed({"environment": {"rotation": float(angle)}}).bake()

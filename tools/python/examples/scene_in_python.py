@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A scene that is made in Python: a winding stair of arrays, under a sky that is an array.
+"""Builds a scene in Python: a winding stair of arrays, under a sky that is an array.
 
 Usage: scene_in_python.py FOLDER [VERTICES]
 
@@ -18,7 +18,7 @@ folder.mkdir(parents=True, exist_ok=True)
 
 
 def surface(function, rows, columns):
-    """A grid of (u, v) in [0, 1] as a mesh: function gives (rows, columns, 3) positions."""
+    """Returns a grid of (u, v) in [0, 1] as a mesh. The function returns (rows, columns, 3) positions."""
     v, u = numpy.meshgrid(numpy.linspace(0, 1, rows), numpy.linspace(0, 1, columns), indexing="ij")
     first = (numpy.arange(rows - 1)[:, None] * columns + numpy.arange(columns - 1)).ravel()
     a, b, c, d = first, first + 1, first + columns + 1, first + columns
@@ -37,7 +37,7 @@ def torus(u, v):
     return numpy.stack([across * numpy.cos(ring), 0.18 + 0.18 * numpy.sin(tube), across * numpy.sin(ring)], axis=-1)
 
 
-# A sky: blue above, warm towards one side, with a small bright window in it. Rows from the top, +z in the middle.
+# A sky: blue above, warm on one side, with a small bright window. Rows from the top, +z in the middle.
 height = 128
 latitude = numpy.pi * (0.5 - (numpy.arange(height) + 0.5) / height)[:, None]
 longitude = numpy.pi * (1 - 2 * (numpy.arange(2 * height) + 0.5) / (2 * height))[None, :]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The integral of a product of six functions of direction: in wavelet space, and by numpy.
+"""Computes the integral of a product of six functions of direction, in wavelet space and with numpy.
 
 Usage: six_functions.py FOLDER [POINTS] [VERTICES]
 
@@ -69,11 +69,11 @@ print(f"{points} integrals of six functions on 6 x {size} x {size} texels")
 print(f"largest difference, relative to the mean: {difference:.1e}")
 assert difference < 1e-4
 
-# The product of all but the light, made once, is what a point makes of any light.
+# The product of all functions but the light determines the response of a point to any light.
 answer = haarfield.function_product(*constant, first, second)
 assert numpy.allclose(haarfield.product_integral(answer, light=sky), wavelets[-1], rtol=1e-4)
 
-# The method at its own scale: direct light at every vertex of the same floor, past the same two boxes.
+# The intended use: direct light at every vertex of the same floor, with the same two boxes as occluders.
 floor = haarfield.Mesh([(-3, 0, -3), (-3, 0, 3), (3, 0, 3), (3, 0, -3)], [(0, 1, 2), (0, 2, 3)])
 paint = {"diffuse": [0.3, 0.3, 0.3], "specular": [0.2, 0.2, 0.2], "shininess": 50}
 baked_scene = scene.changed(
@@ -99,6 +99,6 @@ figure, axes = pyplot.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
 axes[0].loglog(texels.ravel(), wavelets.ravel(), ".", markersize=3)
 axes[0].set(xlabel="numpy, all texels [W/(m² sr)]", ylabel="product integral of wavelets [W/(m² sr)]")
 brightness = axes[1].scatter(places[:, 0], places[:, 2], c=wavelets[:, 1], s=30, cmap="magma")
-axes[1].set(xlabel="x [m]", ylabel="z [m]", aspect="equal", title="radiance of the floor round two boxes")
+axes[1].set(xlabel="x [m]", ylabel="z [m]", aspect="equal", title="radiance of the floor around two boxes")
 figure.colorbar(brightness, ax=axes[1])
 figure.savefig(folder / "six_functions.png", dpi=110)

@@ -7,7 +7,7 @@
     bake.write_povray("out")
 
 Units are metres and W/(m^2 sr); colours are linear RGB; the frame is right-handed with +y up. Angles are degrees.
-Calls that last let other threads run, take a progress function and end with Ctrl-C.
+Long calls let other threads run, accept a progress function and end on Ctrl-C.
 """
 
 from haarfield._haarfield import *  # noqa: F401,F403

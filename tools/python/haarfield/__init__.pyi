@@ -1,4 +1,4 @@
-"""Types of the module `haarfield`; its docstrings say what things are."""
+"""Types of the module `haarfield`, which has the docstrings."""
 
 from os import PathLike
 from typing import Any, Callable, Mapping, Sequence, overload

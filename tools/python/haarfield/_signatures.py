@@ -1,4 +1,4 @@
-"""Gives the functions of the extension module signatures, and short messages for wrong arguments.
+"""Adds signatures to the functions of the extension module, and short messages for wrong arguments.
 
 pybind11 describes a function by the first line of its docstring only. inspect.signature cannot read that line, and the
 TypeError for a mistyped keyword lists every argument's C++ type and value.
@@ -23,7 +23,7 @@ def _annotation(node):
 
 
 def _signature(function):
-    """The signature in a pybind11 docstring; None if it has none, as an overloaded function."""
+    """Returns the signature in a pybind11 docstring; None if it has none, such as for an overloaded function."""
     lines = (function.__doc__ or "").splitlines()
     if not lines or " -> " not in lines[0] or lines[1:2] == ["Overloaded function."]:
         return None
@@ -81,7 +81,7 @@ def _with_signature(function, name):
 
 
 def add_signatures(module):
-    """Replaces the functions and methods of a module's namespace by ones with signatures."""
+    """Replaces the functions and methods in a module's namespace by ones with signatures."""
     for name, member in list(module.items()):
         if name.startswith("_"):
             continue

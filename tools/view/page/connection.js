@@ -6,10 +6,10 @@ export class Connection {
   // on: {open, text(message), frame(frame), lost(seconds, isFinal)}
   constructor(on) {
     this.on = on;
-    this.patience = 30; // [s] after which a lost server counts as ended
+    this.patience = 30; // [s] until a lost server is considered to have ended
     this.number = 0;
     this.gesture = 0;
-    this.waiting = new Map(); // by kind: what is sent with the next picture
+    this.waiting = new Map(); // by kind: messages to send with the next picture
     this.sentAt = new Map(); // by number [ms]
     this.connect();
   }
@@ -38,7 +38,7 @@ export class Connection {
     };
   }
 
-  // Starts again after the last attempt.
+  // Reconnects after the last attempt.
   retry() {
     this.lostAt = undefined;
     this.connect();
@@ -52,7 +52,7 @@ export class Connection {
     return ++this.gesture;
   }
 
-  // Sends a message; its number.
+  // Sends a message. Returns its number.
   send(type, content = {}) {
     if (!this.isOpen) return 0;
     const number = ++this.number;
@@ -61,7 +61,7 @@ export class Connection {
     return number;
   }
 
-  // Sends the last of these before the next picture.
+  // Sends the most recent message of each kind before the next picture.
   sendSoon(type, content) {
     this.waiting.set(type + (content.object ?? content.name ?? ''), [type, content]);
   }
@@ -75,7 +75,7 @@ export class Connection {
     if (this.isOpen) this.socket.send(JSON.stringify({ type: 'shown', frame }));
   }
 
-  // How long ago a message was sent; those before it are forgotten. [ms]
+  // Returns the time since a message was sent, and forgets it and all earlier ones. [ms]
   since(number) {
     const at = this.sentAt.get(number);
     for (const old of this.sentAt.keys()) if (old <= number) this.sentAt.delete(old);
@@ -83,7 +83,7 @@ export class Connection {
   }
 }
 
-// A frame as PROTOCOL.md lays it out; colours stay where they are.
+// Parses a frame as described in PROTOCOL.md. Colours are views of the buffer.
 export function readFrame(buffer) {
   const view = new DataView(buffer);
   const frame = {

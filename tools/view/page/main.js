@@ -1,19 +1,19 @@
-// The page: joins the line to the session, the picture and the panel.
+// The page: connects the session, the picture and the panel.
 import { Connection } from './connection.js';
 import { Panel } from './panel.js';
 import { Stage } from './stage.js';
 
 const element = (id) => document.getElementById(id);
-// What is known of the colours, by exactness. Between vertices nothing is known.
+// Descriptions of the colours by exactness.
 const words = {
-  moving: ['transfer vectors, coarser while moving', 'The colours follow your hand by precomputed transfer vectors.'],
+  moving: ['transfer vectors, coarser while moving', 'Precomputed transfer vectors update the colours while you edit.'],
   orbiting: ['transfer vectors, no indirect light in reflections', 'While the camera moves, specular reflections show ' +
     'direct light only. Indirect light in them follows when the camera rests.'],
   quick: ['shaded by fields', 'Occlusion by other objects is interpolated from visibility fields.'],
   exact: ['as baked', 'Every vertex has the colour that `haarfield bake` computes for it. ' +
-    'Colours are interpolated between vertices: shadow edges are only as sharp as the mesh is fine.'],
+    'Colours are interpolated between vertices, so shadow edges are only as sharp as the mesh allows.'],
 };
-const jobs = { vectors: 'vectors', shading: 'shading', exact: 'making it exact', ahead: 'preparing' };
+const jobs = { vectors: 'vectors', shading: 'shading', exact: 'computing exact colours', ahead: 'preparing' };
 
 let steers = false;
 let gesture = 0;
@@ -60,13 +60,13 @@ function showStatus() {
   const known = stats.last?.exactness === 'moving' && stats.lacksReflections ? 'orbiting' : stats.last?.exactness;
   const [text, title] = isComplete
     ? words[known]
-    : [`loading ${missing} of ${stage.objects.size} objects`, 'Meshes and colours are on their way.'];
+    : [`loading ${missing} of ${stage.objects.size} objects`, 'Meshes and colours are being loaded.'];
   element('exactness').className = 'pill ' + (isComplete ? stats.last.exactness : 'moving');
   element('exactness').textContent = isComplete ? `${text} · ${stage.vertices().toLocaleString('en')} vertices` : text;
   element('exactness').title = title;
 }
 
-let waiting = 0; // the frame that is shown with the next picture
+let waiting = 0; // the frame that is displayed with the next picture
 
 const stage = new Stage(element('canvas'), {
   moved: () => panel.viewMoved(),
@@ -98,7 +98,7 @@ function choose(id, material, part) {
 
 const panel = new Panel({
   send: (type, content) => {
-    connection.flush(); // what hands did before
+    connection.flush(); // earlier edits
     if (steers) connection.send(type, content);
   },
   sendSoon: (type, content) => steers && connection.sendSoon(type, { gesture, ...content }),
@@ -189,7 +189,7 @@ const receivers = {
   },
   saved({ file, instead_of: spared }) {
     stats.saved = file;
-    const why = spared ? `. ${spared.split('/').pop()} has comments that would be lost, and stays as it is.` : '';
+    const why = spared ? `. ${spared.split('/').pop()} has comments that would be lost, so it was left unchanged.` : '';
     panel.notice('Saved ' + file + why, true, spared ? 12000 : undefined);
   },
   task(message) {
@@ -205,7 +205,7 @@ element('reconnect').onclick = () => {
 };
 element('steer').onclick = () => connection.send('steer');
 
-// Pictures: what hands did since the last one is sent first, and a frame is taken as shown once it is drawn.
+// Before each picture, pending edits are sent. A frame counts as displayed once it is drawn.
 let second = performance.now();
 function next() {
   requestAnimationFrame(next);
@@ -226,5 +226,5 @@ function next() {
 }
 next();
 
-// For programs that drive the page, the tests among them.
+// An interface for programs that drive the page, such as the tests.
 window.haarfield = { stage, connection, panel, stats, isSteering: () => steers, light: () => light };

@@ -1,4 +1,4 @@
-// The panel: lights, the chosen object, its material, and what is kept.
+// The panel: lights, the selected object, its material, saving and tasks.
 import * as THREE from './three/build/three.module.js';
 
 const element = (id) => document.getElementById(id);
@@ -7,14 +7,14 @@ const up = new THREE.Vector3(0, 1, 0);
 const toHex = (colour) => '#' + new THREE.Color().fromArray(colour).convertLinearToSRGB().getHexString();
 const fromHex = (hex) => new THREE.Color(hex).convertSRGBToLinear().toArray();
 
-// What light a picture has whose light goes on so often from surface to surface.
+// Describes the light of a picture with this number of bounces.
 function lightOf(bounces) {
-  if (bounces === 'auto') return 'all bounces of light that matter';
+  if (bounces === 'auto') return 'all significant bounces of light';
   if (bounces === 0) return 'direct light alone';
   return bounces === 1 ? 'direct light and one bounce' : `direct light and ${bounces} bounces`;
 }
 
-// A radiance is a colour, whose largest component is 1, and a strength.
+// A radiance is edited as a colour, whose largest component is 1, and a strength.
 const strengthOf = (radiance) => Math.max(...radiance);
 const colourOf = (radiance) => strengthOf(radiance) > 0 ? radiance.map((c) => c / strengthOf(radiance)) : [1, 1, 1];
 const scaled = (colour, strength) => colour.map((c) => c * strength);
@@ -34,18 +34,18 @@ function setValue(material, key, value) {
   }
 }
 
-// What a material has: a key, its name here, and its range; colours have none.
+// The fields of a material: key, label and range. Colours have no range.
 const plainFields = [
-  ['diffuse', 'Colour'], ['specular', 'Highlights'], ['shininess', 'Shininess', 1, 1000, true],
-  ['emission', 'Glow'], ['emission.strength', 'Glow strength', 0, 20],
-  ['convention', 'Meant as', ['physical', 'povray']]];
+  ['diffuse', 'Colour'], ['specular', 'Specular'], ['shininess', 'Shininess', 1, 1000, true],
+  ['emission', 'Emission'], ['emission.strength', 'Strength', 0, 20],
+  ['convention', 'Convention', ['physical', 'povray']]];
 const finishFields = [
   ['pigment', 'Colour'], ['finish.diffuse', 'Diffuse', 0, 1], ['finish.phong', 'Phong', 0, 2],
   ['finish.phong_size', 'Phong size', 1, 1000, true], ['finish.specular', 'Specular', 0, 2],
-  ['finish.emission', 'Glow strength', 0, 20],
+  ['finish.emission', 'Emission', 0, 20],
   ['finish.roughness', 'Roughness', 0.0005, 1, true], ['finish.metallic', 'Metallic', 0, 1]];
 
-// What a sky has: a key, its slider, and digits.
+// The fields of a sky: key, slider and number of digits.
 const skyFields = [['sun_elevation', 'sun-elevation', 1], ['sun_azimuth', 'sun-azimuth', 0], ['turbidity', 'turbidity', 1]];
 
 export class Panel {
@@ -54,8 +54,8 @@ export class Panel {
     this.on = on;
     this.materials = {};
     this.lights = [];
-    this.content = {}; // objects, light and materials as the session has told them
-    this.reference = null; // that is computed or shown: view, and content as text
+    this.content = {}; // objects, light and materials in the session's last messages
+    this.reference = null; // the reference that is computed or displayed: view, and content as text
     this.listenToLight();
     this.listenToObject();
     this.listenToKeep();
@@ -66,7 +66,7 @@ export class Panel {
     element('material').onchange = () => this.showMaterial();
   }
 
-  // A slider that sends while it moves; one gesture from press to release.
+  // Makes a slider send while it moves, with one gesture from press to release.
   slider(id, use) {
     const input = element(id);
     input.addEventListener('pointerdown', () => this.on.gesture());
@@ -191,8 +191,8 @@ export class Panel {
       }
       this.sendLights(JSON.parse(text).light, '');
       if (/\.(jpe?g|png|webp|bmp|tga)$/i.test(file.name))
-        this.notice(`${file.name} is an 8-bit image: its values are sRGB, and nothing in it is brighter than 1. ` +
-          'A panorama with the full range of the sun or of lamps gives sharper shadows.', true, 8000);
+        this.notice(`${file.name} is an 8-bit image with sRGB values of at most 1. ` +
+          'A panorama with a high dynamic range gives sharper shadows from the sun and lamps.', true, 8000);
     }
   }
 
@@ -253,20 +253,20 @@ export class Panel {
   }
 
   clone() {
-    if (this.on.stage.chosen === null) return this.notice('Choose an object first: click one.');
+    if (this.on.stage.chosen === null) return this.notice('Select an object first: click one.');
     this.choosesNew = true;
     this.on.send('clone', { object: this.on.stage.chosen });
   }
 
   remove() {
-    if (this.on.stage.chosen === null) return this.notice('Choose an object first: click one.');
+    if (this.on.stage.chosen === null) return this.notice('Select an object first: click one.');
     this.on.send('delete', { object: this.on.stage.chosen });
   }
 
   setObjects(objects, chosen) {
     const select = element('object');
     select.replaceChildren(
-      new Option('none chosen: click one', ''), ...objects.map(({ id, name }) => new Option(name, id)));
+      new Option('none: click an object', ''), ...objects.map(({ id, name }) => new Option(name, id)));
     select.value = chosen ?? '';
     const last = objects[objects.length - 1];
     if (this.choosesNew && objects.length > (this.count ?? 0) && last) this.on.choose(last.id);
@@ -275,7 +275,7 @@ export class Panel {
     for (const id of ['clone', 'delete', 'frame-object']) element(id).disabled = chosen === null;
   }
 
-  // Selects the object after the selected one, or before it, in the order of the list.
+  // Selects the next object in the list, or the previous one.
   chooseNext(step) {
     const ids = (this.content.objects ?? []).map(({ id }) => id), at = ids.indexOf(this.on.stage.chosen);
     if (ids.length > 0) this.on.choose(ids[at < 0 ? (step > 0 ? 0 : ids.length - 1) : (at + step + ids.length) % ids.length]);
@@ -371,13 +371,13 @@ export class Panel {
     element('redo').onclick = () => this.on.send('redo');
     element('save').onclick = () => this.on.send('save');
     element('save-as').onclick = () => {
-      const name = prompt('A name for the scene, beside the one that was opened', this.file.replace(/\.toml$/, '_2.toml'));
+      const name = prompt('Name of the scene file, in the folder of the opened scene', this.file.replace(/\.toml$/, '_2.toml'));
       if (name) this.on.send('save', { name });
     };
     for (const task of ['bake', 'picture', 'reference'])
       element(task).onclick = () => this.on.send('start', { task });
     for (const answer of ['restore', 'discard']) element(answer).onclick = () => this.on.send(answer);
-    element('autosave').oncancel = (event) => event.preventDefault(); // it wants an answer
+    element('autosave').oncancel = (event) => event.preventDefault(); // a choice is required
     element('task-cancel').onclick = () => this.on.send('cancel');
     element('compare-button').onclick = () => this.compare(element('compare').hidden);
     element('reference').addEventListener('click', () => this.beginReference());
@@ -390,7 +390,7 @@ export class Panel {
     this.reference = { view: this.on.stage.view(), content: JSON.stringify(this.content) };
   }
 
-  // Keeps what a reference shows of the scene.
+  // Stores the scene state that a reference shows.
   setContent({ objects, light, materials }) {
     for (const [key, value] of Object.entries({ objects, light, materials })) if (value) this.content[key] = value;
     this.labelReference();
@@ -403,12 +403,12 @@ export class Panel {
       (isStale ? 'reference of an earlier state of the scene: ' : 'reference: ') + this.reference.light;
   }
 
-  // Ends a comparison whose reference shows another view.
+  // Ends a comparison when the view no longer matches the reference.
   viewMoved() {
     if (!element('compare').hidden && !this.on.stage.isAt(this.reference.view)) this.compare(false);
   }
 
-  // Asks what is to become of changes that an earlier session left unsaved; null: of none.
+  // Offers changes that an earlier session left unsaved; null: closes the offer.
   offerAutosave(file) {
     const box = element('autosave');
     if (file === null) return box.close();
@@ -427,7 +427,7 @@ export class Panel {
     const box = this.on.stage.pictureBox();
     const { style } = element('compare'), { bottom } = element('tools').getBoundingClientRect();
     for (const side of ['left', 'top', 'width', 'height']) style[side] = box[side] + 'px';
-    // Labels below the toolbar, the slider above the status.
+    // Labels are below the toolbar, the slider is above the status.
     const stage = element('stage').getBoundingClientRect(), status = element('status').getBoundingClientRect();
     style.setProperty('--label-top', Math.max(8, bottom - stage.top + 8 - box.top) + 'px');
     style.setProperty('--slider-bottom', Math.max(8, box.top + box.height - (status.top - stage.top) + 8) + 'px');
@@ -435,7 +435,7 @@ export class Panel {
 
   setTask(message) {
     const isRunning = message.state === 'running';
-    // Another page, or a program, may have started it.
+    // Another page or a program may have started the task.
     if (message.task === 'reference' && isRunning && (!this.reference || this.reference.light)) this.beginReference();
     element('task').hidden = !isRunning;
     element('task-name').textContent = message.task + (message.stage ? ': ' + message.stage : '');
@@ -483,7 +483,7 @@ export class Panel {
       else if (key === 'f') this.on.stage.lookAtObject(this.on.stage.chosen);
       else if (key === 'escape') this.on.choose(null);
     });
-    // Before OrbitControls, which pans by arrows.
+    // Runs before OrbitControls, which pans with the arrow keys.
     window.addEventListener('keydown', (event) => {
       if (event.target.matches('input, select, textarea') || document.querySelector('dialog[open]')) return;
       if (event.ctrlKey || event.metaKey || event.altKey) return;

@@ -1,4 +1,4 @@
-// How colours are shown: half floats of radiance, exposed already, clamped and sRGB-encoded as the PNGs are.
+// Displays colours: half floats of exposed radiance, clamped and sRGB-encoded like the PNG files.
 import * as THREE from './three/build/three.module.js';
 
 const encoding = `
@@ -7,10 +7,10 @@ vec3 encoded(vec3 linear) {
   return mix(c * 12.92, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(vec3(0.0031308), c));
 }`;
 
-// Numbers that all objects share.
+// Values that all objects share.
 export const shared = { fade: { value: 1 } };
 
-// Vertices hold the bits of half floats: those shown now, and those of before, from which they are faded.
+// Vertices hold the bits of half floats: the current colours, and the previous ones from which they fade.
 export function surfaceMaterial(texture, isCutOut, hasOver) {
   return new THREE.ShaderMaterial({
     side: THREE.DoubleSide,
@@ -73,7 +73,7 @@ export function surfaceMaterial(texture, isCutOut, hasOver) {
   });
 }
 
-// Environments behind all: lat-long, +z in the middle, longitude falls to the right.
+// Draws environments behind everything: lat-long, +z in the middle, longitude decreasing to the right.
 export function backgroundMaterial() {
   return new THREE.ShaderMaterial({
     depthTest: false,

@@ -1,17 +1,17 @@
-// The picture: objects with the colours of the last frame, the light behind them, camera and gizmos.
+// The picture: objects with the colours of the last frame, the background, camera and gizmos.
 import * as THREE from './three/build/three.module.js';
 import { OrbitControls } from './three/examples/jsm/controls/OrbitControls.js';
 import { TransformControls } from './three/examples/jsm/controls/TransformControls.js';
 import { backgroundMaterial, shared, surfaceMaterial } from './shaders.js';
 
-const fadeTime = 250; // [ms], from coarser colours to exact ones
-const keyTurn = 0.08; // [rad] a key press
+const fadeTime = 250; // [ms], from coarser to exact colours
+const keyTurn = 0.08; // [rad] per key press
 const keyZoom = 1.1;
-const keyAngle = (5 * Math.PI) / 180; // [rad] by which a key press turns an object or the light
+const keyAngle = (5 * Math.PI) / 180; // [rad] of rotation of an object or the light per key press
 const keyScale = 1.05;
-const lookPause = 500; // [ms], after which keys and wheel begin another gesture
+const lookPause = 500; // [ms], after which keys and wheel start a new gesture
 
-// Of a key: to the right, away from the eye, upwards.
+// Directions of keys: right, away from the eye, up.
 const keyDirections = {
   arrowleft: [-1, 0, 0], arrowright: [1, 0, 0], arrowup: [0, 1, 0], arrowdown: [0, -1, 0],
   pageup: [0, 0, 1], pagedown: [0, 0, -1],
@@ -108,7 +108,7 @@ export class Stage {
     } else if (this.tool === 'rotate') {
       this.on.place(object.userData.id, { rotation: object.quaternion.toArray() });
     } else if (this.tool === 'scale') {
-      // One factor: of the three the one that was dragged.
+      // Scaling is uniform: uses the component that was dragged.
       const { x, y, z } = object.scale, was = object.userData.scale;
       const far = [x, y, z].reduce((a, b) => (Math.abs(b - was) > Math.abs(a - was) ? b : a));
       const scale = Math.min(1e3, Math.max(1e-3, far));
@@ -121,7 +121,7 @@ export class Stage {
     this.dirty = true;
   }
 
-  // One gesture from press to release; of keys and the wheel as long as one follows the other.
+  // Returns the gesture: one from press to release, and one for keys or wheel until a pause.
   lookGesture() {
     const { isPressed, gesture, time } = this.looks, now = performance.now();
     const goesOn = gesture && (isPressed || now - time < lookPause);
@@ -129,7 +129,7 @@ export class Stage {
     return this.looks.gesture;
   }
 
-  // Arrows pan (OrbitControls); with Shift they turn, + and - come nearer and go away.
+  // Arrows pan (OrbitControls). With Shift they orbit. + and - move closer and away.
   onKey(event) {
     const offset = this.camera.position.clone().sub(this.orbit.target);
     const at = new THREE.Spherical().setFromVector3(offset);
@@ -147,13 +147,14 @@ export class Stage {
     this.orbit.update();
   }
 
-  // Moves, turns or scales the selected object, or turns the light, by a key. True if the key has this use.
+  // Moves, rotates or scales the selected object, or rotates the light, by a key. Returns true if the key was
+  // used.
   nudge(key, isFine, isRepeated) {
     const [right, away, up] = keyDirections[key] ?? [0, 0, 0];
     const object = this.tool === 'light' ? this.lightHandle : this.objects.get(this.chosen);
     if (!keyDirections[key] || this.tool === 'look' || !object || !this.isSteering) return false;
     if (!isRepeated) {
-      this.on.placed(); // each key press is a step of its own
+      this.on.placed(); // each key press is a separate step
       this.on.gesture();
     }
     this.gizmo.attach(object);
@@ -174,13 +175,14 @@ export class Stage {
     return true;
   }
 
-  // The horizontal world axis that points away from the eye most.
+  // Returns the horizontal world axis that points most away from the eye.
   floorAxis() {
     const { x, z } = this.orbit.target.clone().sub(this.camera.position);
     return Math.abs(x) > Math.abs(z) ? new THREE.Vector3(Math.sign(x), 0, 0) : new THREE.Vector3(0, 0, Math.sign(z) || 1);
   }
 
-  // How far a key press moves an object: about 1/50 of the viewing distance, as 1, 2 or 5 times a power of ten. [m]
+  // Returns the distance per key press: about 1/50 of the viewing distance, as 1, 2 or 5 times a power of
+  // ten. [m]
   keyStep() {
     const wanted = this.camera.position.distanceTo(this.orbit.target) / 50;
     const power = 10 ** Math.floor(Math.log10(wanted));
@@ -239,7 +241,7 @@ export class Stage {
     this.on.pick(group.userData.id, parts[part]?.material ?? null, part);
   }
 
-  // The name of the scene's material of an object's part; null: it has its model's own.
+  // Returns the name of the scene's material of an object's part; null if the part has its model's material.
   materialOf(id, part) {
     return this.entities[this.objects.get(id)?.userData.entity]?.parts[part].material ?? null;
   }
@@ -256,7 +258,7 @@ export class Stage {
     this.orbit.update();
   }
 
-  // What the session says of objects; the one that is being dragged stays in the hand.
+  // Applies the session's list of objects, except to an object that is being dragged.
   setObjects(list) {
     const known = new Set(list.map(({ id }) => id));
     for (const [id, group] of this.objects)
@@ -270,7 +272,7 @@ export class Stage {
       let group = this.objects.get(described.id);
       if (!group) {
         group = new THREE.Group();
-        // An undone deletion needs no new frame: the last one still has the colours.
+        // After an undone deletion, the last frame still has the colours.
         group.userData = { id: described.id, entity: described.entity, colours: this.colours.get(described.id) };
         this.objects.set(described.id, group);
         this.scene.add(group);
@@ -286,7 +288,7 @@ export class Stage {
     this.dirty = true;
   }
 
-  // Gives a group its mesh, with colours of its own.
+  // Gives a group its mesh and separate colours.
   async dress(group) {
     const { geometry, parts } = await this.mesh(group.userData.entity);
     const own = new THREE.BufferGeometry();
@@ -337,7 +339,7 @@ export class Stage {
       }, undefined, reject));
   }
 
-  // Shows a frame: at once, or faded in where it is exact and another was there.
+  // Displays a frame. Exact colours fade in if other colours were displayed.
   show(frame) {
     const fades = frame.exactness === 'exact' && this.hasColours && !matchMedia('(prefers-reduced-motion: reduce)').matches;
     this.colours = frame.objects;
@@ -378,7 +380,7 @@ export class Stage {
     this.on.arrived();
   }
 
-  // What the session says of the light.
+  // Applies the session's light.
   async setLight({ light, second, share, rotation, sky }, gain) {
     const { uniforms } = this.background.material;
     if (this.dragged !== this.lightHandle) {
@@ -395,7 +397,7 @@ export class Stage {
     this.dirty = true;
   }
 
-  // A sky that has been changed is fetched again, and the one before is forgotten.
+  // Returns the texture of a light. A changed sky is fetched again, and the previous texture is disposed of.
   panorama(name, sky = null) {
     const version = JSON.stringify(sky);
     const known = this.backgrounds.get(name);
@@ -416,7 +418,7 @@ export class Stage {
     return texture;
   }
 
-  // Where the camera is: position and target.
+  // Returns the position and target of the camera.
   view() {
     return { position: this.camera.position.toArray(), target: this.orbit.target.toArray() };
   }
@@ -434,12 +436,12 @@ export class Stage {
     this.orbit.update();
   }
 
-  // The number of vertices of all objects.
+  // Returns the number of vertices of all objects.
   vertices() {
     return [...this.objects.values()].reduce((sum, { userData }) => sum + this.entities[userData.entity].vertices, 0);
   }
 
-  // The number of objects whose mesh or colours have not arrived.
+  // Returns the number of objects whose mesh or colours have not arrived.
   missing() {
     return [...this.objects.values()].filter((group) => group.children.length === 0).length;
   }
@@ -454,7 +456,8 @@ export class Stage {
     this.isPlacing = false;
   }
 
-  // The window shows the whole picture of the scene's camera, and more beside it, or above and below.
+  // Shows the whole picture of the scene's camera, with margins on two sides if the window has another aspect
+  // ratio.
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
     if (width === 0 || height === 0) return;
@@ -467,7 +470,7 @@ export class Stage {
     this.dirty = true;
   }
 
-  // Where the scene's picture is in the window. [CSS pixels]
+  // Returns the rectangle of the scene's picture in the window. [CSS pixels]
   pictureBox() {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
     const wide = width / height > this.picture.aspect;
@@ -475,7 +478,7 @@ export class Stage {
     return { left: (width - w) / 2, top: (height - h) / 2, width: w, height: h };
   }
 
-  // Draws, if something has changed; whether it did.
+  // Draws if something has changed. Returns whether it did.
   draw() {
     const fade = Math.min(1, (performance.now() - (this.fadeStart ?? -Infinity)) / fadeTime);
     if (shared.fade.value !== fade) this.dirty = true;
@@ -500,7 +503,7 @@ export class Stage {
     return true;
   }
 
-  // Near and far, so that small and large scenes have depth enough.
+  // Sets near and far planes that suit small and large scenes.
   fitDepth() {
     const distance = this.camera.position.distanceTo(this.orbit.target);
     this.camera.near = Math.max(1e-4, distance / 100);
