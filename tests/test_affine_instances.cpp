@@ -20,7 +20,7 @@ Vec3f times(const Rows& m, const Vec3f& v) {
     return Vec3f(result);
 }
 
-/// Flat sides and no normals, so that these follow from the places alone.
+/// Writes a mesh with flat sides and without normals, so that normals follow from the positions alone.
 void write_obj(const std::filesystem::path& file, const Mesh& mesh, const Rows& moved, bool turn_round) {
     std::ofstream stream(file);
     stream.precision(9);
@@ -34,7 +34,7 @@ void write_obj(const std::filesystem::path& file, const Mesh& mesh, const Rows& 
 
 constexpr Rows identity{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
-/// What a scene file says of an instance, and the matrix that it means, worked out on paper.
+/// An instance's keys in a scene file, and its matrix, computed by hand.
 struct Place {
     const char* keys;
     Rows matrix;
@@ -43,7 +43,7 @@ struct Place {
 
 const std::vector<Place>& places() {
     static const std::vector<Place> all{
-        // x to z, z to -x, after the stretch
+        // x to z, z to -x, after scaling
         {"translate = [0.2, 0.1, 0.1]\nscale = [2, 0.5, 1]\nrotate = [0, -90, 0]\n",
          {{{0, 0, -1, 0.2}, {0, 0.5, 0, 0.1}, {2, 0, 0, 0.1}}},
          false},
@@ -60,7 +60,7 @@ const std::vector<Place>& places() {
     return all;
 }
 
-/// One scene as a file has it; and the same of meshes that stand in the world as they are.
+/// A scene from a file, and the same scene with meshes in world coordinates.
 class AffineInstances : public testing::Test {
 protected:
     struct Prepared {

@@ -56,12 +56,13 @@ TEST(AmbientVisibility, OfASphereIsWhatItsConeLeavesOpen) {
             for (int z = 0; z <= 40; ++z, ++i) {
                 const Vec3f place = volume.origin + Vec3f(float(x), float(y), float(z)) * volume.voxel_size;
                 const double distance = (place - centre).length();
-                // Nearer to the surface a cell of the sampler has corners in and out of the sphere.
+                // Closer to the surface, a cell of the sampler has corners inside and outside of the sphere.
                 if (distance > 1.6 * radius) {
                     const double sine = radius / distance;
                     const double cosine = std::sqrt(1 - sine * sine);
                     EXPECT_NEAR(volume.values[i], (1 + cosine) / 2, 0.03) << x << " " << y << " " << z;
-                    // Of the cone's axis, what is blocked has sine^2 / 4 in the mean over all directions.
+                    // The occluded cone contributes sine^2 / 4 along its axis to the mean over all
+                    // directions.
                     const Vec3d away = Vec3d(place - centre) / distance * (sine * sine / (2 * (1 + cosine)));
                     EXPECT_TRUE(Vec3d(volume.directions[i]).equalWithAbsError(away, 0.03))
                         << x << " " << y << " " << z << ": " << volume.directions[i] << ", not " << away;

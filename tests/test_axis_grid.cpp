@@ -11,7 +11,7 @@
 namespace haarfield {
 namespace {
 
-/// A fan of triangles round the origin in the plane y = 0.
+/// Returns a triangle fan around the origin in the plane y = 0.
 Mesh disc(std::uint32_t corners) {
     Mesh mesh;
     mesh.positions.push_back({0, 0, 0});
@@ -23,7 +23,7 @@ Mesh disc(std::uint32_t corners) {
     return mesh;
 }
 
-/// Planks side by side that run diagonally through the plane y = 0.
+/// Returns adjacent planks that cross the plane y = 0 diagonally.
 Mesh planks(std::uint32_t count) {
     Mesh mesh;
     for (std::uint32_t i = 0; i <= count; ++i) {
@@ -38,7 +38,7 @@ Mesh planks(std::uint32_t count) {
     return mesh;
 }
 
-/// The wall of a cylinder along y: tall, narrow triangles.
+/// Returns the wall of a cylinder along y: tall, narrow triangles.
 Mesh cylinder_wall(std::uint32_t corners) {
     Mesh mesh;
     for (std::uint32_t i = 0; i < corners; ++i) {
@@ -52,7 +52,7 @@ Mesh cylinder_wall(std::uint32_t corners) {
     return mesh;
 }
 
-/// Triangles that all span one box.
+/// Returns triangles that all have the same bounding box.
 Mesh stack(std::uint32_t count) {
     Mesh mesh;
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -78,7 +78,7 @@ std::vector<std::uint32_t> visited_at(const AxisGrid& grid, double across, doubl
     return visited;
 }
 
-/// True if the projection of a triangle contains a point; its edges belong to it.
+/// True if the projection of a triangle, including its edges, contains a point.
 bool contains(const Mesh& mesh, std::uint32_t t, const AxisFrame& frame, double across, double up) {
     double x[3], y[3];
     for (std::size_t v = 0; v < 3; ++v) {
@@ -106,7 +106,7 @@ TEST(AxisGrid, VisitsEveryTriangleThatContainsAPointOnce) {
             for (int i = 0; i < 300; ++i) {
                 double across = std::uniform_real_distribution(-2.0, 7.0)(random),
                        up = std::uniform_real_distribution(-2.0, 7.0)(random);
-                // Every other point is a vertex or the middle of an edge.
+                // Every other point is a vertex or an edge's midpoint.
                 if (i % 2 == 1 && !mesh.positions.empty()) {
                     const auto some = [&] { return mesh.positions[random() % mesh.positions.size()]; };
                     const Vec3f p = i % 4 == 1 ? some() : (some() + some()) * 0.5f;

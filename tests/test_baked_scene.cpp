@@ -253,8 +253,9 @@ TEST(BakedScene, RefusesWhatPovrayWouldShowWronglyAndWritesNothing) {
         refused({"bad", &mesh, {{0, 0, 0}, bad}, radiance}, "scale");
     }
     refused({"bad", &mesh, {{0, 0, 0}, 0}, radiance}, "scale");
-    refused({"bad", &mesh, {}, std::span(radiance).first(3)}, "3 radiance values for 4 vertices");
-    refused(good, "two of this name");
+    refused({"bad", &mesh, {}, std::span(radiance).first(3)},
+            "found 3 radiance values; expected one for each of the 4 vertices");
+    refused(good, "two instances have this name");
     Mesh empty = mesh;
     empty.triangles.clear();
     refused({"bad", &empty, {}, radiance}, "no triangle");

@@ -1,4 +1,4 @@
-/// The baselines are what haarfield is measured against: each computes what it says.
+/// Tests that each baseline computes the right result.
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -28,7 +28,7 @@ TEST(PairwiseProduct, EqualsTexelProduct) {
                            g = reference::random_quadtree(100 + seed, 4, 0.5);
             LinkedQuadtree product{7, {{}, {}}};
             pairwise_product(linked_quadtree(f), linked_quadtree(g), product);
-            // One node a line, as the tree has them: read back by following the links.
+            // One node per line, in the tree's order: read back by following the links.
             const int size = 32;
             const Texels expected = reference::product(
                 std::vector<Texels>{reference::texels_of(f, size), reference::texels_of(g, size)});
@@ -94,7 +94,8 @@ TEST(GeneralBasis, RecursionEqualsTheTexelSum) {
 }
 
 TEST(Harmonics, AreOrthonormal) {
-    // A texel's centre stands for all of it: an error of some (1/size)^2 times the squared degree.
+    // The value at a texel's centre is used for the whole texel: an error of about (1/size)^2 times the
+    // squared degree.
     const int order = 5, size = 64;
     std::vector<double> products(std::size_t(order * order) * std::size_t(order * order), 0.0);
     for (int face = 0; face < cubemap_faces; ++face)
@@ -126,7 +127,7 @@ TEST(Harmonics, AreTheKnownPolynomials) {
 }
 
 TEST(Harmonics, ProductIsThatOfTheFunctionsWhereTheOrderSuffices) {
-    // Functions of degree 2 have products of degree 4, which order 5 holds.
+    // Functions of degree 2 have products of degree 4, which order 5 can represent.
     const int order = 5;
     const TriplingCoefficients coefficients = tripling_coefficients(order);
     HarmonicsBatch f(25 * harmonics_batch), g = f, product;
@@ -177,8 +178,8 @@ TEST(SceneIntegrals, AllMethodsAgreeAtEveryDepth) {
     }
 }
 
-/// Functions that bytes, half floats and, if `whole`, bits hold exactly. Most of what is open lies in few
-/// blocks, and some blocks have but one open texel.
+/// Returns functions that bytes, half floats and, if `whole`, bits represent exactly. Most open texels are in
+/// few blocks, and some blocks have only one open texel.
 TexelIntegrals exactly_stored_integrals(bool whole, std::uint32_t seed) {
     TexelIntegrals integrals;
     integrals.face_size = 16;

@@ -15,7 +15,7 @@ Mesh inside_out(Mesh mesh) {
     return mesh;
 }
 
-/// Of a sphere seen from within, the part below the middle.
+/// Returns the lower half of a sphere, facing inwards.
 Mesh bowl_mesh(int segments) {
     Mesh mesh = inside_out(sphere_mesh({0, 0, 0}, 1, segments));
     std::erase_if(mesh.triangles, [&](const auto& triangle) {
@@ -46,7 +46,7 @@ RenderSettings bouncing(int most = any_bounces) {
     return settings;
 }
 
-/// A scene with all that bounces need.
+/// A scene with everything that bounces need.
 struct Bouncing : ExampleScene {
     Bouncing(const Mesh& mesh, const Material& material) {
         scene.instances.push_back({add_entity(mesh, material), {}});
@@ -91,8 +91,8 @@ TEST(Bounces, ClosedFurnaceSumsTheWholeSeries) {
 }
 
 TEST(Bounces, BowlUnderAUniformSkyHasItsClosedForm) {
-    // Every point of a sphere sends every other the same share of its light: L = r f / (1 - r (1 - f)), where
-    // f = 1/2 is the share of the sphere that is open.
+    // Every point of a sphere receives the same fraction of the light of every other: L = r f / (1 - r (1 -
+    // f)), where f = 1/2 is the open fraction of the sphere.
     for (const float albedo : {0.5f, 0.8f}) {
         Bouncing bowl(bowl_mesh(48), matte(albedo));
         const SceneColours radiance = total(*scene_radiance(bowl.scene, bouncing()));
@@ -136,9 +136,9 @@ TEST(Bounces, NoneIsDirectLightAlone) {
 }
 
 TEST(Bounces, BacksAndOtherObjectsInTheWayAreDark) {
-    // A square above another: what the upper one's back hides is not lit by what lies beyond it.
+    // A square above another one: the back of the upper one blocks light from below.
     Bouncing scene(square_mesh(2, 0, 4), matte(0.5f));
-    scene.scene.instances.push_back({0, {{0, 1, 0}}});  // looks up, so that its back is seen from below
+    scene.scene.instances.push_back({0, {{0, 1, 0}}});  // faces up, so that its back is visible from below
     const std::vector<Rgb> direct(2 * 25, Rgb(1.0f));
     for (const Rgb& arriving : scene.transport().irradiance(direct)) EXPECT_EQ(arriving, Rgb(0.0f));
 }
@@ -172,7 +172,7 @@ TEST(Bounces, PointsHaveWhatTheirTrianglesCornersHave) {
 }
 
 TEST(Bounces, SmoothingKeepsWhatIsEvenAndContacts) {
-    // A floor under a wall that stands on it: what the wall sends changes fast at its foot.
+    // A floor with a wall on it: the light from the wall changes quickly at its foot.
     Bouncing scene(joined_meshes(square_mesh(2, 0, 16), box_mesh({-1, 0, -0.1f}, {1, 1, 0.1f}, 16)),
                    matte(0.5f));
     std::vector<Rgb> even(scene.geometry().entities[0].order.size(), Rgb(3.0f));
@@ -194,8 +194,7 @@ TEST(Bounces, SmoothingKeepsWhatIsEvenAndContacts) {
 }
 
 TEST(Bounces, HighlightsShowTheirSurroundings) {
-    // In the middle of one wall of a box that shines everywhere: int cos^n / pi = 2 / (n + 1) along the
-    // normal.
+    // At the centre of a wall of a box that emits uniformly: int cos^n / pi = 2 / (n + 1) along the normal.
     Bouncing furnace(inside_out(box_mesh({-1, -1, -1}, {1, 1, 1}, 4)), matte(0.5f));
     BouncedLight bounced;
     bounced.irradiance = bounced.radiance =

@@ -75,7 +75,7 @@ TEST(Claim, OfAKilledProcessIsTakenAtOnceOrRemoved) {
     const auto claim = Claim::on(folder / "a.claim", {}, std::chrono::hours(1));
     ASSERT_TRUE(claim && *claim);
     remove_abandoned_claims(folder.path());
-    EXPECT_EQ(folder.files(), std::vector<std::string>{"a.claim"}) << "this process lives";
+    EXPECT_EQ(folder.files(), std::vector<std::string>{"a.claim"}) << "this process is running";
 }
 
 TEST(Claim, OfAnotherMachineHoldsWhileItIsRenewed) {
@@ -90,11 +90,11 @@ TEST(Claim, OfAnotherMachineHoldsWhileItIsRenewed) {
     });
     const Clock::time_point begin = Clock::now();
     auto last = begin;
-    while (Clock::now() - begin < 3 * patience) {  // by whichever clock the other machine has
+    while (Clock::now() - begin < 3 * patience) {  // with any clock of the other machine
         std::filesystem::last_write_time(folder / "work.claim",
                                          std::filesystem::file_time_type(Clock::now().time_since_epoch()));
         std::this_thread::sleep_for(milliseconds(10));
-        if (Clock::now() - last > patience / 2) break;  // this machine is too busy to show it
+        if (Clock::now() - last > patience / 2) break;  // the machine is too busy for this test
         last = Clock::now();
         EXPECT_FALSE(taken);
     }

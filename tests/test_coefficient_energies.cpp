@@ -43,7 +43,7 @@ TEST(CoefficientEnergies, MarksWhatCannotBeLeftOut) {
             EXPECT_EQ(count, marked);
             EXPECT_LE(left_out, allowed * (1 + 1e-6));
             EXPECT_LE(largest_out, least_kept);
-            // With all up to an eighth above the limit it were too much.
+            // With all blocks up to an eighth above the limit, the error would be too large.
             double more = left_out;
             for (std::size_t i = 0; i < energies.blocks; ++i)
                 for (std::size_t slot = 0; slot < wide_cells; ++slot)

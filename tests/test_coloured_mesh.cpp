@@ -10,7 +10,7 @@
 namespace haarfield {
 namespace {
 
-/// One over another of up to five times its radiance.
+/// Returns radiances that differ by a factor of up to five.
 std::vector<Rgb> random_colours(std::size_t count, bool grey) {
     std::mt19937 random(7);
     const auto channel = [&] { return 0.4f + 1.6f * static_cast<float>(random() % 1000) / 1000; };
@@ -22,14 +22,14 @@ std::vector<Rgb> random_colours(std::size_t count, bool grey) {
     return colours;
 }
 
-/// A wavy board, upright.
+/// Returns an upright wavy board.
 Mesh wavy_mesh(float half_edge) {
     Mesh mesh = upright_square_mesh(half_edge, 6);
     for (Vec3f& p : mesh.positions) p.z = 0.3f * half_edge * std::sin(3 * p.x / half_edge);
     return mesh;
 }
 
-/// The mesh, turned twice: inside `mesh2`, and as an object of its own.
+/// Renders the mesh twice: as `mesh2`, and rotated as a separate object.
 Image picture_of(const Mesh& mesh, std::span<const Rgb> colours, ColourStorage storage, float distance,
                  const TestFolder& folder) {
     const ColouredMesh coloured = coloured_mesh(mesh, colours, storage, "Glow", "atlas.exr");
@@ -77,7 +77,7 @@ TEST(ColouredMesh, LooksTheSameHoweverItsColoursAreStored) {
 }
 
 TEST(ColouredMesh, IsReadBackWhereItWas) {
-    Mesh mesh = wavy_mesh(0.004f);  // turned and magnified for POV-Ray
+    Mesh mesh = wavy_mesh(0.004f);  // rotated and magnified for POV-Ray
     for (Vec3f& p : mesh.positions) p += Vec3f(0.01f, 0.02f, -0.03f);
     const std::vector<Rgb> colours = random_colours(mesh.positions.size(), true);
     for (const ColourStorage storage :

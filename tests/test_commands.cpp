@@ -281,7 +281,7 @@ TEST_F(Commands, WholeNumbersHaveNoFractions) {
         const Outcome outcome = run({"info", "missing", std::string("--threads=") + value});
         EXPECT_EQ(outcome.code, 2) << value;
         EXPECT_NE(
-            outcome.err.find(fmt::format("--threads: is {}; wanted a whole number in [1, 1024]", value)),
+            outcome.err.find(fmt::format("--threads: is {}; expected a whole number in [1, 1024]", value)),
             std::string::npos)
             << outcome.err;
     }
@@ -512,7 +512,7 @@ TEST_F(Commands, PassesArePicturesScenesAndColumns) {
     EXPECT_EQ(dense.code, 0) << dense.err;
     const Outcome twice = run_with({"-o", "twice", "--pass", "diffuse,occlusion,diffuse"});
     EXPECT_EQ(twice.code, 1);
-    EXPECT_NE(twice.err.find("pass diffuse: is asked for twice"), std::string::npos) << twice.err;
+    EXPECT_NE(twice.err.find("pass diffuse: is listed twice"), std::string::npos) << twice.err;
     EXPECT_EQ(run_with({"-o", "none", "--pass", "beauty"}).code, 2);
 }
 

@@ -5,7 +5,7 @@
 namespace haarfield {
 namespace {
 
-/// A shaded ball before nothing; `error` brightens its right half.
+/// Returns an image of a shaded ball on an empty background. `error` brightens its right half.
 Image ball(int width, int height, float error) {
     Image image{width, height, {}, {}};
     for (int y = 0; y < height; ++y)
@@ -43,7 +43,7 @@ TEST(ComparisonReport, IsOneFileWithAllThatItShows) {
     EXPECT_EQ(folder.files(), (std::vector<std::string>{"report.html"}));
     const std::string text = text_of(folder / "report.html");
     EXPECT_EQ(occurrences(text, "src=\"data:image/png;base64,"), 3u);
-    EXPECT_EQ(occurrences(text, "http"), 0u) << "nothing is fetched from elsewhere";
+    EXPECT_EQ(occurrences(text, "http"), 0u) << "the report loads nothing from the network";
     EXPECT_EQ(occurrences(text, "ball &amp; &lt;chain&gt;"), 2u);
     EXPECT_EQ(occurrences(text, "&lt;1024&gt;"), 1u);
     EXPECT_EQ(occurrences(text, "haarfield bake &quot;a &amp; b.toml&quot;"), 1u);

@@ -16,13 +16,13 @@ Vec3d direction(std::size_t texel) {
         .normalized();
 }
 
-/// Of a texel.
+/// Returns the cell of a texel.
 std::size_t cell_of(std::size_t texel) {
     const std::size_t row = texel / size % size, column = texel % size, side = size / cells;
     return (texel / (size * size) * cells + row / side) * cells + column / side;
 }
 
-/// A grey sky with suns: single texels.
+/// A grey sky with suns of one texel each.
 struct Sky {
     std::vector<Rgb> texels = std::vector<Rgb>(cubemap_faces * size * size, Rgb(0.3f, 0.4f, 0.5f));
 
@@ -38,7 +38,7 @@ struct Sky {
     std::vector<ConcentratedLight> sources(float error = 1e-3f) const {
         return concentrated_light(coefficients(), direction_coefficients(size), error);
     }
-    /// Irradiance where nothing is in the way, with the cosine of each texel.
+    /// Returns the unoccluded irradiance, with the cosine of each texel.
     Vec3d irradiance(const Vec3d& normal) const {
         Vec3d sum(0.0);
         for (std::size_t i = 0; i < texels.size(); ++i)
@@ -47,7 +47,7 @@ struct Sky {
     }
 };
 
-/// max(0, N.w), averaged over each cell, times a share that is seen.
+/// Returns max(0, N.w), averaged over each cell, times the visible fraction.
 std::vector<float> held_cosines(const Vec3d& normal, double seen) {
     std::vector<double> sums(cubemap_faces * cells * cells, 0.0);
     std::vector<float> texels(cubemap_faces * size * size);

@@ -8,7 +8,7 @@ namespace haarfield {
 namespace {
 
 TEST(CosineDirections, SobolPointsFillEachOthersGaps) {
-    // Of 2^m points from a multiple of 2^m on, one lies in each box of 2^-k by 2^(k-m).
+    // Each box of 2^-k by 2^(k-m) contains one of 2^m points that start at a multiple of 2^m.
     for (const std::uint32_t first : {0u, 64u, 4096u, 181'440u})
         for (int across = 0; across <= 6; ++across) {
             std::set<std::pair<int, int>> boxes;
@@ -21,7 +21,7 @@ TEST(CosineDirections, SobolPointsFillEachOthersGaps) {
         }
 }
 
-/// The mean over 4096 directions of the power of their cosine with the axis.
+/// Returns the mean over 4096 directions of a power of their cosine with the axis.
 template <class DirectionOf>
 double mean_power(const DirectionOf& direction_of, const Vec3f& axis, double power) {
     double sum = 0;

@@ -10,7 +10,7 @@
 namespace haarfield {
 namespace {
 
-/// An upright square across z = 0, and one across x = 0, of so many cells a side.
+/// Returns an upright square across z = 0 and one across x = 0, with cells x cells squares each.
 Mesh crossing_sheets(int cells) {
     const Mesh sheet = upright_square_mesh(1, cells);
     return joined_meshes(sheet, turned_mesh(sheet, rotation_xyz(Vec3f(0, float(pi) / 2, 0))));
@@ -37,7 +37,7 @@ TEST(CrossedVertices, EachSideHasItsOwn) {
         }
         for (const std::uint32_t v : fine.triangles[t])
             if (is_on_axis(fine.positions[v])) {
-                EXPECT_GE(side[v].dot(middle), 0) << "triangles of both sides";
+                EXPECT_GE(side[v].dot(middle), 0) << "triangles on both sides";
                 side[v] = middle;
             }
     }
@@ -52,7 +52,7 @@ TEST(CrossedVertices, EdgesOfSolidsAndFlatSheetsHaveNone) {
     }
 }
 
-/// Of a sheet under a uniform sky, the sheet across it leaves half the light next to it.
+/// Under a uniform sky, the crossing sheet occludes half of the light next to it.
 TEST(CrossedVertices, AreHalfInShadow) {
     const TestFolder folder;
     write_text(folder / "cross.obj",

@@ -20,8 +20,8 @@ const std::vector<Vec3d>& some_directions() {
     return directions;
 }
 
-/// OpenEXR's pixels are points, the outermost of them on the edges: with n of them along an edge, position
-/// p is at u = 2 p / (n - 1) - 1. Its lat-long maps are laid out alike.
+/// OpenEXR's pixels are points, and the outermost ones are on the edges: with n of them along an edge,
+/// position p is at u = 2 p / (n - 1) - 1. The same holds for its lat-long maps.
 constexpr int points = 1025;
 const Imath::Box2i cube_window(Imath::V2i(0, 0), Imath::V2i(points - 1, 6 * points - 1));
 const Imath::Box2i lat_long_window(Imath::V2i(0, 0), Imath::V2i(2 * points - 1, points - 1));
@@ -32,7 +32,7 @@ TEST(Cubemap, FacesAreLaidOutAsOpenExrsAre) {
         Imf::CubeMapFace face;
         Imath::V2f in_face;
         Imf::CubeMap::faceAndPixelPosition(Imath::V3f(direction), cube_window, face, in_face);
-        // Its `in_face` is not laid out as the picture in its header is; the place in the image is.
+        // Its `in_face` is not oriented like the picture in its header, but positions in the image are.
         const Imath::V2f position = Imf::CubeMap::pixelPosition(face, cube_window, in_face) -
                                     Imath::V2f(Imf::CubeMap::dataWindowForFace(face, cube_window).min);
         ASSERT_EQ(point.face, int(face)) << direction;

@@ -10,7 +10,7 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Noise of which the grains are some texels wide.
+/// Returns noise with grains of a few texels.
 Texture clouds(int width, int height, unsigned seed) {
     std::mt19937 random(seed);
     Texture coarse = random_texture(std::max(1, width / 3), std::max(1, height / 3), true);
@@ -22,7 +22,7 @@ Texture clouds(int width, int height, unsigned seed) {
     return texture;
 }
 
-/// Squares of `texels` x `texels`, the first one opaque, count x count of them.
+/// Returns count x count squares of `texels` x `texels`, the first one opaque.
 Texture chequers(int count, int texels) {
     Texture texture = random_texture(count * texels, count * texels, true);
     for (int i = 0; i < texture.width * texture.height; ++i)
@@ -31,7 +31,7 @@ Texture chequers(int count, int texels) {
     return texture;
 }
 
-/// A disc of radius 0.3, soft within two texels.
+/// Returns a disc of radius 0.3 with a soft edge of two texels.
 OpacityMap disc(int size) {
     OpacityMap map{size, size, {}};
     for (int i = 0; i < size * size; ++i) {
@@ -53,7 +53,7 @@ double area(const Mesh& mesh) {
     return sum;
 }
 
-/// Whether a point of the plane z = 0 is in a triangle of a mesh in this plane.
+/// Tests whether a point of the plane z = 0 is in a triangle of a mesh in this plane.
 bool covers(const Mesh& mesh, const Vec3d& point) {
     return std::ranges::any_of(mesh.triangles, [&](const Triangle& t) {
         int sides = 0;
@@ -65,7 +65,7 @@ bool covers(const Mesh& mesh, const Vec3d& point) {
     });
 }
 
-/// A square of side 2, with its middle in the origin, and the image once over it.
+/// Returns a square of side 2, centred at the origin, covered once by the image.
 Mesh card(int cells = 1) {
     Mesh mesh = upright_square_mesh(1, cells);
     for (const Vec3f& p : mesh.positions) mesh.uvs.emplace_back((p.x + 1) / 2, (p.y + 1) / 2);
@@ -78,7 +78,7 @@ TEST(CutOuts, LeaveWhatIsAtLeastHalfOpaque) {
     for (unsigned seed = 0; seed < 12; ++seed) {
         const Texture texture = clouds(5 + int(seed) * 4, 37 - int(seed) * 2, seed);
         const std::vector<OpacityMap> maps{opacity_map(texture)};
-        // A triangle with the image anyhow over it, mirrored and repeated.
+        // A triangle with an arbitrary, mirrored and repeated mapping of the image.
         Mesh mesh;
         mesh.positions = {{-1, -0.8f, 0}, {1.1f, -0.9f, 0}, {0.2f, 1, 0}};
         mesh.normals.assign(3, Vec3f(0, 0, 1));
@@ -89,7 +89,7 @@ TEST(CutOuts, LeaveWhatIsAtLeastHalfOpaque) {
             mesh.uvs.emplace_back(uniform(random, -1.5f, 1.5f), uniform(random, -1.5f, 1.5f));
         const Mesh cut = without_cut_outs(mesh, maps, 100000);
         ASSERT_FALSE(cut.triangles.empty());
-        for (const Triangle& t : cut.triangles) EXPECT_GT(area_vector(cut, t).z, 0) << "turned round";
+        for (const Triangle& t : cut.triangles) EXPECT_GT(area_vector(cut, t).z, 0) << "reversed";
         for (int i = 0; i < 400; ++i) {
             double y = uniform(random, 0.0, 1.0), z = uniform(random, 0.0, 1.0);
             if (y + z > 1) y = 1 - y, z = 1 - z;
@@ -134,7 +134,7 @@ TEST(CutOuts, HaveTheAreaOfTheOpaqueTexels) {
     const Texture texture = chequers(6, 5);
     for (const int cells : {1, 3, 40}) {
         const Mesh cut = without_cut_outs(card(cells), std::vector{opacity_map(texture)}, 100000);
-        // A quarter of a texel of each corner may be missing, of five.
+        // Up to a quarter of a texel may be missing at each of five corners.
         EXPECT_NEAR(area(cut), 2, 0.05) << cells << " cells";
     }
     for (const int size : {20, 128, 500}) {
@@ -142,7 +142,7 @@ TEST(CutOuts, HaveTheAreaOfTheOpaqueTexels) {
         EXPECT_NEAR(area(cut) / (4 * pi * 0.09), 1, 2.0 / size) << size;
         EXPECT_LT(cut.triangles.size(), 400u);
     }
-    // More texels than are looked at.
+    // More texels than are used.
     EXPECT_NEAR(area(without_cut_outs(card(), std::vector{disc(1500)}, 100000)) / (4 * pi * 0.09), 1, 0.002);
 }
 
@@ -181,9 +181,9 @@ TEST(CutOuts, LeaveAloneWhatIsOpaque) {
     std::vector<Triangle> whole;
     for (std::size_t t = 0; t < is_cut_out.size(); ++t)
         if (!is_cut_out[t]) whole.push_back(mesh.triangles[t]);
-    EXPECT_GT(whole.size(), boxed) << "the disc's middle, too";
+    EXPECT_GT(whole.size(), boxed) << "including the disc's centre";
     EXPECT_TRUE(std::ranges::equal(whole, std::span(cut.triangles).first(whole.size())));
-    EXPECT_EQ(mesh_bounds(cut).lower, mesh_bounds(mesh).lower) << "all positions stay";
+    EXPECT_EQ(mesh_bounds(cut).lower, mesh_bounds(mesh).lower) << "all positions are kept";
     EXPECT_EQ(cut_out_triangles(mesh, {}), std::vector<std::uint8_t>(mesh.triangles.size(), 0));
 }
 
@@ -198,7 +198,7 @@ TEST(CutOuts, AnImageOnALineIsThereOrNot) {
 TEST(CutOuts, SameInputSameBits) {
     const OpacityMap map = opacity_map(clouds(60, 50, 4));
     const Mesh once = without_cut_outs(card(), std::vector{map}, 2000);
-    std::vector<std::vector<double>> elsewhere;  // so that memory is not where it was
+    std::vector<std::vector<double>> elsewhere;  // changes the addresses of later allocations
     for (std::size_t i = 0; i < 40; ++i) elsewhere.emplace_back(i * 37 % 23);
     elsewhere.erase(elsewhere.begin(), elsewhere.begin() + 20);
     const Mesh again = without_cut_outs(card(), std::vector{map}, 2000);
@@ -232,7 +232,7 @@ TEST(CutOuts, ArePreparedForWhatBlocksLightAndNotForWhatIsSeen) {
 
     PreparedMesh finer = cut;
     finer.opaque->positions[0].x += 0.1f;
-    EXPECT_NE(field_keys(cut, {}), field_keys(finer, {})) << "though the coarse meshes are the same";
+    EXPECT_NE(field_keys(cut, {}), field_keys(finer, {})) << "although the coarse meshes are equal";
 
     const PreparedMesh as_it_is = prepared(mesh, {500, 0, {disc(256), {}}});
     EXPECT_EQ(as_it_is.coarse.triangles, as_it_is.opaque->triangles);
@@ -240,7 +240,7 @@ TEST(CutOuts, ArePreparedForWhatBlocksLightAndNotForWhatIsSeen) {
     EXPECT_EQ(occlusion.samples().buried, std::vector<std::uint8_t>(as_it_is.fine.positions.size(), 0));
 }
 
-/// A sheet of 2 x 2 m, 1 m over a floor, in light that comes from all over and from one place.
+/// Returns a sheet of 2 x 2 m, 1 m above a floor, in uniform light and light from one direction.
 ExampleScene over_floor(const PreparedMesh& sheet) {
     ExampleScene example;
     example.add_entity(square_mesh(4, 0, 12), matte(0.7f));
@@ -253,7 +253,7 @@ ExampleScene over_floor(const PreparedMesh& sheet) {
     return example;
 }
 
-/// 4 x 4 squares, of which the image or the mesh itself leaves eight.
+/// Returns 4 x 4 squares; the image or the mesh itself keeps eight of them.
 Mesh sheet_of_squares(bool whole) {
     Mesh mesh;
     mesh.material_names = {""};
@@ -287,9 +287,10 @@ TEST(CutOuts, CastTheShadowsOfWhatTheyLeave) {
     EXPECT_LT(error(dense, right), 0.01);
     EXPECT_LT(error(baked, baked_right), 0.01);
     EXPECT_LT(error(baked, dense), 0.02);
-    EXPECT_GT(error(without_holes, right), 0.1) << "the holes matter";
+    EXPECT_GT(error(without_holes, right), 0.1) << "the holes affect the light";
 
-    // What is cut away is lit as if it were there: on the sunny side nothing of its own is before it.
+    // Removed areas are lit as if they existed: on the sunny side, nothing of the object itself occludes
+    // them.
     const std::vector<Rgb> sheet = cut.radiance()[1], whole_sheet = whole.radiance()[1];
     const Mesh& fine = cut.mesh(1).fine;
     ASSERT_EQ(sheet.size(), whole_sheet.size());

@@ -24,7 +24,7 @@ std::vector<Emitter> emitters_of(const Mesh& mesh, const Rgb& radiance = glow) {
     return emitters;
 }
 
-/// A disc in the plane y = height, facing down.
+/// Returns a disc in the plane y = height, facing down.
 std::vector<Emitter> disc(float radius, float height, int corners) {
     std::vector<Emitter> emitters;
     const auto at = [&](int i) {
@@ -58,8 +58,8 @@ TEST(Emitter, ADiscShedsWhatItsFormFactorSays) {
         }
 }
 
-/// The corner of a rectangle a x b above the point, at height h, in parallel and at right angles (both are
-/// in every book on radiative transfer).
+/// The corner of a rectangle a x b at height h above the point, parallel and at right angles (textbook form
+/// factors).
 TEST(Emitter, ARectangleShedsWhatItsFormFactorSays) {
     for (const auto& [a, b, h] :
          {std::tuple(0.4, 0.3, 0.5), std::tuple(1.0, 1.0, 0.01), std::tuple(3.0, 0.1, 2.0)}) {
@@ -73,7 +73,7 @@ TEST(Emitter, ARectangleShedsWhatItsFormFactorSays) {
                                 2,
                      upright =
                          (std::atan(B) - std::atan(B / std::sqrt(1 + A * A)) / std::sqrt(1 + A * A)) / 2;
-        // Whole triangles, and cut ones.
+        // Whole and clipped triangles.
         double whole = 0;
         for (const Emitter& triangle : rectangle)
             whole += triangle_irradiance(
@@ -87,13 +87,14 @@ TEST(Emitter, ARectangleShedsWhatItsFormFactorSays) {
     }
 }
 
-/// A ball is like a disc that faces the point: E = pi L sin^2 of its angular radius, where all of it is seen.
+/// A sphere has the form factor of a disc that faces the point: E = pi L sin^2 of its angular radius, if it
+/// is completely above the horizon.
 TEST(Emitter, ABallShedsWhatItsSolidAngleSays) {
     for (const int segments : {16, 64})
         for (const float distance : {0.3f, 1.0f, 6.0f}) {
             const Mesh ball = sphere_mesh({0, distance, 0}, 0.2f, segments);
             const EmitterTree tree = emitter_tree(emitters_of(ball));
-            // A polyhedron's own: its triangles one by one.
+            // The exact value for the polyhedron: the sum over its triangles.
             double exact = 0;
             for (const Emitter& triangle : tree.triangles) {
                 const auto& [a, b, c] = triangle.corners;
@@ -108,7 +109,7 @@ TEST(Emitter, ABallShedsWhatItsSolidAngleSays) {
         }
 }
 
-/// From anywhere, half below the horizon, and beside: patches against triangles one by one.
+/// Compares patches with single triangles at arbitrary points: half below the horizon, and to the side.
 TEST(Emitter, PatchesAddUpToTheTriangles) {
     const Mesh mesh = joined_meshes(box_mesh({-0.3f, 0.2f, -0.2f}, {0.4f, 0.5f, 0.3f}, 3),
                                     sphere_mesh({0.5f, 0.9f, 0.2f}, 0.25f, 20));
@@ -137,7 +138,7 @@ TEST(Emitter, PatchesAddUpToTheTriangles) {
     EXPECT_LT(std::sqrt(fine_error / energy), 0.001);
 }
 
-/// A glowing square over a post on a floor.
+/// An emitting square above a post on a floor.
 struct GlowingSquare : ExampleScene {
     GlowingSquare() {
         const std::size_t floor = add_entity(square_mesh(2, 0, 24), matte(0.8f), 1, 1);
@@ -191,7 +192,7 @@ TEST(Emitter, LightsOthersInTheBakeAsPovraysLampsDo) {
     camera.position = {0, 4, 0.001f};
     camera.target = {0, 0, 0};
     camera.vertical_fov = 2 * std::atan(1.0f / 4);
-    camera.width = camera.height = 25;  // a vertex in the middle of each pixel but the outermost
+    camera.width = camera.height = 25;  // a vertex at the centre of each inner pixel
     camera.vertical_fov = 2 * std::atan(25.0f / 24 / 4);
     std::vector<ReferenceInstance> instances;
     for (std::size_t i = 0; i < example.scene.instances.size(); ++i) {
@@ -215,11 +216,11 @@ TEST(Emitter, LightsOthersInTheBakeAsPovraysLampsDo) {
     for (std::size_t v = 0; v < floor.positions.size(); ++v) {
         const Vec3f& p = floor.positions[v];
         const int x = int(std::lround((p.x + 1) * 12)), y = int(std::lround((p.z + 1) * 12));
-        // Half of these pixels miss the floor; and what the camera sees of the square and the post.
+        // Skips pixels half of which miss the floor, and those of the square and the post.
         if (std::max(std::abs(p.x), std::abs(p.z)) > 0.99f) continue;
         if (p.x < 0.5f && p.x > -0.75f && std::abs(p.z) < 0.6f) continue;
         const Rgb& found = picture->image.pixels[std::size_t(25 * y + x)];
-        if (found == Rgb(0.0f) && ++slipped) continue;  // between the triangles that meet in the vertex
+        if (found == Rgb(0.0f) && ++slipped) continue;  // between the triangles at the vertex
         difference += squared(found - tree[0][v]);
         light += squared(tree[0][v]);
         ++compared;

@@ -52,7 +52,7 @@ TEST(CleanEnvironment, MakesAnImageWithoutFiniteValuesBlack) {
 }
 
 TEST(TurnedEnvironment, TakesPlusZToPlusXInAQuarterTurn) {
-    // One bright pixel just beside +z; a quarter turn must bring it just beside +x.
+    // A bright pixel next to +z. A quarter turn must move it next to +x.
     LatLongImage image{64, 32, std::vector<Rgb>(64 * 32, Rgb(0.0f))};
     const std::size_t row = 10, column = 34;
     image.pixels[row * 64 + column] = Rgb(5, 6, 7);
@@ -96,7 +96,7 @@ TEST(LatLongPixelSolidAngle, IsTheAreaBetweenParallelsAndAddsUpToTheSphere) {
     for (const auto& [width, height] : {std::pair(2, 1), {64, 32}, {100, 33}, {1024, 512}}) {
         double sum = 0;
         for (int row = 0; row < height; ++row) {
-            // Midpoint rule over the cosine of latitude.
+            // Midpoint rule over the cosine of the latitude.
             double cosines = 0;
             for (int i = 0; i < 100; ++i) cosines += std::cos(pi * ((row + (i + 0.5) / 100) / height - 0.5));
             const double expected = cosines / 100 * pi / height * 2 * pi / width;

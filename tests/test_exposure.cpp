@@ -9,7 +9,7 @@
 namespace haarfield {
 namespace {
 
-/// An image of which a direction tells the radiance.
+/// Returns an image with the radiance as a function of direction.
 template <class Radiance>
 LatLongImage image_of(int width, const Radiance& radiance) {
     LatLongImage image{width, width / 2, {}};
@@ -20,7 +20,7 @@ LatLongImage image_of(int width, const Radiance& radiance) {
     return image;
 }
 
-/// The largest radiance of a white ball's surface by brute force: all pixels, many normals.
+/// Returns the largest radiance of a white sphere by brute force: all pixels, many normals.
 double brightest_white(const LatLongImage& image) {
     std::mt19937 random(7);
     std::normal_distribution<double> normal;
@@ -65,7 +65,7 @@ TEST(AutomaticExposure, LeavesRoomForLocalLights) {
 }
 
 TEST(AutomaticExposure, IsExactForEvenLight) {
-    // Irradiance is pi times the radiance, whichever way a surface faces.
+    // Irradiance is pi times the radiance for all normals.
     EXPECT_NEAR(automatic_exposure(image_of(64, [](const Vec3d&) { return Rgb(5, 5, 5); })),
                 -std::log2(0.8 * 5), 0.005);
 }

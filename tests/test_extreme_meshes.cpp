@@ -11,7 +11,7 @@
 namespace haarfield {
 namespace {
 
-/// A mesh as text that keeps every bit.
+/// A mesh as text with exact coordinates.
 struct ObjText {
     std::string text;
     int vertices = 0;
@@ -82,7 +82,7 @@ TEST(ExtremeMeshes, ExtentsThatAreFarApartAreBakedInOneMesh) {
     EXPECT_EQ(baked(far.text).refused, "");
     ObjText beyond;
     beyond.triangle({0, 0, 0}, {1e30, 0, 0}, {0, 1e-30, 0});
-    EXPECT_NE(baked(beyond.text).refused.find("wanted coordinates within 1e6 m"), std::string::npos);
+    EXPECT_NE(baked(beyond.text).refused.find("expected coordinates within 1e6 m"), std::string::npos);
 }
 
 TEST(ExtremeMeshes, AMillionTrianglesInOnePointAreRefusedAndWithATriangleAreThatTriangle) {

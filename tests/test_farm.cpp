@@ -107,12 +107,12 @@ TEST_F(FarmTest, TasksThatRunTogetherAreEachSkippedOnceTheyAreDone) {
     const Outcome more = run({"work", "plan", "--tasks", "0-3"});
     EXPECT_EQ(more.code, 0) << more.err;
     for (const char* line :
-         {"task   1 is done already", "task   2 is done already", "task   0 done in", "task   3 done in"})
+         {"task   1 was already done", "task   2 was already done", "task   0 done in", "task   3 done in"})
         EXPECT_NE(more.out.find(line), std::string::npos) << line << ": " << more.out;
     EXPECT_EQ(status("plan").value("done", 0), 5);
     const Outcome beyond = run({"work", "plan", "--tasks", "3-12"});
     EXPECT_EQ(beyond.code, 1);
-    EXPECT_NE(beyond.err.find("the plan has tasks 0 to 11"), std::string::npos) << beyond.err;
+    EXPECT_NE(beyond.err.find("at most 11, the plan's last task"), std::string::npos) << beyond.err;
 
     // A failure leaves the tasks of other jobs.
     write_text(folder / "floor.obj", text_of(folder / "floor.obj") + "# changed\n");
@@ -205,13 +205,13 @@ TEST_F(FarmTest, JoinNamesWhatIsMissingOrDamagedAndWorkMendsIt) {
     expect_done({"status", "plan", "--verify"});
     expect_done({"join", "plan"});
     EXPECT_TRUE(files_below("plan/results") == joined);
-    EXPECT_NE(work("plan", 4).out.find("done already"), std::string::npos);
+    EXPECT_NE(work("plan", 4).out.find("already done"), std::string::npos);
 
     write_scene("room", 250);
     std::filesystem::remove(folder / "plan/parts/4.part");
     const Outcome changed = work("plan", 4);
     EXPECT_EQ(changed.code, 1);
-    EXPECT_NE(changed.err.find("changed since it was planned"), std::string::npos) << changed.err;
+    EXPECT_NE(changed.err.find("changed since the plan was made"), std::string::npos) << changed.err;
     const nlohmann::json state = status("plan");
     EXPECT_EQ(state.value("done", 0), 5);
     EXPECT_EQ(state.value("failed", 0), 1);
@@ -300,7 +300,7 @@ TEST_F(FarmTest, ALibraryIsListedVerifiedAndPruned) {
         }
     const Outcome bad = run({"library", "library", "--verify"});
     EXPECT_EQ(bad.code, 1);
-    EXPECT_NE(bad.out.find("1 not good"), std::string::npos) << bad.out << bad.err;
+    EXPECT_NE(bad.out.find("1 damaged"), std::string::npos) << bad.out << bad.err;
     expect_done({"library", "library", "--unused-for", "30d", "--dry-run"});
     EXPECT_EQ(files_below("library").size(), 2u);
     expect_done({"library", "library", "--unused-for", "30d"});

@@ -73,15 +73,15 @@ TEST(FarmPlan, ValuesOfAnotherKindOrBeyondTheirRangeAreRefused) {
         ["/jobs/1/parts", 1, "even number of strips"], ["/jobs/3/parts", 2, "parts is 2"],
         ["/jobs/0/part_seconds", 1e300, "part_seconds is 1e+300"], ["/jobs/0/part_bytes", -1, "part_bytes is -1"],
         ["/join_seconds", "1", "join_seconds is string"], ["/jobs/0/instance", -1, "instance is -1"],
-        ["/jobs/0/division", "strips", "a precompute is divided otherwise"],
-        ["/jobs/3/division", "shading", "a bake is divided otherwise"],
-        ["/jobs/2/division", "bounces", "a bake is divided otherwise"],
-        ["/jobs/3/division", "halves", "a bake is divided otherwise"],
+        ["/jobs/0/division", "strips", "a precompute has an unknown or unsupported division"],
+        ["/jobs/3/division", "shading", "a bake has an unknown or unsupported division"],
+        ["/jobs/2/division", "bounces", "a bake has an unknown or unsupported division"],
+        ["/jobs/3/division", "halves", "a bake has an unknown or unsupported division"],
         ["/jobs/6/direct", 6, "direct is 6"], ["/jobs/6/direct", 3, "direct is 3"],
         ["/jobs/6/arguments/3", "elsewhere", "direct is 5"], ["/jobs/6/direct", 1e300, "direct is 1e+300"],
         ["/jobs/3/division", "bounces", "direct is 0"], ["/jobs/6/parts", 2, "parts is 2"],
-        ["/jobs/0/arguments", [], "of a command that no plan has"],
-        ["/jobs/0/arguments/0", "library", "of a command that no plan has"],
+        ["/jobs/0/arguments", [], "a command that plans do not support"],
+        ["/jobs/0/arguments/0", "library", "a command that plans do not support"],
         ["/jobs/0/arguments/1", ["a"], "arguments is array"], ["/jobs/0/inputs", "room.toml", "inputs is string"],
         ["/jobs/0/inputs/0/hash", 7, "hash is 7"]])");
     for (const Json& each : wrong) {
@@ -161,9 +161,9 @@ TEST(TaskList, OtherTextsAndTasksThatThePlanLacksAreRefused) {
         EXPECT_FALSE(listed_tasks(text, 20)) << text;
     }
     for (const auto& [text, reason] :
-         {std::pair("20", "the plan has tasks 0 to 19"), std::pair("0-20", "is 20;"),
+         {std::pair("20", "at most 19, the plan's last task"), std::pair("0-20", "is 20;"),
           std::pair("3-2", "the smaller number first"),
-          std::pair("0-18446744073709551615", "the plan has tasks 0 to 19")}) {
+          std::pair("0-18446744073709551615", "at most 19, the plan's last task")}) {
         const Result<std::vector<std::size_t>> tasks = listed_tasks(text, 20);
         ASSERT_FALSE(tasks) << text;
         EXPECT_NE(tasks.error().what.find(reason), std::string::npos) << tasks.error().what;

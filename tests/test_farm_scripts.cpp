@@ -5,13 +5,12 @@
 namespace haarfield {
 namespace {
 
-/// The scripts of a plan, with programs that stand in for Slurm's.
+/// The scripts of a plan, with stand-ins for Slurm's programs.
 class FarmScripts : public FarmTest {
 protected:
     void SetUp() override {
         std::filesystem::create_directory(folder / "bin");
-        // Runs the job at once if there is a file `run_jobs`; refuses the calls from the number in `refuse`
-        // on.
+        // Runs the job at once if a file `run_jobs` exists. Rejects calls from the number in `refuse` on.
         write_program("sbatch", R"sh(
 echo "$*" >> calls
 calls=$(wc -l < calls)
@@ -54,7 +53,7 @@ done
         return shell("PATH=$PWD/bin:$PATH sh plan/slurm.sh " + options);
     }
 
-    /// The calls of sbatch, one a line.
+    /// Returns the calls of sbatch, one per line.
     std::vector<std::string> calls() const {
         std::istringstream lines(text_of(folder / "calls"));
         std::vector<std::string> calls;
@@ -62,7 +61,7 @@ done
         return calls;
     }
 
-    /// The value of an option in a call.
+    /// Returns the value of an option in a call.
     static std::string value(const std::string& call, const std::string& option) {
         std::smatch match;
         return std::regex_search(call, match, std::regex(" " + option + "=(\\S+)")) ? match[1].str() : "";
@@ -74,8 +73,7 @@ TEST_F(FarmScripts, SubmitNoMoreAndNoLongerArraysThanSlurmAccepts) {
                  "--face-size 16 --no-render"});
     ASSERT_EQ(task_count("plan"), 37u);
     write_text(folder / "queue", "7_1\n7_2\n8\n9\n");
-    // Of 24, 12 and 1 tasks, with places for (40 - 4) * 9 / 10 - 1 = 31 jobs and the join: two tasks in a
-    // job.
+    // For 24, 12 and 1 tasks with places for (40 - 4) * 9 / 10 - 1 = 31 jobs and the join: two tasks per job.
     for (const auto& [options, jobs] : {std::pair("", 12 + 6 + 1), std::pair("--most-jobs=15", 8 + 4 + 1),
                                         std::pair("--tasks-per-job=5", 5 + 3 + 1)}) {
         std::filesystem::remove(folder / "calls");
@@ -89,7 +87,7 @@ TEST_F(FarmScripts, SubmitNoMoreAndNoLongerArraysThanSlurmAccepts) {
             const std::string array = value(call, "--array");
             if (array.empty()) continue;
             EXPECT_EQ(array.substr(0, 2), "0-");
-            EXPECT_LE(std::stoi(array.substr(2)), 3) << "the largest index of Slurm";
+            EXPECT_LE(std::stoi(array.substr(2)), 3) << "Slurm's largest index";
             elements += std::stoi(array.substr(2)) + 1;
         }
         EXPECT_EQ(elements, jobs) << options;

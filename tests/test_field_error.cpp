@@ -19,7 +19,7 @@ VisibilityField field_of(const PreparedMesh& mesh, const EntityOcclusion& occlus
     return *precompute_field("example", mesh, occlusion, {16, 0, relative_l2_error, samples, samples});
 }
 
-/// The field as it would be if nothing were there.
+/// Returns the field without any occlusion.
 VisibilityField open_field(VisibilityField field) {
     CubemapTree open;
     for (Quadtree& face : open.faces) face.scaling = 1;
@@ -48,7 +48,7 @@ TEST(FieldError, OfASphereThatIsMissingIsItsSolidAngleToThatOfTheRest) {
     const SamplerError error = field_error(field, occlusion).spherical;
     EXPECT_EQ(error.band[0], 1);  // inside: not measured
     for (std::size_t band = 9; band < SamplerError::bands; ++band) {
-        const auto share = [&](std::size_t end) {  // of all directions
+        const auto share = [&](std::size_t end) {  // fraction of all directions
             const double distance = distance_at(double(end) / SamplerError::bands,
                                                 field.spherical.outer_radius, field.spherical.growth);
             return (1 - std::sqrt(1 - 1 / (distance * distance))) / 2;
@@ -61,7 +61,7 @@ TEST(FieldError, OfASphereThatIsMissingIsItsSolidAngleToThatOfTheRest) {
 }
 
 TEST(FieldError, InsideARoomIsToTheLittleThatIsOpen) {
-    // Walls of a room that is open on one side only, seen from its middle.
+    // Walls of a room that is open on one side, viewed from its centre.
     Mesh walls = box_mesh({-1, -1, -1}, {1, 1, 1});
     for (auto& triangle : walls.triangles) std::swap(triangle[0], triangle[1]);
     std::erase_if(walls.triangles, [&](const auto& t) {
@@ -70,7 +70,7 @@ TEST(FieldError, InsideARoomIsToTheLittleThatIsOpen) {
     const PreparedMesh mesh = prepared_as_is(walls);
     const EntityOcclusion occlusion(mesh);
     const SamplerError error = field_error(field_of(mesh, occlusion, 0.5f, 500), occlusion).spherical;
-    // In its middle a sixth is open.
+    // At the centre, one sixth is open.
     EXPECT_GT(error.band[2], error.relative * std::sqrt(5.0f) * 0.5f);
 }
 

@@ -62,7 +62,7 @@ TEST(FieldFile, SummaryCountsWhatIsInTheFile) {
     EXPECT_TRUE(verify_field(folder / "example.vdb"));
 }
 
-/// By everything that reads a whole file.
+/// Expects all functions that read a whole file to reject it.
 void expect_refused(const path& file, const std::string& which) {
     const Result<VisibilityField> field = read_field(file);
     ASSERT_FALSE(field) << which;
@@ -89,7 +89,7 @@ TEST(FieldFile, RefusesAFileWithAChangedByte) {
     const std::string bytes = text_of(folder / "example.vdb");
     std::mt19937 random(2006);
     for (int i = 0; i < 500; ++i) {
-        // A seventh of them in the seal.
+        // A seventh of the changes are in the seal.
         const std::size_t place =
             i % 7 == 0 ? bytes.size() - 1 - random() % field_seal_size : random() % bytes.size();
         std::string changed = bytes;
@@ -108,7 +108,7 @@ TEST(FieldFile, RefusesWhatIsNoField) {
     expect_refused(folder / "example.vdb", "empty file");
     write_text(folder / "example.vdb", std::string(1000, 'x'));
     expect_refused(folder / "example.vdb", "text");
-    // Sealed, but with nothing that OpenVDB could read.
+    // A sealed file that OpenVDB cannot read.
     const std::string text(1000, 'x');
     write_text(folder / "example.vdb", text + field_seal(text, text));
     expect_refused(folder / "example.vdb", "sealed text");
@@ -126,7 +126,7 @@ TEST(FieldFile, TakesAFileWithoutASealOnlyWhereAllowed) {
     EXPECT_NE(refused.error().what.find("saved by another program"), std::string::npos)
         << refused.error().what;
 
-    // Wherever the tables lie.
+    // At any offset of the tables.
     for (const std::size_t shift : {0, 1, 2, 4, 63}) {
         write_text(file, "HAARBLOB" + std::string(56 + shift, 'x') + whole.bytes);
         const Result<VisibilityField> read = read_field(file, Unsealed::allowed);
@@ -150,7 +150,7 @@ TEST(FieldFile, TakesAFileWithoutASealOnlyWhereAllowed) {
         write_text(file, std::string_view(whole.bytes).substr(0, size));
         EXPECT_FALSE(read_field(file, Unsealed::allowed)) << size;
     }
-    // A seal that is there has to hold.
+    // A seal must be valid if there is one.
     std::string sealed = forged_file(whole);
     for (const std::size_t offset : {whole.blob_offset / 2, sealed.size() - 1, sealed.size() - 50}) {
         std::string changed = sealed;
@@ -174,7 +174,7 @@ TEST(FieldFile, AFieldOutlivesItsFile) {
     for (const void* table : {static_cast<const void*>(copy.pool.node_bytes.data()),
                               static_cast<const void*>(copy.pool.faces.data()),
                               static_cast<const void*>(copy.pool.cubemaps.data())})
-        EXPECT_EQ(reinterpret_cast<std::uintptr_t>(table) % 64, 0u) << "copied out of the file";
+        EXPECT_EQ(reinterpret_cast<std::uintptr_t>(table) % 64, 0u) << "copied from the file";
 }
 
 template <class T>
@@ -290,7 +290,7 @@ TEST(FieldFile, GridsArePassedOverInReadingAndComparedInVerifying) {
         expect_same(*read, field, "changed at " + std::to_string(offset));
         EXPECT_FALSE(verify_field(file)) << offset;
     }
-    // Another version of OpenVDB may write equal grids otherwise.
+    // Another version of OpenVDB may write equal grids differently.
     write_text(file, forged_file(with_value(whole, 16, std::uint32_t(99))));
     const Result<FieldVerdict> verdict = verify_field(file);
     ASSERT_TRUE(verdict) << verdict.error().message();
@@ -298,7 +298,7 @@ TEST(FieldFile, GridsArePassedOverInReadingAndComparedInVerifying) {
     EXPECT_FALSE(verdict->grids_compared);
 }
 
-/// No file may grow beyond some bytes, as on a full disk, while this lives.
+/// Limits the size of all files while it exists, as on a full disk.
 class SizeLimit {
 public:
     explicit SizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {

@@ -15,7 +15,7 @@ using std::chrono::hours;
 using std::filesystem::path;
 using Clock = std::chrono::system_clock;
 
-/// A field of a name, of which the library asks for the keys.
+/// Returns a field of an entity with this name; the library supplies its keys.
 VisibilityField named_field(const std::string& entity, std::uint32_t seed) {
     VisibilityField field = random_field(seed, 20);
     field.entity = entity;
@@ -38,7 +38,7 @@ TEST(FieldLibrary, FindsAFieldByWhatItDependsOnWhateverItsName) {
     EXPECT_FALSE(first->reused);
     EXPECT_EQ(first->file, library_file(folder.path(), "chair", chair.keys));
     EXPECT_TRUE(first->file.filename().string().starts_with("chair-")) << first->file;
-    ASSERT_TRUE(taken(folder.path(), other, made)) << "another field of that name";
+    ASSERT_TRUE(taken(folder.path(), other, made)) << "a different field with that name";
     EXPECT_EQ(made, 2);
     EXPECT_EQ(folder.files().size(), 2u);
     VisibilityField renamed = chair;

@@ -18,7 +18,7 @@ VisibilityField field_of(const Mesh& mesh, const FieldSettings& settings) {
     return *precompute_field("example", prepared, EntityOcclusion(prepared), settings);
 }
 
-/// Openness of the upper half of a local sample: mean of the face +y.
+/// Returns the unoccluded fraction of the upper half of a local sample: the mean of the face +y.
 float openness_above(const VisibilityField& field, std::size_t vertex) {
     const auto handle = static_cast<std::size_t>(field.local_handles[vertex]);
     return unpacked_face(field.pool, field.pool.cubemaps[handle][2]).scaling;
@@ -58,8 +58,8 @@ TEST(FieldPrecompute, ConvexShapesDoNotShadowThemselves) {
 }
 
 TEST(FieldPrecompute, ContactsAndCreasesDoNotLeak) {
-    // A pillar stands on a slab, and reaches into it: at the foot of the pillar the slab blocks the lower
-    // half, and on the slab next to the pillar the pillar blocks a quarter of the sphere.
+    // A pillar that stands on a slab and extends into it. At the foot of the pillar, the slab occludes the
+    // lower half. On the slab next to the pillar, the pillar occludes a quarter of the sphere.
     const Mesh slab = box_mesh({-1, -0.2f, -1}, {1, 0, 1}, 16);
     const Mesh pillar = box_mesh({-0.25f, 0, -0.25f}, {0.25f, 2, 0.25f}, 4);
     const Mesh mesh = joined_meshes(slab, pillar);
@@ -68,7 +68,7 @@ TEST(FieldPrecompute, ContactsAndCreasesDoNotLeak) {
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
         const Vec3f p = mesh.positions[v], n = mesh.normals[v];
         const auto handle = static_cast<std::size_t>(field.local_handles[v]);
-        // Mean visibility over the part of a face that lies above the vertex's horizon.
+        // Mean visibility over the part of a face above the vertex's horizon.
         const auto seen = [&](int face) {
             const auto texels = quadtree_texels(
                 unpacked_face(field.pool, field.pool.cubemaps[handle][static_cast<std::size_t>(face)]), 32);
@@ -87,8 +87,8 @@ TEST(FieldPrecompute, ContactsAndCreasesDoNotLeak) {
         }
         if (v < slab.positions.size() && n.y > 0.5f && std::abs(p.x - 0.25f) < 1e-5f &&
             std::abs(p.z) < 0.2f) {
-            EXPECT_NEAR(seen(1), 0, 0.05) << "the pillar beside the slab at " << p;
-            EXPECT_NEAR(seen(0), 1, 0.05) << "the sky before the pillar at " << p;
+            EXPECT_NEAR(seen(1), 0, 0.05) << "the pillar next to the slab at " << p;
+            EXPECT_NEAR(seen(0), 1, 0.05) << "the sky in front of the pillar at " << p;
             ++beside;
         }
     }
@@ -114,7 +114,8 @@ TEST(LocalSamples, FindsVerticesBuriedInAnotherPiece) {
 }
 
 TEST(LocalSamples, OfATriangleThatEntersAnotherPieceLieWhereItComesOut) {
-    // The lower corners of the pillar's sides are in the block, and the sides come out at its top, at y = 1.
+    // The lower corners of the pillar's sides are inside the block, and the sides emerge at its top, at y =
+    // 1.
     const Mesh block = box_mesh({-1, 0, -1}, {1, 1, 1}, 4),
                pillar = box_mesh({-0.2f, 0.5f, -0.2f}, {0.2f, 3, 0.2f}, 1);
     const PreparedMesh mesh = prepared_as_is(joined_meshes(block, pillar));
@@ -140,7 +141,7 @@ TEST(LocalSamples, OfTheShippedChairLieInNoneOfItsPieces) {
     ASSERT_TRUE(mesh) << mesh.error().message();
     const EntityOcclusion occlusion(*mesh);
     const LocalSamples& samples = occlusion.samples();
-    std::size_t in_a_piece = 0;  // of the vertices
+    std::size_t in_a_piece = 0;  // number of vertices
     for (std::size_t v = 0; v < mesh->fine.positions.size(); ++v) {
         if (samples.buried[v]) continue;
         in_a_piece += occlusion.in_original()(mesh->fine.positions[v]);
@@ -150,7 +151,7 @@ TEST(LocalSamples, OfTheShippedChairLieInNoneOfItsPieces) {
 }
 
 TEST(LocalSamples, ASimplifiedOpenSurfaceDoesNotDarkenItsVertices) {
-    // The coarse mesh passes over the hollow of an open sheet, whose vertices would lie in the dark under it.
+    // The coarse mesh covers the hollow of an open sheet, whose vertices would be dark below it.
     PreparedMesh mesh = prepared_as_is(square_mesh(2, 0, 8));
     for (Mesh* m : {&mesh.original, &mesh.fine})
         for (Vec3f& p : m->positions) p.y = 0.02f * (p.x * p.x + p.z * p.z);
@@ -160,7 +161,7 @@ TEST(LocalSamples, ASimplifiedOpenSurfaceDoesNotDarkenItsVertices) {
     const VisibilityField field = *precompute_field("sheet", mesh, occlusion, {32, 0, 0, 6, 18});
     for (std::size_t v = 0; v < mesh.fine.positions.size(); ++v)
         EXPECT_GT(openness_above(field, v), 0.95f) << v;
-    // A closed mesh is seen from outside only, so that the coarse one serves.
+    // A closed mesh is only viewed from outside, so the coarse one is sufficient.
     PreparedMesh box = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
     box.coarse = box_mesh({0, 0, 0}, {1, 1, 1});
     EXPECT_EQ(EntityOcclusion(box).own().triangles().size(), 12u);
@@ -197,12 +198,13 @@ TEST(FieldKeys, ChangeWithMeshAndSettings) {
     EXPECT_TRUE(field_keys(mesh, settings) == keys);
     PreparedMesh finer = mesh;
     finer.fine.triangles.pop_back();
-    EXPECT_EQ(field_keys(finer, settings).surroundings, keys.surroundings) << "seen by the coarse mesh alone";
+    EXPECT_EQ(field_keys(finer, settings).surroundings, keys.surroundings)
+        << "depends on the coarse mesh only";
     EXPECT_FALSE(field_keys(finer, settings).whole == keys.whole);
     PreparedMesh coarser = mesh;
     coarser.coarse.triangles.pop_back();
     PreparedMesh larger = mesh;
-    larger.fine.positions[0].x += 1e-6f;  // the samplers are as large as the fine mesh
+    larger.fine.positions[0].x += 1e-6f;  // the size of the samplers depends on the fine mesh
     for (const PreparedMesh* other : {&coarser, &larger}) {
         EXPECT_FALSE(field_keys(*other, settings).surroundings == keys.surroundings);
         EXPECT_FALSE(field_keys(*other, settings).whole == keys.whole);
@@ -228,7 +230,7 @@ TEST(FieldPrecompute, OfPartsIsTheUndividedFieldBitForBit) {
     for (const std::uint64_t parts : {1, 2, 7, 64}) {
         std::vector<SampleRun> runs;
         for (std::uint64_t part = 0; part < parts; ++part)
-            if (parts != 7 || part % 3 != 1)  // what is not known is made
+            if (parts != 7 || part % 3 != 1)  // unknown samples are computed
                 runs.push_back(*field_samples("box", mesh, occlusion, settings, count * part / parts,
                                               count * (part + 1) / parts));
         const VisibilityField joined = *precompute_field("box", mesh, occlusion, settings, {}, {runs, {}});

@@ -1,4 +1,4 @@
-/// Materials as POV-Ray users write them: POV-Ray itself is the oracle.
+/// Materials of POV-Ray scenes, with POV-Ray as the oracle.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ Material finish(float diffuse, float phong, float blinn, float metallic) {
     return material;
 }
 
-/// Each term alone, and all together.
+/// Each term alone, and all combined.
 const std::vector<std::pair<const char*, Material>>& finishes() {
     static const std::vector<std::pair<const char*, Material>> all{
         {"diffuse", finish(0.7f, 0, 0, 0)},
@@ -86,7 +86,7 @@ TEST(Finish, EachTermAndAllTogetherAreWhatPovrayComputes) {
     }
 }
 
-/// A ball under a sky with a sun: baked, and traced by POV-Ray.
+/// A sphere under a sky with a sun, baked and traced by POV-Ray.
 TEST(Finish, BakedPicturesEqualPovraysOwn) {
     const Vec3d sun = Vec3d(0.8, 0.5, 0.6).normalized();
     const Camera camera = frontal_camera(4, 32);

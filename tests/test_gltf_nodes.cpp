@@ -10,7 +10,7 @@
 namespace haarfield {
 namespace {
 
-/// A triangle at the last of so many nodes; `children` is the list of each of the others.
+/// Returns a model with a triangle at the last node; `children` returns the list of each other node.
 std::string model(std::size_t nodes, const std::function<std::string(std::size_t)>& children) {
     std::string text = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[)";
     for (std::size_t node = 0; node + 1 < nodes; ++node)

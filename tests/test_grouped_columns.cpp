@@ -33,7 +33,7 @@ double energy_of(const std::array<float, 4>& value, float weight) {
     return sum;
 }
 
-/// Entries of random groups, with the largest values and steps, too.
+/// Entries of random groups, including the largest values and steps.
 struct ExampleEntries {
     std::vector<std::uint32_t> indices;
     std::vector<GroupEntry> entries;
@@ -147,7 +147,7 @@ TEST(LargestCoefficients, LeaveOutNoMoreThanTheErrorAndTheSmallest) {
     }
 }
 
-/// Products of two channels for some of a group's rows; the last row with a block that no other has.
+/// Returns products of two channels for some of a group's rows. The last row has a block that no other has.
 std::vector<WaveletBlock<2>> example_product(std::size_t row, int size) {
     const BlockNumbers numbers(size);
     std::mt19937 random(static_cast<unsigned>(row));
@@ -167,9 +167,9 @@ std::vector<WaveletBlock<2>> example_product(std::size_t row, int size) {
 
 class GroupPruningTest : public testing::TestWithParam<int> {
 protected:
-    using Values = std::map<std::uint32_t, std::array<float, group_rows>>;  ///< By index.
+    using Values = std::map<std::uint32_t, std::array<float, group_rows>>;  ///< Indexed by entry.
 
-    /// Which rows have products.
+    /// True for rows with products.
     static bool is_there(std::size_t row) { return row != 1 && row != 6; }
     static std::array<float, 2> weights_of(std::size_t row) { return {0.5f + float(row), 2}; }
 
@@ -181,7 +181,7 @@ protected:
         }
     }
 
-    /// What a channel's entries stand for.
+    /// Returns the values that a channel's entries represent.
     static Values values(std::size_t channel, const std::vector<std::uint32_t>& indices,
                          const std::vector<GroupEntry>& entries, const std::vector<float>& scales,
                          std::size_t first_group) {
@@ -216,7 +216,7 @@ INSTANTIATE_TEST_SUITE_P(Sizes, GroupPruningTest, testing::Values(8, 32, 64));
 
 TEST_P(GroupPruningTest, UnprunedGroupsAreTheProductsToAQuarterOfAPercentOfTheGroupsLargest) {
     GroupPruning<2> pruning(size, falling);
-    for (int turn = 0; turn < 2; ++turn) {  // the second one finds the memory of the first
+    for (int turn = 0; turn < 2; ++turn) {  // the second one reuses the memory of the first
         std::vector<std::uint32_t> indices;
         std::vector<GroupEntry> entries;
         std::vector<float> scales(3, 0.0f);

@@ -39,7 +39,7 @@ void visit_nodes(const BasicQuadtree<Value>& tree, const Visit& visit) {
     if (!tree.nodes.empty()) walk(0, 0, 0, 0);
 }
 
-/// Wavelets that are not zero; an Rgb wavelet counts once.
+/// Counts non-zero wavelets; an Rgb wavelet counts once.
 template <class Value>
 int wavelet_count(const BasicQuadtree<Value>& tree) {
     int count = 0;
@@ -49,7 +49,7 @@ int wavelet_count(const BasicQuadtree<Value>& tree) {
     return count;
 }
 
-/// Energies of all wavelets of a function, largest first, by summing over their squares.
+/// Returns the energies of all wavelets of a function, largest first, by summation over their squares.
 std::vector<double> wavelet_energies(const Texels& texels, int size) {
     std::vector<double> energies;
     for (int level = 0; 1 << level < size; ++level)
@@ -140,7 +140,7 @@ TEST(HaarTransform, OfAConstantHasNoNodes) {
 }
 
 TEST(HaarTransform, KeepsTheCoefficientsWithTheLeastL2Error) {
-    // No choice of m coefficients leaves less than the energy of all but the largest m.
+    // No choice of m coefficients leaves less energy than that of all but the largest m.
     for (const int size : {4, 8, 32})
         for (const bool noise : {true, false}) {
             const std::vector<float> texels = noise ? reference::noise_texels(5, std::size_t(size * size))
@@ -159,7 +159,7 @@ TEST(HaarTransform, KeepsTheCoefficientsWithTheLeastL2Error) {
 }
 
 TEST(HaarTransform, KeepsTheBestOfAllSubsetsOnASmallFace) {
-    // 15 wavelets: every subset of m of them is tried.
+    // 15 wavelets: tests every subset of m of them.
     const std::vector<float> texels = reference::noise_texels(12, 16);
     const Texels exact = in_double(texels);
     const Quadtree full = haar_quadtree<float>(texels, 4);
@@ -186,17 +186,17 @@ TEST(HaarTransform, DropsAllThatTheRelativeErrorAllowsAndNoMore) {
             const double norm = reference::mean(reference::product(std::vector<Texels>{exact, exact}));
             const Quadtree tree = haar_quadtree<float>(texels, size, {0, error});
             EXPECT_LE(std::sqrt(squared_distance(reference::texels_of(tree, size), exact) / norm), error);
-            // One coefficient fewer would break it.
+            // One coefficient fewer would exceed the error.
             const Quadtree next = haar_quadtree<float>(texels, size, {wavelet_count(tree) - 1, 0.0f});
             EXPECT_GT(std::sqrt(squared_distance(reference::texels_of(next, size), exact) / norm), error);
-            // Both rules together: the stricter one wins.
+            // With both limits, the stricter one applies.
             EXPECT_EQ(wavelet_count(haar_quadtree<float>(texels, size, {3, error})),
                       std::min(3, wavelet_count(tree)));
         }
 }
 
 TEST(HaarTransform, LaysNodesOutAsATreeWithAncestors) {
-    // Only fine detail: the ancestors exist, with zeros.
+    // Only fine detail: ancestors exist, with zeros.
     std::vector<float> texels(64 * 64, 0.0f);
     texels[64 * 41 + 22] = 1;
     texels[64 * 41 + 23] = -1;
@@ -206,7 +206,7 @@ TEST(HaarTransform, LaysNodesOutAsATreeWithAncestors) {
 
     for (const std::uint32_t seed : {1u, 2u}) {
         const Quadtree other = haar_quadtree<float>(reference::half_plane_texels(seed, 64), 64, {50, 0.0f});
-        // Level by level, siblings side by side, each node once.
+        // Level by level, siblings adjacent, each node once.
         std::size_t next = 1;
         for (const Quadtree::Node& node : other.nodes) {
             if ((node.children & 15u) == 0) continue;
@@ -218,7 +218,8 @@ TEST(HaarTransform, LaysNodesOutAsATreeWithAncestors) {
 }
 
 TEST(HaarTransform, RanksColoursByTheirEuclideanMagnitude) {
-    // Half differences along x: (0.6, 0.6, 0.6) beats (1, 0, 0) in norm, though no channel of it does.
+    // Half differences along x: (0.6, 0.6, 0.6) has a larger norm than (1, 0, 0), although each channel is
+    // smaller.
     const std::vector<Rgb> texels{Rgb(1, 0, 0) + Rgb(0.6f), Rgb(-1, 0, 0) + Rgb(0.6f),
                                   Rgb(1, 0, 0) - Rgb(0.6f), Rgb(-1, 0, 0) - Rgb(0.6f)};
     const RgbQuadtree tree = haar_quadtree<Rgb>(texels, 2, {1, 0.0f});
@@ -228,7 +229,7 @@ TEST(HaarTransform, RanksColoursByTheirEuclideanMagnitude) {
 }
 
 TEST(HaarTransform, BreaksTiesTowardsTheCoarserLevelAndSmallerIndex) {
-    // Equal texel pairs far apart give equal coefficients.
+    // Equal pairs of texels far apart result in equal coefficients.
     std::vector<float> texels(16, 0.0f);
     texels[0] = texels[10] = 1;
     texels[1] = texels[11] = -1;
@@ -236,7 +237,7 @@ TEST(HaarTransform, BreaksTiesTowardsTheCoarserLevelAndSmallerIndex) {
     ASSERT_EQ(tree.nodes.size(), 2u);
     EXPECT_EQ(tree.nodes[0].children & 15u, 1u);  // the upper left square
     EXPECT_EQ(wavelet_count(tree), 1);
-    EXPECT_NE(tree.nodes[1].wavelet[0], 0.0f);  // along x and diagonal are equal: the first
+    EXPECT_NE(tree.nodes[1].wavelet[0], 0.0f);  // along x and diagonal are equal: the first is kept
 }
 
 TEST(QuadtreeTexels, AveragesOutWhatIsFinerThanItsTexels) {

@@ -14,7 +14,7 @@ constexpr const char* box =
     "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\n"
     "f 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\n";
 
-/// A scene of one entity, small enough to be baked in a moment. The names are TOML strings.
+/// Returns a scene of one entity that bakes in a moment. The names are TOML strings.
 std::string scene_of(const std::string& mesh, const std::string& entity, const std::string& instance) {
     return fmt::format(
         "[entities.{1}]\nmesh = {0}\nfine_vertices = 40\nplanar_samples = 20\nspherical_samples = 20\n"
@@ -24,7 +24,7 @@ std::string scene_of(const std::string& mesh, const std::string& entity, const s
         mesh, entity, instance);
 }
 
-/// The program in a folder of its own, run by a shell.
+/// Runs the program from a shell in a temporary folder.
 class HostileSurroundings : public testing::Test {
 protected:
     void SetUp() override {
@@ -33,7 +33,8 @@ protected:
         write_text(folder / "in/s.toml", scene_of("\"box.obj\"", "\"box\"", "\"one\""));
     }
 
-    /// Exit code of `$H` in a line of a shell whose folder is `in`; what it says is in messages().
+    /// Runs a shell command in the folder `in`, with the program as `$H`. Returns the exit code; messages()
+    /// returns its output.
     int run(const std::string& line) {
         const std::string command = fmt::format("cd '{}/in' && exec 2> ../said && H='{}' && {{ {}\n}}",
                                                 folder.path().string(), HAARFIELD_PROGRAM, line);
@@ -42,7 +43,7 @@ protected:
     }
     std::string messages() const { return text_of(folder / "said"); }
 
-    /// By name: what all files of an output folder hold.
+    /// Returns the content of all files of an output folder, by name.
     std::map<std::string, std::string> content(const std::string& name) const {
         std::map<std::string, std::string> files;
         for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / name))
@@ -95,7 +96,7 @@ TEST_F(HostileSurroundings, NamesAreNoStatementsOfPovrayAndNoPlacesElsewhere) {
     }
     EXPECT_EQ(scenes, 4u);
     EXPECT_FALSE(std::filesystem::exists(folder / "in/sneaked"));
-    // Names that would be places are refused.
+    // Names that would be paths are rejected.
     for (const char* name : {"../up", "a/b", ".hidden", "two\\\\n\\nlines"}) {
         write_text(folder / "in/t.toml", scene_of("\"box.obj\"", fmt::format("\"{}\"", name), "\"one\""));
         EXPECT_EQ(run("$H bake t.toml -o ../t --no-render"), 1) << name;
@@ -109,7 +110,8 @@ TEST_F(HostileSurroundings, ClosedStreamsFewFilesAndOtherLocalesChangeNothing) {
         << messages();
     EXPECT_EQ(content("a"), content("b"));
     EXPECT_EQ(content("a"), content("c"));
-    // Nobody listens: what is written is whole, and the exit code tells of what could not be said.
+    // The reader of the pipe has closed it: written files are complete, and the exit code reports the lost
+    // output.
     EXPECT_EQ(run("{ $H bake s.toml -o ../d --no-render; echo $? > ../code; } | true"), 0);
     const std::string code = text_of(folder / "code");
     EXPECT_TRUE(code == "0\n" || code == "1\n") << code;
@@ -117,7 +119,8 @@ TEST_F(HostileSurroundings, ClosedStreamsFewFilesAndOtherLocalesChangeNothing) {
     EXPECT_EQ(run("$H info box.obj > /dev/full"), 1);
 }
 
-/// A program whose stdout and stderr fail keeps its exit code for bad input, and has one for lost results.
+/// If its stdout and stderr fail, the program keeps its exit code for bad input, and has one for lost
+/// results.
 TEST_F(HostileSurroundings, MessagesThatCannotBePrintedNeverAbort) {
     const auto code_of = [&](const std::string& command, const std::string& streams) {
         EXPECT_EQ(run("rm -f ../code; { " + command + "; echo $? > ../code; } " + streams), 0);
@@ -139,7 +142,7 @@ TEST_F(HostileSurroundings, ReportsGoToStreamsAndThroughLinks) {
     EXPECT_EQ(run("mkfifo ../pipe; cat ../pipe > ../read & $H info box.obj --report ../pipe; wait"), 0);
     EXPECT_NE(text_of(folder / "read").find("\"command\""), std::string::npos);
     EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe"));
-    // What is printed before the report stays.
+    // Text printed before the report is preserved.
     EXPECT_EQ(run("$H info box.obj --report /dev/stdout > ../both"), 0);
     EXPECT_NE(text_of(folder / "both").find("\"command\""), std::string::npos);
     EXPECT_NE(text_of(folder / "both").find("box.obj"), std::string::npos);
@@ -155,7 +158,7 @@ TEST_F(HostileSurroundings, AFullDiskIsAnErrorAndLeavesNoHalfFile) {
     EXPECT_EQ(run("ulimit -f 8; $H bake s.toml -o ../full --no-render"), 1);
     EXPECT_NE(messages().find("File too large"), std::string::npos) << messages();
     EXPECT_TRUE(content("full").empty());
-    // A folder where none can be.
+    // A folder that cannot be created.
     EXPECT_EQ(run("$H bake s.toml -o /dev/null/out --no-render"), 1);
     EXPECT_EQ(run("$H bake s.toml -o /proc/out --no-render"), 1);
 }
@@ -164,7 +167,7 @@ TEST_F(HostileSurroundings, AFullDiskIsAnErrorAndLeavesNoHalfFile) {
 TEST_F(HostileSurroundings, LittleMemoryIsAnErrorOrEnough) {
     for (const int kilobytes : {600000, 700000, 800000, 1200000}) {
         const int code = run(fmt::format("ulimit -v {}; $H bake s.toml -o ../m --no-render", kilobytes));
-        // The loader has not enough for the libraries: 127.
+        // 127: not enough memory for the loader of libraries
         EXPECT_TRUE(code == 0 || code == 1 || code == 127) << kilobytes << ": " << code << "\n" << messages();
     }
 }
@@ -172,12 +175,12 @@ TEST_F(HostileSurroundings, LittleMemoryIsAnErrorOrEnough) {
 
 TEST_F(HostileSurroundings, WithoutPovrayTheBakeIsThereAndTheErrorSaysWhatIsMissing) {
     EXPECT_EQ(run("PATH=/nonexistent; $H bake s.toml -o ../out"), 1);
-    EXPECT_NE(messages().find("wanted POV-Ray 3.7"), std::string::npos) << messages();
+    EXPECT_NE(messages().find("expected POV-Ray 3.7"), std::string::npos) << messages();
     EXPECT_TRUE(content("out").contains("s.pov"));
     write_text(folder / "povray", "#!/bin/sh\nexec sleep 100\n");
     std::filesystem::permissions(folder / "povray", std::filesystem::perms::owner_all);
     EXPECT_EQ(run("PATH=..:$PATH; $H bake s.toml -o ../out --povray-patience 0.5"), 1);
-    EXPECT_NE(messages().find("said nothing for 0.5 s"), std::string::npos) << messages();
+    EXPECT_NE(messages().find("reported nothing for 0.5 s"), std::string::npos) << messages();
 }
 
 TEST_F(HostileSurroundings, EightProcessesInOneFolderLeaveWhatOneLeaves) {
@@ -197,7 +200,7 @@ TEST_F(HostileSurroundings, ThreadsChangeNoByteOfWhatIsWritten) {
 }
 
 TEST_F(HostileSurroundings, AFileThatTakesItsReaderDownIsAnErrorWithItsName) {
-    // A chunk of GLB that is right, with JSON so deep that a parser's stack ends.
+    // A valid GLB chunk, with JSON nested so deeply that a recursive parser's stack overflows.
     std::string json(4000000, '[');
     const auto number = [](std::size_t value) {
         const auto word = static_cast<std::uint32_t>(value);

@@ -127,7 +127,7 @@ TEST(Image, RefusesAFileCutShortAnywhere) {
     for (const char* name : {"a.exr", "a.png"}) {
         ASSERT_TRUE(write_image(image, folder / name));
         const std::string whole = text_of(folder / name);
-        // The last 12 bytes of a PNG say that it ends, and no more.
+        // The last 12 bytes of a PNG only mark its end.
         for (std::size_t length = 0; length + 13 < whole.size(); length += 7) {
             ASSERT_TRUE(write_file(folder / name, whole.substr(0, length)));
             EXPECT_FALSE(read_image(folder / name)) << name << " cut to " << length << " of " << whole.size();
@@ -143,7 +143,7 @@ std::string bytes_of(const T& value) {
     return {reinterpret_cast<const char*>(&value), sizeof value};
 }
 
-/// An EXR file of 2 x 2 pixels without samples.
+/// Returns an EXR file of 2 x 2 pixels without samples.
 std::string deep_exr() {
     std::string file = bytes_of(std::uint32_t{20000630}) + bytes_of(std::uint32_t{2 | 1 << 11});
     const auto add = [&](const std::string& name, const std::string& type, const std::string& value) {

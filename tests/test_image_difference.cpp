@@ -42,11 +42,11 @@ TEST(ImageDifference, RadianceErrorsAreLinearAndUnclamped) {
     EXPECT_NEAR(difference->rmse, std::sqrt(1.0 / 3), 1e-9);
     EXPECT_NEAR(difference->relative_rmse, std::sqrt(1.0 / 120), 1e-9);
     EXPECT_NEAR(difference->bias, 1.0 / 16, 1e-9);
-    EXPECT_EQ(difference->psnr_db, 99) << "all of it is beyond white";
+    EXPECT_EQ(difference->psnr_db, 99) << "everything is clipped to white";
 }
 
 TEST(ImageDifference, PsnrIsThatOfSrgbValues) {
-    // A difference of 0.1 in sRGB everywhere: 20 dB, whatever it is in linear light.
+    // A difference of 0.1 in sRGB everywhere is 20 dB at all linear levels.
     for (float low : {0.1f, 0.5f, 0.8f}) {
         const Image reference = constant_image(8, 8, Rgb(1, 1, 1) * srgb_decoded(low));
         const Image image = constant_image(8, 8, Rgb(1, 1, 1) * srgb_decoded(low + 0.1f));
@@ -101,7 +101,7 @@ TEST(ImageDifference, SsimEqualsTheSumOverTheWindow) {
 }
 
 TEST(ImageDifference, FlipOfBlackAgainstWhiteIsOne) {
-    // Lightness 100 against 0, in a scale that ends at the distance of pure green from pure blue.
+    // Lightness 100 against 0, on a scale that ends at the distance between pure green and pure blue.
     const Result<ImageDifference> difference =
         image_difference(constant_image(32, 32, Rgb(1, 1, 1)), constant_image(32, 32, Rgb(0, 0, 0)));
     ASSERT_TRUE(difference);
@@ -129,7 +129,7 @@ TEST(ImageDifference, FlipIsSymmetricAndGrowsWithTheDifference) {
 }
 
 TEST(ImageDifference, FlipForgivesNoiseThatTheEyeAverages) {
-    // A checkerboard of single pixels looks grey from the viewer's distance; one of 16 pixels does not.
+    // A checkerboard of single pixels appears grey from the viewing distance, one of 16 pixels does not.
     const auto checkerboard = [](int size) {
         Image image = constant_image(64, 64, Rgb(0, 0, 0));
         for (int y = 0; y < 64; ++y)

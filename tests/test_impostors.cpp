@@ -12,12 +12,12 @@ namespace {
 
 constexpr int size = 64;
 
-/// Radiance that is smooth, but far from even.
+/// Returns smooth but uneven radiance.
 double smooth_light(const Vec3f& direction) {
     return 0.3 + 1.5 * std::exp(3 * double(direction.dot(Vec3f(0.48f, 0.6f, 0.64f)) - 1));
 }
 
-/// Weighs texels for the irradiance of a surface under that light.
+/// Weights texels for the irradiance of a surface under that light.
 class Irradiance {
 public:
     explicit Irradiance(const Vec3f& normal) {
@@ -30,7 +30,7 @@ public:
                 }
     }
 
-    /// open  in units of 1 / whole.
+    /// Returns the irradiance. open: in units of 1 / whole.
     double operator()(std::span<const std::uint8_t> open, double whole) const {
         double sum = 0;
         for (std::size_t i = 0; i < weight_.size(); ++i) sum += weight_[i] * open[i];
@@ -46,7 +46,7 @@ const Mesh& chair() {
     return mesh;
 }
 
-/// Irradiances past an occluder, relative to what it is without it.
+/// Irradiance around an occluder, relative to the unoccluded one.
 class SeenFromAfar {
 public:
     explicit SeenFromAfar(const Mesh& mesh, const Rotation& rotation = {})
@@ -55,7 +55,8 @@ public:
           placement_{{3, -1, 2}, 0.7f, rotation},
           impostors_(*Impostors::make(occluder_, size)) {}
 
-    /// From a place with a distance in radii from the middle; of a surface that faces the occluder somewhat.
+    /// Irradiance at a point with a distance in radii from the centre, on a surface that partly faces the
+    /// occluder.
     struct Found {
         double exact, impostors;
         double error() const { return impostors - exact; }

@@ -23,7 +23,7 @@ namespace {
 
 using std::filesystem::path;
 
-/// The error of each reader of files, by name.
+/// Returns the error of each reader of files, by name.
 std::vector<std::pair<std::string, std::string>> errors_of_readers(const path& file) {
     std::vector<std::pair<std::string, std::string>> errors;
     const auto note = [&](const std::string& reader, const auto& result) {
@@ -87,13 +87,13 @@ TEST(InputFile, FilesOfUnknownSizeAreReadUpToALimit) {
     EXPECT_NE(large.error().what.find("larger than 1 MiB"), std::string::npos) << large.error().message();
 }
 
-/// Makes a file longer, without data. False if the file system has no such files.
+/// Extends a file without allocating data. False if the file system does not support it.
 bool lengthen(const path& file) {
     constexpr off_t terabyte = off_t{1} << 40;
     return truncate(file.c_str(), terabyte) == 0;
 }
 
-/// A terabyte takes minutes to read.
+/// Reading a terabyte would take minutes.
 TEST(InputFile, SparseFilesOfATerabyteAreRefusedByTheirHeaders) {
     const TestFolder folder;
     ASSERT_TRUE(write_field(example_field(), folder / "field.vdb"));
@@ -112,7 +112,7 @@ TEST(InputFile, SparseFilesOfATerabyteAreRefusedByTheirHeaders) {
     }
 }
 
-/// The seal's own words may be forged.
+/// The lengths in the seal may be forged.
 TEST(InputFile, SealedFieldsAreNoLongerThanTheirTablesNeed) {
     const TestFolder folder;
     const VdbFile whole = *vdb_file(example_field());

@@ -38,7 +38,7 @@ TEST(InstanceGrid, FindsEverySphereRoundAPointInOrder) {
     }
 }
 
-/// A layer of small spheres 1000 km wide would have a billion cells if these were cubes.
+/// A layer of small spheres 1000 km wide would have a billion cubic cells.
 TEST(InstanceGrid, AFlatLayerOfSpheresHasNoMoreCellsThanOthers) {
     std::mt19937 random(8);
     std::vector<Sphere> spheres;

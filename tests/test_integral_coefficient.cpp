@@ -11,7 +11,7 @@ namespace {
 
 using Kind = HaarBasisFunction::Kind;
 
-/// Every scaling function and wavelet of levels 0 to `finest`.
+/// Returns every scaling function and wavelet of levels 0 to `finest`.
 std::vector<HaarBasisFunction> all_functions(int finest) {
     std::vector<HaarBasisFunction> functions;
     for (int level = 0; level <= finest; ++level)
@@ -22,7 +22,7 @@ std::vector<HaarBasisFunction> all_functions(int finest) {
     return functions;
 }
 
-/// The function's values on pixels so fine that it is constant on each.
+/// Returns the function's values on pixels on which it is constant.
 std::vector<double> pixels_of(const HaarBasisFunction& function, int size) {
     std::vector<double> pixels;
     const double side = 1.0 / (1 << function.level), amplitude = 1 << function.level;
@@ -66,10 +66,10 @@ struct Comparison {
         for (const auto& f : chosen)
             names += " (kind " + std::to_string(int(f.kind)) + ", level " + std::to_string(f.level) + ", " +
                      std::to_string(f.x) + ", " + std::to_string(f.y) + ")";
-        ADD_FAILURE() << integral_coefficient(chosen) << ", wanted " << expected << " for" << names;
+        ADD_FAILURE() << integral_coefficient(chosen) << ", expected " << expected << " for" << names;
     }
 
-    /// All tuples of `count` functions, in one order each.
+    /// Tests all tuples of `count` functions, in one order each.
     void expect_all_equal(std::size_t count, std::vector<std::size_t>& tuple, std::size_t first = 0) {
         if (tuple.size() == count) return expect_equal(tuple);
         for (std::size_t i = first; i < functions.size() && !testing::Test::HasFailure(); ++i) {
@@ -100,7 +100,7 @@ TEST(IntegralCoefficient, EqualsPixelSumForEveryPairAndTripleOnThreeLevels) {
 }
 
 TEST(IntegralCoefficient, EqualsPixelSumForNestedTuplesInAnyOrderOnFourLevels) {
-    // Random tuples are nearly all zero; these follow a path to a random square, so that many are not.
+    // Random tuples are nearly always zero. These follow a path to a random square, so that many are not.
     Comparison comparison(3);
     std::mt19937 random(2006);
     for (int trial = 0; trial < 20000 && !HasFailure(); ++trial) {

@@ -13,7 +13,7 @@ namespace {
 TEST(KeptByEnergy, IsTheFewestOfTheLargest) {
     std::mt19937 random(7);
     for (int round = 0; round < 200; ++round) {
-        // Whole numbers, so that sums are exact in any order; with ties.
+        // Integers, so that sums are exact in any order; with ties.
         std::vector<int> items(std::size_t(1 + round));
         for (int& item : items) item = int(random() % 50);
         const int sum = std::accumulate(items.begin(), items.end(), 0);

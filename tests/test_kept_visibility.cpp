@@ -9,7 +9,7 @@ namespace {
 
 using furnished::Room;
 
-/// The room, with something in each of the ways of looking past it, and what sees nothing.
+/// The room with an instance for each method of occlusion, and one that is completely occluded.
 struct Prepared {
     Room room;
     RenderSettings settings = furnished::settings();
@@ -17,7 +17,7 @@ struct Prepared {
     std::optional<SceneLight> light;
 
     explicit Prepared(Occlusion occlusion) {
-        // A ball inside of a block.
+        // A ball inside a block.
         room.scene.instances.push_back({room.scene.instances[4].entity, {{-0.6f, 0.2f, 0}, 0.3f}});
         settings.occlusion = occlusion;
         settings.occlusion_error = 0.05f;

@@ -1,4 +1,4 @@
-/// Lamps: POV-Ray itself is the oracle.
+/// Local lights, with POV-Ray as the oracle.
 
 #include "shading/scene/lamp.h"
 
@@ -13,7 +13,7 @@
 namespace haarfield {
 namespace {
 
-constexpr int side = 40;  ///< Of the pictures: 1,600 points.
+constexpr int side = 40;  ///< Side of the pictures: 1,600 points.
 
 Lamp lamp_at(LampKind kind, const Vec3f& position, const Vec3f& target) {
     Lamp lamp;
@@ -33,7 +33,7 @@ Lamp with_area(Lamp lamp, std::uint32_t columns, std::uint32_t rows) {
     return lamp;
 }
 
-/// Each kind, with what varies it.
+/// Returns each kind of light with its parameters.
 std::vector<std::pair<std::string, Lamp>> lamps() {
     const Vec3f place(-1.6f, 0.5f, 1.2f), middle(0.1f, -0.1f, 0), near(-0.3f, 0.2f, 0.5f);
     std::vector<std::pair<std::string, Lamp>> all;
@@ -64,7 +64,7 @@ std::vector<std::pair<std::string, Lamp>> lamps() {
     add("parallel", lamp);
     lamp.fade_distance = 1;
     add("parallel, fading", lamp);
-    lamp.position = Vec3f(0.8f, 0, -0.1f);  // its plane cuts through the wall
+    lamp.position = Vec3f(0.8f, 0, -0.1f);  // its plane intersects the wall
     lamp.target = Vec3f(1.3f, 0.2f, -0.6f);
     add("parallel, from behind", lamp);
     add("area of 4 x 4", with_area(lamp_at(LampKind::point, place, middle), 4, 4));
@@ -104,7 +104,7 @@ Material finish() {
     return material;
 }
 
-/// A wall, and a post beside the picture that throws its shadow into it.
+/// A wall, and a post outside the picture that casts its shadow into it.
 struct WallAndPost : ExampleScene {
     explicit WallAndPost(bool has_post) {
         const std::size_t wall = add_entity(upright_square_mesh(1.1f, 1), finish(), 1, 1);
@@ -121,7 +121,7 @@ struct WallAndPost : ExampleScene {
     static Camera camera() { return frontal_camera(3, side); }
     using ExampleScene::radiance;
 
-    /// The wall's radiance as the bake has it, and in double.
+    /// Returns the wall's radiance as baked, and in double.
     std::array<Rgb, 2> radiance(std::span<const PlacedLamp> lamps, const Vec3f& point) const {
         const Material material = finish();
         VertexView view;
@@ -162,7 +162,7 @@ Vec3f wall_point(int x, int y) {
     return {float(2 * x + 1) / side - 1, 1 - float(2 * y + 1) / side, 0};
 }
 
-/// Whether the post stands between the lamp and what is seen of the wall.
+/// Tests whether the post is between the light and the visible part of the wall.
 bool throws_into_the_picture(const Lamp& lamp) {
     return lamp.position.x < -1.2f;
 }
@@ -202,7 +202,7 @@ TEST(Lamp, EachKindCastsTheShadowsOfPovray) {
             for (int x = 0; x < side; ++x) {
                 const Vec3f point = wall_point(x, y);
                 const Rgb expected = wall.radiance(placed, point)[0];
-                // Where a shadow's edge passes through the point, either may be right.
+                // At the edge of a shadow, both values are valid.
                 bool is_edge = false;
                 for (const Vec3f& beside :
                      {Vec3f(1, 0, 0), Vec3f(-1, 0, 0), Vec3f(0, 1, 0), Vec3f(0, -1, 0)}) {
@@ -218,7 +218,7 @@ TEST(Lamp, EachKindCastsTheShadowsOfPovray) {
             }
         EXPECT_LE(std::sqrt(error / energy), lamp.area ? 0.003 : 0.001) << name;
         EXPECT_LT(left_out, side * side / 10) << name;
-        // Some stand beyond the post, or beside it.
+        // Some lights are beyond the post or next to it.
         if (lamp.shadowless || !throws_into_the_picture(lamp))
             EXPECT_EQ(shadowed, 0) << name;
         else
@@ -244,7 +244,7 @@ TEST(Lamp, PlacesOfAnAreaHaveWeightsThatAddUpToOne) {
         }
 }
 
-/// Bulbs: what a lamp looks like does not shadow it, and shadows every other.
+/// The shape of a light (looks_like) does not shadow it, but shadows all others.
 TEST(Lamp, WhatItLooksLikeCastsNoShadowOfIt) {
     WallAndPost example(true);
     Lamp bulb = lamp_at(LampKind::point, example.scene.instances[1].placement.translate + Vec3f(0, 0, 0.1f),
@@ -261,7 +261,7 @@ TEST(Lamp, WhatItLooksLikeCastsNoShadowOfIt) {
     for (const Rgb& in_the_dark : radiance()) EXPECT_EQ(in_the_dark, Rgb(0.0f));
 }
 
-/// What the bake makes of lamps beside an environment is the sum of both, and the dense oracle agrees.
+/// Radiance of local lights and an environment is the sum of both, and agrees with the dense oracle.
 TEST(Lamp, AddsToTheEnvironment) {
     WallAndPost example(true);
     const SceneColours dark = example.radiance();

@@ -1,4 +1,4 @@
-/// Lamps in a session.
+/// Local lights in a session.
 
 #include "shading/transfer/lamp_frames.h"
 
@@ -10,7 +10,7 @@
 namespace haarfield {
 namespace {
 
-/// A floor, a glossy box with a knob that is buried in it, and something that glows; lamps beside a sky.
+/// A floor, a glossy box with a knob partly inside it, an emitter, and local lights under a sky.
 struct LampLitRoom : ExampleScene {
     LampLitRoom() {
         Material lacquer = glossy(30, LobeConvention::povray);
@@ -110,7 +110,7 @@ TEST(LampFrames, FollowWhateverElseVaries) {
     ASSERT_TRUE(session.frame());
     EXPECT_LT(relative_difference(session.radiance(), room.fresh_bake(session)), 0.02);
 
-    // The lamp's shape is another instance's number then, or none.
+    // The light's shape then has another instance number, or none.
     session.remove(0);
     EXPECT_EQ(session.lamps()[1].looks_like, 1u);
     session.remove(1);

@@ -144,26 +144,27 @@ TEST_F(LampReader, SaysWhatIsWrong) {
     says("position = [1, 2, 3]", "", "lights[0]");
     says("position = [1, 2, 3]", "position = [1, 2, 3]\nglow = 1", "lights[0].glow is not known");
     says("position = [1, 2, 3]", "position = [1, 2, 3]\ntarget = [0, 0, 0]",
-         "lights[0].target stands in a lamp of kind \"point\"");
+         "lights[0].target has no effect in a lamp of kind \"point\"");
     says("position = [1, 2, 3]", "position = [1, 2, 3]\nradius = 3",
-         "wanted it in a \"spot\" or \"cylinder\"");
-    says("kind = \"spot\"", "kind = \"bulb\"", "lights[1].kind is \"bulb\"; wanted \"point\", \"spot\"");
-    says("target = [0, 0, 1]", "target = [0, 2, 0]", "lights[1].target is its position");
+         "expected kind \"spot\" or \"cylinder\"");
+    says("kind = \"spot\"", "kind = \"bulb\"", "lights[1].kind is \"bulb\"; expected \"point\", \"spot\"");
+    says("target = [0, 0, 1]", "target = [0, 2, 0]", "lights[1].target equals the position");
     says("target = [0, 0, 1]\n", "", "target");
     says("colour = [3, 2, 1]", "colour = [3, -2, 1]", "lights[1].colour");
     says("fade_distance = 0.5", "fade_distance = 0", "lights[1].fade_distance is 0");
-    says("falloff = 20", "falloff = 5", "lights[1].falloff is less than its radius");
+    says("falloff = 20", "falloff = 5", "lights[1].falloff is less than the radius");
     says("samples = [5, 3]", "samples = [5, 0]", "lights[1].area.samples");
-    says("circular = true", "circular = 1", "lights[1].area.circular is 1; wanted true or false");
+    says("circular = true", "circular = 1", "lights[1].area.circular is 1; expected true or false");
     says("across = [1, 0, 0], ", "", "across");
     says("\"globe\"\n[[lights]]\nkind = \"cyl", "\"lamp\"\n[[lights]]\nkind = \"cyl",
          "there is no such instance");
     says("kind = \"parallel\"", "kind = \"parallel\"\narea = { across = [1, 0, 0], along = [0, 0, 1] }",
-         "lights[3].area stands in a lamp of kind \"parallel\"");
+         "lights[3].area has no effect in a lamp of kind \"parallel\"");
     says("kind = \"parallel\"", "kind = \"parallel\"\nname = \"desk\"", "which is the name of lights[1]");
     says("light = \"desk\"", "light = \"disk\"", "keyframes[0].light is \"disk\"; there is no such light");
-    says("time = 2", "time = 1", "keyframes[1].time is 1; wanted more than 1, as desk has before");
-    says("colour = [0, 0, 0]", "", "keyframes[0] has neither position, target nor colour");
+    says("time = 2", "time = 1",
+         "keyframes[1].time is 1; expected more than 1, the time of the previous keyframe of desk");
+    says("colour = [0, 0, 0]", "", "keyframes[0] has none of position, target and colour");
 }
 
 TEST(PovrayLight, IsReadAsPlainData) {
@@ -224,7 +225,7 @@ TEST_F(LampReader, LightsOfModelsBecomeLamps) {
     EXPECT_EQ(pov.scene.lamps[0].fade_distance, 1);
     EXPECT_EQ(pov.scene.lamps[0].colour, Rgb(2, 1, 1));
     ASSERT_EQ(pov.warnings.size(), 1u);
-    EXPECT_NE(pov.warnings[0].find("2 light_sources are no plain data"), std::string::npos);
+    EXPECT_NE(pov.warnings[0].find("2 light_sources are not plain data"), std::string::npos);
 
     const std::string gltf =
         R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,2]}],"extensionsUsed":["KHR_lights_punctual"],

@@ -10,7 +10,7 @@
 namespace haarfield {
 namespace {
 
-/// A post on a floor under two suns, of which one is wide.
+/// A post on a floor under two suns, one of them wide.
 struct PostUnderSuns : ExampleScene {
     PostUnderSuns() {
         floor = add_entity(square_mesh(4, 0, 64), matte(0.5f));
@@ -29,7 +29,7 @@ struct PostUnderSuns : ExampleScene {
     std::size_t floor, post;
 };
 
-/// Points of the floor, in rows.
+/// Returns points of the floor, in rows.
 std::vector<SourceReceiver> floor_receivers() {
     std::vector<SourceReceiver> receivers;
     for (int row = 0; row < 40; ++row)
@@ -105,7 +105,7 @@ TEST(LightClusters, ShedTheLightOfAllRays) {
     add_clustered_light(rays, clusters, receivers, found, found_diffuse);
     EXPECT_LT(relative_rmse(found, wanted), 5e-3);
     EXPECT_LT(relative_rmse(found_diffuse, wanted_diffuse), 4e-3);
-    EXPECT_GT(relative_rmse(found_diffuse, wanted), 0.05);  // there are highlights
+    EXPECT_GT(relative_rmse(found_diffuse, wanted), 0.05);  // there is a specular part
 }
 
 TEST(LightClusters, ShedTheLightThatIsPartlyBelowTheHorizon) {
@@ -117,7 +117,7 @@ TEST(LightClusters, ShedTheLightThatIsPartlyBelowTheHorizon) {
     for (const LightCluster& cluster : clusters) {
         if (cluster.sine < 1e-3f) continue;
         SourceReceiver receiver;
-        receiver.from = {0, 3, 0};  // above all
+        receiver.from = {0, 3, 0};  // above everything
         receiver.brdf.normal = Vec3f(Vec3d(cluster.axis.cross(Vec3f(0, 0, 1))).normalized());
         receiver.brdf.diffuse = Rgb(0.3f);
         Rgb found(0.0f);

@@ -7,7 +7,8 @@
 namespace haarfield {
 namespace {
 
-/// A sky brighter at the top, walls of several colours, and a sun of 2 x 2 pixels with half the energy.
+/// Returns a sky that is brighter at the top, walls of several colours, and a sun of 2 x 2 pixels with half
+/// of the energy.
 LatLongImage room(int height, unsigned seed) {
     std::mt19937 random(seed);
     LatLongImage image{2 * height, height, {}};
@@ -93,7 +94,7 @@ TEST(LightDome, LeavesASunOfOnePixelInItsPlace) {
     EXPECT_NEAR(brightest->irradiance.x, 5000 * lat_long_pixel_solid_angle(20, 128, 64), 1e-3);
 }
 
-/// Cosine of the widest angle between a direction and the light that is nearest to it.
+/// Returns the cosine of the widest angle between a direction and its nearest light.
 double widest_hole(const std::vector<DirectionalLight>& dome) {
     double widest = 1;
     for (int row = 0; row < 64; row += 3)

@@ -16,8 +16,8 @@ RgbCubemapTree random_light(std::uint32_t seed, int levels) {
     return light;
 }
 
-/// Mean over a square of a face of the lighting times the unit vectors towards it, for one channel; over
-/// 4 x 4 places in each texel.
+/// Returns the mean over a square of a face of the lighting times the unit vectors towards it, for one
+/// channel, over 4 x 4 points in each texel.
 Vec3d mean_moment(std::span<const Rgb> texels, int size, int face, SquarePlace square, int squares,
                   int channel) {
     const int side = size / squares, steps = 4;
@@ -64,7 +64,7 @@ TEST(LightPyramid, IsUnevenWhereItVariesOnTheFirstLevelAndBelowWhereItIsConcentr
     std::vector<Rgb> texels(std::size_t(cubemap_faces) * size * size, Rgb(1.0f));
     const std::size_t face_texels = std::size_t(size) * size;
     texels[2 * face_texels + 3 * size + 5] = Rgb(900.0f);  // the sun
-    texels[3 * face_texels + 3 * size + 5] = Rgb(2.0f);    // no sun
+    texels[3 * face_texels + 3 * size + 5] = Rgb(2.0f);    // not a sun
     const LightPyramid light(haar_cubemap<Rgb>(texels, size, {}), size);
     const BlockNumbers& numbers = light.numbers();
     for (int level = 0; level < 2; ++level)

@@ -20,7 +20,7 @@ Rgb& pixel(LatLongImage& image, int column, int row) {
     return image.pixels[std::size_t(row * image.width + (column + image.width) % image.width)];
 }
 
-/// All directions together.
+/// Returns the total energy over all directions.
 Vec3d energy(const LatLongImage& image) {
     Vec3d sum(0.0);
     for (std::size_t i = 0; i < image.pixels.size(); ++i)
@@ -38,7 +38,7 @@ void expect_near(const Vec3d& found, const Vec3d& wanted, double relative, const
         EXPECT_NEAR(found[c], wanted[c], relative * wanted[c]) << what << ", channel " << c;
 }
 
-/// Two lamps of one pixel each and a coloured sun of 3 x 2 pixels, over an even sky.
+/// Returns two lamps of one pixel each and a coloured sun of 3 x 2 pixels, in a uniform sky.
 LatLongImage lamps_and_sun() {
     LatLongImage image = even_image();
     pixel(image, 20, 30) = pixel(image, 24, 30) = Rgb(900, 900, 700);
@@ -117,7 +117,7 @@ TEST(LightSources, AreCutAsFinelyAsTheRuleAsks) {
     EXPECT_EQ(count({.share_of_a_light = 1e-6, .most_lights = 33}), 33u);
 }
 
-/// A low sun of one pixel shines past a straight edge: the penumbra spans the pixel, without large steps.
+/// A low sun of one pixel at a straight edge: the penumbra spans the pixel, without large steps.
 TEST(LightSources, APixelCastsThePenumbraOfItsArea) {
     LatLongImage image = even_image();
     pixel(image, 40, 28) = Rgb(9000);
@@ -125,7 +125,7 @@ TEST(LightSources, APixelCastsThePenumbraOfItsArea) {
     ASSERT_EQ(split.sources.size(), 1u);
     const LightSource& sun = split.sources[0];
     const double whole = energy(sun.parts).x;
-    // Edges at azimuth and at height: the fraction of the light on one side of each.
+    // Edges in azimuth and in height: the fraction of the light on one side of each.
     for (int step = 1; step < 20; ++step) {
         const double along = step / 20.0;
         const auto fractions = [&](const std::vector<DirectionalLight>& lights) {
@@ -170,7 +170,7 @@ TEST(LightSources, FewLightsStandForMany) {
         }
     }
     EXPECT_EQ(few_lights(parts, 1000).size(), parts.size());
-    // The finer, the nearer to the parts' irradiance on any plane.
+    // Finer splits approximate the parts' irradiance on any plane better.
     const auto on_plane = [](const std::vector<DirectionalLight>& lights, const Vec3d& normal) {
         double sum = 0;
         for (const DirectionalLight& light : lights)
@@ -206,7 +206,7 @@ TEST(SunDisc, IsCoveredEvenly) {
 TEST(SunDisc, TurnsAndBrightensWithItsEnvironment) {
     const Environment turned =
         turned_environment(Environment{even_image(), {{Vec3f(0, 0, 1), 0.01f, Rgb(1)}}}, pi / 2, 1);
-    EXPECT_LT((turned.suns[0].direction - Vec3f(1, 0, 0)).length(), 1e-6f);  // as the image: +z comes from +x
+    EXPECT_LT((turned.suns[0].direction - Vec3f(1, 0, 0)).length(), 1e-6f);  // as in the image: +z maps to +x
     EXPECT_EQ(turned.suns[0].irradiance, Rgb(2));
     EXPECT_EQ(turned.image.pixels[0], Rgb(1));
 }
@@ -232,7 +232,7 @@ TEST(SkyEnvironment, IsTheSkyImageWithItsSunApart) {
         expect_near(energy(image_with_suns(parted)), energy(sky_image(sky, 512)), 0.01, "sky");
         float brightest = 0;
         for (const Rgb& p : parted.image.pixels) brightest = std::max(brightest, luminance(p));
-        EXPECT_LT(brightest, 30);  // no sun in it
+        EXPECT_LT(brightest, 30);  // contains no sun
     }
 }
 

@@ -24,14 +24,14 @@ LatLongImage noise_image(int width, std::uint32_t seed) {
     return image;
 }
 
-/// What the lighting integrates to over the sphere.
+/// Returns the integral of the lighting over the sphere.
 Vec3d energy(const std::vector<Rgb>& texels) {
     Vec3d sum(0, 0, 0);
     for (const Rgb& texel : texels) sum += Vec3d(texel);
     return sum * 6.0 / double(texels.size());
 }
 
-/// Bright pixels `across` x `across` from a corner on, wrapped in x, and the energy that they hold.
+/// Adds bright pixels `across` x `across` from a corner on, wrapped in x. Returns their energy.
 double add_sun(LatLongImage& image, int column, int row, int across) {
     double sun = 0;
     for (int y = row; y < std::min(row + across, image.height); ++y)
@@ -48,7 +48,7 @@ TEST(Lighting, KeepsTheEnergyOfASunOfOneToNinePixelsAnywhere) {
             const int suns = size == 256 ? (width == 1024 ? 1 : 2) : (width == 1024 ? 3 : 12);
             for (int i = 0; i < suns; ++i) {
                 LatLongImage image = black_image(width);
-                // All over the image; every third one at a pole.
+                // Everywhere in the image; every third one at a pole.
                 const int row = i % 3 == 0 ? (i % 2 == 0 ? 0 : width / 2 - 3) : (i * 7919 + 3) % (width / 2);
                 const int across = 1 + i % 3;
                 const double sun = add_sun(image, (i * 104729 + width - 1) % width, row, across);
@@ -79,7 +79,7 @@ TEST(Lighting, OfAConstantIsTheSolidAngle) {
 }
 
 TEST(Lighting, EqualsTheMeanOverManyDirectionsInEveryTexel) {
-    // The obvious version: each texel is the mean of the pixels that a grid of directions in it hits.
+    // The reference: each texel is the mean of the pixels that a grid of directions in it hits.
     for (const auto& [width, size] : {std::pair(8, 4), {32, 8}, {50, 16}, {64, 2}}) {
         const LatLongImage image = noise_image(width, std::uint32_t(width));
         const std::vector<Rgb> texels = lighting_texels(image, size);
@@ -106,7 +106,7 @@ TEST(Lighting, EqualsTheMeanOverManyDirectionsInEveryTexel) {
 }
 
 TEST(Lighting, PutsABrightPixelWhereItsDirectionPoints) {
-    // Pixels beside each axis, on both sides of it: a flip, a turn or exchanged faces would show.
+    // Pixels next to each axis, on both sides of it, would reveal a flip, a rotation or swapped faces.
     const int width = 512, size = 16;
     for (const Vec3d& axis :
          {Vec3d(1, 0, 0), Vec3d(-1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, -1, 0), Vec3d(0, 0, 1), Vec3d(0, 0, -1)})

@@ -17,7 +17,7 @@ namespace {
 
 using Corners = std::vector<std::uint32_t>;
 
-/// Vertices two of which are alike, one that no face uses, and one of a face without area only; a quad.
+/// Vertices: two are equal, one is unused, and one is used only by a face without area. Includes a quad.
 const std::string vertices[] = {"0 0 0", "1 0 0", "1 1 0", "0 1 0", "1 0 0",
                                 "2 0 0", "2 1 0", "9 9 9", "5 5 5"};
 
@@ -29,7 +29,7 @@ std::string ply_text() {
     return text + "4 0 1 2 3\n3 4 5 6\n3 8 8 0\n";
 }
 
-/// The same faces, the second in another object and with numbers from behind.
+/// Returns these faces, with the second one in another object and with negative numbers.
 std::string obj_text() {
     std::string text = "o one\n";
     for (const std::string& vertex : vertices) text += "v " + vertex + "\n";
@@ -48,7 +48,7 @@ protected:
     const TestFolder folder;
 };
 
-/// Whether each vertex of a mesh stands where the file's vertex of its number stands.
+/// Tests whether each vertex of a mesh is at the position of the file's vertex with its number.
 void expect_right_numbers(const Mesh& mesh, const ListedMesh& listed, const std::string& of) {
     ASSERT_EQ(mesh.original_vertices.size(), mesh.positions.size()) << of;
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
@@ -81,7 +81,7 @@ TEST_F(ListedMeshes, HaveTheVerticesAndFacesOfTheFileInItsOrder) {
             const Result<ImportedMesh> imported = read_mesh(model, {}, {.originals = originals});
             ASSERT_TRUE(imported);
             expect_right_numbers(imported->mesh, *listed, name);
-            // Vertices 1 and 4 are alike.
+            // Vertices 1 and 4 are equal.
             std::multiset<std::int32_t> used(imported->mesh.original_vertices.begin(),
                                              imported->mesh.original_vertices.end());
             EXPECT_EQ(used.count(4), originals ? 1u : 0u) << name;
@@ -103,7 +103,7 @@ TEST_F(ListedMeshes, OfAPartOfAnObjFileKeepTheFilesNumbers) {
     expect_right_numbers(imported->mesh, *listed, "part");
 }
 
-/// Objects that are opened again, changing materials, n-gons, vertices at places of others.
+/// Objects that are continued, changing materials, n-gons, vertices at equal positions.
 TEST_F(ListedMeshes, AreFollowedThroughAnyObjFile) {
     for (unsigned seed = 0; seed < 20; ++seed) {
         std::mt19937 random(seed);
@@ -150,7 +150,7 @@ TEST_F(ListedMeshes, StandWhereTheFilePlacesThem) {
     ASSERT_EQ(whole->positions.size(), 8u);
     EXPECT_EQ(whole->positions[1], Vec3f(4, 0, 0));
     EXPECT_EQ(whole->positions[5], Vec3f(1, 0, 0));
-    EXPECT_EQ(whole->corners, (Corners{0, 2, 1, 4, 5, 6})) << "the mirrored face turns the other way";
+    EXPECT_EQ(whole->corners, (Corners{0, 2, 1, 4, 5, 6})) << "the mirrored face is reversed";
     const Result<ImportedMesh> imported = read_mesh(model, {}, {.originals = true});
     ASSERT_TRUE(imported);
     expect_right_numbers(imported->mesh, *whole, "mesh2");
@@ -169,7 +169,7 @@ TEST_F(ListedMeshes, StandWhereTheFilePlacesThem) {
     EXPECT_EQ(corners->corners, (Corners{0, 1, 2, 3, 4, 5}));
 }
 
-/// A triangle at two places, the second mirrored.
+/// A triangle with two placements, the second one mirrored.
 TEST_F(ListedMeshes, OfNodesHaveTheVerticesOfEach) {
     const std::string gltf = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],
 "nodes":[{"mesh":0,"translation":[1,2,3],"rotation":[0.5,0.5,0.5,0.5]},{"mesh":0,"scale":[-1,1,0.5]}],
@@ -189,7 +189,7 @@ TEST_F(ListedMeshes, OfNodesHaveTheVerticesOfEach) {
     expect_right_numbers(imported->mesh, *whole, "glTF");
 }
 
-/// A sheet that stands upright, so that its back is seen.
+/// An upright sheet, so that its back is visible.
 TEST_F(ListedMeshes, NumbersEndWhereVerticesAreMade) {
     const ModelFile model = opened("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
     Result<ImportedMesh> imported = read_mesh(model, {}, {});

@@ -8,9 +8,9 @@
 namespace haarfield {
 namespace {
 
-/// A row, or an interpolation of rows, as texels, face by face.
+/// Evaluates a row, or an interpolation of rows, on texels, face by face.
 std::vector<double> texels_of(const SparseVectorBlocks& vectors, const Interpolation& at, int size) {
-    // By the inner product with each texel's own box function.
+    // Computes inner products with the box function of each texel.
     std::vector<double> texels(std::size_t(cubemap_faces * size * size), 0.0);
     std::vector<double> dense(coefficient_count(size), 0.0);
     for (int k = 0; k < at.count; ++k) {

@@ -16,7 +16,7 @@ std::vector<Vec3f> random_directions(int count) {
     return directions;
 }
 
-/// int f dw over the sphere, of texels. [sr]
+/// Returns int f dw over the sphere, from texels. [sr]
 double sphere_integral(const std::vector<float>& texels, int size) {
     double sum = 0;
     std::size_t i = 0;

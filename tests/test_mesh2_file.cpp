@@ -79,7 +79,7 @@ TEST(Mesh2File, NumbersAndVectorsAreWhatPovrayTakesThemFor) {
 }
 
 TEST(Mesh2File, TransformationsAreThoseOfPovray) {
-    // What POV-Ray 3.7 prints for vtransform(<1,2,3>, transform { ... }), and for vrotate.
+    // Results of POV-Ray 3.7 for vtransform(<1,2,3>, transform { ... }) and vrotate.
     const std::string point = "vertex_vectors { 3, <1,2,3>, <1,0,0>, <0,1,0> } face_indices { 1, <0,1,2> } ";
     const struct {
         std::string transformation;
@@ -151,7 +151,7 @@ TEST(Mesh2File, MeshesStandWhereObjectsPlaceThem) {
 }
 
 TEST(Mesh2File, WhatIsDeclaredAndNowherePlacedStandsAsDeclared) {
-    // As PoseRay writes its files.
+    // The structure of files that PoseRay writes.
     const Mesh2File file =
         file_of("#declare a_ = mesh2 { " + triangle + " }\n#declare b_ = mesh2 { " + triangle +
                 " }\n#declare lone_ = mesh2 { " + triangle +
@@ -346,7 +346,7 @@ TEST(Mesh2File, ReadMeshPlacesMeshesAndNamesTheirMaterials) {
                                     "object { E translate z }")
                   .mesh.material_names,
               (std::vector<std::string>{"E", "D"}));
-    // Textures that blend are colours.
+    // Blended textures are colours.
     const ImportedMesh coloured =
         imported("c.inc", "mesh2 { " + corners +
                               " texture_list { 3 texture { pigment { rgb x } } texture { pigment { rgb y } } "
@@ -360,7 +360,7 @@ TEST(Mesh2File, ReadMeshSaysWhatIsWrongWithATextAndWhere) {
     const Result<ImportedMesh> mesh = read_mesh(folder / "a.inc");
     ASSERT_FALSE(mesh);
     EXPECT_NE(mesh.error().message().find("a.inc: "), std::string::npos);
-    EXPECT_NE(mesh.error().message().find("line 2: found \"N\"; wanted a plain number"), std::string::npos)
+    EXPECT_NE(mesh.error().message().find("line 2: found \"N\"; expected a plain number"), std::string::npos)
         << mesh.error().message();
 }
 

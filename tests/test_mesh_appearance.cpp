@@ -1,4 +1,4 @@
-/// Materials, images, texture coordinates and colours on their way from a file to what is baked.
+/// Materials, images, texture coordinates and colours, from the file to the baked mesh.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace {
 
 constexpr MeshReaderOptions with_appearance{.appearance = true};
 
-/// Four squares in a row: two share an image, with a seam between them; of the others one has none.
+/// Four squares in a row. Two share an image, with a seam between them; one of the others has no image.
 constexpr const char* squares_obj =
     "mtllib squares.mtl\n"
     "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 3 1 0\n"
@@ -57,7 +57,7 @@ TEST_F(MeshAppearance, MtlSaysKdKsNsAndImages) {
     EXPECT_EQ(wood.exponent, 60);
     EXPECT_EQ(wood.image.name, "wood.png");
     EXPECT_EQ(wood.image.file, folder / "wood.png");
-    EXPECT_EQ(steel.specular, Rgb(0.0f)) << "illum 1 has no highlights";
+    EXPECT_EQ(steel.specular, Rgb(0.0f)) << "illum 1 has no specular term";
     EXPECT_EQ(steel.emission, Rgb(0, 2, 0));
     EXPECT_FALSE(steel.image.is_there());
     EXPECT_EQ(read.unused, (std::map<std::string, std::size_t>{{"bump map", 1}}));
@@ -81,7 +81,7 @@ TEST_F(MeshAppearance, VerticesPartWhereTheImageDoes) {
             EXPECT_EQ(image_only.uvs[v], Vec2f(0, p.y));
         }
     }
-    // Without, all is as if there had never been any.
+    // Without appearance, the result is that of a file without it.
     const Mesh plain = with_shared_vertices(read.mesh, {{false, false}, {false, false}});
     const Mesh never = read_mesh(folder / "squares.obj")->mesh;
     EXPECT_TRUE(plain.uvs.empty());
@@ -91,7 +91,7 @@ TEST_F(MeshAppearance, VerticesPartWhereTheImageDoes) {
     EXPECT_LT(plain.positions.size(), 12u);
 }
 
-/// Where a vertex of a finer mesh lies decides where it is in the image: within each square of the file.
+/// In each square of the file, a vertex's position in a finer mesh determines its position in the image.
 TEST_F(MeshAppearance, TexturesStayInPlaceOnTheWayToTheFineMesh) {
     ImportedMesh read = squares();
     read.mesh = with_shared_vertices(read.mesh, {{true, false}, {false, false}});
@@ -154,7 +154,7 @@ std::string bytes_of(const std::vector<T>& values) {
     return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-/// One triangle with colours at its corners, and an embedded image.
+/// Returns a triangle with vertex colours and an embedded image.
 std::string triangle_gltf(const std::string& material, const std::string& image) {
     const std::string positions = bytes_of<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}),
                       uvs = bytes_of<float>({0.1f, 0.2f, 0.9f, 0.3f, 0.4f, 0.8f}),
@@ -225,14 +225,14 @@ TEST_F(MeshAppearance, GltfSaysMetalRoughnessImagesAndColours) {
     for (std::size_t v = 0; v < 3; ++v) {
         const Vec3f& p = read.mesh.positions[v];
         const Rgb expected = p.x == 1 ? Rgb(0.5f, 0.25f, 1) : p.y == 1 ? Rgb(0, 0, 0.75f) : Rgb(1.0f);
-        EXPECT_EQ(read.mesh.colours[v], expected);  // linear, as they are
+        EXPECT_EQ(read.mesh.colours[v], expected);  // linear in the file
         const Vec2f uv = p.x == 1 ? Vec2f(0.9f, 0.7f) : p.y == 1 ? Vec2f(0.4f, 0.2f) : Vec2f(0.1f, 0.8f);
         EXPECT_NEAR(read.mesh.uvs[v].x, uv.x, 1e-6);
-        EXPECT_NEAR(read.mesh.uvs[v].y, uv.y, 1e-6);  // glTF counts from the top
+        EXPECT_NEAR(read.mesh.uvs[v].y, uv.y, 1e-6);  // v is measured from the top in glTF
     }
 }
 
-/// The extension's own formula: offset + rotation * scale * uv, from the upper left corner.
+/// The extension's formula: offset + rotation * scale * uv, from the upper left corner.
 TEST_F(MeshAppearance, GltfTexturesAreTransformed) {
     const Texture texture = random_texture(2, 2);
     const std::string png = *png_bytes(texture.texels, 2, 2, false);
@@ -260,7 +260,7 @@ TEST_F(MeshAppearance, AMediaTypeWithoutASlashIsRefused) {
     EXPECT_NE(read.error().message().find("media type"), std::string::npos) << read.error().message();
 }
 
-/// An extent that is the smallest float there is.
+/// An extent that is the smallest float.
 TEST_F(MeshAppearance, SurfacesAsThinAsAFloatCanBeArePrepared) {
     Result<ImportedMesh> read = read_mesh(written("a.obj", "v 0 0 1e-39\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
     ASSERT_TRUE(read) << read.error().message();

@@ -11,7 +11,7 @@ namespace haarfield {
 
 namespace {
 
-/// A mesh from positions and triangles; every triangle has corners of its own and its face's normal.
+/// Returns a mesh of positions and triangles. Every triangle has separate corners and its face's normal.
 Mesh faceted(const std::vector<Vec3f>& positions, const std::vector<std::array<int, 3>>& triangles) {
     Mesh mesh;
     mesh.material_names = {""};
@@ -47,7 +47,7 @@ Mesh box(const Vec3f& lower, const Vec3f& upper) {
                        {1, 7, 5}});
 }
 
-/// A closed sphere of 2 * stacks * slices triangles (fewer at the poles), radius 1, smooth.
+/// Returns a closed smooth sphere of radius 1 with 2 * stacks * slices triangles (fewer at the poles).
 Mesh sphere(int stacks, int slices, const Vec3f& centre = {0, 0, 0}) {
     Mesh mesh;
     mesh.material_names = {""};
@@ -104,7 +104,7 @@ double signed_volume(const Mesh& mesh) {
     return sum;
 }
 
-/// How many edges, by position, are used by one triangle only.
+/// Returns the number of edges, by position, that only one triangle uses.
 int open_edges(const Mesh& mesh) {
     const MergedPositions merged = merged_positions(mesh.positions);
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
@@ -190,7 +190,7 @@ TEST(Subdivision, SplitsEveryTriangleRoundANonManifoldEdge) {
     const std::vector<Vec3f> p{{0, 0, 0}, {0, 4, 0}, {1, 0, 0}, {-1, 0, 1}, {-1, 0, -1}};
     const Mesh fan = faceted(p, {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}});
     const Mesh fine = subdivided(fan, 400);
-    // all T-junctions would be open edges: only the outer sides may be open
+    // T-junctions would be open edges, but only the outer sides may be open
     const MergedPositions merged = merged_positions(fine.positions);
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
     for (const auto& t : fine.triangles)
@@ -217,7 +217,7 @@ TEST(MeshPreparation, CoarseSphereIsCloseClosedAndOutward) {
     EXPECT_EQ(ready.findings.summary(), "");
 }
 
-/// A sphere of radius 1 with waves in two directions.
+/// Returns a sphere of radius 1 with waves in two directions.
 Mesh wavy_sphere(float height) {
     Mesh mesh = sphere(90, 180);
     for (Vec3f& p : mesh.positions) p = p * (1 + height * std::sin(40 * p.y) * std::sin(40 * p.x));
@@ -282,8 +282,8 @@ TEST(MeshPreparation, AnOpenPieceFacesAsItsNormalsDo) {
 }
 
 TEST(MeshPreparation, PartsTheSidesOfASheetWithoutThickness) {
-    // The same square seen from above and from below, cut along different diagonals, and one that stands
-    // alone.
+    // A square that is modelled from above and from below, cut along different diagonals, and a separate
+    // square.
     const std::vector<Vec3f> p{{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1},
                                {3, 0, 0}, {4, 0, 0}, {4, 0, 1}, {3, 0, 1}};
     const Mesh sheets = faceted(p, {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}, {1, 2, 3}, {4, 6, 5}, {4, 7, 6}});
@@ -312,7 +312,7 @@ TEST(MeshPreparation, LeavesSolidsAsTheyAre) {
 
 TEST(MeshPreparation, TakesNonManifoldMeshes) {
     Mesh mesh = box({0, 0, 0}, {1, 1, 1});
-    append_mesh(mesh, box({1, 1, 0}, {2, 2, 1}));  // touches along an edge: four triangles there
+    append_mesh(mesh, box({1, 1, 0}, {2, 2, 1}));  // touches along an edge, where there are four triangles
     mesh = subdivided(mesh, 3000);
     const PreparedMesh ready = prepared(mesh, {0, 200});
     EXPECT_GT(ready.findings.non_manifold_edges, 0u);
@@ -324,7 +324,7 @@ TEST(MeshPreparation, TakesNonManifoldMeshes) {
 }
 
 TEST(MeshPreparation, FindsAPieceThatIntersectsItself) {
-    // two triangles that cross and are joined through a third one
+    // two triangles that cross and are connected by a third one
     const std::vector<Vec3f> p{{0, 0, 0}, {4, 0, 0}, {0, 0, 4},  {1, -1, 1},
                                {1, 1, 1}, {2, 1, 1}, {-3, 5, -3}};
     const Mesh crossing = faceted(p, {{0, 1, 2}, {3, 4, 5}, {4, 6, 5}, {6, 0, 2}});

@@ -13,7 +13,7 @@ namespace haarfield {
 
 namespace {
 
-/// A file of the test's own, gone when the test is.
+/// A file that exists during a test.
 struct TextFile {
     std::filesystem::path path;
 
@@ -45,7 +45,7 @@ double signed_volume(const Mesh& mesh) {
 const char* const cube_corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
 const char* const cube_faces = "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\n";
 
-/// A tube of `sides` quads, without normals.
+/// Returns a tube of `sides` quads, without normals.
 std::string tube_obj(int sides) {
     std::string text;
     for (int i = 0; i < sides; ++i) {
@@ -101,7 +101,7 @@ TEST(MeshReader, CreaseAngleDecidesWhatIsSmooth) {
 }
 
 TEST(MeshReader, AFanOfVeryManyTrianglesIsSmoothAndStillHasCreases) {
-    // Two discs of many sides share their middle: one level, one upright.
+    // Two discs with many sides share their centre: one level, one upright.
     for (const int sides : {200, 3000}) {
         std::string text = "v 0 0 0\n";
         for (int i = 0; i < sides; ++i) {
@@ -204,7 +204,7 @@ TEST(MeshReader, OtherFormatsGiveTheSameCube) {
 }
 
 TEST(MeshReader, NodesOfGltfAreTransformedAndMirroredOnesStillFaceOutwards) {
-    // one triangle with corners 0, x, y; node: moved by (0, 5, 0) and mirrored in x
+    // one triangle with corners 0, x, y; the node translates by (0, 5, 0) and mirrors in x
     const std::string gltf = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
 "nodes":[{"mesh":0,"translation":[0,5,0],"scale":[-2,1,1]}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
@@ -246,7 +246,7 @@ TEST(MeshReader, RefusesWhatIsNoMesh) {
     for (const char* name : {"words.xyzzy", "words", "words.obj", "words.fbx"}) {
         const TextFile file(name, "hello");
         const std::string message = read_mesh(file.path).error().message();
-        EXPECT_NE(message.find("wanted OBJ, PLY, glTF (.gltf, .glb), STL, OFF or POV-Ray's mesh2"),
+        EXPECT_NE(message.find("expected OBJ, PLY, glTF (.gltf, .glb), STL, OFF or POV-Ray's mesh2"),
                   std::string::npos)
             << message;
     }
@@ -279,7 +279,7 @@ TEST(MeshFindings, SummaryTellsOnlyWhatIsNotNormal) {
 
 TEST(Triangulation, KeepsTheAreaOfConcavePolygons) {
     std::mt19937 random(2006);
-    for (int corners = 3; corners < 60; ++corners) {  // star-shaped, so that they do not cross
+    for (int corners = 3; corners < 60; ++corners) {  // star-shaped, so that they do not intersect themselves
         std::vector<Vec3f> polygon;
         for (int i = 0; i < corners; ++i) {
             const double a = 2 * pi * i / corners, r = uniform(random, 0.2, 1.0);

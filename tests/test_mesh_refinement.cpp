@@ -18,7 +18,7 @@ Place place(const Vec3f& p) {
     return {p.x, p.y, p.z};
 }
 
-/// Triangles round each edge between two places.
+/// Returns the triangles at each edge between two places.
 std::map<std::pair<Place, Place>, std::vector<std::uint32_t>> triangles_by_edge(const Mesh& mesh) {
     std::map<std::pair<Place, Place>, std::vector<std::uint32_t>> edges;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
@@ -114,7 +114,7 @@ TEST(MeshRefinement, HoldsItsToleranceInTheMiddleOfEveryLongestEdge) {
             interpolated.push_back((floor.radiance[a] + floor.radiance[b]) * 0.5f);
         }
         const auto exact = *point_radiance(lit.shading, middles);
-        // Edges of equal length, and the sample's place in the triangles, leave room for a few.
+        // Edges of equal length, and the sample's position in the triangles, allow for a few exceptions.
         std::size_t beyond = 0;
         for (std::size_t i = 0; i < middles.size(); ++i)
             beyond += std::abs(channel_sum(exact[i]) - channel_sum(interpolated[i])) >
@@ -191,7 +191,7 @@ TEST(MeshRefinement, LeavesNoCracks) {
                 (mesh.mesh.positions[triangle[1]] - mesh.mesh.positions[triangle[0]])
                     .cross(mesh.mesh.positions[triangle[2]] - mesh.mesh.positions[triangle[0]])
                     .length();
-            EXPECT_GT(twice_area / (longest * longest), 0.15);  // half of the least at the start
+            EXPECT_GT(twice_area / (longest * longest), 0.15);  // half of the smallest at the start
         }
 }
 

@@ -16,7 +16,7 @@ TEST(ModelWarnings, OneLinePerFileWithCountsAndNamesOfParts) {
     ModelWarnings warnings;
     for (const char* part : {"wing", "tail", "door", "wheel", "seat"})
         warnings.add_findings("plane.glb", part, open_edges(3));
-    warnings.add_findings("plane.glb", "wing", open_edges(3));  // of another shape
+    warnings.add_findings("plane.glb", "wing", open_edges(3));  // of a different shape
     warnings.add_findings("plane.glb", "screw", MeshFindings());
     warnings.add_findings("box.obj", "", open_edges(4));
     EXPECT_EQ(

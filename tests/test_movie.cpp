@@ -64,7 +64,7 @@ TEST_F(MovieTest, ChecksForTheEncoder) {
     EXPECT_TRUE(check_encoder(program("exit 0\n")));
     const Result<Done> missing = check_encoder("no-such-ffmpeg");
     ASSERT_FALSE(missing);
-    EXPECT_NE(missing.error().message().find("there is no no-such-ffmpeg"), std::string::npos);
+    EXPECT_NE(missing.error().message().find("no-such-ffmpeg is not installed"), std::string::npos);
 }
 
 TEST_F(MovieTest, FollowsLinksWritesToPipesAndRefusesDirectories) {
@@ -104,7 +104,7 @@ TEST_F(MovieTest, SaysWhenThereIsNoEncoder) {
     const auto written =
         write_movie(folder / "frame_%04d.png", 24, folder / "spin.mp4", 24, {}, "no-such-ffmpeg");
     ASSERT_FALSE(written);
-    EXPECT_NE(written.error().message().find("there is no no-such-ffmpeg"), std::string::npos);
+    EXPECT_NE(written.error().message().find("no-such-ffmpeg is not installed"), std::string::npos);
     EXPECT_TRUE(files().empty());
 }
 

@@ -18,7 +18,7 @@ TEST(MtlStatements, OnlyThoseBeforeTheFirstMaterialAreLeftOut) {
     EXPECT_EQ(without_leading_statements(""), "");
 }
 
-/// assimp 5.2 crashes on some of these.
+/// assimp 5.2 crashes on some of these statements.
 TEST(MtlStatements, AnObjFileIsReadWhateverPrecedesTheFirstMaterial) {
     const TestFolder folder;
     write_text(folder / "model.obj", "mtllib model.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n");

@@ -56,7 +56,7 @@ TEST(InsideTest, KnowsTheInsideOfPenetratingClosedPieces) {
         const Vec3f p(uniform(), uniform() + 1, uniform());
         const bool in_box = std::abs(p.x) < 1 && p.y > 0 && p.y < 2 && std::abs(p.z) < 1;
         const float r = (p - Vec3f(1, 1, 0)).length();
-        if (!in_box && r > 0.69f && r < 0.701f) continue;  // between the facets and the true sphere
+        if (!in_box && r > 0.69f && r < 0.701f) continue;  // between the facets and the exact sphere
         EXPECT_EQ(is_inside(p), in_box || r < 0.695f) << p;
         inside += is_inside(p);
     }

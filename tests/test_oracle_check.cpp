@@ -7,7 +7,7 @@
 namespace haarfield {
 namespace {
 
-/// A ball over a floor, before the oracle and before POV-Ray.
+/// A ball on a floor, rendered by the oracle and by POV-Ray.
 TEST(OracleCheck, AgreesWithPovrayAndSeesIfItDoesNot) {
     ExampleScene example;
     example.scene.instances = {

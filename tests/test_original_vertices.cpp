@@ -25,10 +25,10 @@ void prepare_with_original_vertices(const Scene& scene, SceneEntities& entities)
     entities = *std::move(prepared);
 }
 
-/// A file of vertices and faces, prepared, with what its fine vertices have as radiance.
+/// Prepares a file of vertices and faces, and assigns radiance to its fine vertices.
 class OriginalVertices : public testing::Test {
 protected:
-    /// vertices, faces  lines of an OFF file.
+    /// Prepares a file. vertices, faces: lines of an OFF file.
     void prepare(const std::vector<std::string>& vertices, const std::vector<std::string>& faces,
                  const Shape& shape = {}) {
         std::string text = fmt::format("OFF\n{} {} 0\n", vertices.size(), faces.size());
@@ -45,7 +45,7 @@ protected:
     }
     const Mesh& fine() const { return entities.entities[0]->mesh.fine; }
 
-    /// With the radiance that a function of the fine vertex makes.
+    /// Returns the bake with radiance as a function of the fine vertex.
     template <class RadianceOf>
     OriginalBake baked(const RadianceOf& radiance_of) {
         radiance.clear();
@@ -72,7 +72,7 @@ const std::vector<std::string> cube_vertices{"0 0 0", "1 0 0", "1 1 0", "0 1 0",
                                              "0 0 1", "1 0 1", "1 1 1", "0 1 1"},
     cube_faces{"4 3 2 1 0", "4 4 5 6 7", "4 0 1 5 4", "4 2 3 7 6", "4 1 2 6 5", "4 3 0 4 7"};
 
-/// Whatever the diagonals of its quads are.
+/// For any diagonals of its quads.
 TEST_F(OriginalVertices, OfACubeHaveTheMeanOfItsSides) {
     prepare(cube_vertices, cube_faces);
     EXPECT_EQ(fine().positions.size(), 24u);
@@ -101,7 +101,7 @@ TEST_F(OriginalVertices, HaveTheBitsOfTheVertexThatWasBaked) {
         EXPECT_EQ(bake.instances[0].radiance[std::size_t(fine().original_vertices[v])], value(v));
 }
 
-/// Two quads side by side, whose common vertices are there twice.
+/// Two adjacent quads with duplicated common vertices.
 TEST_F(OriginalVertices, ThatAreAlikeHaveTheLightOfOnePlace) {
     prepare({"0 0 0", "1 0 0", "1 0 1", "0 0 1", "1 0 0", "2 0 0", "2 0 1", "1 0 1"},
             {"4 3 2 1 0", "4 7 6 5 4"});
@@ -115,8 +115,8 @@ TEST_F(OriginalVertices, ThatAreAlikeHaveTheLightOfOnePlace) {
         EXPECT_EQ(seen[v], Rgb(bake.meshes[0].positions[v].x, bake.meshes[0].positions[v].z, 1)) << v;
 }
 
-/// An upright sheet, once more with the other side in front and vertices of its own: as a duplicate it is
-/// left out, but its side is baked.
+/// An upright sheet, duplicated with reversed faces and separate vertices. The duplicate is removed, but its
+/// side is baked.
 TEST_F(OriginalVertices, OfASheetsOtherSideHaveThatSidesLight) {
     prepare({"0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 0", "1 0 0", "1 1 0", "0 1 0"},
             {"3 0 1 2", "3 0 2 3", "3 6 5 4", "3 7 6 4"});
@@ -139,7 +139,8 @@ TEST_F(OriginalVertices, OfASheetHaveItsFront) {
     for (const Rgb& seen : bake.instances[0].radiance) EXPECT_EQ(seen, Rgb(1.0f));
 }
 
-/// Vertex 4 is of no face, 5 of a degenerate one alone; 6 likewise, but where vertex 2 is; 7 is not finite.
+/// Vertex 4 is unused, and 5 is used only by a degenerate face. So is 6, but at the position of vertex 2. 7
+/// is not finite.
 TEST_F(OriginalVertices, WithoutATriangleHaveWhatLiesThereOrNothing) {
     prepare({"0 0 0", "1 0 0", "1 0 1", "0 0 1", "9 9 9", "5 5 5", "1 0 1", "nan 0 0"},
             {"4 3 2 1 0", "3 5 5 5", "3 6 6 6", "3 7 0 1"});
@@ -157,7 +158,7 @@ TEST_F(OriginalVertices, WithoutATriangleHaveWhatLiesThereOrNothing) {
     EXPECT_EQ(first.mesh->triangles.size(), 4u) << "two of the quad, and two without an area";
 }
 
-/// A table's row, without what is not wanted.
+/// Returns the numbers in a row of a table, without the columns that are not compared.
 std::vector<float> numbers_in(const std::string& line) {
     std::vector<float> numbers;
     std::istringstream cells(line);
@@ -182,7 +183,7 @@ TEST_F(OriginalVertices, AreWhatTheFilesHold) {
             std::sscanf(cube_vertices[v % 8].c_str(), "%f %f %f", &x, &y, &z);
             EXPECT_EQ(ply->positions[v], Vec3f(shape == Shape() ? x : -x, y, z)) << v;
         }
-        EXPECT_EQ(ply->face_corners, std::vector<std::uint32_t>(12, 4)) << "quads stay quads";
+        EXPECT_EQ(ply->face_corners, std::vector<std::uint32_t>(12, 4)) << "quads are preserved";
         const std::vector<std::uint32_t> corners(ply->corners.begin(), ply->corners.begin() + 4),
             second(ply->corners.begin() + 24, ply->corners.begin() + 28);
         EXPECT_EQ(corners, (shape == Shape() ? std::vector<std::uint32_t>{3, 2, 1, 0}
@@ -215,7 +216,7 @@ TEST_F(OriginalVertices, AreWhatTheFilesHold) {
     }
 }
 
-/// A disc of 300 corners: more than a byte counts.
+/// A disc of 300 corners, more than fit in a byte.
 TEST_F(OriginalVertices, OfLargePolygonsKeepTheirFaces) {
     std::vector<std::string> vertices;
     std::string face = "300";
@@ -232,8 +233,8 @@ TEST_F(OriginalVertices, OfLargePolygonsKeepTheirFaces) {
     EXPECT_EQ(ply->corners[300 + 7], 307u);
 }
 
-/// Two squares beside each other, the left one with an image; at the edge between the halves of the left one
-/// the image's coordinates part.
+/// Two adjacent squares, the left one with an image. At the edge between the halves of the left one, the
+/// texture coordinates differ.
 class TexturedOriginalVertices : public testing::Test {
 protected:
     void SetUp() override {
@@ -274,8 +275,8 @@ TEST_F(TexturedOriginalVertices, HaveImagesAndLightApartInFilesWithImages) {
     ASSERT_EQ(mesh.uvs.size(), mesh.positions.size());
     ASSERT_TRUE(
         std::equal(bake.meshes[0].positions.begin(), bake.meshes[0].positions.end(), mesh.positions.begin()))
-        << "the file's vertices come first";
-    EXPECT_EQ(mesh.positions.size(), 10u) << "two more of the seam, and two of the materials' edge";
+        << "the file's vertices are first";
+    EXPECT_EQ(mesh.positions.size(), 10u) << "two more at the seam, and two at the edge between materials";
     EXPECT_EQ(mesh.triangles.size(), 4u);
     std::multiset<std::pair<float, float>> found;
     for (const auto& triangle : mesh.triangles)
@@ -291,7 +292,7 @@ TEST_F(TexturedOriginalVertices, HaveImagesAndLightApartInFilesWithImages) {
 
     const OriginalBake plain = original_bake(entities, instances, false);
     EXPECT_TRUE(plain.textured.empty() && plain.textured_meshes.empty());
-    EXPECT_EQ(plain.values.size(), 1u) << "no light of files with images";
+    EXPECT_EQ(plain.values.size(), 1u) << "no light for files with images";
     EXPECT_TRUE(std::ranges::equal(plain.instances[0].radiance, bake.instances[0].radiance));
 
     ASSERT_TRUE(write_baked_glb(folder / "a.glb", bake.textured));

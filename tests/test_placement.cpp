@@ -23,7 +23,7 @@ TEST(Placement, TakesPointsToTheWorldAndBack) {
         for (const Vec3f& translate : {Vec3f(0, 0, 0), Vec3f(0.2f, -0.7f, 3), Vec3f(-50, 8, 0.1f)}) {
             const Placement placement{translate, scale};
             for (const Vec3f& point : {Vec3f(0, 0, 0), Vec3f(0.3f, 0.8f, -1.1f), Vec3f(-4, 0.01f, 9)}) {
-                // Each of the four operations rounds, at the size of what it has in the world.
+                // Each of the four operations rounds, relative to the size of its world coordinates.
                 const float rounding = 4e-7f * (translate.length() / scale + point.length());
                 EXPECT_LE((placement.point_to_object(placement.point_to_world(point)) - point).length(),
                           rounding)

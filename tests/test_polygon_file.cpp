@@ -16,7 +16,7 @@ void append(std::string& bytes, T value, bool big_endian) {
     bytes += raw;
 }
 
-/// Two faces of three and four corners over five vertices, with what is to be passed over between.
+/// Returns two faces of three and four corners with five vertices, and other data to be skipped.
 std::string example_ply(const std::string& form) {
     std::string bytes =
         "ply\r\nformat " + form +
@@ -68,7 +68,7 @@ TEST(PolygonFile, PlyIsReadAsTextAndInBothByteOrders) {
 TEST(PolygonFile, PlyCutShortIsAnError) {
     for (const std::string form : {"ascii", "binary_little_endian", "binary_big_endian"}) {
         const std::string whole = example_ply(form);
-        // The last number of a text may lose digits and still be one.
+        // The last number of a text may lose digits and stay valid.
         const std::size_t sizes = form == "ascii" ? whole.size() - 4 : whole.size();
         for (std::size_t size = 0; size < sizes; ++size)
             EXPECT_FALSE(read_ply(std::string_view(whole).substr(0, size))) << form << ' ' << size;
@@ -109,7 +109,7 @@ TEST(PolygonFile, PlyErrorsNameThePlace) {
 
 TEST(PolygonFile, NumbersOutOfRangeAreInfiniteOrZero) {
     const Result<PolygonFile> file = read_off("OFF\n3 0 0\n1e999 -1e-999 nan\n1E+300 inf 0x7\n1 2 3\n");
-    EXPECT_FALSE(file) << "0x7 is no number";
+    EXPECT_FALSE(file) << "0x7 is not a number";
     const Result<PolygonFile> other = read_off("OFF\n2 0 0\n1e999 1e-999 nan\n1E+300 inf 7\n");
     ASSERT_TRUE(other) << other.error().what;
     EXPECT_TRUE(std::isinf(other->positions[0].x) && std::isnan(other->positions[0].z));

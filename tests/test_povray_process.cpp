@@ -93,7 +93,7 @@ TEST(PovrayProcess, SaysWhenThereIsNoPovrayOrNoScene) {
     EXPECT_EQ(run.error().where, "/nonexistent/povray");
     EXPECT_NE(run.error().what.find("No such file"), std::string::npos) << run.error().message();
     EXPECT_FALSE(run_povray(folder / "b.pov", folder / "a.exr", small()));
-    options.program = "true";  // ends well, but draws nothing
+    options.program = "true";  // succeeds, but draws nothing
     const Result<PovrayRun> silent = run_povray(folder / "a.pov", folder / "a.exr", options);
     ASSERT_FALSE(silent);
     EXPECT_NE(silent.error().what.find("no picture"), std::string::npos) << silent.error().message();
@@ -102,7 +102,7 @@ TEST(PovrayProcess, SaysWhenThereIsNoPovrayOrNoScene) {
 
 TEST(PovrayProcess, StopsWhenAskedAndLeavesNothing) {
     const TestFolder folder;
-    // Would parse for ever.
+    // Endless parsing.
     ASSERT_TRUE(write_file(folder / "endless.pov",
                            "#version 3.7;\n#declare A = 1;\n#while (A > 0) #declare A = 1; #end\n"));
     std::stop_source stop;
@@ -118,7 +118,7 @@ TEST(PovrayProcess, StopsWhenAskedAndLeavesNothing) {
     EXPECT_EQ(folder.files(), (std::vector<std::string>{"endless.pov"}));
 }
 
-/// A program that does what `body` says in place of POV-Ray.
+/// Returns a program that runs `body` instead of POV-Ray.
 std::filesystem::path impostor(const TestFolder& folder, const std::string& body) {
     write_text(folder / "impostor", "#!/bin/sh\n" + body + "\n");
     std::filesystem::permissions(folder / "impostor", std::filesystem::perms::owner_all);
@@ -131,7 +131,7 @@ TEST(PovrayProcess, APovrayThatHangsOrDiesIsAnErrorAndLeavesNothing) {
     PovrayOptions options = small();
     options.patience = 0.2;
     for (const auto& [body, words] :
-         {std::pair{"echo Parse Error: late >&2; exec sleep 60", "said nothing for 0.2 s"},
+         {std::pair{"echo Parse Error: late >&2; exec sleep 60", "reported nothing for 0.2 s"},
           {"exec 2>&-; kill -SEGV $$", "ended by signal 11"},
           {"exit 3", "failed (exit code 3)"}}) {
         options.program = impostor(folder, body);
@@ -161,7 +161,7 @@ TEST(PovrayProcess, EndsWithTheProcessThatRunsItHoweverThatEnds) {
     bool has_ended = false;
     for (int i = 0; i < 1000 && !has_ended; ++i) {
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        // One that nobody has waited for is dead, too.
+        // A zombie process has ended, too.
         const std::string status = text_of("/proc/" + std::to_string(id) + "/stat");
         has_ended = status.empty() || status.find(") Z ") != std::string::npos;
     }

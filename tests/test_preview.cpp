@@ -24,7 +24,7 @@ Camera camera(const Vec3f& position, const Vec3f& target, int width, int height)
 const Background black = [](const Vec3f&) { return Rgb(0.0f); };
 
 TEST(Preview, InterpolatesRadianceOverTheTriangles) {
-    // One square of side 2 in the plane y = 0, seen from a height of 1: it fills the picture.
+    // A square of side 2 in the plane y = 0, viewed from a height of 1: it fills the picture.
     const Mesh square = square_mesh(2, 0);
     std::vector<Rgb> radiance;
     for (const Vec3f& p : square.positions) radiance.emplace_back(2 + p.x, 2 + p.z, 1.0f);
@@ -37,7 +37,7 @@ TEST(Preview, InterpolatesRadianceOverTheTriangles) {
     EXPECT_TRUE(image.coverage.empty());
     for (int row = 0; row < size; ++row)
         for (int column = 0; column < size; ++column) {
-            // Looking straight down, +x is on the right, and so -z on top.
+            // The view is straight down: +x is on the right, -z at the top.
             const float x = (float(column) + 0.5f) * 2 / size - 1, z = (float(row) + 0.5f) * 2 / size - 1;
             const Rgb& found = image.pixels[std::size_t(row * size + column)];
             EXPECT_NEAR(found.x, 2 + x, 0.02) << row << ", " << column;
@@ -55,7 +55,7 @@ TEST(Preview, PointsAreWhereThePixelsSeeThem) {
     ASSERT_EQ(points.size(), std::size_t(width * height));
     for (int row = 0; row < height; ++row)
         for (int column = 0; column < width; ++column) {
-            // Looking straight down, as above.
+            // The view is straight down, as above.
             const float x = (float(column) + 0.5f - 7) * 2 / height, z = (float(row) + 0.5f) * 2 / height - 1;
             const auto& point = points[std::size_t(row * width + column)];
             const bool inside = std::abs(x - 0.2f) < 0.5f && std::abs(z) < 0.5f;
@@ -73,7 +73,7 @@ TEST(Preview, PointsAreWhereThePixelsSeeThem) {
 
 TEST(Preview, ReadsNoRadianceButWhatItAnnounces) {
     const Mesh square = square_mesh(1, 0, 12);
-    std::vector<Rgb> radiance;  // with edges inside, too, which take further rays
+    std::vector<Rgb> radiance;  // with edges inside, too, which need further rays
     for (const Vec3f& p : square.positions) radiance.push_back(Rgb(p.x > 0.1f ? 1.0f : 0.2f, p.z, 0.5f));
     std::vector<Rgb> known(radiance.size(), Rgb(std::numeric_limits<float>::quiet_NaN()));
     const auto instances_with = [&](std::span<const Rgb> values) {
@@ -109,7 +109,7 @@ TEST(Preview, PlacesAndScalesInstances) {
     EXPECT_EQ(at(10, 20), Rgb(1, 0, 0));
     EXPECT_EQ(at(30, 20), Rgb(0, 1, 0));
     EXPECT_EQ(at(39, 2), Rgb(0, 1, 0));
-    // From below too: there is light on both sides of a triangle, as in POV-Ray.
+    // From below, too: triangles emit light on both sides, as in POV-Ray.
     const Image below = preview.draw(camera({-0.2f, -1, 0}, {-0.2f, 0, 0}, 8, 8), instances, black);
     EXPECT_EQ(below.pixels[36], Rgb(1, 0, 0));
 }
@@ -125,7 +125,7 @@ TEST(Preview, ShowsTheBackgroundWhereNothingIs) {
 }
 
 TEST(Preview, SmoothsEdgesToTheirCoverage) {
-    // A half plane whose edge runs obliquely through the picture: the mean is the share that it covers.
+    // A half plane with an oblique edge in the picture: the mean is the covered fraction.
     const Mesh square = square_mesh(200, 0);
     const std::vector<Rgb> white(square.positions.size(), Rgb(1.0f));
     const BakedInstance instance{"", &square, {{100.03f, 0, 7}, 1}, white};

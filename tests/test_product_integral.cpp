@@ -14,7 +14,7 @@ namespace {
 
 using reference::Texels;
 
-/// Factors that are weighted sums of random trees, and what they are as texels, by face.
+/// Factors that are weighted sums of random trees, and their texels, by face.
 struct ExampleFactors {
     int size;
     std::vector<std::unique_ptr<WideCubemapTree>> trees;
@@ -22,7 +22,7 @@ struct ExampleFactors {
     std::vector<WeightedTrees<float>> factors;
     std::array<std::vector<Texels>, cubemap_faces> texels;
 
-    /// Of `count` factors the i-th has i % 3 + 1 trees, some of them constant on some faces.
+    /// Factor i has i % 3 + 1 trees, some of them constant on some faces.
     ExampleFactors(std::uint32_t seed, int count, int levels, double density, int depth = full_depth)
         : size(1 << levels) {
         parts.resize(std::size_t(count));
@@ -56,7 +56,7 @@ RgbCubemapTree random_light(std::uint32_t seed, int levels, double density) {
     return light;
 }
 
-/// Sum and sum of magnitudes over the faces.
+/// The sum, and the sum of magnitudes, over the faces.
 struct Expected {
     double value = 0, magnitude = 0;
 };
@@ -136,7 +136,7 @@ TEST(ProductIntegral, TakesATreeAsAFactorWhereverItIsMoved) {
     for (std::uint32_t i = 0; i < functions.size(); ++i) {
         for (std::uint32_t face = 0; face < cubemap_faces; ++face)
             functions[i].faces[face] = reference::random_quadtree(10 * i + face, 4, 0.7);
-        trees.emplace_back(functions[i]);  // moves those of before
+        trees.emplace_back(functions[i]);  // moves the earlier ones
         factors.push_back(trees.back().factor());
     }
     Expected wanted;
@@ -169,7 +169,7 @@ TEST(ProductIntegral, VanishesWithAnyFactorThatIsZero) {
 }
 
 TEST(ProductIntegral, OfHalfSpacesIsZeroWhereTheyExcludeEachOther) {
-    // Visibilities of two half planes that do not meet: exactly zero, without a walk to the texels.
+    // Visibilities of two disjoint half planes: exactly zero, without a traversal down to the texels.
     std::vector<float> left(64 * 64), right(64 * 64);
     for (std::size_t i = 0; i < left.size(); ++i) {
         left[i] = i % 64 < 29 ? 1.0f : 0.0f;
@@ -187,7 +187,7 @@ TEST(ProductIntegral, OfHalfSpacesIsZeroWhereTheyExcludeEachOther) {
               Rgb(0.0f));
 }
 
-/// Texels of a channel, by face.
+/// Returns the texels of a channel, by face.
 std::array<Texels, cubemap_faces> texels_of(const CubemapTree& tree, int, int size) {
     std::array<Texels, cubemap_faces> result;
     for (std::size_t face = 0; face < cubemap_faces; ++face)
@@ -202,7 +202,7 @@ std::array<Texels, cubemap_faces> texels_of(const RgbCubemapTree& tree, int chan
     return result;
 }
 
-/// The texels that wavelet blocks stand for, by face.
+/// Returns the texels that wavelet blocks represent, by face.
 template <int channels>
 std::array<Texels, cubemap_faces> texels_of(const std::vector<WaveletBlock<channels>>& blocks, int channel,
                                             int size) {
@@ -314,7 +314,7 @@ TEST(FunctionProduct, HasNoNodesWhereItIsConstantAndNoneWithoutWavelets) {
         EXPECT_EQ(face.scaling, 1);
         EXPECT_TRUE(face.nodes.empty());
     }
-    // Open but for one texel: each level has one node.
+    // Open except for one texel: each level has one node.
     std::vector<float> texels(6 * 64 * 64, 1.0f);
     texels[4 * 64 * 64 + 17] = 0;
     const CubemapTree dot = haar_cubemap<float>(texels, 64);

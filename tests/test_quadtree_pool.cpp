@@ -11,7 +11,7 @@
 namespace haarfield {
 namespace {
 
-/// Counts of eighths, many of them alike.
+/// Returns a cubemap of multiples of 1/8, many of them equal.
 CubemapTree random_cubemap(std::uint32_t seed, int size, int coefficients) {
     std::mt19937 random(seed);
     std::vector<float> texels(static_cast<std::size_t>(6 * size * size));
@@ -78,7 +78,7 @@ TEST(QuadtreePool, LeavesOutWhatRoundsToZero) {
     CubemapTree tree;
     Quadtree& face = tree.faces[4];
     const float small = 0.4f * wavelet_step;
-    // A root with three children; one is too small, one leads to something only, one leads to nothing.
+    // A root with three children: one is too small, one only leads to a wavelet, one leads to none.
     face.nodes = {
         {{0.25f, 0, 0}, 1u << 4 | 0b1011u}, {{small, small, -small}, 0}, {{0, small, 0}, 4u << 4 | 0b0100u},
         {{0, 0, small}, 5u << 4 | 0b0001u}, {{0, 0.125f, 0}, 0},         {{small, 0, 0}, 0}};
@@ -133,8 +133,8 @@ TEST(QuadtreePool, DefectsAreFound) {
     EXPECT_NE(defect_after([](Parts& p) { p.faces[1].first_byte = 0xffffffff; }), "");
     EXPECT_NE(defect_after([](Parts& p) { --p.faces[0].node_count; }), "");
     EXPECT_NE(defect_after([](Parts& p) { ++p.faces[0].node_count; }), "");
-    EXPECT_NE(defect_after([](Parts& p) { p.node_bytes[0] ^= 1; }), "");    // a child more or fewer
-    EXPECT_NE(defect_after([](Parts& p) { p.node_bytes[0] |= 128; }), "");  // a bit that means nothing
+    EXPECT_NE(defect_after([](Parts& p) { p.node_bytes[0] ^= 1; }), "");    // one child more or fewer
+    EXPECT_NE(defect_after([](Parts& p) { p.node_bytes[0] |= 128; }), "");  // an unused bit
     EXPECT_NE(defect_after([](Parts& p) { p.faces[2].scaling = 0x7e00; }), "");
     EXPECT_NE(defect_after([](Parts& p) { p.node_bytes.pop_back(); }), "");
 }

@@ -54,7 +54,7 @@ TEST(LightTransfer, PruningIsWithinTheErrorItIsGiven) {
     }
 }
 
-/// A ball, matte or also with a highlight, lit by a sky and a small sun.
+/// A ball, diffuse or also specular, lit by a sky and a small sun.
 class SunlitBall : public ExampleScene {
 public:
     explicit SunlitBall(float specular) {
@@ -111,7 +111,7 @@ TEST(MotionTransfer, FollowsTheInstanceAlongUpAndDown) {
         SceneColours found;
         ASSERT_TRUE(
             shade_frame(transfer, scene.scene, scene.geometry(), settings(), FrameQuality::still, found));
-        // From beyond the field's samples frames have it too large and too faint.
+        // Beyond the field's samples, the occlusion is too large and too faint.
         EXPECT_LT(relative_rmse(found, scene.full()), 3e-3) << place;
     }
 }

@@ -15,7 +15,7 @@ std::vector<int> chosen(int count, std::size_t wanted) {
     return items;
 }
 
-// Worked out apart from <random> and this library, from the definition of the Mersenne Twister.
+// Computed independently of <random> and this library, from the definition of the Mersenne Twister.
 TEST(RandomChoice, IsTheOneThatItsSourceDefines) {
     EXPECT_EQ(chosen(10, 10), (std::vector<int>{2, 9, 1, 5, 7, 6, 4, 8, 0, 3}));
     EXPECT_EQ(chosen(100000, 5), (std::vector<int>{24155, 95058, 97175, 33710, 63427}));
@@ -35,7 +35,7 @@ TEST(RandomChoice, KeepsSomeOfTheItemsAndEachOnce) {
         }
 }
 
-/// Of 20,000 items 2,000: each tenth of them has its share, to five standard deviations.
+/// 2,000 of 20,000 items: each tenth has its fraction, within five standard deviations.
 TEST(RandomChoice, TakesFromEverywhere) {
     std::array<int, 10> count{};
     for (const int item : chosen(20000, 2000)) ++count[std::size_t(item / 2000)];

@@ -37,7 +37,7 @@ TEST(RayRenderer, LobesHaveTheirClosedForms) {
                     3e-3)
             << shininess;
     }
-    // Seen along the normal, half vectors lie at half the angle: 2 int_0^1 ((1 + c) / 2)^(n / 2) dc.
+    // Viewed along the normal, half vectors have half the angle: 2 int_0^1 ((1 + c) / 2)^(n / 2) dc.
     Material blinn = glossy(1, LobeConvention::povray);
     blinn.phong = 0;
     blinn.blinn = 1;

@@ -20,7 +20,7 @@
 namespace haarfield {
 namespace {
 
-/// Does what its file says.
+/// A reader that executes the instruction in its file.
 Result<Done> obey(std::string_view bytes, std::string_view details, ByteSink& answer) {
     if (bytes == "crash") raise(SIGSEGV);
     if (bytes == "abort") std::abort();
@@ -53,7 +53,7 @@ Result<Done> obey(std::string_view bytes, std::string_view details, ByteSink& an
     return Done{};
 }
 
-/// Of the process that all these tests run in; other tests then read through it, too.
+/// Tests of a reader process for the process of all these tests. Other tests then use it, too.
 class ReaderProcess : public testing::Test {
 protected:
     static void SetUpTestSuite() {
@@ -64,7 +64,7 @@ protected:
     }
     void SetUp() override {
         const Result<bool> apart = reads_apart();
-        if (!started() || !apart || !*apart) GTEST_SKIP() << "no process can be forked here";
+        if (!started() || !apart || !*apart) GTEST_SKIP() << "this platform cannot fork a process";
     }
     static bool& started() {
         static bool value = false;
@@ -110,17 +110,16 @@ TEST_F(ReaderProcess, ACrashIsAnErrorWithTheNameOfTheFile) {
 
 TEST_F(ReaderProcess, AHangIsEndedAndAnError) {
     EXPECT_EQ(error_of("think"), "some.file: took longer than 1 s of processor time to read");
-    EXPECT_EQ(error_of("sleep"),
-              "some.file: its reader waits for something that does not happen: the file is damaged");
+    EXPECT_EQ(error_of("sleep"), "some.file: its reader stopped responding: the file is damaged");
 }
 
 TEST_F(ReaderProcess, AnAnswerLargerThanItsLimitIsAnError) {
-    EXPECT_EQ(error_of("answer"), "some.file: wants more memory than a file of its size may have");
+    EXPECT_EQ(error_of("answer"), "some.file: needs more memory than a file of its size may use");
 }
 
 #if !defined(__SANITIZE_ADDRESS__)
 TEST_F(ReaderProcess, HungerForMemoryIsAnError) {
-    EXPECT_EQ(error_of("grow"), "some.file: wants more memory than a file of its size may have");
+    EXPECT_EQ(error_of("grow"), "some.file: needs more memory than a file of its size may use");
 }
 #endif
 
@@ -279,7 +278,7 @@ TEST(ImageFormat, IsThatOfTheContentAndOthersAreRefusedWithTheList) {
 }
 
 TEST(ImageFormat, AFewBytesThatSayTheyAreAMillionPixelsTimesAThousandAreRefused) {
-    // A PNG's head, checked, of 16000 x 16000 pixels: 256 million in 57 bytes.
+    // A valid PNG header of 16000 x 16000 pixels: 256 million in 57 bytes.
     const std::string_view head(
         "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x3e\x80\0\0\x3e\x80\x08\2\0\0\0\xd2\x1b\x3b\x1e\0\0\0\0IEND", 41);
     const Result<Image> read = read_image_bytes(head, "trap");

@@ -8,7 +8,7 @@
 namespace haarfield {
 namespace {
 
-/// A square in the shadow of a smaller one, under a sky that is brighter at one side.
+/// A square in the shadow of a smaller one, under a sky that is brighter on one side.
 class ShadowedSquare {
 public:
     ShadowedSquare() : environment_(constant_environment(64, Rgb(0.2f, 0.2f, 0.2f))) {
@@ -21,7 +21,7 @@ public:
             }
     }
 
-    /// The scene, lit by so many lights.
+    /// Returns the scene with the given number of lights.
     ReferenceFiles scene(int lights, int bounces = 0) const {
         const std::vector<ReferenceInstance> instances{
             {"wall", &mesh_, {&material_, 1}, {}},
@@ -63,7 +63,7 @@ TEST(ReferencePicture, IsTheMeanOfTwoSetsOfLightsAndOfAllOfThem) {
     const Image first = rendered_scene(scene.scene, ShadowedSquare::options(first_lights_alone))->image,
                 second = rendered_scene(scene.scene, ShadowedSquare::options(second_lights_alone))->image,
                 all = rendered_scene(scene.scene, ShadowedSquare::options())->image;
-    EXPECT_GT(relative_difference(first, second), 0.005) << "the sets shall be independent";
+    EXPECT_GT(relative_difference(first, second), 0.005) << "the sets must be independent";
     for (std::size_t i = 0; i < all.pixels.size(); ++i)
         for (int c = 0; c < 3; ++c) {
             const float mean = 0.5f * (first.pixels[i][c] + second.pixels[i][c]);
@@ -107,12 +107,12 @@ TEST(ReferencePicture, GathersBouncesUnderFewLights) {
     EXPECT_GT(relative_difference(direct, whole), 0.01);
     EXPECT_LT(relative_difference(picture->image, whole), 0.003);
     EXPECT_LT(*picture->image.relative_error, 0.02);
-    // Where there are few in any case, they are all.
+    // If there are only few lights, all of them are used.
     EXPECT_EQ(text_of(square.scene(64, 2).scene).find(few_lights_alone), std::string::npos);
     EXPECT_NE(text.find(few_lights_alone), std::string::npos);
 }
 
-/// A panel inside a sphere lights the wall in front of it from a tenth of the radius. The camera looks the
+/// A panel inside a sphere lights the wall in front of it from a tenth of the radius. The camera faces the
 /// other way, where all light is indirect.
 TEST(ReferencePicture, BouncesOfEmittersDoNotDependOnTheNumberOfLampsInOneHalf) {
     const Mesh sphere = sphere_mesh({0, 0, 0}, 1, 12), square = upright_square_mesh(0.15f, 1);
@@ -155,7 +155,7 @@ TEST(ReferencePicture, TellsItsOwnError) {
     }
 }
 
-/// A panel lights the wall behind it from a fiftieth of its size; the camera sees the strip beside it.
+/// A panel lights the wall behind it from a fiftieth of its size. The camera shows the strip next to it.
 TEST(ReferencePicture, TellsTheErrorOfSurfacesCloseToEmitters) {
     const Mesh wall = upright_square_mesh(1, 1);
     Mesh panel_mesh = upright_square_mesh(0.5f, 1);
@@ -194,12 +194,12 @@ TEST(ReferencePicture, TellsTheErrorOfSurfacesCloseToEmitters) {
 }
 
 TEST(ReferencePicture, NeedsAsManyLightsAsTheFallOfTheErrorTells) {
-    // Errors of 4 % and 1 % at 256 and 1024 lights fall as 1/n: 0.5 % wants twice as many, and a tenth more.
+    // Errors of 4 % and 1 % for 256 and 1024 lights decrease as 1/n: 0.5 % needs twice as many, plus a tenth.
     const LightEstimate halved = estimated_lights(256, 0.04, 1024, 0.01, 0.005);
     EXPECT_NEAR(halved.lights, 2253, 1);
     EXPECT_NEAR(halved.relative_error, 0.00455, 1e-5);
     EXPECT_EQ(estimated_lights(256, 0.04, 1024, 0.01, 0.02).lights, 1024);
-    // An error that does not fall is taken to fall with the root.
+    // An error that does not decrease is assumed to decrease with the square root.
     EXPECT_NEAR(estimated_lights(256, 0.01, 1024, 0.01, 0.005).lights, 4506, 1);
     const LightEstimate too_many = estimated_lights(256, 0.04, 1024, 0.02, 0.0001);
     EXPECT_EQ(too_many.lights, most_reference_lights);

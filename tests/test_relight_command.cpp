@@ -261,7 +261,7 @@ instance = "column_2"
 
 TEST_F(RelightCommand, SaysThatThereIsNoFfmpegBeforeTheFirstFrame) {
     EXPECT_EQ(run("--orbit --movie spin.mp4", "PATH=/nowhere"), 1);
-    EXPECT_NE(words.find("there is no ffmpeg"), std::string::npos) << words;
+    EXPECT_NE(words.find("ffmpeg is not installed"), std::string::npos) << words;
     EXPECT_FALSE(std::filesystem::exists(folder / "out/frame_0001.png"));
     EXPECT_FALSE(std::filesystem::exists(folder / "spin.mp4"));
 }
@@ -277,21 +277,21 @@ TEST_F(RelightCommand, RefusesWhatItCanNotDo) {
         EXPECT_EQ(run(arguments), 1) << arguments;
         EXPECT_NE(words.find(with), std::string::npos) << words;
     };
-    fails("--spin-light --axis 0,0,0", "no length");
+    fails("--spin-light --axis 0,0,0", "has length 0");
     fails("--lights a.exr", "two or more");
     fails("--lights a.exr,b.exr", "a.exr");
-    fails("--move chair 0,0,0",
-          "--move: there is no instance chair; wanted one of floor, column_1, column_2");
-    fails("--rotate chair 0,0,0", "--rotate: there is no instance chair");
-    fails("--move column_1 0,0,0 --move floor 1,0,0 --move column_1 1,0,0", "--move: moves column_1 twice");
-    fails("--rotate floor 0,0,0 --rotate floor 1,0,0", "--rotate: moves floor twice");
+    fails("--move chair 0,0,0", "--move: unknown instance chair; expected one of floor, column_1, column_2");
+    fails("--rotate chair 0,0,0", "--rotate: unknown instance chair");
+    fails("--move column_1 0,0,0 --move floor 1,0,0 --move column_1 1,0,0", "--move: names column_1 twice");
+    fails("--rotate floor 0,0,0 --rotate floor 1,0,0", "--rotate: names floor twice");
     EXPECT_EQ(run("--orbit --rotate column_1 0,90,0"), 2);
     EXPECT_EQ(run("--move floor 1,0,0 --spin-light"), 2);
     EXPECT_EQ(run("--rotate column_1 0,90"), 2);
-    EXPECT_NE(words.find("--rotate: is 0,90; wanted degrees X,Y,Z"), std::string::npos) << words;
+    EXPECT_NE(words.find("--rotate: is 0,90; expected degrees X,Y,Z"), std::string::npos) << words;
     for (const char* path : {"0,0", "0,0,0:", "0,0,nan", "0,0,inf", "0,0,0,0", "0,0,1000001", "0,,0"}) {
         EXPECT_EQ(run(std::string("--move column_1 ") + path), 2) << path;
-        EXPECT_NE(words.find(std::string("--move: is ") + path + "; wanted places X,Y,Z"), std::string::npos)
+        EXPECT_NE(words.find(std::string("--move: is ") + path + "; expected positions X,Y,Z"),
+                  std::string::npos)
             << words;
     }
     fails("--orbit --format exr --movie spin.mp4", "PNG");

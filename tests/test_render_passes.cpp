@@ -50,7 +50,7 @@ struct ReadyScene {
     const PointShading shading{scene, geometry, light, settings};
 };
 
-/// Dark, with highlights: passes that do not depend on the material must not show it.
+/// Returns a dark specular material, which must not affect passes that do not depend on materials.
 Material lacquer() {
     Material material = glossy(30, LobeConvention::povray);
     material.diffuse = Rgb(0.4f, 0.2f, 0.1f);
@@ -58,7 +58,7 @@ Material lacquer() {
     return material;
 }
 
-/// A spot of floor, and what stands over or beside it.
+/// A point of the floor, with objects above or next to it.
 class OverAFloor : public testing::Test {
 protected:
     void put(const Mesh& mesh) {
@@ -84,23 +84,23 @@ TEST_F(OverAFloor, OcclusionIsTheOpenShareWhateverTheLight) {
         }
     };
     expect_open(1, 1e-3);
-    put(sphere_mesh({0, 2, 0}, 1, 40));  // takes the square of its radius over its distance
+    put(sphere_mesh({0, 2, 0}, 1, 40));  // occludes the square of its radius over its distance
     expect_open(0.75, 0.01);
-    put(box_mesh({0.1f, -300, -300}, {0.2f, 300, 300}));  // takes half of what is open
+    put(box_mesh({0.1f, -300, -300}, {0.2f, 300, 300}));  // occludes half of the remainder
     expect_open(0.375, 0.015);
 }
 
 TEST_F(OverAFloor, IrradianceIsThatOfTheLightWhateverTheMaterial) {
-    // 1 + y over the hemisphere, by the cosine: pi + 2 pi / 3.
+    // The cosine-weighted integral of 1 + y over the hemisphere: pi + 2 pi / 3.
     const auto sky = [](const Vec3d& d) { return 1 + d.y; };
     example.scene.environment = environment(sky);
     for (const bool dense : {false, true})
         EXPECT_NEAR(ReadyScene(example.scene).pass(RenderPass::irradiance, dense)[0][0].y, pi * 5 / 3, 0.01);
-    // A wall beside it takes half of it, by symmetry.
+    // A wall next to it halves it, by symmetry.
     put(box_mesh({0.1f, -300, -300}, {0.2f, 300, 300}));
     for (const bool dense : {false, true})
         EXPECT_NEAR(ReadyScene(example.scene).pass(RenderPass::irradiance, dense)[0][0].y, pi * 5 / 6, 0.08);
-    // A sun adds the cosine of its height, unless the wall hides it.
+    // A sun adds the cosine of its angle to the normal, unless the wall occludes it.
     for (const float side : {-1.0f, 1.0f}) {
         example.scene.environment = environment(sky);
         example.scene.environment.suns = {{Vec3f(side * 0.8f, 0.6f, 0), 0.005f, Rgb(1, 2, 4)}};
@@ -113,7 +113,7 @@ TEST_F(OverAFloor, IrradianceIsThatOfTheLightWhateverTheMaterial) {
     }
 }
 
-/// A glossy floor with two stools on it, one of them turned, stretched light and a sun.
+/// Returns a glossy floor with two stools, one of them rotated and scaled, in sky light and a sun.
 ExampleScene& stools() {
     static ExampleScene example;
     if (!example.scene.entities.empty()) return example;
@@ -199,7 +199,7 @@ TEST(RenderPasses, OwnShadowIsTheBakeOfEachInstanceAlone) {
     }
 }
 
-/// At the vertices of meshes that are no entity's.
+/// Passes at the vertices of meshes that belong to no entity.
 TEST(RenderPasses, AreThoseOfOtherMeshesToo) {
     const LitBox lit;
     const std::vector<RadiantMesh> radiant = lit.radiant(11);
@@ -221,7 +221,7 @@ TEST(RenderPasses, AreThoseOfOtherMeshesToo) {
     ShadedScene one = lit.example.scene;
     one.instances = {one.instances[LitBox::floor]};
     const ReadyScene alone(one);
-    // Nothing shades a lone floor: everywhere it is as bright as at its first vertex.
+    // A floor alone is unshadowed: everywhere as bright as at its first vertex.
     for (const Rgb& value : passes[2][LitBox::floor])
         EXPECT_NEAR(value.x, passes[2][LitBox::floor][0].x, 1e-4f);
     EXPECT_GT(passes[2][LitBox::floor].size(), alone.full()[0].size());
@@ -246,7 +246,7 @@ TEST(RenderPasses, AreFittedAsTheRadianceIs) {
         for (std::size_t v = 0; v < full[i].size(); ++v) {
             const Rgb& specular = passes[0][i][v];
             const Rgb& diffuse = passes[1][i][v];
-            // Fitted light is what the fitted parts add up to, wherever none of them is clamped.
+            // Fitted light is the sum of its fitted terms, unless one of them is clamped.
             const bool is_clamped = diffuse.x <= 0 || specular.x <= 0 || passes[2][i][v].x <= 0;
             if (is_clamped) continue;
             different += std::abs(specular.x + diffuse.x - full[i][v].total().x) > 1e-5f;

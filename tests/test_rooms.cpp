@@ -24,7 +24,7 @@ namespace {
 
 enum class Facing : std::uint8_t { outwards, inwards };
 
-/// Meshes of boxes, whose sides share no vertices.
+/// Meshes of boxes whose sides share no vertices.
 class Boxes {
 public:
     Boxes& add(const Vec3f& lower, const Vec3f& upper, Facing facing = Facing::outwards) {
@@ -36,7 +36,7 @@ public:
         mesh = mesh.triangles.empty() ? box : joined_meshes(mesh, box);
         return *this;
     }
-    /// OBJ, without normals: what its faces say.
+    /// Returns an OBJ file without normals, so that faces determine the orientation.
     std::string obj(std::uint32_t first = 0) const {
         std::string text;
         for (const Vec3f& p : mesh.positions) text += fmt::format("v {} {} {}\n", p.x, p.y, p.z);
@@ -54,12 +54,12 @@ Boxes room() {
     return Boxes().add(low, high, Facing::inwards);
 }
 
-/// A room with a block on its floor.
+/// Returns a room with a block on its floor.
 Boxes furnished() {
     return room().add({-0.5f, 0, -0.5f}, {0.5f, 1, 0.5f});
 }
 
-/// A room in the shape of an L, of which the middle of its box is a corner. Faces point inwards.
+/// An L-shaped room: the centre of its bounding box is a corner of the room. Faces point inwards.
 constexpr const char* l_shape =
     "v 0 0 0\nv 6 0 0\nv 6 0 3\nv 3 0 3\nv 3 0 6\nv 0 0 6\n"
     "v 0 3 0\nv 6 3 0\nv 6 3 3\nv 3 3 3\nv 3 3 6\nv 0 3 6\n"
@@ -79,7 +79,7 @@ PreparedMesh prepared(const Mesh& mesh, ClosedFaces faces, std::uint32_t coarse_
     return *prepare_mesh(std::move(imported), {.coarse_triangles = coarse_triangles, .faces = faces});
 }
 
-/// The winding number of a mesh around a point.
+/// Returns the winding number of a mesh around a point.
 double winding(const Mesh& mesh, const Vec3f& point) {
     return winding_number(mesh.positions, mesh.triangles, Vec3d(point));
 }
@@ -135,7 +135,8 @@ TEST(SheetBacks, ARoomWithoutWallsHasThemWhereItIsVisibleFromOutside) {
     const Mesh backs = seen_backs(room().mesh, room().mesh);
     EXPECT_EQ(backs.triangles.size(), 40u) << "all sides but the floor";
     const Mesh nested = furnished().add({1, 0.5f, 1}, {1.5f, 1, 1.5f}, Facing::inwards).mesh;
-    EXPECT_EQ(seen_backs(nested, nested).triangles.size(), 88u) << "and all six sides of the inner room";
+    EXPECT_EQ(seen_backs(nested, nested).triangles.size(), 88u)
+        << "including all six sides of the inner room";
 }
 
 class ImportedRooms : public testing::Test {
@@ -144,7 +145,7 @@ protected:
         write_text(folder / name, text);
         return folder / name;
     }
-    /// Of all entities.
+    /// Returns the value for each entity.
     std::vector<ClosedFaces> faces(const std::vector<std::filesystem::path>& files) {
         const Result<ImportedScene> imported = scene_of_models(files, folder.path(), {});
         EXPECT_TRUE(imported) << imported.error().message();
@@ -161,32 +162,33 @@ TEST_F(ImportedRooms, FaceInwards) {
     constexpr auto outwards = ClosedFaces::outwards, inwards = ClosedFaces::inwards;
     EXPECT_EQ(faces(room()), inwards);
     EXPECT_EQ(faces(furnished()), inwards);
-    EXPECT_EQ(faces(room().add({1, 1, 1}, {1.5f, 2, 1.5f}, Facing::inwards)), inwards) << "a room in a room";
+    EXPECT_EQ(faces(room().add({1, 1, 1}, {1.5f, 2, 1.5f}, Facing::inwards)), inwards)
+        << "a room inside a room";
     Boxes walls;
     walls.add({-2.2f, -0.2f, -2.2f}, {2.2f, 3.2f, 2.2f}).add(low, high, Facing::inwards);
     EXPECT_EQ(faces(walls), inwards) << "walls with a thickness";
     Boxes rooms;
     rooms.add(low, high, Facing::inwards).add({2.1f, 0, -2}, {5, 3, 2}, Facing::inwards);
     rooms.add({3, 1, 0}, {3.5f, 1.5f, 1});
-    EXPECT_EQ(faces(rooms), inwards) << "one of two rooms is furnished";
+    EXPECT_EQ(faces(rooms), inwards) << "one of two rooms contains an object";
 
-    EXPECT_EQ(faces({written("l.obj", l_shape)}).at(0), inwards) << "an empty room in the shape of an L";
+    EXPECT_EQ(faces({written("l.obj", l_shape)}).at(0), inwards) << "an empty L-shaped room";
 
     EXPECT_EQ(faces(Boxes().add(low, high)), outwards) << "a solid";
-    Boxes chair;  // inside out by mistake: no piece of it is a room
+    Boxes chair;  // inside out by mistake: none of its pieces is a room
     chair.add({-0.5f, 1, -0.5f}, {0.5f, 1.1f, 0.5f}, Facing::inwards);
     chair.add({-0.5f, 0, -0.5f}, {-0.4f, 1, -0.4f}, Facing::inwards);
     EXPECT_EQ(faces(chair), outwards);
-    Boxes nested;  // a solid with a part inside
+    Boxes nested;  // a solid inside a solid
     nested.add(low, high).add({-0.5f, 0.5f, -0.5f}, {0.5f, 1, 0.5f});
     EXPECT_EQ(faces(nested), outwards);
-    Boxes lid;  // a box with its lid on
+    Boxes lid;  // a box with a lid
     lid.add(low, high).add({-2, 3, -2}, {2, 3.1f, 2});
     EXPECT_EQ(faces(lid), outwards);
 }
 
 TEST_F(ImportedRooms, TheContentsMayBeInAnotherFile) {
-    Boxes two;  // neither as large as both
+    Boxes two;  // neither is as large as both together
     two.add(low, high, Facing::inwards).add({4, 0, -2}, {7, 3, 2}, Facing::inwards);
     const auto house = written("house.obj", two.obj());
     EXPECT_EQ(faces({house}).at(0), ClosedFaces::outwards);
@@ -208,7 +210,7 @@ TEST_F(ImportedRooms, TheCameraStandsInARoomThatEnclosesEverything) {
     EXPECT_TRUE(contains({low, high}, {scene.camera.target, scene.camera.target}));
     ASSERT_EQ(scene.lamps.size(), 1u) << "nothing else emits light";
     EXPECT_TRUE(contains({low, high}, {scene.lamps[0].position, scene.lamps[0].position}));
-    EXPECT_EQ(scene.entities.size(), 1u) << "no floor below the room's own";
+    EXPECT_EQ(scene.entities.size(), 1u) << "no floor is added below that of the room";
     EXPECT_EQ(inside->warnings.size(), 2u);
 
     const std::filesystem::path solid = written("solid.obj", Boxes().add(low, high).obj());
@@ -228,9 +230,9 @@ TEST_F(ImportedRooms, TheCameraStandsInARoomWithAWindow) {
     EXPECT_TRUE(contains({low, high}, {scene.camera.position, scene.camera.position}));
     EXPECT_TRUE(scene.lamps.empty()) << "the window lets light in";
     EXPECT_TRUE(scene.environment.sky);
-    EXPECT_EQ(scene.entities.size(), 1u) << "no floor below the room's own";
+    EXPECT_EQ(scene.entities.size(), 1u) << "no floor is added below that of the room";
 
-    std::string outwards = with_window;  // a house, whose front is outside
+    std::string outwards = with_window;  // a house whose fronts face outwards
     for (const char* face : {"f 5 8 7 6", "f 1 5 6 2", "f 2 6 7 3", "f 3 7 8 4", "f 4 8 5 1", "f 1 2 10 9",
                              "f 2 3 11 10", "f 3 4 12 11", "f 4 1 9 12"}) {
         std::istringstream numbers(std::string(face).substr(2));
@@ -258,7 +260,7 @@ TEST_F(ImportedRooms, TheCameraStandsInARoomWhoseMiddleIsACorner) {
     EXPECT_TRUE(lamp.x < 3 || lamp.z < 3) << lamp.x << " " << lamp.z;
 }
 
-/// A lamp in a room, and the camera.
+/// A light in a room, and the camera.
 constexpr const char* lit_room = R"(
 [camera]
 position = [1.5, 1.5, 1.5]
@@ -280,7 +282,7 @@ class LitRoom : public ImportedRooms {
 protected:
     struct Baked {
         std::vector<std::string> warnings;
-        /// Radiance at every vertex of the room's inside and of the block, and where that is.
+        /// Positions and radiance of all vertices of the room's inside and of the block.
         std::vector<std::pair<Vec3f, float>> radiance;
     };
     Baked baked(const std::string& obj, const std::string& key) {
@@ -301,7 +303,7 @@ protected:
                 result.radiance.emplace_back(mesh.positions[v], luminance((*radiance)[0][v].total()));
         return result;
     }
-    /// Of the floor.
+    /// Returns the mean over the floor.
     static double mean_of_floor(const Baked& baked) {
         double sum = 0, count = 0;
         for (const auto& [position, radiance] : baked.radiance)
@@ -311,7 +313,7 @@ protected:
 };
 
 TEST_F(LitRoom, IsLitAsWallsThatDoNotMeetAre) {
-    // Six sheets: an open mesh, of which each faces as its normals do.
+    // Six sheets: an open mesh, in which each sheet faces as its normals do.
     const Mesh mesh = room().mesh;
     std::string sheets = room().obj();
     std::string apart, line;
@@ -330,7 +332,7 @@ TEST_F(LitRoom, IsLitAsWallsThatDoNotMeetAre) {
     EXPECT_EQ(closed.warnings, std::vector<std::string>{});
     EXPECT_GT(mean_of_floor(open), 0.01);
     EXPECT_NEAR(mean_of_floor(closed), mean_of_floor(open), 0.03 * mean_of_floor(open))
-        << "but for what comes through the slits";
+        << "except for light through the slits";
 }
 
 TEST_F(LitRoom, IsBlackAsASolidAndTheWarningNamesTheKey) {

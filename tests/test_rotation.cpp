@@ -17,7 +17,7 @@ TEST(Rotation, TurnsCounterClockwiseSeenFromTheTipOfTheAxis) {
     EXPECT_LT((rotation_about({1, 0, 0}, quarter)(Vec3d(0, 1, 0)) - Vec3d(0, 0, 1)).length(), 1e-12);
     EXPECT_LT((rotation_about({0, 3, 0}, quarter)(Vec3d(0, 0, 1)) - Vec3d(1, 0, 0)).length(), 1e-12);
     EXPECT_LT((rotation_about({0, 0, 1}, quarter)(Vec3d(1, 0, 0)) - Vec3d(0, 1, 0)).length(), 1e-12);
-    // A third of a turn about the diagonal exchanges the axes.
+    // A rotation by a third of a turn about the diagonal permutes the axes.
     EXPECT_LT((rotation_about({1, 1, 1}, 2 * pi / 3)(Vec3d(1, 0, 0)) - Vec3d(0, 1, 0)).length(), 1e-12);
 }
 

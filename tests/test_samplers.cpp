@@ -9,7 +9,7 @@
 namespace haarfield {
 namespace {
 
-/// What interpolation makes of a function that is known at the samples.
+/// Interpolates a function between its values at the samples.
 template <class Sampler, class Function>
 double interpolated(const Sampler& sampler, const Vec3f& position, Function f) {
     const Interpolation weights = sampler.interpolation(position);
@@ -19,7 +19,7 @@ double interpolated(const Sampler& sampler, const Vec3f& position, Function f) {
     return value;
 }
 
-/// Smooth, 1 far away, and different in every direction.
+/// A smooth function that is 1 far away and depends on the direction.
 double example(const Vec3f& p) {
     const double r2 = p.dot(p);
     return 1 -
@@ -55,7 +55,7 @@ void expect_weights_add_up(const Sampler& sampler, float height) {
     }
 }
 
-/// Walks along a path in tiny steps: neighbouring values must be near each other.
+/// Follows a path in tiny steps: consecutive values must be close to each other.
 template <class Sampler, class Path>
 void expect_continuous(const Sampler& sampler, Path path, double tolerance) {
     const int steps = 4000;
@@ -98,7 +98,7 @@ TEST(SphericalSampler, IsContinuousAcrossWrapPolesCentreAndTheOuterRadius) {
     const SphericalSampler sampler = spherical_sampler({0, 0, 0}, 1, 4000);
     expect_continuous(
         sampler, [](double t) { return circle(t - 0.5, 2, 0.5); }, 2e-3);
-    // Over the north pole and past it.
+    // Across both poles.
     expect_continuous(
         sampler, [](double t) { return Vec3f(float(2 * t - 1), 2, 0.001f); }, 3e-3);
     expect_continuous(

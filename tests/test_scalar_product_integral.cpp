@@ -18,7 +18,7 @@ using reference::pointers;
 using reference::random_trees;
 using reference::Texels;
 
-/// Visibility-like factors: half planes; products of many of them nearly vanish.
+/// Returns factors similar to visibility: half planes. Products of many of them nearly vanish.
 std::vector<Quadtree> half_plane_trees(std::uint32_t seed, int count, int size, int coefficients) {
     std::vector<Quadtree> trees;
     for (int i = 0; i < count; ++i) {
@@ -28,8 +28,8 @@ std::vector<Quadtree> half_plane_trees(std::uint32_t seed, int count, int size, 
     return trees;
 }
 
-/// Against the mean of the product's absolute value, which is stricter than what the header promises; or
-/// against the promised product of the factors' L2 norms, where the product nearly vanishes.
+/// The scale of errors: the mean of the product's absolute value, which is stricter than the header's
+/// promise, or the promised product of the factors' L2 norms if the product nearly vanishes.
 enum class Scale { product, norms };
 
 void expect_pixel_sum(const std::vector<Quadtree>& trees, int size, int depth, Scale scale) {
@@ -72,7 +72,7 @@ TEST(ScalarProductIntegral, IsExactOnTheLargestFace) {
 }
 
 TEST(ScalarProductIntegral, TreatsNodesAtLevelDepthAsAbsent) {
-    // One wavelet a level on the upper left square: each depth adds exactly one to the square of f.
+    // One wavelet per level on the upper left square: each depth adds exactly one to the square of f.
     Quadtree tree;
     tree.scaling = 1;
     for (std::uint32_t level = 0; level < 3; ++level)
@@ -165,7 +165,8 @@ TEST(ScalarProductIntegral, EqualsThePapersAlgorithmCorrected) {
 }
 
 TEST(ScalarProductIntegral, OfThePaperToTheLetterForgetsTreesThatEndedAbove) {
-    // f ends on the root; g and h go on for two levels, where f's mean of a quadrant has to stay a factor.
+    // f ends on the root. g and h continue for two levels, on which f's mean of a quadrant must stay a
+    // factor.
     Quadtree f{2.0f, {{{0.5f, 0, 0}, 0}}};
     Quadtree g{1.0f, {{{0, 0, 0}, 1 << 4 | 1}, {{0, 0, 0}, 2 << 4 | 1}, {{1.0f, 0, 0}, 0}}};
     const std::vector<const Quadtree*> factors{&f, &g, &g};

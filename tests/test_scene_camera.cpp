@@ -10,7 +10,7 @@
 namespace haarfield {
 namespace {
 
-/// Boxes of any size, each an entity and an instance, prepared as commands prepare them.
+/// Boxes of any size, each an entity and an instance, prepared like those of commands.
 class SceneCamera : public testing::Test {
 protected:
     SceneCamera() {
@@ -18,7 +18,7 @@ protected:
         scene.materials["clay"];
     }
 
-    /// An axis-aligned box, but for how it is placed.
+    /// Adds an axis-aligned box, optionally with a placement.
     void add_box(const Vec3f& lower, const Vec3f& upper, const Placement& placement = {}) {
         Entity entity;
         entity.name = fmt::format("box_{}", scene.entities.size());
@@ -50,10 +50,10 @@ protected:
 
     TestFolder folder;
     Scene scene;
-    std::vector<Vec3f> corners;  ///< Of all boxes, in the world.
+    std::vector<Vec3f> corners;  ///< Corners of all boxes, in the world.
 };
 
-/// A half of the picture's width and height is 1: where a pinhole camera shows a point.
+/// Returns the position of a point in the picture of a pinhole camera, in units of half the width and height.
 std::array<double, 2> place_in_picture(const Camera& camera, const Vec3f& point) {
     const Vec3d forward = (Vec3d(camera.target) - Vec3d(camera.position)).normalized(),
                 right = forward.cross({0, 1, 0}).normalized(), up = right.cross(forward),
@@ -101,7 +101,7 @@ TEST_F(SceneCamera, LooksFromTheFrontRightAndAbove) {
     const Vec3d to_eye = (Vec3d(camera.position) - Vec3d(camera.target)).normalized();
     EXPECT_NEAR(std::atan2(to_eye.x, to_eye.z), 35 * pi / 180, 1e-5);
     EXPECT_NEAR(std::asin(to_eye.y), 25 * pi / 180, 1e-5);
-    // The box is 1.59 m deep along the view, and the target amid it.
+    // The box is 1.59 m deep along the view, with the target at its centre.
     EXPECT_NEAR((Vec3d(camera.target) - Vec3d(3.5, 0.5, 4.5)).dot(to_eye), 0, 1e-5);
 }
 
@@ -111,7 +111,7 @@ TEST_F(SceneCamera, LeavesGroundsOutButNoSmallerSheets) {
     add_box({-20, -0.1f, -20}, {20, 0, 20});
     EXPECT_EQ(found().position, alone.position);
     const auto distance = [](const Camera& camera) { return (camera.position - camera.target).length(); };
-    add_box({-0.4f, -0.01f, 1}, {0.4f, 0, 3});  // a runner: deeper than the box, but not as wide
+    add_box({-0.4f, -0.01f, 1}, {0.4f, 0, 3});  // a rug: deeper than the box, but not as wide
     const Camera with_runner = found();
     EXPECT_GT(distance(with_runner), distance(alone));
     add_box({-3, -0.01f, 1}, {3, 0, 1.4f});  // wider, but not as deep
@@ -156,8 +156,8 @@ TEST_F(SceneCamera, SaysWhichInstancesAreSmallerThanAPixel) {
     scene.camera.position = {0, 0, 6};
     scene.camera.target = {0, 0, 0};
     add_box({-1, -1, -1}, {1, 1, 1}, {{1.5f, 0, 0}, 0.01f});
-    EXPECT_EQ(troubles(), std::vector<std::string>{}) << "some pixels large";
-    add_box({-1, -1, -1}, {1, 1, 1}, {{1.5f, 0, 0}, 0.0001f});  // a hundredth, applied twice
+    EXPECT_EQ(troubles(), std::vector<std::string>{}) << "a few pixels large";
+    add_box({-1, -1, -1}, {1, 1, 1}, {{1.5f, 0, 0}, 0.0001f});  // 1 % in size, applied twice
     add_box({-1, -1, -1}, {1, 1, 1}, {{0, 0, 20}, 0.0001f});    // behind the camera
     EXPECT_EQ(troubles(), (std::vector<std::string>{
                               "smaller than a pixel in the picture: \"box_2\"; is a scale applied twice?"}));
@@ -168,11 +168,11 @@ TEST_F(SceneCamera, SaysThatItSeesNothing) {
     const std::vector<std::string> nothing{"no object is in the picture"};
     scene.camera.position = {0, 2, 0};
     scene.camera.vertical_fov = 0.5f;
-    scene.camera.target = {0, 0, 1};  // on no vertex
+    scene.camera.target = {0, 0, 1};  // not on a vertex
     EXPECT_EQ(troubles(), std::vector<std::string>{});
     scene.camera.target = {0, 3, 1};
     EXPECT_EQ(troubles(), nothing);
-    scene.camera.target = {1, 2, 0};  // as far as the horizon, which the floor does not reach: 0.25 rad below
+    scene.camera.target = {1, 2, 0};  // beyond the floor, towards the horizon: 0.25 rad below
     EXPECT_EQ(troubles(), std::vector<std::string>{});
     scene.camera.vertical_fov = 0.02f;  // 0.04 rad below
     EXPECT_EQ(troubles(), nothing);

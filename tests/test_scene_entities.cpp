@@ -250,7 +250,7 @@ TEST_F(SceneEntitiesTest, SaysOfAMeshOnceWhatWasFound) {
 }
 
 TEST_F(SceneEntitiesTest, WhatRoundingFlattensIsLeftOut) {
-    // A fine step in the middle of a face, which a slanting stretch that flattens makes one place.
+    // A small step in the middle of a face, which an oblique scale flattens to a single point.
     std::ofstream(folder / "box.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1.00001 0.00001 0\n"
                                          "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 5\nf 5 3 4\nf 2 5 4\n";
     scene.entities[0].materials.clear();

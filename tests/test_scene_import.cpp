@@ -24,7 +24,7 @@ protected:
     Result<ImportedScene> imported(const std::filesystem::path& file, const SceneImport& wanted = {}) {
         return scene_of_models({&file, 1}, folder.path(), wanted);
     }
-    /// Written and read again.
+    /// Writes a scene and reads it again.
     Scene read_back(const Scene& scene) {
         const Result<Scene> read =
             read_scene(written("scene.toml", scene_text(scene, folder.path(), "made\nhere")));
@@ -39,7 +39,7 @@ void expect_near(const Vec3f& found, const Vec3f& wanted, float tolerance) {
     for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(found[axis], wanted[axis], tolerance);
 }
 
-/// Where an instance puts a point of its mesh.
+/// Returns the world position of a point of an instance's mesh.
 Vec3d placed(const Instance& instance, const Vec3d& p) {
     return instance.placement.point_to_world(instance.shape(p));
 }
@@ -48,8 +48,8 @@ constexpr const char* two_objects =
     "o left\nv 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\no right\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 5 6 "
     "7\n";
 
-/// A triangle that three nodes place: moved, turned about z and mirrored; below a node that scales by 2; and
-/// a camera that looks down.
+/// A triangle with three placements (translated, rotated about z, mirrored) below a node that scales by 2,
+/// and a camera that points down.
 constexpr const char* nodes_gltf = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,3,4]}],
 "nodes":[{"name":"group","scale":[2,2,2],"children":[1,2]},{"name":"first","mesh":0,"translation":[1,2,3]},
 {"name":"second","mesh":0,"rotation":[0,0,0.7071067811865476,0.7071067811865476]},
@@ -81,7 +81,7 @@ TEST_F(SceneImportTest, NodesBecomeInstancesThatShareEntities) {
     expect_near(ahead, {0, -1, 0}, 1e-5f);
     EXPECT_NEAR(scene.camera.vertical_fov, 0.6, 1e-5);
 
-    // What is written is the same scene, and its parts can be had.
+    // The written file describes the same scene, and its parts can be loaded.
     const Scene again = read_back(scene);
     ASSERT_EQ(again.instances.size(), 3u);
     for (std::size_t i = 0; i < 3; ++i)
@@ -132,7 +132,7 @@ TEST_F(SceneImportTest, TurnsAndScalesAllOfThem) {
     const Result<ImportedScene> upright = imported(file, {.z_up = true, .unit = 0.01});
     ASSERT_TRUE(upright) << upright.error().message();
     expect_near(Vec3f(placed(upright->scene.instances[0], p)), {0.05f, 0.0025f, -0.005f}, 1e-7f);
-    const Result<ImportedScene> sized = imported(file, {.size = 3.0});  // it is 6 units wide
+    const Result<ImportedScene> sized = imported(file, {.size = 3.0});  // the model is 6 units wide
     ASSERT_TRUE(sized) << sized.error().message();
     expect_near(Vec3f(placed(sized->scene.instances[0], p)), Vec3f(p * 0.5), 1e-6f);
 }
@@ -155,7 +155,7 @@ TEST_F(SceneImportTest, TheFloorLiesBelow) {
     EXPECT_LT(floor.lower.x, -1);
     EXPECT_GT(floor.upper.x, 13);
     EXPECT_GT(entities->entities[1]->mesh.original.normals[0].y, 0);
-    // The ground goes on where the floor ends, up to the horizon.
+    // The ground continues from the edge of the floor to the horizon.
     const Mesh ground =
         joined_meshes(entities->entities[2]->mesh.original, entities->entities[3]->mesh.original);
     const Bounds around = mesh_bounds(ground);
@@ -179,12 +179,12 @@ TEST_F(SceneImportTest, TheFloorLiesBelow) {
             longest = std::max(longest, double((fine.positions[b] - fine.positions[a]).length()));
         return longest;
     };
-    EXPECT_LT(spacing(1), 0.02 * 12) << "close vertices below the models";
+    EXPECT_LT(spacing(1), 0.02 * 12) << "vertices are dense below the models";
     EXPECT_LT(spacing(1), 0.5 * spacing(2));
 }
 
 TEST_F(SceneImportTest, TheFloorIsAsBrightAsTheEnvironmentBelowTheHorizon) {
-    // A floor of albedo a under an even radiance L reflects a L.
+    // A floor of albedo a under a uniform radiance L reflects a L.
     const Result<ImportedScene> sky = imported(written("pair.obj", two_objects), {.floor = true});
     ASSERT_TRUE(sky) << sky.error().message();
     EXPECT_EQ(sky->scene.materials.at("floor").diffuse, sky->scene.environment.sky->ground);
@@ -221,11 +221,11 @@ TEST_F(SceneImportTest, ModelsThatOverlapArePlacedSideBySide) {
     expect_near(kept_second, {0, 0, 0}, 0);
     EXPECT_TRUE(warnings.empty());
     written("b.obj", "v 5 0 0\nv 6 0 0\nv 5 1 0\nf 1 2 3\n");
-    EXPECT_EQ(placed_at({}, warnings).second, Vec3f(0, 0, 0)) << "apart from each other already";
+    EXPECT_EQ(placed_at({}, warnings).second, Vec3f(0, 0, 0)) << "they do not overlap";
     EXPECT_TRUE(warnings.empty());
 }
 
-/// A mesh at <1, 2, 3> and a light at <4, 5, 6>, as POV-Ray has them.
+/// Returns a mesh at <1, 2, 3> and a light at <4, 5, 6> in POV-Ray's coordinates.
 std::string povray_file(const std::string& camera) {
     return "camera { location <0, 1, -3> " + camera +
            " }\nlight_source { <4, 5, 6> rgb 1 }\nmesh2 { vertex_vectors { 3, <1, 2, 3>, <2, 2, 3>, "
@@ -255,7 +255,7 @@ TEST_F(SceneImportTest, LeftHandedFilesAreMirrored) {
 }
 
 TEST_F(SceneImportTest, RoomsEncloseModelsInAnyUnit) {
-    // A cube from 10 to 12 along x that faces inwards, and a triangle in it.
+    // A cube from 10 to 12 along x that faces inwards, with a triangle inside.
     const std::vector<std::filesystem::path> files{
         written("room.obj",
                 "v 10 0 0\nv 12 0 0\nv 12 2 0\nv 10 2 0\nv 10 0 2\nv 12 0 2\nv 12 2 2\nv 10 2 2\n"

@@ -12,13 +12,13 @@ namespace {
 
 constexpr int angles = 13;
 
-/// A floor round the origin, of rings of vertices.
+/// Returns a floor around the origin, made of rings of vertices.
 Mesh floor_of_rings(std::span<const float> distances) {
     Mesh mesh;
     const int rings = static_cast<int>(distances.size());
     for (int ring = 0; ring < rings; ++ring)
         for (int angle = 0; angle < angles; ++angle) {
-            // No two rings have their vertices at the same angles.
+            // No two rings have vertices at the same angles.
             const double azimuth = 2 * pi * (angle + 0.381966 * ring) / angles;
             mesh.positions.push_back(
                 Vec3f(Vec3d(std::cos(azimuth), 0, std::sin(azimuth)) * double(distances[std::size_t(ring)])));
@@ -38,7 +38,7 @@ Mesh floor_of_rings(std::span<const float> distances) {
     return mesh;
 }
 
-/// Distances that grow evenly, from 0.05 to 50, and such that grow by a fixed factor, from 1 to 50.
+/// Returns distances with constant steps from 0.05 to 50, and with constant ratios from 1 to 50.
 std::vector<float> distances() {
     std::vector<float> made;
     constexpr int count = 100;
@@ -51,7 +51,7 @@ std::vector<float> distances() {
     return made;
 }
 
-/// An object on a floor that reaches to 50 of its radii, under a clear sky.
+/// An object on a floor that extends to 50 of its radii, under a clear sky.
 class FarFloor {
 public:
     explicit FarFloor(const Mesh& object) {
@@ -66,7 +66,7 @@ public:
     }
 
     /// Expects the bake to be within a hundredth of the dense sum over exact visibility at all but a few of
-    /// the floor's vertices, without those that the object stands on.
+    /// the floor's vertices, except those below the object.
     void expect_right(float elevation, float azimuth, double few = 1e-3) {
         AnalyticSky sky;
         sky.sun_elevation = elevation * float(pi) / 180;
@@ -103,7 +103,7 @@ TEST(ShadowReach, OfAChairHasNoSeams) {
     Mesh chair = read_mesh(HAARFIELD_SOURCE_DIR "/scenes/meshes/chair.obj")->mesh;
     std::ranges::fill(chair.vertex_materials, std::uint16_t(0));
     FarFloor scene(chair);
-    // The sun's few directions show in the penumbrae of the chair's slats.
+    // The sun's few directions are visible in the penumbrae of the chair's slats.
     for (const float elevation : {5.0f, 10.0f, 15.0f}) scene.expect_right(elevation, 30, 2e-3);
 }
 

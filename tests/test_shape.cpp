@@ -143,7 +143,7 @@ TEST(Shape, RefusesWhatFlattensAndWhatIsNoNumber) {
                             diagonal(1e-3, 1e-3, 0.9e-6), diagonal(NAN, 1, 1), diagonal(INFINITY, 1, 1)}) {
         const Result<LinearParts> parts = linear_parts(bad);
         ASSERT_FALSE(parts) << bad[0] << bad[1] << bad[2];
-        EXPECT_NE(parts.error().what.find("wanted by 1e-06 to 1e+06, and the most at most 10000 times"),
+        EXPECT_NE(parts.error().what.find("expected 1e-06 to 1e+06, the largest at most 10000 times"),
                   std::string::npos)
             << parts.error().what;
     }

@@ -16,7 +16,7 @@ Vec3f facing(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
     return (mesh.positions[t[1]] - a).cross(mesh.positions[t[2]] - a).normalized();
 }
 
-/// A box without the side that faces a unit vector along an axis.
+/// Returns a box without the side that faces a unit vector along an axis.
 Mesh open_box(const Vec3f& side) {
     Mesh mesh = box_mesh({0, 0, 0}, {1, 1, 1}, 4);
     std::erase_if(mesh.triangles, [&](const auto& t) { return facing(mesh, t).dot(side) > 0.9f; });
@@ -62,7 +62,8 @@ TEST(SheetBacks, WhatIsSeenThroughHolesHasOne) {
     const Mesh box = open_box({0, -1, 0});
     Mesh blocking = box;
     std::erase_if(blocking.triangles, [&](const auto& t) { return facing(box, t).x > 0.9f; });
-    EXPECT_EQ(haarfield::seen_backs(box, blocking).triangles.size(), 128u) << "opposite, top and both beside";
+    EXPECT_EQ(haarfield::seen_backs(box, blocking).triangles.size(), 128u)
+        << "the opposite, top and adjacent sides";
 }
 
 TEST(SheetBacks, AWallOppositeASmallWindowHasThemEverywhere) {

@@ -22,7 +22,7 @@ double pixel_luminance(const LatLongImage& image, const Vec3d& direction) {
     return double(luminance(image.pixels[std::size_t(row * image.width + column)]));
 }
 
-/// Of a horizontal surface that looks up, by the midpoint rule within pixels.
+/// Returns the irradiance of a horizontal surface that faces up, by the midpoint rule within pixels.
 Vec3d irradiance(const LatLongImage& image, bool upper = true) {
     Vec3d sum(0, 0, 0);
     for (int row = 0; row < image.height; ++row)
@@ -42,10 +42,10 @@ TEST(Sky, GivesAWhiteHorizontalSurfaceALuminanceOfOne) {
         for (const double turbidity : {2.0, 3.0, 10.0})
             for (const int width : {32, 34, 256}) {
                 AnalyticSky sky = sky_at(elevation, turbidity);
-                sky.ground = Rgb(0.0f);  // the row that the horizon halves would mix it in
+                sky.ground = Rgb(0.0f);  // the row that the horizon halves would include it
                 const Vec3d sum = irradiance(sky_image(sky, width));
                 const double outgoing = (0.2126 * sum.x + 0.7152 * sum.y + 0.0722 * sum.z) / pi;
-                // An odd height: the sky in the middle row is spread over all of it.
+                // For an odd height, the sky of the middle row is spread over the whole row.
                 EXPECT_NEAR(outgoing, 1, width == 34 ? 0.05 : 0.002)
                     << "elevation " << elevation << ", turbidity " << turbidity << ", width " << width;
             }
@@ -79,7 +79,7 @@ TEST(Sky, HasItsSunWhereItIsAskedFor) {
 }
 
 TEST(Sky, ShedsTheSameSunWhateverItsSizeAndTheResolution) {
-    // Light that is not the sky's own: the image's irradiance, in units of the zenith's luminance.
+    // The irradiance of the image, including the sun, relative to the luminance of a pixel of the sky.
     const auto relative_irradiance = [](float radius, int width) {
         AnalyticSky sky = sky_at(40);
         sky.sun_angular_radius = radius;
@@ -89,12 +89,12 @@ TEST(Sky, ShedsTheSameSunWhateverItsSizeAndTheResolution) {
     const double expected = relative_irradiance(0.00465f, 512);
     EXPECT_NEAR(relative_irradiance(0.05f, 512), expected, 0.005 * expected);
     EXPECT_NEAR(relative_irradiance(0.00465f, 128), expected, 0.03 * expected);
-    // The sun is there at all: the sky alone sheds some 2 pi.
+    // The sun is included: the irradiance of the sky alone is about 2 pi.
     EXPECT_GT(expected, 3.5 * pi);
 }
 
 TEST(Sky, IsPreethamsModelOnTheMeridianOfTheSun) {
-    // Ratios of luminance, computed from the paper's formulas by hand for turbidity 2 and a sun at 60 degrees
+    // Ratios of luminance, computed by hand from the paper's formulas for turbidity 2 and a sun at 60 degrees
     // from the zenith: Perez's A to E are -1.1056, -0.2833, 5.2797, -2.3359, 0.2363.
     const auto perez = [](double zenith, double gamma) {
         return (1 - 1.1056 * std::exp(-0.2833 / std::cos(zenith))) *

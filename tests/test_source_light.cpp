@@ -11,8 +11,8 @@
 namespace haarfield {
 namespace {
 
-/// Whether a ray meets any triangle of the scene; by Cramer's rule, in double. `margin`: how near to an edge,
-/// or to either end of the ray, the nearest decision was.
+/// Tests whether a ray hits any triangle of the scene, by Cramer's rule in double. `margin`: the distance of
+/// the closest decision from an edge, or from either end of the ray.
 bool meets_a_triangle(const ExampleScene& example, const Vec3d& from, const Vec3d& direction,
                       double& margin) {
     bool meets = false;
@@ -144,8 +144,8 @@ TEST(SourceLight, CastsTheShadowOfThePostWithItsPenumbra) {
         double(sun.direction.y) / std::hypot(double(sun.direction.x), double(sun.direction.z));
     int dark = 0, bright = 0;
     for (std::size_t v = 0; v < floor.positions.size(); ++v) {
-        // Towards the sun the post's axis lies so far ahead, and so far aside. Near the outline, and where
-        // the line of sight passes its top, part of the disc may be seen.
+        // Distances of the post's axis along and across the direction of the sun. Near the outline and the
+        // top, part of the sun's disc may be visible.
         const Vec3d p(floor.positions[v]);
         const double ahead = -p.dot(across), aside = std::abs(p.cross(across).y);
         const bool is_dark = aside < 0.1 && ahead > 0.35 && (ahead + 0.3) * rise < 0.95;

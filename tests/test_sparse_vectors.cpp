@@ -31,7 +31,8 @@ RgbCubemapTree random_rgb_cubemap(std::uint32_t seed, int size) {
     return cubemap;
 }
 
-/// Integral of the product over the unit squares of the faces, by texels; and of its absolute values.
+/// The integral of the product over the unit squares of the faces, by texels, and that of its absolute
+/// values.
 struct PixelIntegral {
     double value = 0, absolute = 0;
 };
@@ -61,7 +62,7 @@ CubemapTree channel_of(const RgbCubemapTree& f, int channel) {
 
 using Coefficients = std::map<std::uint32_t, std::array<float, 3>>;
 
-/// Of three channels; values that are zero are left out.
+/// Returns the non-zero coefficients of three channels.
 Coefficients coefficients(const RgbCubemapTree& f, int size) {
     Coefficients result;
     const DenseCoefficients dense = dense_coefficients(f, size);
@@ -82,7 +83,7 @@ void append(const RgbCubemapTree& f, SparseVectors& to) {
     to.append(indices, values);
 }
 
-/// A row of three channels.
+/// Returns a row of three channels.
 Coefficients row_of(const SparseVectors& vectors, std::size_t row) {
     Coefficients result;
     for (std::size_t i = vectors.first[row * vectors.pages()]; i < vectors.first[(row + 1) * vectors.pages()];
@@ -120,7 +121,7 @@ TEST(CoefficientSum, ClearForgetsEverything) {
     EXPECT_EQ(sum[17], 2);
 }
 
-/// Lighting times a half plane, as a product.
+/// Returns lighting times a half plane, as a product.
 std::vector<WaveletBlock<3>> example_product(std::uint32_t seed, int size) {
     const LightPyramid light(random_rgb_cubemap(seed, size), size);
     const CubemapTree other = random_cubemap(seed + 100, size);
@@ -139,7 +140,7 @@ CoefficientSpectrum example_spectrum() {
     return spectrum;
 }
 
-/// Sum over the coefficients, weighted by example_spectrum.
+/// Returns the sum of energies over the coefficients, weighted by example_spectrum.
 double weighted_energy(const Coefficients& coefficients, int size) {
     const BlockNumbers numbers(size);
     double sum = 0;
@@ -153,7 +154,7 @@ double weighted_energy(const Coefficients& coefficients, int size) {
 
 TEST(ProductPruning, UnprunedRowsAreTheProduct) {
     for (const int size : {8, 32, 64}) {
-        // Of lighting alone, so that the coefficients are known.
+        // Lighting only, so that the coefficients are known.
         const RgbCubemapTree light = random_rgb_cubemap(3, size);
         WalkMemory<float> memory;
         std::vector<WaveletBlock<3>> product;
@@ -214,7 +215,7 @@ TEST(ProductPruning, OfNothingIsEmpty) {
 }
 
 TEST(SparseVectors, KeepWhatTheyAreGivenToHalfPrecision) {
-    for (const int size : {16, 64, 128}) {  // of 128: two pages
+    for (const int size : {16, 64, 128}) {  // for 128: two pages
         SparseVectors vectors(size, 1);
         CoefficientSum sum(size);
         for (std::uint32_t row = 0; row < 5; ++row) {
@@ -258,7 +259,7 @@ TEST(SparseVectors, ValuesAreTheNearestHalfFloats) {
 
 TEST(SparseVectors, InterpolatedInnerProductsAreWeightedSumsOfIntegrals) {
     for (const int size : {16, 128}) {
-        // More functions than there are columns, in turns that keep some of them and exchange others.
+        // More functions than there are columns, in turns that keep some of them and replace others.
         constexpr std::uint32_t function_count = 40, row_count = 300;
         SparseVectorBlocks functions(function_count, size, 1), vectors(row_count, size, 3);
         CoefficientSum sum(size);
@@ -314,7 +315,7 @@ TEST(SparseVectors, SpectraAreTheRootMeanSquaresOfTheLevels) {
         squares += pixel_integral(one, one, 32).value / 3;
     }
     EXPECT_NEAR(energy, squares, 1e-5 * squares);
-    // The mean has a place of its own.
+    // The mean has a separate index.
     CubemapTree constant;
     for (Quadtree& face : constant.faces) face.scaling = 3;
     SparseVectorBlocks one(1, 16, 1);

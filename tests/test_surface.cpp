@@ -25,8 +25,8 @@ TEST(Surface, TakesPhongAsPovraysSpecular) {
     EXPECT_TRUE(surface.is_plain());
 }
 
-/// A highlight's energy under light from the whole sphere, seen along the normal: POV-Ray's lobe has no
-/// cosine, so its albedo is weight * 2 / (n + 1).
+/// A specular lobe's energy under uniform light, viewed along the normal. POV-Ray's lobe has no cosine, so
+/// its albedo is weight * 2 / (n + 1).
 TEST(Surface, MetalsReflectTheirBaseColour) {
     MeshMaterial file;
     file.model = MeshMaterial::Model::metallic;
@@ -47,7 +47,7 @@ TEST(Surface, MetalsReflectTheirBaseColour) {
     EXPECT_EQ(plastic.material.diffuse, file.diffuse);
     EXPECT_FLOAT_EQ(plastic.material.specular.x, 0.04f);
     EXPECT_EQ(plastic.tinted_highlights, 0);
-    file.roughness = 1;  // no highlight to speak of
+    file.roughness = 1;  // hardly any specular reflection
     EXPECT_EQ(surface_of(file).material.specular, Rgb(0.0f));
 }
 
@@ -81,12 +81,12 @@ TEST(Surface, SeenRadianceIsPartedWhereTexturesAre) {
     EXPECT_EQ(seen.over[0], Rgb(0.0f));
     EXPECT_EQ(seen.under[1], Rgb(1.75f));  // 2 - 0.5 + 0.25
     EXPECT_EQ(seen.over[1], Rgb(0.5f));
-    EXPECT_EQ(seen.under[2], Rgb(1.875f));  // a quarter of the highlight is not the image's
+    EXPECT_EQ(seen.under[2], Rgb(1.875f));  // a quarter of the specular term does not depend on the image
     EXPECT_EQ(seen.over[2], Rgb(0.125f));
     EXPECT_EQ(seen.under[3], Rgb(0.5f * 1.5f + 0.5f, 1.5f + 0.5f, 0.25f * 1.5f + 0.5f));
     EXPECT_EQ(seen.over[3], Rgb(0.0f));
 
-    // The parts are those of what is seen past white images.
+    // The terms are those of the same surfaces with white images.
     std::vector<Surface> white = surfaces;
     for (Surface& surface : white) surface.texture = nullptr;
     white[1].emission = Rgb(0.25f);
@@ -98,7 +98,7 @@ TEST(Surface, SeenRadianceIsPartedWhereTexturesAre) {
     EXPECT_EQ(seen_d[1], Rgb(1.75f));
     EXPECT_EQ(seen_d[3], Rgb(0.75f, 1.5f, 0.375f));
     EXPECT_EQ(seen_s[2], Rgb(0.5f));
-    EXPECT_EQ(seen_s[3], Rgb(0.375f, 0.5f, 0.3125f));  // half of it times the colour
+    EXPECT_EQ(seen_s[3], Rgb(0.375f, 0.5f, 0.3125f));  // half of it is multiplied by the colour
     for (std::size_t v = 0; v < 4; ++v) EXPECT_EQ(seen_d[v] + seen_s[v], all[v]) << v;
     EXPECT_EQ(seen_radiance(mesh, surfaces, diffuse).under[1], Rgb(1.75f)) << "images multiply it later";
     EXPECT_EQ(seen_highlights(mesh, surfaces, highlights)[1], Rgb(0.5f));

@@ -27,7 +27,7 @@ TEST(SvgPlot, LogarithmicAxesMakePowersStraightAndPassOverZero) {
     ASSERT_EQ(points.size(), 3u);
     EXPECT_NEAR(points[1].first - points[0].first, points[2].first - points[1].first, 0.11);
     EXPECT_NEAR(points[1].second - points[0].second, points[2].second - points[1].second, 0.11);
-    EXPECT_LT(points[2].second, points[0].second);  // up is less
+    EXPECT_LT(points[2].second, points[0].second);  // smaller y is higher
     EXPECT_NE(svg.find("A &amp; B"), std::string::npos);
     EXPECT_NE(svg.find(">cubic<"), std::string::npos);
     EXPECT_NE(svg.find(">10⁷<"), std::string::npos);

@@ -71,7 +71,7 @@ TEST(TemporaryFile, TakesTargetsWithNamesOfAnyLength) {
     EXPECT_EQ(folder.files(), std::vector<std::string>{longest});
 }
 
-/// Ends a child process by SIGKILL while it holds a temporary file with something in it.
+/// Kills a child process with SIGKILL while it has a non-empty temporary file.
 void leave_behind(const path& target) {
     const pid_t child = fork();
     if (child == 0) {
@@ -94,7 +94,7 @@ TEST(TemporaryFile, WhatAKilledProcessLeftIsRemovedAndNothingElse) {
     leave_behind(folder / "another");
     write_text(folder / "notes.txt", "not ours");
     write_text(folder / "notes.tmp", "nor this");
-    // Of another machine's process: it may be at work, but not since two days ago.
+    // A process of another machine: it may be running, but has not written for two days.
     write_text(folder / "field.0123456789ab-1-1.0.tmp", "new");
     write_text(folder / "field.0123456789ab-1-1.1.tmp", "old");
     std::filesystem::last_write_time(folder / "field.0123456789ab-1-1.1.tmp",
@@ -144,7 +144,7 @@ TEST(TemporaryFile, NoFolderAndAReadOnlyOneAreErrors) {
     std::filesystem::permissions(folder / "folder", std::filesystem::perms(0755));
 
     std::filesystem::create_directory(folder / "target");
-    EXPECT_FALSE(write_whole(folder / "target", "x")) << "a folder has the name";
+    EXPECT_FALSE(write_whole(folder / "target", "x")) << "a directory has this name";
     EXPECT_EQ(folder.files(), (std::vector<std::string>{"folder", "target"}));
 }
 
@@ -158,7 +158,7 @@ TEST(TemporaryFile, FollowsLinksAndRefusesPipes) {
     const auto refused = TemporaryFile::beside(folder / "pipe");
     ASSERT_FALSE(refused);
     EXPECT_NE(refused.error().what.find("a pipe"), std::string::npos) << refused.error().what;
-    EXPECT_EQ(folder.files().size(), 3u) << "nothing is left beside them";
+    EXPECT_EQ(folder.files().size(), 3u) << "no temporary file is left";
 }
 
 }  // namespace

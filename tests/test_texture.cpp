@@ -42,7 +42,7 @@ TEST(Texture, ReadsWhatWasWritten) {
     for (int i = 0; i < 15; ++i) mean += linear_channel(written, i % 5, i / 5, 1) / 15;
     EXPECT_NEAR(read->mean.y, mean, 1e-6);
 
-    // The same, embedded.
+    // Embedded, the result is the same.
     const auto bytes = std::make_shared<const std::string>(text_of(folder / "a.png"));
     const Result<Texture> embedded = read_texture({{"b", {}, bytes}, {}, AlphaMode::blend});
     ASSERT_TRUE(embedded) << embedded.error().message();
@@ -65,7 +65,7 @@ TEST(Texture, AlphaIsWhatItsModeSays) {
     const Texture masked = *read_texture({image, {}, AlphaMode::mask, 0.5f});
     EXPECT_EQ(masked.texels[0][3], 0);
     EXPECT_EQ(masked.texels[1][3], 255);
-    // A map of its own, as large as the image is not: its luminance counts.
+    // A separate map of a different size: its luminance counts.
     Texture map = random_texture(4, 1);
     map.texels = {{0, 0, 0, 255}, {0, 0, 0, 255}, {255, 255, 255, 255}, {255, 255, 255, 255}};
     write_png(map, folder / "map.png");
@@ -82,7 +82,8 @@ TEST(Texture, CutOutsAreFoundWhereTrianglesTouchThem) {
     texture.texels[16 * 3 + 12][3] = 0;  // column 12, row 3 from the top
     const auto at = [](float column, float row) { return Vec2f(column / 16, 1 - row / 16); };
     EXPECT_TRUE(texture.is_cut_out({at(12, 3), at(13, 3), at(12.5f, 4)}));
-    EXPECT_TRUE(texture.is_cut_out({at(11, 2), at(11.6f, 2), at(11.6f, 3)}));  // by bilinear lookup
+    // through bilinear interpolation
+    EXPECT_TRUE(texture.is_cut_out({at(11, 2), at(11.6f, 2), at(11.6f, 3)}));
     EXPECT_FALSE(texture.is_cut_out({at(2, 2), at(5, 2), at(5, 9)}));
     EXPECT_TRUE(texture.is_cut_out(
         {at(12, 3) + Vec2f(5, -7), at(13, 3) + Vec2f(5, -7), at(12.5f, 4) + Vec2f(5, -7)}));

@@ -27,7 +27,7 @@ std::string image_bytes(const std::string& glb, const nlohmann::json& scene, std
     return glb.substr(28 + length + view["byteOffset"].get<std::size_t>(), view["byteLength"]);
 }
 
-/// A square whose triangles are of three materials in turn: of two images, and of none.
+/// Returns a square whose triangles alternate between three materials, two of which have an image.
 Mesh striped_square() {
     const Mesh square = upright_square_mesh(1, 4);
     Mesh mesh;
@@ -53,7 +53,7 @@ protected:
             light.push_back(Rgb(0.3f + 0.2f * mesh.positions[v].x, 0.5f, 0.4f + 0.3f * mesh.positions[v].y));
     }
 
-    /// Of an image in a file of the name, read as a model's.
+    /// Returns the texture of an image file, read like that of a model.
     std::shared_ptr<const Texture> texture(const std::string& name, AlphaMode alpha) {
         Result<Texture> read = read_texture({{name, folder / name, nullptr}, {}, alpha, 0.5f});
         EXPECT_TRUE(read) << read.error().message();
@@ -85,7 +85,7 @@ TEST_F(TexturedGlb, HoldsTheBytesOfImagesAndWhatTheyMultiply) {
         EXPECT_TRUE(material["extensions"].contains("KHR_materials_unlit"));
     EXPECT_FALSE(scene["materials"][0]["pbrMetallicRoughness"].contains("baseColorTexture"));
     EXPECT_FALSE(scene["materials"][1].contains("alphaMode"));
-    EXPECT_EQ(scene["materials"][2]["alphaMode"], "MASK") << "wholly there or not at all";
+    EXPECT_EQ(scene["materials"][2]["alphaMode"], "MASK") << "opacity is 0 or 1";
     ASSERT_EQ(scene["meshes"][1]["primitives"].size(), 3u);
     for (std::size_t p = 0; p < 3; ++p) {
         const nlohmann::json &first = scene["meshes"][0]["primitives"][p],
@@ -95,7 +95,7 @@ TEST_F(TexturedGlb, HoldsTheBytesOfImagesAndWhatTheyMultiply) {
         EXPECT_NE(first["attributes"]["COLOR_0"], first["attributes"]["_RADIANCE"]);
     }
 
-    // As a reader of others has it: the image times the colour is what is seen.
+    // As a third-party reader interprets it: the visible colour is the image times the vertex colour.
     const Result<ModelFile> model = ModelFile::open(folder / "a.glb");
     ASSERT_TRUE(model) << model.error().message();
     const Result<ImportedMesh> back = read_mesh(*model, 0, {.appearance = true});
@@ -145,7 +145,7 @@ TEST_F(TexturedGlb, WritesAnewWhatIsNoFilesOwnImage) {
     EXPECT_EQ(scene["materials"][2]["alphaMode"], "BLEND");
 }
 
-/// Cut off at an alpha, it is no longer the file's.
+/// Alpha that was thresholded differs from the file's.
 TEST_F(TexturedGlb, AnImageOfWhichSomethingWasChangedHasNoBytes) {
     Texture soft = random_texture(6, 6, true);
     for (std::size_t i = 0; i < soft.texels.size(); ++i) soft.texels[i][3] = std::uint8_t(7 * i);
@@ -156,7 +156,7 @@ TEST_F(TexturedGlb, AnImageOfWhichSomethingWasChangedHasNoBytes) {
     EXPECT_TRUE(texture("soft.png", AlphaMode::mask)->has_alpha);
 }
 
-/// What lies over the image is in what it multiplies, so that on the whole as much is seen.
+/// The specular term is part of the factor of the image, so that the mean is preserved.
 TEST_F(TexturedGlb, HighlightsKeepTheirStrengthWhereTheImageIsEven) {
     Texture grey = random_texture(4, 4);
     for (auto& texel : grey.texels) texel = {188, 100, 10, 255};  // 0.5, 0.127 and 0.003
@@ -177,7 +177,7 @@ TEST_F(TexturedGlb, HighlightsKeepTheirStrengthWhereTheImageIsEven) {
         const Rgb seen = back->mesh.colours[v] * shown;
         EXPECT_NEAR(seen.x, under.x * shown.x + 0.05f, 1e-4f);
         EXPECT_NEAR(seen.y, under.y * shown.y + 0.05f, 1e-4f);
-        EXPECT_LT(seen.z, 0.02f) << "a twenty-fifth of the highlight is at most added to black";
+        EXPECT_LT(seen.z, 0.02f) << "at most a twenty-fifth of the specular term is added to black";
         ++checked;
     }
     EXPECT_GT(checked, 20u);

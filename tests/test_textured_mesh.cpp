@@ -17,7 +17,7 @@ namespace {
 
 constexpr int size = 48;
 
-/// A square that fills the picture, the image over it twice across and three times up.
+/// Returns a square that fills the picture, with the image repeated twice across and three times up.
 Mesh mapped_square(int cells) {
     Mesh mesh = upright_square_mesh(1, cells);
     for (const Vec3f& p : mesh.positions) mesh.uvs.emplace_back(p.x + 0.3f, 1.5f * p.y - 0.2f);
@@ -33,7 +33,7 @@ Image picture(const std::filesystem::path& scene) {
     return rendered ? rendered->image : Image{};
 }
 
-/// The point of the square that a pixel's centre sees.
+/// Returns the point of the square at a pixel's centre.
 Vec3d point_at(std::size_t pixel) {
     return {(double(pixel % size) + 0.5) * 2 / size - 1, 1 - (double(pixel / size) + 0.5) * 2 / size, 0};
 }
@@ -42,7 +42,7 @@ double image_channel(const Texture& texture, const Vec3d& p, std::size_t channel
     return bilinear_channel(texture, p.x + 0.3, 1.5 * p.y - 0.2, channel);
 }
 
-/// Light that is linear in the plane, so that interpolation over triangles does not err.
+/// Light that is linear in the plane, so that interpolation over triangles is exact.
 struct LinearLight {
     Rgb at(const Vec3d& p) const { return Rgb(Vec3f(Vec3d(1.5 + p.x, 1.2 - p.y, 0.8 + 0.3 * p.y))); }
     std::vector<Rgb> of(const Mesh& mesh, float times) const {
@@ -80,14 +80,14 @@ TEST_F(TexturedMesh, PovrayMultipliesTheImageWithTheLight) {
             for (std::size_t c = 0; c < 3; ++c) {
                 const double here = double(light.at(p)[int(c)]),
                              expected = here * image_channel(*texture, p, c) + (shines ? 0.2 * here : 0);
-                // 0.1 %, and the half floats of the picture.
+                // 0.1 %, and the rounding of the picture to half floats.
                 ASSERT_NEAR(image.pixels[i][int(c)], expected, 1e-3 * expected + 2e-5) << i << ", " << shines;
             }
         }
     }
 }
 
-/// As meshes of more than a million vertices have it.
+/// As used for meshes of more than a million vertices.
 TEST_F(TexturedMesh, PovrayMultipliesTheImageWithLightThatLiesInOne) {
     const std::vector<Rgb> under = light.of(mesh, 1), over = light.of(mesh, 0.2f);
     for (const bool has_image : {false, true})
@@ -117,7 +117,7 @@ TEST_F(TexturedMesh, PovrayMultipliesTheImageWithLightThatLiesInOne) {
                                  expected = !has_image ? here
                                                        : here * image_channel(*texture, p, c) +
                                                              (shines ? 0.2 * here : 0);
-                    // 0.1 %; and where in the image that is, to 16 bits: texels differ by up to 1.
+                    // 0.1 %, and positions in the image with 16 bits: texels differ by up to 1.
                     ASSERT_NEAR(image.pixels[i][int(c)], expected, 1e-3 * expected + 4e-4)
                         << i << ", " << has_image << ", " << shines;
                 }
@@ -141,7 +141,7 @@ TEST_F(TexturedMesh, LightLiesInImagesWhereSixteenBitsTellThePlaceInTheImage) {
     const std::uint32_t far = wide.triangles[0][1];
     wide.uvs[far] *= 2000;
     const haarfield::TexturedMesh mixed = made(wide);
-    ASSERT_TRUE(mixed.mapped) << "but not of the triangles at one vertex";
+    ASSERT_TRUE(mixed.mapped) << "but not for triangles that share a vertex";
     EXPECT_GT(mixed.textures, 1u);
 }
 
@@ -166,7 +166,7 @@ TEST_F(TexturedMesh, ThePreviewShowsTheSame) {
     const std::vector<Rgb> under = light.of(mesh, 1), over = light.of(mesh, 0.2f);
     const BakedInstance instance{"", &mesh, {}, under, over, surfaces};
     const auto points = Preview().points(camera, {&instance, 1});
-    Camera fine = camera;  // so fine that no pixel differs from its neighbours, and has one ray
+    Camera fine = camera;  // so fine that pixels equal their neighbours and have one ray each
     fine.vertical_fov = camera.vertical_fov / 200;
     const Image image = Preview().draw(fine, {&instance, 1}, [](const Vec3f&) { return Rgb(0.0f); });
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
@@ -183,7 +183,7 @@ TEST_F(TexturedMesh, WhereTheImageIsNotOpaqueThereIsNoSurface) {
     for (auto& texel : holed.texels) texel = {255, 255, 255, 255};
     holed.texels[5][3] = 0;
     surfaces[0].texture = std::make_shared<const Texture>(holed);
-    // POV-Ray takes what is brighter than 1 for more opaque.
+    // POV-Ray treats values above 1 as more opaque.
     const std::vector<Rgb> under = light.of(mesh, 0.25f), over = light.of(mesh, 0.125f);
     const BakedInstance instance{"square", &mesh, {}, under, over, surfaces};
     const Result<BakedFiles> files = write_baked_scene(folder.path(), "baked", camera, {&instance, 1}, {});
@@ -210,7 +210,7 @@ TEST_F(TexturedMesh, WhereTheImageIsNotOpaqueThereIsNoSurface) {
     }
 }
 
-/// Also behind a sheet whose two sides are nearer to each other than POV-Ray can tell.
+/// Also behind a sheet whose sides are closer to each other than POV-Ray can distinguish.
 TEST_F(TexturedMesh, WhatIsBehindTheHolesOfASheetIsSeen) {
     Texture holed = random_texture(4, 4, true);
     for (std::size_t i = 0; i < holed.texels.size(); ++i) holed.texels[i][3] = i % 4 < 2 ? 255 : 0;
@@ -245,7 +245,7 @@ TEST_F(TexturedMesh, WhatIsBehindTheHolesOfASheetIsSeen) {
     EXPECT_GT(on_sheet, 10u);
 }
 
-/// Under light from everywhere a matte square has the radiance of its albedo.
+/// Under uniform light, the radiance of a diffuse square is its albedo.
 TEST_F(TexturedMesh, TheReferenceShowsImageColoursAndEmission) {
     Mesh coloured = mesh;
     for (const Vec3f& p : mesh.positions) coloured.colours.emplace_back(0.5f + 0.4f * p.x, 1.0f, 0.7f);
@@ -263,7 +263,7 @@ TEST_F(TexturedMesh, TheReferenceShowsImageColoursAndEmission) {
             EXPECT_TRUE(files->warnings.empty());
             const Image image = picture(files->scene);
             ASSERT_EQ(image.pixels.size(), std::size_t(size * size));
-            double worst = 0, level = 0;  // of the lights, all over the picture
+            double worst = 0, level = 0;  // of the lights, over the whole picture
             for (std::size_t i = 0; i < image.pixels.size(); ++i) {
                 const Vec3d p = point_at(i);
                 const Vec3d colour = has_colours ? Vec3d(0.5 + 0.4 * p.x, 1, 0.7) : Vec3d(1.0);
@@ -280,7 +280,7 @@ TEST_F(TexturedMesh, TheReferenceShowsImageColoursAndEmission) {
         }
 }
 
-/// The picture of a metal is that of its highlights without an image, tinted at each pixel.
+/// The picture of a metal is that of its specular term without an image, multiplied by a tint at each pixel.
 TEST_F(TexturedMesh, TheReferenceTintsTheHighlightsOfMetalsByImages) {
     Mesh coloured = mesh;
     for (const Vec3f& p : mesh.positions) coloured.colours.emplace_back(0.5f + 0.4f * p.x, 1.0f, 0.7f);
@@ -329,7 +329,7 @@ TEST_F(TexturedMesh, TheReferenceTintsTheHighlightsOfMetalsByImages) {
             }
 }
 
-/// In front of nothing: what is seen is as opaque as the image.
+/// On an empty background, the picture's opacity is that of the image.
 TEST_F(TexturedMesh, TheReferenceHasTheHolesOfItsImages) {
     Texture holed = random_texture(4, 4, true);
     holed.texels[5][3] = 0;
@@ -356,7 +356,7 @@ TEST_F(TexturedMesh, TheReferenceHasTheHolesOfItsImages) {
     }
 }
 
-/// Nor does a highlight shine where there is nothing, as it would on glass.
+/// Holes have no specular reflection either, unlike glass.
 TEST_F(TexturedMesh, TheReferenceHasNoHighlightsInHoles) {
     Texture holed = random_texture(4, 4, true);
     holed.texels[5][3] = 0;
@@ -391,7 +391,7 @@ TEST_F(TexturedMesh, TheReferenceHasNoHighlightsInHoles) {
                 highlight = std::max(highlight, expected);
             }
         }
-        EXPECT_GT(highlight, 0.3);  // far above the 0.2 of what is diffuse
+        EXPECT_GT(highlight, 0.3);  // far above the diffuse radiance of 0.2
     }
 }
 

@@ -12,13 +12,13 @@ Mesh floor_mesh() {
     return square_mesh(5, 0, 6);
 }
 
-/// Without symmetry, with a part inside another one.
+/// Returns an asymmetric mesh, with one part inside another.
 Mesh stool_mesh() {
     return joined_meshes(box_mesh({-0.4f, 0.3f, -0.2f}, {0.3f, 0.5f, 0.3f}, 2),
                          box_mesh({0.1f, 0, 0}, {0.25f, 0.4f, 0.15f}, 2));
 }
 
-/// The scene as it is written, and for oracles the same with turned meshes instead of turned instances.
+/// The scene, and for oracles the same scene with rotated meshes instead of rotated instances.
 struct TurnedScene {
     ExampleScene turned, plain;
 
@@ -121,11 +121,11 @@ TEST(TurnedInstances, FramesFollowWhatVaries) {
     ASSERT_TRUE(session.vary_eye());
     session.set_eye({-3, 1, 1});
     expect_frame_as_commit("eye", 0.012);
-    // By samples round it, which lie far apart here.
+    // By the samples around it, which are far apart here.
     ASSERT_TRUE(session.vary_instance(2));
     session.place(2, {{-1.2f, 0.5f, 0.5f}, 1.2f, session.instances()[2].placement.rotate});
     expect_frame_as_commit("a turned instance", 0.04);
-    // Of so few triangles that its field has no samples.
+    // With so few triangles that its field has no samples.
     RelightSession cones(scenes().turned.scene, settings(1000), {0.003f});
     ASSERT_TRUE(cones.vary_instance(3));
     cones.place(3, {{0.7f, 0.1f, -0.9f}, 0.7f});

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int size = VertexExample::size;
 
-/// Relative to what the BRDF reflects without any occluder, some `reflected`.
+/// Compares radiance relative to the unoccluded reflected radiance, about `reflected`.
 void expect_near(const Rgb& found, const Vec3d& wanted, double reflected, double tolerance) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], wanted[c], tolerance * reflected);
 }
@@ -40,7 +40,7 @@ TEST(VertexShading, DiffuseEqualsTheSumOverTexels) {
 }
 
 TEST(VertexShading, ConcentratedLightMeetsTheCosineThatItHas) {
-    // A texel in a corner of its block of 4 x 4, on each face: the cosine in the middle is another one.
+    // A texel in a corner of its block of 4 x 4, on each face: the cosine at the block's centre differs.
     RgbCubemapTree light;
     for (RgbQuadtree& face : light.faces) {
         std::vector<Rgb> texels(size * size, Rgb(0.0f));
@@ -84,7 +84,7 @@ TEST(VertexShading, HighlightsEqualTheSumOverTexels) {
             }
 }
 
-/// Relative to what the lobe reflects where the eye is above.
+/// Relative to the reflected radiance if the eye is above the surface.
 TEST(VertexShading, BlinnHighlightsEqualTheSumOverTexels) {
     std::mt19937 random(12);
     const VertexExample example(7);
@@ -208,7 +208,7 @@ TEST(VertexShading, ComponentsAreThoseOfVerticesWithOneTermAlone) {
     }
 }
 
-/// By index (sparse_vectors.h), of an RGB product.
+/// Returns the coefficients of an RGB product by index (sparse_vectors.h).
 std::map<std::uint32_t, Vec3d> coefficients_of(const std::vector<WaveletBlock<3>>& product) {
     std::map<std::uint32_t, Vec3d> result;
     const BlockNumbers numbers(size);
@@ -256,7 +256,7 @@ TEST(RadianceIntegrand, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
                     const Vec3d difference = wanted - (found == blurred.end() ? Vec3d(0.0) : found->second);
                     const double weight = double(
                         spectrum[spectrum_place(level_of_block(BlockNumbers(size), index / 16), index % 16)]);
-                    // Blocks above keep their coefficients, but for the rounding of means to bytes.
+                    // Blocks above keep their coefficients, except for the rounding of means to bytes.
                     if (found == blurred.end())
                         missing += difference.dot(difference) * weight * weight;
                     else
@@ -272,7 +272,7 @@ TEST(RadianceIntegrand, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
     EXPECT_GT(fewer, 60);
 }
 
-/// Where nothing but the light varies, and that in one channel, there is nothing to estimate.
+/// If only one channel of the light varies, the bound is exact.
 TEST(RadianceIntegrand, TheBoundOfWhatIsBlurredIsTightForLightAlone) {
     RgbCubemapTree tree;
     for (std::uint32_t face = 0; face < cubemap_faces; ++face) {
@@ -293,7 +293,7 @@ TEST(RadianceIntegrand, TheBoundOfWhatIsBlurredIsTightForLightAlone) {
     spectrum.fill(1);
     radiance_integrand(light, {directions, brdf, {}, full_depth}, memory, product);
     const auto whole = coefficients_of(product);
-    // The cells of one level: in larger ones the horizon is uncertain.
+    // The cells of one level: in larger ones, the horizon is uncertain.
     const DetailWeights detail = detail_weights(spectrum, 3e-4);
     const double bound =
         radiance_integrand(light, {directions, brdf, {}, full_depth}, memory, product, &detail);

@@ -30,7 +30,7 @@ TEST(ViewDesign, StepsAreTakenBackAndDoneAgain) {
     EXPECT_TRUE(history.redo());
     EXPECT_FALSE(history.redo());
     EXPECT_EQ(history.now().scene.instances[1].placement.translate.x, 2);
-    // A new step ends what could be done again.
+    // A new step clears the redo history.
     EXPECT_TRUE(history.undo());
     ASSERT_TRUE(bool(history.make(SetExposure{1.0f}, 0)));
     EXPECT_FALSE(history.can_redo());
@@ -97,7 +97,7 @@ TEST(ViewDesign, CopiesHaveNamesAndIdsOfTheirOwn) {
     EXPECT_EQ(history.now().ids.back(), 4u);
     ASSERT_TRUE(bool(history.make(DeleteObject{4}, 0)));
     ASSERT_TRUE(bool(history.make(CloneObject{2}, 0)));
-    EXPECT_EQ(history.now().ids.back(), 5u);  // 4 may come back
+    EXPECT_EQ(history.now().ids.back(), 5u);  // 4 may be restored
     EXPECT_TRUE(history.undo());
     EXPECT_TRUE(history.undo());
     EXPECT_EQ(history.now().ids.back(), 4u);

@@ -51,14 +51,15 @@ TEST(ViewJob, GoesOnForWhatChangesNoColours) {
     const Vec3f eye(3, 2, 1);
     for (const What what : {What::vectors, What::likely, What::shade, What::recommit, What::commit}) {
         const ViewJob job{what, {Of::object, 2}};
-        // The window alone, with the roundings of a page; and any place, where there are no highlights.
+        // A change of the window only, with a page's rounding errors; and any eye position if there is no
+        // specular term.
         EXPECT_FALSE(job_ends_for(job, look_from(eye * 1.0000001f), eye)) << int(what);
         EXPECT_FALSE(job_ends_for(job, look_from({0, 1, 5}), std::nullopt)) << int(what);
         for (const Content& content :
              {Content(Select{}), Content(Save{}), Content(Steer{}), Content(Shown{1})})
             EXPECT_FALSE(job_ends_for(job, content, eye)) << int(what);
     }
-    // Frames are quicker than it would be to begin anew.
+    // A frame takes less time than restarting the job.
     EXPECT_FALSE(job_ends_for({What::frame, {Of::light, 0}}, moved(2), eye));
     EXPECT_FALSE(job_ends_for({}, moved(2), eye));
 }

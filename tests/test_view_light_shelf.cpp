@@ -8,7 +8,7 @@
 namespace haarfield {
 namespace {
 
-/// A shelf with a sky, and an image of 4 x 2 pixels as the bytes of a file.
+/// A shelf with a sky and an image of 4 x 2 pixels, as the bytes of a file.
 struct Shelf {
     Shelf() : shelf(sky(), "", folder / "lights") {}
 
@@ -25,7 +25,7 @@ struct Shelf {
         return text_of(file);
     }
 
-    /// The name that the shelf gives; empty if it refuses.
+    /// Adds a light. Returns its name, or an empty string if the shelf rejects it.
     std::string added(std::string_view name, std::string_view bytes) {
         const Result<std::string> result = shelf.add(name, bytes);
         return result ? *result : "";

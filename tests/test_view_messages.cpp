@@ -29,17 +29,17 @@ TEST(ViewMessages, BrokenOnesSayWhatWasWanted) {
              {"[]", "no JSON object"},
              {"{\"type\":\"undo\"", "no JSON object"},
              {"{}", "type is missing"},
-             {R"({"type":"dance"})", "type is not as wanted"},
-             {R"({"type":"undo","often":3})", "not known here: often"},
-             {R"({"type":"undo","number":-1})", "number is not as wanted"},
-             {R"({"type":"undo","number":4294967296})", "number is not as wanted"},
+             {R"({"type":"dance"})", "type is unknown"},
+             {R"({"type":"undo","often":3})", "unknown key: often"},
+             {R"({"type":"undo","number":-1})", "number is invalid"},
+             {R"({"type":"undo","number":4294967296})", "number is invalid"},
              {R"({"type":"place","object":1})", "at least one of"},
-             {R"({"type":"place","object":1,"scale":0})", "scale is not as wanted"},
-             {R"({"type":"place","object":1,"translate":[1,2]})", "translate is not as wanted: 3 numbers"},
-             {R"({"type":"place","object":1,"translate":[1,2,1e300]})", "translate is not as wanted"},
+             {R"({"type":"place","object":1,"scale":0})", "scale is invalid"},
+             {R"({"type":"place","object":1,"translate":[1,2]})", "translate is invalid; expected 3 numbers"},
+             {R"({"type":"place","object":1,"translate":[1,2,1e300]})", "translate is invalid"},
              {R"({"type":"place","object":1,"rotation":[0,0,0,0]})", "a quaternion of some length"},
-             {R"({"type":"mix","share":1.01})", "share is not as wanted"},
-             {R"({"type":"exposure","stops":"much"})", "stops is not as wanted"},
+             {R"({"type":"mix","share":1.01})", "share is invalid"},
+             {R"({"type":"exposure","stops":"much"})", "stops is invalid"},
              {R"({"type":"material","name":"oak","pigment":[1,1,1]})", "finish is missing"},
              {R"({"type":"material","name":"oak","pigment":[1,1,1],"finish":{"shine":1}})", "finish.shine"},
              {R"({"type":"look","position":[0,0,0],"target":[0,0,0],"vertical_fov":40,"width":8,"height":6})",
@@ -84,7 +84,7 @@ TEST(ViewMessages, WhatIsWrongCanBeToldWhateverTheKey) {
         ASSERT_FALSE(bool(message));
         const std::string answer = message_text({{"type", "error"}, {"message", message.error().what}});
         EXPECT_TRUE(nlohmann::json::accept(answer)) << letters << " letters: " << answer;
-        EXPECT_NE(answer.find("not known here: " + key.substr(0, std::min<std::size_t>(letters, 40))),
+        EXPECT_NE(answer.find("unknown key: " + key.substr(0, std::min<std::size_t>(letters, 40))),
                   std::string::npos)
             << answer;
     }

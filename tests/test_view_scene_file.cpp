@@ -99,7 +99,7 @@ TEST(ViewSceneFile, WritesOverNoOther) {
     SceneFile file(opened.folder / "room.toml");
     const Result<SavedScene> over = file.save(opened.scene, "other");
     ASSERT_FALSE(bool(over));
-    EXPECT_NE(over.error().message().find("other.toml: is there already"), std::string::npos);
+    EXPECT_NE(over.error().message().find("other.toml: exists already"), std::string::npos);
     EXPECT_EQ(text_of(opened.folder / "other.toml"), plain_scene);
     for (const char* name : {"../outside", ".hidden", "-o"}) {
         const std::vector<std::string> files = opened.folder.files();

@@ -26,7 +26,7 @@ using Socket = beast::websocket::stream<tcp::socket>;
 
 constexpr std::size_t upload_limit = 100000;
 
-/// A server whose site says what it was asked.
+/// A server whose site records requests.
 class Served {
 public:
     Served() : server_(listening()), thread_([this](const std::stop_token& stop) { run(stop); }) {
@@ -63,7 +63,7 @@ public:
         return response;
     }
 
-    /// Nothing if the server refuses.
+    /// Opens a session; null if the server rejects it.
     std::unique_ptr<Socket> session(const std::string& origin, const std::string& path) {
         auto socket = std::make_unique<Socket>(connection());
         socket->set_option(
@@ -76,13 +76,13 @@ public:
         return socket;
     }
 
-    /// Waits until so many texts were received; these.
+    /// Waits for `count` texts and returns them.
     std::vector<std::string> received(std::size_t count) {
         std::unique_lock lock(mutex_);
         changed_.wait_for(lock, std::chrono::seconds(20), [&] { return texts_.size() >= count; });
         return texts_;
     }
-    /// Waits until a page has joined; the last one.
+    /// Waits for a page to join. Returns the last one.
     std::uint64_t joined() {
         std::unique_lock lock(mutex_);
         changed_.wait_for(lock, std::chrono::seconds(20), [&] { return page_ != 0; });
@@ -214,7 +214,7 @@ TEST(ViewServer, LimitsMessagesUploadsAndPages) {
         ASSERT_NE(sockets.back(), nullptr);
     }
     EXPECT_EQ(served.session("", served.base() + "session"), nullptr);
-    // What is too long ends the connection, and makes room for another page.
+    // A message that is too long closes the connection, which allows another page to connect.
     sockets[0]->write(boost::asio::buffer(std::string(1001, 'x')));
     beast::flat_buffer buffer;
     boost::system::error_code failure;
@@ -237,7 +237,7 @@ TEST(ViewServer, ASlowPageGetsFewerFramesAndTheNewest) {
     show(2);
     EXPECT_EQ(text_from(*socket), "frame 2");
     for (int number = 3; number <= 100; ++number) show(number);
-    // The text comes after all frames that may be sent.
+    // The text follows all frames that may be sent.
     served.server().tell(page, "end");
     EXPECT_EQ(text_from(*socket), "end");
     served.server().shown(page);

@@ -19,10 +19,10 @@ namespace {
 
 constexpr auto patience = std::chrono::seconds(60);
 
-/// A chair on a floor under a sky, and pages that write down what they are told.
+/// A session with a chair on a floor under a sky, and pages that record what they receive.
 class OpenedSession {
 public:
-    /// more  tables that the scene has besides.
+    /// Opens a session. more: additional tables of the scene file.
     explicit OpenedSession(const std::string& more = "") {
         write_text(folder_ / "room.toml",
                    "[camera]\nposition = [1.3, 1.2, 1.9]\ntarget = [0, 0.4, 0]\n"
@@ -55,14 +55,14 @@ public:
     const Scene& scene() const { return scene_; }
     const RenderSettings& render() const { return settings_.render; }
 
-    /// Sends a message with a number that has not been used.
+    /// Sends a message with an unused number.
     std::uint32_t send(PageId page, nlohmann::json message) {
         message["number"] = ++number_;
         session_->receive(page, message.dump());
         return number_;
     }
 
-    /// Waits for an exact frame that shows a message; it, or null.
+    /// Waits for an exact frame that shows a message. Returns it, or null.
     SharedBytes exact(std::uint32_t message = 0) {
         std::unique_lock lock(mutex_);
         const auto is_there = [&] {
@@ -72,7 +72,7 @@ public:
         return changed_.wait_for(lock, patience, is_there) ? frame_ : nullptr;
     }
 
-    /// Waits for a text that a page, or all, were told; null if none comes.
+    /// Waits for a text to a page, or to all pages. Returns it, or null if none arrives.
     template <class Fits>
     nlohmann::json told(const Fits& fits) {
         std::unique_lock lock(mutex_);
@@ -118,10 +118,10 @@ private:
     std::condition_variable changed_;
     std::vector<std::pair<PageId, nlohmann::json>> texts_;
     SharedBytes frame_;
-    std::optional<ViewSession> session_;  ///< The last: it tells all of the above.
+    std::optional<ViewSession> session_;  ///< Last member, because it calls all of the above.
 };
 
-/// Colours behind a frame's head: two objects, plain.
+/// Returns the colours after a frame's header: two objects, uncompressed.
 std::string colours_of(const std::string& frame) {
     return frame.substr(24);
 }
@@ -193,7 +193,7 @@ TEST(ViewSession, BrokenAndStrangersMessagesChangeNothing) {
         R"({"type":"delete","object":1})"};
     for (int i = 0; i < 10000; ++i) {
         std::string text = texts[std::size_t(i) % texts.size()];
-        // Page 2 does not steer, and may say what it likes; what page 1 says is broken.
+        // Page 2 does not steer and may send anything; messages of page 1 are damaged.
         if (i % 2 == 0) {
             text.resize(random() % text.size());
         } else {
@@ -202,7 +202,7 @@ TEST(ViewSession, BrokenAndStrangersMessagesChangeNothing) {
         opened.session().receive(i % 2 == 0 ? 1 : 2, text);
     }
     EXPECT_TRUE(opened.told([](PageId page, const nlohmann::json&) { return page == 2; }).is_object());
-    // An object, a light and a material that are not there.
+    // An object, a light and a material that do not exist.
     for (const nlohmann::json& message : {nlohmann::json{{"type", "place"}, {"object", 9}, {"scale", 2}},
                                           {{"type", "light"}, {"light", "../../etc/passwd"}},
                                           {{"type", "material"}, {"name", "gold"}}}) {
@@ -214,7 +214,7 @@ TEST(ViewSession, BrokenAndStrangersMessagesChangeNothing) {
                         .is_object());
     }
     EXPECT_GE(opened.errors(), 10003u);
-    // Messages that cannot be read are named, too.
+    // Errors about invalid messages contain their numbers, too.
     const std::uint32_t number = opened.send(1, {{"type", "mix"}, {"share", 2}});
     EXPECT_TRUE(opened
                     .told([&](PageId page, const nlohmann::json& text) {
@@ -222,7 +222,7 @@ TEST(ViewSession, BrokenAndStrangersMessagesChangeNothing) {
                                text.value("about", "") == "mix";
                     })
                     .is_object());
-    // A page that joins is told of a scene as it was.
+    // A page that joins receives the unmodified scene.
     opened.session().join(3);
     const nlohmann::json scene = opened.told(
         [](PageId page, const nlohmann::json& text) { return page == 3 && text["type"] == "scene"; });
@@ -261,7 +261,7 @@ TEST(ViewSession, AnOrbitIsTakenBackInOneStep) {
                                {"width", 640},
                                {"height", 480}});
     };
-    // The window alone is no step, whatever the roundings.
+    // A change of the window only is not a step, with any rounding errors.
     look(double(eye.x) * (1 + 1e-7), 1);
     for (const double x : {1.0, 0.5, -0.5}) look(x, 2);
     const SharedBytes there = opened.exact(look(-1.2, 2));
@@ -293,9 +293,9 @@ TEST(ViewSession, ExposureScalesTheColours) {
     }
 }
 
-/// Colours of the first object at rest, by the session and by the renderer.
+/// Compares the colours of the first object between the session and the renderer.
 ///
-/// glow  of all of its surfaces.
+/// glow  emission of all of its surfaces.
 double largest_difference_to_bake(OpenedSession& opened, const SharedBytes& frame, const Scene& scene,
                                   const Rgb& glow = Rgb(0.0f)) {
     const Result<SceneColours> radiance = baked(opened, scene);
@@ -373,7 +373,7 @@ TEST(ViewSession, ThePartOfAModelGetsAMaterialThatCanBeEdited) {
     for (int step = 0; step < 2; ++step) frame = opened.exact(opened.send(1, {{"type", "undo"}}));
     ASSERT_TRUE(frame);
     EXPECT_EQ(colours_of(*frame), colours_of(*before));
-    // A part that has a material of the scene keeps it.
+    // A part with a material of the scene keeps it.
     opened.send(1, {{"type", "own_material"}, {"object", 1}, {"part", 0}});
     EXPECT_TRUE(opened
                     .told([](PageId, const nlohmann::json& text) {
@@ -405,7 +405,7 @@ TEST(ViewSession, ExposureDoesNotChangeLamps) {
     ASSERT_TRUE(frame);
     scene.environment.exposure = -2.0f;
     EXPECT_LT(largest_difference_to_bake(opened, frame, scene), 2e-3);
-    // What the lamp looks like comes back, and casts no shadow of it, as before.
+    // The shape of the light (looks_like) is restored, and does not shadow it, as before.
     ASSERT_TRUE(opened.exact(opened.send(1, {{"type", "delete"}, {"object", 2}})));
     frame = opened.exact(opened.send(1, {{"type", "undo"}}));
     ASSERT_TRUE(frame);

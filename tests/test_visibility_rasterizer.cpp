@@ -16,7 +16,7 @@
 namespace haarfield {
 namespace {
 
-/// u turns round the axis y, v round the tube.
+/// Returns a torus: u rotates about the axis y, v around the tube.
 Mesh torus_mesh(float major, float minor, int segments) {
     Mesh mesh;
     const auto vertex = [&](int i, int j) {
@@ -34,7 +34,7 @@ Mesh torus_mesh(float major, float minor, int segments) {
     return mesh;
 }
 
-/// A sphere without the triangles that reach below its middle.
+/// Returns a sphere without the triangles that extend below its centre.
 Mesh hemisphere_mesh(float radius, int segments) {
     Mesh mesh = sphere_mesh({0, 0, 0}, radius, segments);
     std::erase_if(mesh.triangles, [&](const auto& t) {
@@ -62,14 +62,14 @@ Mesh turned_round(Mesh mesh) {
     return mesh;
 }
 
-/// The same triangles, of which none is one-sided.
+/// Returns the same triangles, all of them two-sided.
 Occluder two_sided_of(const Occluder& occluder) {
     OccluderTriangles triangles = occluder.source();
     triangles.one_sided = 0;
     return Occluder(std::move(triangles));
 }
 
-/// The same surface where cubemap edges and its own meet nowhere.
+/// Returns a rotated mesh, whose edges do not coincide with those of the cubemap.
 Mesh turned(Mesh mesh) {
     const Vec3d axis = Vec3d(0.31, 0.87, -0.44).normalized();
     for (Vec3f& position : mesh.positions) {
@@ -106,7 +106,7 @@ std::vector<Example> examples() {
     return all;
 }
 
-/// Around the object, near it, close over its triangles, and between its parts.
+/// Returns points around the object, near it, just above its triangles, and between its parts.
 std::vector<Vec3f> view_points(const Occluder& occluder) {
     const Vec3f centre = occluder.bounds().centre();
     const float radius = occluder.bounds().radius();
@@ -148,7 +148,7 @@ TEST(VisibilityRasterizer, AgreesWithEmbree) {
                 largest = std::max(largest, difference);
                 blocked += samples_per_texel - wanted[i];
             }
-            // Rays that graze an edge within Embree's float rounding may be told either way.
+            // Rays within Embree's rounding error of an edge may be classified either way.
             EXPECT_LE(largest, 1) << example.name << " from " << point;
             EXPECT_LE(differing, 2) << example.name << " from " << point;
             all_differing += differing;
@@ -161,7 +161,7 @@ TEST(VisibilityRasterizer, AgreesWithEmbree) {
     EXPECT_LE(all_differing, all_points / 10);
 }
 
-/// Sub-samples in which two answers differ.
+/// Returns the number of sub-samples that differ.
 int difference(std::span<const std::uint8_t> found, std::span<const std::uint8_t> wanted) {
     int sum = found.size() == wanted.size() ? 0 : 1 << 20;
     for (std::size_t i = 0; i < std::min(found.size(), wanted.size()); ++i)
@@ -193,7 +193,7 @@ TEST(VisibilityRasterizer, AgreesWithThePlainLoop) {
     }
 }
 
-/// The span rasterizer alone, on all triangles.
+/// The span rasterizer on all triangles.
 class SpansAlone {
 public:
     explicit SpansAlone(int size) : blocked_(size), open_(std::size_t(6 * size * size) + 64), size_(size) {}
@@ -213,8 +213,8 @@ private:
     int size_;
 };
 
-/// Thin bars that cross each other, along the axes: their edges are parallel to sub-columns, and the axes
-/// through many view points meet their edges.
+/// Returns thin axis-aligned bars that cross each other. Their edges are parallel to sub-columns, and the
+/// axes through many view points intersect their edges.
 Mesh thin_rods() {
     Mesh rods;
     for (int i = -3; i <= 3; ++i) {
@@ -225,7 +225,7 @@ Mesh thin_rods() {
     return rods;
 }
 
-/// A closed piece, an open one, and triangles that hang together with nothing.
+/// Returns a closed piece, an open one, and unconnected triangles.
 Mesh mixed_mesh() {
     Mesh mesh = joined_meshes(turned(box_mesh({-0.5f, -0.8f, -0.6f}, {0.5f, 0.4f, 0.7f}, 4)),
                               turned(hemisphere_mesh(1.1f, 24)));
@@ -233,10 +233,11 @@ Mesh mixed_mesh() {
     return joined_meshes(mesh, triangle_soup(30, 11));
 }
 
-/// Where a field of the occluder has samples: on the ground, around, and over its triangles with horizons.
+/// Sample positions of a field of the occluder: on the ground, around the occluder, and above its triangles
+/// with horizons.
 struct FieldPoint {
     Vec3f point;
-    Vec3f normal;  ///< Of the horizon; zero: none.
+    Vec3f normal;  ///< Normal of the horizon; zero: none.
 };
 
 std::vector<FieldPoint> field_points(const Occluder& occluder, std::uint32_t count) {
@@ -294,7 +295,7 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBits) {
 }
 
 TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereAxesMeetEdgesAndVertices) {
-    // From lattice points of a box every axis runs along edges, through vertices and within faces.
+    // From lattice points of a box, every axis runs along edges, through vertices and within faces.
     const Occluder box = make_occluder(box_mesh({-1, -1, -1}, {1, 1, 1}, 4)),
                    sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 24));
     const Occluder two_sided = two_sided_of(box);
@@ -316,7 +317,8 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereAxesMeetEdgesAndVertices
 }
 
 TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereEdgesRunAlongSubColumns) {
-    // The sides z = 1 and z = -1 of x = 1, and lines between them, at the very u of sub-columns of face -x.
+    // The sides z = 1 and z = -1 of x = 1, and lines between them, exactly at the u of sub-columns of face
+    // -x.
     const Occluder box = make_occluder(box_mesh({-1, -1, -1}, {1, 1, 1}, 4));
     VisibilityRasterizer rasterizer(64);
     SpansAlone spans(64);
@@ -328,9 +330,8 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereEdgesRunAlongSubColumns)
 }
 
 TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsInThePlaneOfASide) {
-    // Its upper side is seen as the line v = 77/512 of faces +z and -z, on which samples lie. By rounding
-    // alone, some of its triangles are seen from the front and some from behind, and some images are turned
-    // over.
+    // The upper side appears as the line v = 77/512 of faces +z and -z, exactly on samples. Rounding makes
+    // some of its triangles front-facing and others back-facing, and flips some images.
     constexpr float slope = 77 / 512.0f;
     Mesh sheared = box_mesh({-1, -1, -1}, {1, 0, 1}, 16);
     for (Vec3f& position : sheared.positions) position.y -= slope * position.z;
@@ -391,7 +392,7 @@ TEST(VisibilityRasterizer, TrianglesWithoutAreaChangeNothing) {
 }
 
 TEST(VisibilityRasterizer, ANeedleThatClosesASurfaceLeavesNoLeak) {
-    // A box whose top has a vertex in the middle of an edge on one side only, and a triangle without area
+    // A box with a vertex in the middle of an edge of its top on one side only, and a triangle without area
     // there.
     Mesh box = box_mesh({-1, -1, -1}, {1, 1, 1});
     Mesh closed;
@@ -421,7 +422,7 @@ TEST(VisibilityRasterizer, FromAVertexAnEdgeOrTheSurfaceWhatLiesBehindTheOtherSi
     for (const Vec3f& point :
          {Vec3f(1, 1, 1), Vec3f(1, 1, 0.3f), Vec3f(1, 0.3f, 0.2f), Vec3f(1, 0.5f, 0.5f)}) {
         const auto open = rasterizer.open_samples(box, point);
-        // No ray that leaves the side x = 1 meets the box.
+        // No ray that leaves the side x = 1 hits the box.
         EXPECT_EQ(std::count(open.begin(), open.begin() + size * size, 8), size * size) << point;
     }
     const Occluder two = make_occluder(
@@ -480,7 +481,7 @@ TEST(VisibilityRasterizer, DependsNeitherOnScaleNorMuchOnPlace) {
         for (const Vec3f& point : {Vec3f(1.4f, 0.9f, -0.7f), Vec3f(-0.6f, 1.7f, 2.1f)}) {
             const auto open = rasterizer.open_samples(unit, point);
             const std::vector<std::uint8_t> wanted(open.begin(), open.end());
-            // Powers of two, which round nothing.
+            // Powers of two, which are exact.
             for (const float scale : {0x1p-14f, 0x1p17f}) {
                 Mesh scaled = example.mesh;
                 for (Vec3f& position : scaled.positions) position *= scale;
@@ -488,7 +489,7 @@ TEST(VisibilityRasterizer, DependsNeitherOnScaleNorMuchOnPlace) {
                           0)
                     << example.name << " times " << scale;
             }
-            // Far from the origin positions are coarse; the plain loop sees the same ones.
+            // Far from the origin, positions are coarse. The plain loop uses the same positions.
             Mesh moved = example.mesh;
             const Vec3f shift(2e4f, -7e3f, 1e5f);
             for (Vec3f& position : moved.positions) position = position * 100.0f + shift;
@@ -500,7 +501,7 @@ TEST(VisibilityRasterizer, DependsNeitherOnScaleNorMuchOnPlace) {
     }
 }
 
-/// [sr]
+/// Returns the blocked solid angle. [sr]
 double blocked_solid_angle(std::span<const std::uint8_t> open, int size) {
     double sum = 0;
     for (std::size_t i = 0; i < open.size(); ++i) {
@@ -522,7 +523,7 @@ TEST(VisibilityRasterizer, ASphereBlocksItsCone) {
     }
 }
 
-/// Of a rectangle of half sides a, b, at distance d above its middle. [sr]
+/// Returns the solid angle of a rectangle with half sides a and b, at a distance d above its centre. [sr]
 double rectangle_solid_angle(double a, double b, double d) {
     return 4 * std::atan(a * b / (d * std::sqrt(a * a + b * b + d * d)));
 }
@@ -585,7 +586,7 @@ TEST(VisibilityRasterizer, AClosedSurfaceAroundTheViewPointHasNoCrack) {
     const Mesh meshes[] = {sphere_mesh({0, 0, 0}, 1, 40), turned(sphere_mesh({0, 0, 0}, 1, 31)),
                            box_mesh({-1, -1, -1}, {1, 1, 1}, 8),
                            turned(box_mesh({-1, -1, -1}, {1, 1, 1}, 5))};
-    // From the middle of the box and its lattice points rays meet edges and vertices exactly.
+    // From the centre of the box and its lattice points, rays hit edges and vertices exactly.
     const Vec3f points[] = {{0, 0, 0},
                             {0.25f, 0.5f, -0.25f},
                             {0.1234f, -0.3071f, 0.2718f},
@@ -608,7 +609,8 @@ TEST(VisibilityRasterizer, AClosedSurfaceAroundTheViewPointHasNoCrack) {
 TEST(VisibilityRasterizer, ASphereFromOutsideIsWholeAndEndsAtItsSilhouette) {
     constexpr int size = 64, segments = 48;
     const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, segments));
-    const double inner = std::pow(std::cos(pi / segments), 2);  // no point of a facet is nearer to the middle
+    // lower bound of the distance of facets from the centre
+    const double inner = std::pow(std::cos(pi / segments), 2);
     VisibilityRasterizer rasterizer(size);
     for (const Vec3f& point :
          {Vec3f(0, 0, 3), Vec3f(1.1f, -0.9f, 0.4f), Vec3f(0, 1.2f, 0), Vec3f(-7, 5, 0)}) {
@@ -639,8 +641,8 @@ TEST(VisibilityRasterizer, ASphereFromOutsideIsWholeAndEndsAtItsSilhouette) {
 }
 
 TEST(VisibilityRasterizer, ALatticeSeenAlongItsVerticesIsWhole) {
-    // Sub-samples have u and v at odd multiples of 1/64: all of them meet vertices; from half a cell aside,
-    // the middles of edges; from half the height, those of diagonals.
+    // Sub-samples have u and v at odd multiples of 1/64. All of them hit vertices; after a shift by half a
+    // cell, edge midpoints; from half the height, those of diagonals.
     constexpr int size = 8;
     VisibilityRasterizer rasterizer(size);
     const Occluder floor = make_occluder(square_mesh(4, -1, 256));
@@ -686,7 +688,7 @@ TEST(VisibilityRasterizer, HorizonLeavesOutWhatLiesBelowItAndNothingElse) {
     const auto found = rasterizer.open_samples(occluder, point, &normal);
     const auto wanted = other.open_samples(Occluder(above), point);
     EXPECT_TRUE(std::equal(found.begin(), found.end(), wanted.begin(), wanted.end()));
-    // Above the horizon that is the truth.
+    // Above the horizon, the result is exact.
     const EmbreeOracle oracle(occluder);
     int checked = 0;
     for (int i = 0; i < 6 * size * size; ++i) {

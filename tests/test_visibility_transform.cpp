@@ -15,7 +15,7 @@ namespace {
 using reference::Texels;
 using Counts = std::vector<std::uint8_t>;
 
-/// What is seen past a sphere and a box from somewhere beside them.
+/// Returns the visibility around a sphere and a box from a random point next to them.
 Counts example_counts(std::uint32_t seed, int size) {
     static const Occluder occluder = make_occluder(
         joined_meshes(sphere_mesh({0, 0.6f, 0}, 0.5f, 12), box_mesh({-0.8f, 0, -0.1f}, {0.8f, 0.2f, 0.1f})));
@@ -41,7 +41,7 @@ CubemapTree transformed(const Counts& open, int size, const Vec3f* horizon = nul
                         const Truncation& truncation = {}) {
     CubemapTree tree;
     VisibilityTransform transform(size);
-    transform(example_counts(77, size), nullptr, {5}, tree);  // what lies in the buffers must not matter
+    transform(example_counts(77, size), nullptr, {5}, tree);  // old buffer contents must not matter
     transform(open, horizon, truncation, tree);
     return tree;
 }
@@ -70,7 +70,7 @@ void expect_equal(const Quadtree& found, const Quadtree& wanted, const std::stri
     }
 }
 
-/// Squared L2 norms over the unit squares of all faces.
+/// Returns the squared L2 norm over the unit squares of all faces.
 double squared_error(const CubemapTree& tree, const Counts& open, int size) {
     double sum = 0;
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
@@ -97,13 +97,13 @@ double squared_visibility(const Counts& open, int size, const Vec3f* horizon = n
     return sum / static_cast<double>(face_texels(size));
 }
 
-/// What is seen through a window of the shape of what blocks the view elsewhere.
+/// Returns the visibility through a window with the shape of the occluders.
 Counts through_a_window(Counts open) {
     for (std::uint8_t& count : open) count = static_cast<std::uint8_t>(samples_per_texel - count);
     return open;
 }
 
-/// The least energy of a wavelet that is left, of any face.
+/// Returns the smallest energy of a remaining wavelet of any face.
 double smallest_energy(const CubemapTree& tree) {
     double smallest = 1;
     for (const Quadtree& face : tree.faces) {
@@ -122,7 +122,7 @@ double smallest_energy(const CubemapTree& tree) {
 }
 
 TEST(VisibilityTransform, EqualsTheTransformOfTheTexels) {
-    // Bit for bit: all sums are exact in floats.
+    // Bit-identical: all sums are exact in floats.
     for (const int size : {8, 16, 64, 256})
         for (std::uint32_t seed = 0; seed < 5; ++seed) {
             Counts open = example_counts(seed, size);
@@ -169,7 +169,7 @@ TEST(VisibilityTransform, DropsAllThatTheRelativeErrorOfTheCubemapAllowsAndNoMor
             const CubemapTree tree = transformed(open, size, nullptr, {0, error});
             const double dropped = squared_error(tree, open, size);
             EXPECT_LE(dropped, allowed * (1 + 1e-5)) << seed << ", " << error;
-            // The smallest wavelet that was kept, of any face, would break it.
+            // Dropping the smallest remaining wavelet of any face would exceed the error.
             EXPECT_GT(dropped + smallest_energy(tree), allowed * (1 - 1e-5)) << seed << ", " << error;
         }
 }
@@ -193,7 +193,7 @@ TEST(VisibilityTransform, ARelativeErrorIsOneOfWhatIsOpenWhereThatIsLess) {
 }
 
 TEST(VisibilityTransform, WhatIsOpenBelowTheHorizonDoesNotCount) {
-    // A window of which next to nothing, or half, lies above the horizon; all below it is open.
+    // A window that is almost completely, or half, below the horizon; everything below the horizon is open.
     const int size = 32;
     const std::vector<Vec3f> directions = texel_directions(size);
     for (const Vec3f& normal : {Vec3f(0, 1, 0), Vec3f(0.2f, 0.9f, -0.1f).normalized()})

@@ -11,10 +11,11 @@
 namespace haarfield {
 namespace {
 
-/// By the vertices of an edge, lower first: layers left of it as it runs to the higher, less those right.
+/// By the vertices of an edge, lower index first: layers on its left, in the direction of the higher index,
+/// minus those on its right.
 using Weights = std::map<std::pair<std::uint32_t, std::uint32_t>, int>;
 
-/// From what every triangle counts.
+/// Computes the weights from the facing of every triangle.
 Weights wanted_weights(const Occluder& occluder, const ViewedOccluder& viewed) {
     Weights weights;
     for (const EdgeUse& use : sorted_edge_uses(occluder.triangles())) {
@@ -39,7 +40,7 @@ Weights found_weights(const Occluder& occluder, const VisibleContour& contour) {
     return weights;
 }
 
-/// In all directions, near and far; on the lattice points of boxes, too.
+/// Returns points in all directions, near and far, including lattice points of boxes.
 std::vector<Vec3f> view_points() {
     std::vector<Vec3f> points;
     std::uint32_t seed = 11;
@@ -93,7 +94,7 @@ TEST(VisibleContour, LooksAtFewOfTheEdges) {
         find_contour(occluder, look_at(occluder, point, nullptr), contour);
         EXPECT_GT(contour.count, 90u);
         EXPECT_LT(contour.open_count, occluder.edges().clusters.size() / 8) << point;
-        // All of it lies below.
+        // All of it is below.
         find_contour(occluder, look_at(occluder, point, &up), contour);
         EXPECT_EQ(contour.open_count + contour.cut_count, 0u) << point;
     }

@@ -14,7 +14,7 @@
 namespace haarfield {
 namespace {
 
-/// Half planes, truncated: they leave [0, 1].
+/// Truncated half planes, whose values leave [0, 1].
 struct ExampleField {
     VisibilityField field;
     std::vector<std::vector<float>> exact;  ///< By cubemap, all faces.

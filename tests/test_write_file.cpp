@@ -72,21 +72,21 @@ TEST(WriteFile, WritesToPipes) {
     for (const char* name : {"pipe", "link"}) {
         std::string read;
         std::thread reader([&] { read = text_of(folder / "pipe"); });
-        const std::string text(200000, 'p');  // more than a pipe holds
+        const std::string text(200000, 'p');  // more than the capacity of a pipe
         const Result<Done> written = write_file(folder / name, text);
-        // Without this, a failure would leave the reader waiting.
+        // Otherwise, a failure would leave the reader waiting.
         if (const int end = open((folder / "pipe").c_str(), O_WRONLY | O_NONBLOCK); end >= 0) close(end);
         reader.join();
         ASSERT_TRUE(written) << written.error().message();
         EXPECT_EQ(read, text) << name;
         EXPECT_TRUE(std::filesystem::is_fifo(folder / "pipe")) << name;
     }
-    EXPECT_EQ(folder.files().size(), 2u) << "nothing is left beside them";
+    EXPECT_EQ(folder.files().size(), 2u) << "no temporary file is left";
 }
 
 TEST(WriteFile, WritesToDevicesAndReportsThatOneIsFull) {
     const TestFolder folder;
-    // Copies of /dev/null and /dev/full: a failure must not replace the machine's own.
+    // Copies of /dev/null and /dev/full, because a failure must not replace the system's devices.
     for (const auto& [name, minor] : {std::pair("null", 3u), std::pair("full", 7u)})
         if (mknod((folder / name).c_str(), S_IFCHR | 0600, makedev(1, minor)) != 0 ||
             open((folder / name).c_str(), O_WRONLY | O_CLOEXEC) < 0)
@@ -117,7 +117,7 @@ TEST(WriteFile, FromManyThreadsLeavesOneOfTheTexts) {
 
 TEST(MakeFolder, MakesAllThatIsMissing) {
     const TestFolder folder;
-    for (int i = 0; i < 2; ++i) {  // the second time it is there
+    for (int i = 0; i < 2; ++i) {  // the second time, it exists
         EXPECT_TRUE(make_folder(folder / "a/b"));
         EXPECT_TRUE(std::filesystem::is_directory(folder / "a/b"));
     }

@@ -20,7 +20,7 @@
 
 namespace haarfield::baseline {
 
-/// Texels that are passed over together.
+/// The number of texels that are skipped together.
 inline constexpr std::size_t block = 64;
 
 }  // namespace haarfield::baseline
@@ -36,7 +36,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Floats = hn::CappedTag<float, 16>;
 using VF = hn::Vec<Floats>;
 
-/// The integral so far, lane by lane.
+/// The partial integral, per lane.
 struct Sums {
     VF red, green, blue;
 
@@ -60,7 +60,7 @@ struct Sums {
 
 Rgb all_floats(const DenseLight& light, const DenseFloats& vertex) {
     const Floats d;
-    Sums even, odd;  // two of each, to hide the latency of adding
+    Sums even, odd;  // two of each, to hide the latency of additions
     const std::size_t lanes = hn::Lanes(d);
     const auto product = [&](std::size_t i) HWY_ATTR {
         VF value = hn::Load(d, vertex.factors[0].get() + i);
@@ -100,14 +100,14 @@ Rgb open_floats(const DenseLight& light, const DenseFloats& vertex) {
     return sums.mean(light.texels);
 }
 
-/// Half floats, from memory.
+/// Loads half floats.
 HWY_INLINE VF brdf_at(const std::uint16_t* brdf, std::size_t i) {
     const Floats d;
     const hn::Rebind<hwy::float16_t, Floats> half;
     return hn::PromoteTo(d, hn::Load(half, reinterpret_cast<const hwy::float16_t*>(brdf) + i));
 }
 
-/// Integers, from memory.
+/// Loads integers.
 template <class T>
 HWY_INLINE VF floats_at(const T* values, std::size_t i) {
     const Floats d;
@@ -122,7 +122,8 @@ Rgb open_bytes(const DenseLight& light, const DenseBytes& vertex) {
     const hn::CappedTag<std::uint16_t, 32> words;
     const hn::Rebind<std::uint8_t, decltype(words)> bytes;
     const std::size_t count = vertex.visibility.size();
-    // Of own visibility (255) and two counts (8) the product fits 16 bits, and so do those of the next five.
+    // The product of own visibility (255) and two counts (8) fits 16 bits, and so does that of the next five
+    // counts.
     const std::size_t with_own = std::min<std::size_t>(count, 2);
     const VF scale = hn::Set(d, 1.0f / (255 * std::pow(8.0f, static_cast<float>(count))));
     Sums sums;
@@ -184,7 +185,7 @@ HWY_EXPORT(open_bits);
 
 namespace {
 
-/// By place in blocks, the texel's index: along the Z curve of each face.
+/// Returns the index of the texel at each place in the blocks: along the Z curve of each face.
 std::vector<std::size_t> block_order(std::size_t texels) {
     const auto size = static_cast<std::size_t>(std::lround(std::sqrt(double(texels) / cubemap_faces)));
     std::vector<std::size_t> order(texels);
@@ -199,7 +200,7 @@ std::vector<std::size_t> block_order(std::size_t texels) {
     return order;
 }
 
-/// What `value` makes of the texels, in blocks.
+/// Converts texels, and arranges them in blocks.
 template <class T, class Texel, class Conversion>
 AlignedArray<T> in_blocks(std::span<const Texel> texels, const Conversion& value) {
     const std::vector<std::size_t> order = block_order(texels.size());

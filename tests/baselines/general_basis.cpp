@@ -31,7 +31,7 @@ std::vector<double> basis_coefficients(const Quadtree& tree, int levels) {
         const auto [index, level, x, y] = squares[i];
         assert(level < levels);
         const Quadtree::Node& node = tree.nodes[std::size_t(index)];
-        // Level l begins after the 4^l functions of the coarser ones.
+        // Level l begins after the 4^l functions of coarser levels.
         const std::size_t first = (std::size_t(1) << (2 * level)) + 3 * ((y << level) + x);
         for (std::size_t a = 0; a < 3; ++a)
             coefficients[first + a] = std::ldexp(double(node.wavelet[a]), -level);

@@ -22,7 +22,7 @@ void multiply(const TriplingCoefficients& coefficients, const float* f, const fl
     const hn::CappedTag<float, harmonics_batch> d;
     for (std::size_t lane = 0; lane < harmonics_batch; lane += hn::Lanes(d))
         for (std::size_t k = 0; k < coefficients.terms.size(); ++k) {
-            auto sum = hn::Zero(d), other_sum = hn::Zero(d);  // two, to hide the latency of adding
+            auto sum = hn::Zero(d), other_sum = hn::Zero(d);  // two, to hide the latency of additions
             for (const auto& [i, j, coefficient] : coefficients.terms[k]) {
                 const std::size_t at_i = i * harmonics_batch + lane, at_j = j * harmonics_batch + lane;
                 const auto scale = hn::Set(d, coefficient);
@@ -46,7 +46,8 @@ HWY_EXPORT(multiply);
 
 namespace {
 
-/// Points and weights on [-1, 1], exact for polynomials up to degree 2 count - 1.
+/// Points and weights of Gauss-Legendre quadrature on [-1, 1], exact for polynomials up to degree 2 count -
+/// 1.
 struct GaussLegendre {
     std::vector<double> point, weight;
 
@@ -70,8 +71,8 @@ struct GaussLegendre {
 
 std::vector<double> harmonics(int order, const Vec3d& direction) {
     std::vector<double> values(static_cast<std::size_t>(order * order));
-    // Legendre functions without the power of the sine, which goes into  radial = sin^m e^(i m azimuth):
-    // normalised upwards in m, then in l.
+    // Legendre functions without the power of the sine, which is part of  radial = sin^m e^(i m azimuth).
+    // Recurrences in m, then in l, on normalised functions.
     double radial[2] = {1, 0}, diagonal = std::sqrt(1 / (4 * pi));
     for (int m = 0; m < order; ++m) {
         if (m > 0) {

@@ -1,10 +1,10 @@
 #pragma once
 /// The baseline of spherical harmonics: products of two functions at a time by tripling coefficients.
 ///
-/// Real harmonics Y_lm of degree l < order, numbered l (l + 1) + m, orthonormal over the sphere. The product
-/// of two functions is projected back on them, so that each product loses what lies above; with its neglect
-/// of everything fine this makes the method's error. (Sloan, Kautz and Snyder 2002; Ng et al. 2004, section
-/// 4; Zhou et al. 2005.)
+/// Real harmonics Y_lm of degree l < order, with index l (l + 1) + m, orthonormal over the sphere. The
+/// product of two functions is projected back on them and loses all higher degrees. This loss and the missing
+/// fine detail are the error of the method. (Sloan, Kautz and Snyder 2002; Ng et al. 2004, section 4; Zhou et
+/// al. 2005.)
 
 #include <cstdint>
 #include <span>
@@ -14,37 +14,37 @@
 
 namespace haarfield::baseline {
 
-/// All of them at a unit direction, order^2 values.
+/// Evaluates all harmonics in a unit direction: order^2 values.
 std::vector<double> harmonics(int order, const Vec3d& direction);
 
-/// int Y_i Y_j Y_k dw where it does not vanish, for i <= j; by k.
+/// The non-zero int Y_i Y_j Y_k dw for i <= j, by k.
 struct TriplingCoefficients {
     struct Term {
         std::uint16_t i, j;
         float coefficient;
     };
     int order = 0;
-    std::vector<std::vector<Term>> terms;  ///< By k.
+    std::vector<std::vector<Term>> terms;  ///< Indexed by k.
 };
 
-/// By Gauss-Legendre quadrature that is exact for the degree.
+/// Computes the coefficients by Gauss-Legendre quadrature that is exact for their degree.
 ///
 /// accuracy  1e-12.
-/// cost      some 0.3 s for order 10.
+/// cost      about 0.3 s for order 10.
 TriplingCoefficients tripling_coefficients(int order);
 
-/// Sixteen vertices at a time, one a lane: the terms are then the same for all lanes.
+/// The number of vertices per batch, one per lane, so that the terms are the same for all lanes.
 inline constexpr std::size_t harmonics_batch = 16;
 
 /// Coefficients of one function at the vertices of a batch: order^2 times harmonics_batch.
 using HarmonicsBatch = std::vector<float>;
 
-/// f g, projected.
+/// Computes the projection of f g.
 void harmonics_product(const TriplingCoefficients& coefficients, const HarmonicsBatch& f,
                        const HarmonicsBatch& g, HarmonicsBatch& product);
 
-/// (f_1 f_2) f_3 ..., and its inner product with the light's coefficients, by vertex. k >= 1. Keeps its
-/// memory.
+/// Computes (f_1 f_2) f_3 ..., and its inner product with the light's coefficients, for each vertex. k >= 1.
+/// Keeps its buffers.
 class RecursiveHarmonicsProduct {
 public:
     explicit RecursiveHarmonicsProduct(int order) : coefficients_(tripling_coefficients(order)) {}
@@ -57,20 +57,20 @@ private:
     HarmonicsBatch product_, next_;
 };
 
-/// Texels on the cubemap (6 * size^2) to coefficients.
+/// Projection of texels on the cubemap (6 * size^2) to coefficients.
 class HarmonicsProjection {
 public:
     HarmonicsProjection(int order, int face_size);
 
     std::vector<float> operator()(std::span<const float> texels) const;
 
-    /// Of the lighting, whose texels hold their solid angle (lighting.h).
+    /// Projects the lighting, whose texels contain their solid angle (lighting.h).
     std::vector<Rgb> of_light(std::span<const Rgb> texels) const;
 
 private:
     std::size_t count_;
-    std::vector<float> solid_angle_;  ///< By texel.
-    std::vector<float> harmonics_;    ///< By texel, count_ of them each.
+    std::vector<float> solid_angle_;  ///< Indexed by texel.
+    std::vector<float> harmonics_;    ///< count_ values per texel.
 };
 
 }  // namespace haarfield::baseline

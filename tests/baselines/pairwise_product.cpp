@@ -7,7 +7,7 @@
 namespace haarfield::baseline {
 namespace {
 
-/// What a tree is on a square: its node there, or no_node where it is constant; and its mean.
+/// A tree on a square: its node, or no_node if it is constant, and its mean.
 struct Place {
     std::int32_t node;
     float mean;
@@ -28,7 +28,7 @@ std::array<Place, 4> quadrants(const LinkedQuadtree& tree, const Place& square) 
              {child[3], bottom - left}}};
 }
 
-/// Appends the product's nodes on a square; its place there.
+/// Appends the product's nodes on a square. Returns its place there.
 Place append_product(const LinkedQuadtree& f, const Place& in_f, const LinkedQuadtree& g, const Place& in_g,
                      LinkedQuadtree& product) {
     const bool f_ends = in_f.node == no_node, g_ends = in_g.node == no_node;
@@ -46,7 +46,7 @@ Place append_product(const LinkedQuadtree& f, const Place& in_f, const LinkedQua
     return {static_cast<std::int32_t>(index), (top + bottom) / 4};
 }
 
-/// Of the parts of both below a square, relative to its area.
+/// Returns the inner product of the parts of both below a square, relative to its area.
 Rgb inner_product_below(const RgbQuadtree& light, const RgbQuadtree::Node& light_node,
                         const LinkedQuadtree& f, const LinkedQuadtree::Node& node) {
     Rgb below(0.0f);

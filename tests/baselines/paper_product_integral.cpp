@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t most_trees = 16;
 
-/// A tree on a square where it has a node: the paper's augnode with its p_sum.
+/// A tree on a square on which it has a node: the paper's augnode with its p_sum.
 template <class Real>
 struct Present {
     const AugmentedQuadtree<Real>* tree;
@@ -19,8 +19,8 @@ struct Present {
 template <class Real>
 using Square = std::array<Present<Real>, most_trees>;
 
-/// Both folds on the first n trees of a square whose scale factor 2^j is `amplitude`. The integral leaves the
-/// product of the sums out.
+/// Both folds on the first n trees of a square with scale factor 2^j `amplitude`. The integral excludes the
+/// product of the sums.
 template <class Real>
 struct RecursiveFold {
     const Square<Real>& trees;
@@ -33,7 +33,7 @@ struct RecursiveFold {
                node->wavelet[1] * wavelet(1, n - 1) + node->wavelet[2] * wavelet(2, n - 1);
     }
 
-    /// The coefficient of wavelet a in the product.
+    /// Returns the coefficient of wavelet a in the product.
     Real wavelet(std::size_t a, std::size_t n) const {
         const auto& [tree, node, sum] = trees[n - 1];
         if (n == 1) return node->wavelet[a];
@@ -64,7 +64,7 @@ Real table_integral(const Square<Real>& trees, std::size_t n, Real amplitude) {
     return sum * phi + node->wavelet[0] * psi[0] + node->wavelet[1] * psi[1] + node->wavelet[2] * psi[2];
 }
 
-/// p_sum of the four children.
+/// Returns p_sum of the four children.
 template <class Real>
 std::array<Real, 4> child_sums(const Present<Real>& present, Real amplitude) {
     const auto& [x, y, diagonal] = present.node->wavelet;
@@ -78,7 +78,7 @@ struct Traversal {
     const PaperVariant& variant;
     Real integral = 0;
 
-    /// traverseaugtrees from line 7 on, for the trees that are left after the ranking of line 6.
+    /// traverseaugtrees from line 7 on, for the trees that remain after the ranking of line 6.
     void visit(Real cum, const Square<Real>& trees, std::size_t count, int level, Real amplitude) {
         if (count < 2 || level >= variant.depth) return;
         integral +=

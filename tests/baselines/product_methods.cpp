@@ -15,11 +15,11 @@ namespace {
 
 using reference::AugmentedQuadtree;
 
-/// Something for each face.
+/// One element per face.
 template <class T>
 using ByFace = std::array<T, cubemap_faces>;
 
-/// The trees of all vertices in a method's own form, by vertex, face and factor.
+/// Converts the trees of all vertices to a method's representation, by vertex, face and factor.
 template <class Tree, class Conversion>
 std::vector<ByFace<std::vector<Tree>>> converted(const TreeIntegrals& trees, const Conversion& conversion) {
     std::vector<ByFace<std::vector<Tree>>> result(trees.vertices.size());
@@ -32,7 +32,7 @@ std::vector<ByFace<std::vector<Tree>>> converted(const TreeIntegrals& trees, con
 
 constexpr std::size_t most_factors = 16;
 
-/// Pointers to what is in a method's form, without allocation.
+/// Pointers to converted trees, without allocation.
 template <class Tree>
 struct Pointers {
     std::array<const Tree*, most_factors> tree;
@@ -50,7 +50,7 @@ Quadtree channel_of(const RgbQuadtree& light, int channel) {
     return tree;
 }
 
-/// A method that goes vertex by vertex. radiance(data of the vertex) is its radiance.
+/// Makes a method that processes one vertex at a time. radiance(data of the vertex) returns its radiance.
 template <class Vertex, class Radiance>
 Method method_by_vertex(std::string title, std::shared_ptr<const std::vector<Vertex>> vertices,
                         Radiance radiance) {
@@ -282,7 +282,7 @@ std::size_t evaluate_all(const Method& method, std::size_t first, std::size_t co
     for (std::size_t end = first + count; first < end; first += method.batch)
         for (int repeat = 0; repeat < repeats; ++repeat) {
             method.evaluate(first, std::span(radiance).first(std::min(method.batch, end - first)));
-            asm volatile("" : : "r"(radiance.data()) : "memory");  // the result is wanted
+            asm volatile("" : : "r"(radiance.data()) : "memory");  // prevents elimination of the result
         }
     return count * static_cast<std::size_t>(repeats);
 }
@@ -295,7 +295,7 @@ double thread_seconds() {
 
 std::vector<double> least_microseconds(std::span<const Method> methods, std::size_t count, DataPlace place,
                                        int rounds) {
-    // Before the clock starts, so many vertices bring what all of them share to the cache.
+    // Before timing, this number of vertices loads shared data into the cache.
     const std::size_t shared = largest_batch < count ? largest_batch : 0;
     std::vector<double> least(methods.size(), INFINITY);
     for (int round = 0; round < rounds; ++round)

@@ -9,12 +9,13 @@ namespace {
 
 inline constexpr std::size_t most_factors = 64;
 
-/// A factor on a square where it still varies.
+/// A factor on a square on which it varies.
 template <class Value>
 struct Varying {
-    const typename BasicQuadtree<Value>::Node* nodes;  ///< The tree's.
-    const typename BasicQuadtree<Value>::Node* node;   ///< The square's; null where the factor is constant.
-    Value mean;                                        ///< Over the square.
+    const typename BasicQuadtree<Value>::Node* nodes;  ///< The nodes of the tree.
+    /// The node of the square; null if the factor is constant.
+    const typename BasicQuadtree<Value>::Node* node;
+    Value mean;  ///< Over the square.
 };
 
 bool is_zero(float value) {
@@ -36,13 +37,13 @@ Varying<Value> on_quadrant(const Varying<Value>& factor, unsigned quadrant) {
             quadrant_mean(factor.mean, factor.node->wavelet, quadrant)};
 }
 
-/// Mean over a square of light * factors[0] * ... * factors[count - 1], where every factor varies, and
-/// light may. `levels` is how many levels of nodes may still be used.
+/// Returns the mean over a square of light * factors[0] * ... * factors[count - 1]. Every factor varies
+/// there, and light may vary. `levels` is the number of levels of nodes that may still be used.
 ///
-/// Where fewer than two of them vary the mean of the product is the product of the means: a function
-/// times constants averages to its mean times the constants. Elsewhere the mean is that of the four
-/// quadrants' means; factors that become constant in a quadrant leave the list there, as one number,
-/// and if that is zero the quadrant is done.
+/// If fewer than two of them vary, the mean of the product is the product of the means: a function times
+/// constants averages to its mean times the constants. Otherwise, the mean is that of the four quadrants'
+/// means. A factor that becomes constant in a quadrant leaves the list there and becomes one number. If that
+/// is zero, the quadrant is finished.
 template <class Value>
 Value square_mean(const Varying<Value>& light, const Varying<float>* factors, std::size_t count, int levels) {
     if (levels == 0 || count + (light.node ? 1 : 0) < 2) {
@@ -70,7 +71,7 @@ Value square_mean(const Varying<Value>& light, const Varying<float>* factors, st
     return sum * 0.25f;
 }
 
-/// `factor(i)` is the i-th of `count` trees.
+/// `factor(i)` returns the i-th of `count` trees.
 template <class Value, class Factor>
 Value integral(const BasicQuadtree<Value>& light_tree, std::size_t count, const Factor& factor, int depth) {
     assert(count <= most_factors && depth >= 0);

@@ -26,13 +26,13 @@ struct VertexIndex {
     std::uint32_t vertex;
 };
 
-/// Makes the texels of one vertex after another.
+/// Computes the texels of one vertex at a time.
 class VertexSampler {
 public:
     VertexSampler(const ShadedScene& scene, int face_size)
         : scene_(scene), size_(face_size), directions_(texel_directions(face_size)), rasterizer_(face_size) {}
 
-    /// Empty if the vertex is buried, or inside another object.
+    /// Returns nothing if the vertex is buried or inside another object.
     std::vector<std::vector<float>> operator()(const VertexIndex& index, VertexTexels& vertex) {
         const ShadedInstance& instance = scene_.instances[index.instance];
         const EntityOcclusion& own = *scene_.entities[instance.entity].occlusion;
@@ -85,7 +85,7 @@ private:
     VisibilityRasterizer rasterizer_;
 };
 
-/// Per channel: the sum of light times the first `count` factors, as a mean over each face's texels.
+/// Returns, per channel, the sum of light times the first `count` factors, as a mean over each face's texels.
 Vec3d texel_sum(std::span<const Rgb> light, std::span<const std::vector<float>> factors) {
     Vec3d sum(0.0);
     for (std::size_t i = 0; i < light.size(); ++i) {
@@ -137,7 +137,7 @@ TexelIntegrals texel_integrals(int face_size, std::size_t count, StudiedLight li
         face_size);
     VertexSampler sampler(scene, face_size);
     for (std::size_t k = 0; integrals.vertices.size() < count && k < all.size(); ++k) {
-        // The golden ratio spreads any number of them evenly.
+        // The golden ratio distributes any number of vertices evenly.
         const double place = double(k) * 0.6180339887498949;
         const auto index = static_cast<std::size_t>((place - std::floor(place)) * double(all.size()));
         VertexTexels vertex;
@@ -152,7 +152,7 @@ TexelIntegrals coarser(const TexelIntegrals& integrals) {
     const auto half = [size = std::size_t(integrals.face_size)]<class T>(const std::vector<T>& texels) {
         std::vector<T> means;
         means.reserve(texels.size() / 4);
-        // Faces follow each other: their rows are those of one tall picture.
+        // Faces are contiguous, so their rows are those of one tall picture.
         for (std::size_t row = 0; row < cubemap_faces * size; row += 2)
             for (std::size_t column = 0; column < size; column += 2) {
                 const T* upper = &texels[row * size + column];

@@ -1,4 +1,5 @@
-/// The product integral of six functions at vertices of the shipped scene: haarfield's against the baselines.
+/// Benchmarks of the product integral of six functions at vertices of the shipped scene: haarfield and the
+/// baselines.
 
 #include <benchmark/benchmark.h>
 
@@ -10,7 +11,7 @@ namespace haarfield::baseline {
 namespace {
 
 constexpr int functions = 6;
-constexpr std::size_t vertex_count = 256;  // 126 MB as texels in floats: more than any cache
+constexpr std::size_t vertex_count = 256;  // 126 MB as float texels: more than any cache
 
 struct Subject {
     TexelIntegrals texels = texel_integrals(64, vertex_count);
@@ -23,7 +24,7 @@ const Subject& subject() {
     return made;
 }
 
-/// The one that was made last is kept: the next run is often of the same, and all of them would fill the
+/// Caches only the last method. The next run often uses the same one, and all of them together would fill the
 /// memory.
 const Method& made_method(const NamedMethod* named) {
     static const NamedMethod* last = nullptr;

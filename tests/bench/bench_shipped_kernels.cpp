@@ -1,5 +1,5 @@
-/// What `bake` and `relight` spend their time in, on all cores: product integrals, and just-in-time radiance
-/// transfer's vectors and frames.
+/// Benchmarks of the kernels of `bake` and `relight` on all cores: product integrals, and vectors and frames
+/// of just-in-time radiance transfer.
 
 #include <benchmark/benchmark.h>
 

@@ -1,8 +1,9 @@
-/// haarfield_counted_kernels KERNEL: checks one kernel's answer, and runs it for callgrind, which counts the
-/// instructions of counted_kernel() alone. Prints for how many vertices that was. Without KERNEL: prints the
-/// names of all.
+/// haarfield_counted_kernels KERNEL: verifies a kernel, then runs it for callgrind, which counts only the
+/// instructions of counted_kernel(). Prints the number of vertices. Without KERNEL: prints the names of all
+/// kernels.
 ///
-/// The functions and meshes are made here: counts shall change with the kernels, not with the shipped scenes.
+/// Functions and meshes are generated here, so that counts change with the kernels only, not with the shipped
+/// scenes.
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -22,7 +23,8 @@ namespace {
 constexpr int face_size = 64, factor_count = 5;
 constexpr std::size_t vertex_count = 8;
 
-/// As tree_integrals makes them: six functions, 200 wavelets a face in the lighting and 70 in the others.
+/// Functions like those of tree_integrals: six, with 200 wavelets per face in the lighting and 70 in the
+/// others.
 TreeIntegrals half_plane_integrals() {
     TreeIntegrals integrals;
     integrals.face_size = face_size;
@@ -52,7 +54,7 @@ double error_of(std::span<const Rgb> found) {
     return relative_rmse(found, texel_sums(integrals()));
 }
 
-/// A way to compute product integrals; `of` makes it when it is wanted.
+/// A method for product integrals. `of` creates it on first use.
 template <class Make>
 bench::ShippedKernel product_integral_kernel(const char* name, const Make& of) {
     const auto method = [of]() -> const Method& {
@@ -64,7 +66,7 @@ bench::ShippedKernel product_integral_kernel(const char* name, const Make& of) {
             1e-5};
 }
 
-/// T = lighting times all factors, again in wavelets.
+/// T = lighting times all factors, as wavelets.
 class FunctionProducts {
 public:
     void multiply() {
@@ -108,7 +110,7 @@ std::vector<bench::ShippedKernel> counted_kernels() {
 }  // namespace
 }  // namespace haarfield::baseline
 
-/// Known to callgrind by its name.
+/// callgrind identifies it by name.
 extern "C" [[gnu::noinline]] void counted_kernel(const haarfield::bench::ShippedKernel& kernel) {
     kernel.run();
 }
@@ -124,11 +126,11 @@ int main(int argc, char** argv) {
         fmt::print(stderr, "usage: haarfield_counted_kernels [KERNEL]\n");
         return 2;
     }
-    // All in this thread, whose instructions are those that count.
+    // Runs only in this thread, whose instructions are counted.
     const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     const double error = kernel->error();
     if (!(error < kernel->tolerance)) {
-        fmt::print(stderr, "wrong answer, so not counted: relative RMSE {}, wanted < {}\n", error,
+        fmt::print(stderr, "wrong answer, so not counted: relative RMSE {}, expected < {}\n", error,
                    kernel->tolerance);
         return 1;
     }

@@ -17,7 +17,7 @@ namespace {
 using furnished::Room;
 using furnished::settings;
 
-/// Glossy vertices of one place, turned in all directions; every other one is near an occluder.
+/// Glossy vertices at one place, rotated in all directions. Every other one is near an occluder.
 class TurnedVertices {
 public:
     TurnedVertices() {
@@ -86,10 +86,10 @@ struct SunnyRoom : Room {
     }
 };
 
-/// The room that the other kernels shade, and what they have made of it.
+/// The room that the other kernels shade, and their results.
 struct Subject {
     static constexpr TransferSettings pruning{0.01f};
-    static constexpr std::size_t moving = 3;  ///< Instance.
+    static constexpr std::size_t moving = 3;  ///< Index of the instance.
 
     SunnyRoom room;
     RgbCubemapTree smooth = room.light();
@@ -126,8 +126,8 @@ struct Subject {
         (void)shade_frame(*by_motion, room.scene, room.geometry(), settings(), FrameQuality::still, radiance);
     }
 
-    /// Of the radiance at hand, at one vertex in five, against sums over the texels of rasterized visibility,
-    /// and rays to all parts of the sun.
+    /// Returns the error of the current radiance at one vertex in five, against sums over the texels of
+    /// rasterized visibility and rays to all points of the sun.
     double error() const {
         const DenseScene dense = *DenseScene::make(room.scene, Room::size);
         DenseShader shader(dense);
@@ -158,7 +158,7 @@ ShippedKernel of_vertices(const char* name, void (TurnedVertices::*run)()) {
             1e-3};
 }
 
-/// Of the room: `run` on a subject, and what makes radiance of it.
+/// A kernel of the room: `run` on a subject, and `shade`, which computes radiance from the result.
 ShippedKernel of_room(const char* name, void (Subject::*run)(), void (Subject::*shade)()) {
     return {name, [run] { (subject().*run)(); }, [] { return subject().vertices; },
             [run, shade] {

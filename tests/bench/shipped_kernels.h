@@ -1,6 +1,5 @@
 #pragma once
-/// What `bake` and `relight` spend their time in, on data that is made here: to count, to time, and to check
-/// before.
+/// The kernels of `bake` and `relight` on generated data, for counting, timing and verification.
 
 #include <functional>
 #include <span>
@@ -11,26 +10,27 @@
 
 namespace haarfield::bench {
 
-/// A kernel, and its work; the data is made when it is first run or checked.
+/// A kernel and its work. The data are generated on first use.
 struct ShippedKernel {
     std::string name;
     std::function<void()> run;
-    std::function<std::size_t()> vertices;  ///< That a run goes through.
-    std::function<double()> error;          ///< Runs it: relative RMSE of radiance against sums over texels.
-    double tolerance;                       ///< Below it the answer is right.
+    std::function<std::size_t()> vertices;  ///< Vertices per run.
+    /// Runs it. Returns the relative RMSE of radiance against sums over texels.
+    std::function<double()> error;
+    double tolerance;  ///< Largest accepted error.
 };
 
-/// By name:
-///     outgoing_radiance    the product integral of a vertex,
-///     radiance_integrand   the product itself, in wavelets,
-///     highlight_integrand  and that of the highlights alone: vertex_shading.h
-///     scene_radiance       the radiance of all vertices of a scene, with what they see
-///     light_vectors        just-in-time radiance transfer: making the vectors,
-///     light_frame          and a frame by them; and so on:
+/// Returns the kernels, by name:
+///     outgoing_radiance    the product integral at a vertex
+///     radiance_integrand   the product itself, in wavelets
+///     highlight_integrand  the product for the specular term only: vertex_shading.h
+///     scene_radiance       the radiance of all vertices of a scene, with their visibility
+///     light_vectors        just-in-time radiance transfer: computing the vectors
+///     light_frame          and a frame with them; similarly:
 ///     view_vectors, view_frame, motion_vectors, motion_frame
 std::vector<ShippedKernel> shipped_kernels();
 
-/// Of a product in wavelets: the sum of its faces' means.
+/// Returns the integral of a product in wavelets: the sum of its faces' means.
 Rgb integral_of(std::span<const WaveletBlock<3>> product);
 
 }  // namespace haarfield::bench

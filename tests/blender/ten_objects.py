@@ -40,7 +40,7 @@ def checked_image():
 
 
 def sky_image():
-    """A warm window, a blue sky and a dark ground, as a float image."""
+    """Returns a float image of a warm window, a blue sky and a dark ground."""
     image = bpy.data.images.new("sky", 256, 128, float_buffer=True)
     v, u = numpy.mgrid[0:128, 0:256]
     latitude, longitude = numpy.pi * ((v + 0.5) / 128 - 0.5), 2 * numpy.pi * (u + 0.5) / 256
@@ -97,7 +97,7 @@ def make(image=None, degrees=40, strength=0.9):
     monkey.rotation_euler = (math.radians(-20), 0, math.radians(30))
     torus = added(mesh.primitive_torus_add, "Ring", red, (-0.6, -1.5, 0.15), major_radius=0.4, minor_radius=0.15,
                   major_segments=32, minor_segments=12)
-    # Linked duplicates: turned, stretched, mirrored.
+    # Linked duplicates: rotated, scaled, mirrored.
     for name, of, place, scale, angle in [
         ("Ball 2", ball, (1.3, -1.3, 0.3), (0.6, 0.6, 0.6), 0),
         ("Head 2", monkey, (-1.6, 1.6, 0.8), (-0.8, 0.8, 0.8), 70),

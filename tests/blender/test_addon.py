@@ -162,7 +162,7 @@ def test_what_can_not_be_baked_is_refused(folder):
     tree = context.scene.world.node_tree
     output = next(node for node in tree.nodes if node.type == "OUTPUT_WORLD")
     tree.links.remove(output.inputs["Surface"].links[0])
-    assert "World 'lit': its surface is missing; wanted Background" in refusal()
+    assert "World 'lit': its surface is missing; expected Background" in refusal()
     context.scene.world = None
     assert "has no world" in refusal()
     for object in list(context.scene.objects):
@@ -235,7 +235,7 @@ class Driven(operators.Baking):
         return self.modal(window, types.SimpleNamespace(type=kind))
 
     def until_done(self, window):
-        """The last answer to the timer, and the texts that were shown before."""
+        """Returns the last result of the timer, and the texts that were displayed before."""
         texts = []
         for _ in range(6000):
             answer = self.event(window, "TIMER")
@@ -275,12 +275,12 @@ def test_esc_cancels_and_leaves_all_as_it_was(folder):
     assert operator.invoke(window, None) == {"RUNNING_MODAL"}
     assert operator.event(window, "ESC") == {"RUNNING_MODAL"}
     answer, _ = operator.until_done(window)
-    assert answer == {"CANCELLED"} and operator.told[-1] == ("WARNING", "Cancelled: nothing was changed")
+    assert answer == {"CANCELLED"} and operator.told[-1] == ("WARNING", "Cancelled; nothing was changed")
     assert window.timers == [] and window.progress == [] and window.text is None
     assert results.copies(context.scene) == {} and shown_in(context) == before
     assert context.scene.name not in operators.remembered
 
-    # After a bake, what it shows stays: also where the next one is refused.
+    # The result of a bake stays visible, even if the next bake is rejected.
     bpy.ops.haarfield.bake()
     baked, memory = shown_in(context), operators.remembered[context.scene.name]
     settings.vertices = 300_000
@@ -311,7 +311,7 @@ def test_cycles_agrees(folder):
     print(text)
     checked = 0
     for line in text.splitlines():
-        # Heads have creases, and pieces that cut each other, where light jumps at vertices.
+        # Heads have creases and intersecting pieces, at which light is discontinuous at vertices.
         if not line.startswith(("Floor", "Box", "Ball", "Ring", "Cone")):
             continue
         baked, sums, noise = (words(line)[-9:][3 * i : 3 * i + 3] for i in range(3))
@@ -322,7 +322,7 @@ def test_cycles_agrees(folder):
 
 
 def main(module):
-    """Runs the tests of a module, or those of them that the command line names."""
+    """Runs the tests of a module, or only those named on the command line."""
     haarfield_addon.register()
     failed = []
     tests = {name: test for name, test in module.items() if name.startswith("test_") and callable(test)}

@@ -1,4 +1,4 @@
-"""What `bake --format glb` writes, in Blender without a window: images times light, upright and in its place.
+"""Output of `bake --format glb` in Blender without a window: images times light, upright, correctly placed.
 
 blender -b --factory-startup --python tests/blender/test_glb.py, with the program in HAARFIELD_PROGRAM.
 """
@@ -16,7 +16,7 @@ import numpy
 from mathutils import Matrix, Vector
 
 if not hasattr(numpy, "bool"):
-    numpy.bool = bool  # which Blender 3.4's importer wants, and newer numpy has no more
+    numpy.bool = bool  # required by Blender 3.4's importer, removed from newer numpy
 
 CAMERA = {"position": (1.5, 1.6, 3), "target": (0, 0.45, 0), "vertical_fov": 35, "resolution": (160, 120)}
 
@@ -56,7 +56,7 @@ entity = "board"
 
 
 def write_scene(folder):
-    """A board with an image on it, that is dark below and has one bright corner, over a plain floor."""
+    """Writes a board above a plain floor. The board has an image with a dark lower part and one bright corner."""
     pixels = numpy.ones((16, 16, 4), numpy.float32)
     pixels[:, :, :3] = numpy.random.default_rng(1).uniform(0.2, 0.6, (4, 4, 3)).repeat(4, 0).repeat(4, 1)
     pixels[:8, :, 2] = 0.05
@@ -74,7 +74,7 @@ def write_scene(folder):
 
 
 def pixels_of(path):
-    """Linear RGBA, rows from the top."""
+    """Returns linear RGBA, with rows from the top."""
     image = bpy.data.images.load(str(path))
     image.colorspace_settings.name = "Raw"
     pixels = numpy.empty(4 * image.size[0] * image.size[1], numpy.float32)

@@ -18,7 +18,7 @@ from test_addon import attribute_of, main, small, words
 
 
 def floor_and_box(folder):
-    """A floor and a box that shadows it, in the dark."""
+    """Creates a dark scene of a floor and a box that shadows it."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     context, mesh = bpy.context, bpy.ops.mesh
     grey = ten_objects.material("grey", colour=(0.5, 0.5, 0.5))
@@ -92,7 +92,7 @@ def test_instanced_and_several_lights_add_up_as_in_cycles(folder):
     inside = bpy.data.collections.new("inside")
     context.collection.objects.unlink(lamp)
     inside.objects.link(lamp)
-    # With an object in the collection, its owner is hidden while the copies are shown.
+    # With an object in the collection, its owner is hidden while the copies are visible.
     context.collection.objects.unlink(bpy.data.objects["Box"])
     inside.objects.link(bpy.data.objects["Box"])
     for number in range(2):
@@ -167,9 +167,9 @@ def test_what_is_left_out_is_named_once(folder):
     assert not {"Fog", "Cloud"} & set(gathered.names.values())
     for part in (
         "Light 'Window': is a portal",
-        "Light 'Photometric': its Strength from IES Texture is left out",
+        "Light 'Photometric': its Strength from IES Texture is ignored",
         "Light 'Shadowless': casts no shadows",
-        "Light 'Shadowless': its specular factor is left out",
+        "Light 'Shadowless': its specular factor is ignored",
         "Light 'Narrow': its spread of 57 degrees",
         "Object 'Box': its hair",
         "Object 'Fog': is a volume",

@@ -1,5 +1,5 @@
 #pragma once
-/// The program, run in a folder with a small scene, as users of plans run it.
+/// Runs the program in a folder with a small scene, as users of plans do.
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ namespace haarfield {
 class FarmTest : public testing::Test {
 protected:
     struct Outcome {
-        int code = -1;  ///< Exit code; -signal if ended by one.
+        int code = -1;  ///< Exit code; -signal if killed by a signal.
         std::string out, err;
     };
 
@@ -46,8 +46,8 @@ protected:
         const int failure =
             posix_spawn(&child, HAARFIELD_PROGRAM, &actions, nullptr, pointers.data(), environ);
         posix_spawn_file_actions_destroy(&actions);
-        // No number of a process is returned that is none: a signal to -1 would reach every process there is.
-        if (failure != 0 || child <= 0) throw std::runtime_error(HAARFIELD_PROGRAM " can not be run");
+        // An invalid process number must not be returned: a signal to -1 would reach all processes.
+        if (failure != 0 || child <= 0) throw std::runtime_error(HAARFIELD_PROGRAM " cannot be run");
         said_[child] = said;
         return child;
     }
@@ -71,7 +71,7 @@ protected:
         return run({"work", plan, "--task", std::to_string(task)});
     }
 
-    /// Several tasks by one process.
+    /// Runs several tasks in one process.
     void expect_worked(const std::string& plan, const std::string& tasks) {
         expect_done({"work", plan, "--tasks", tasks});
     }
@@ -79,7 +79,7 @@ protected:
         expect_worked(plan, fmt::format("0-{}", task_count(plan) - 1));
     }
 
-    /// Runs a line of a shell in the folder.
+    /// Runs a shell command in the folder.
     Outcome shell(const std::string& line) {
         const int status = std::system(
             fmt::format("cd '{}' && {{ {}\n}} > shell.out 2> shell.err", folder.path().string(), line)
@@ -96,7 +96,7 @@ protected:
 
     std::size_t task_count(const std::string& plan) { return status(plan).value("tasks", std::size_t(0)); }
 
-    /// Two boxes over a floor under a low sun: `name`.toml.
+    /// Writes `name`.toml: two boxes on a floor under a low sun.
     void write_scene(const std::string& name = "room", int fine_vertices = 200, float height = 1) {
         write_text(folder / (name + ".obj"),
                    fmt::format("v -0.5 0 -0.5\nv 0.5 0 -0.5\nv 0.5 0 0.5\nv -0.5 0 0.5\n"
@@ -144,7 +144,7 @@ rotate = [0, 30, 0]
                                                           name, fine_vertices));
     }
 
-    /// The files below a folder, by name.
+    /// Returns the files below a folder, by name.
     std::map<std::string, std::string> files_below(const std::string& name) {
         std::map<std::string, std::string> files;
         std::error_code none;

@@ -8,7 +8,7 @@
 namespace haarfield {
 namespace {
 
-/// Values at which readers go wrong.
+/// Values that often reveal errors in readers.
 constexpr std::array<std::uint64_t, 14> odd_numbers{0,          1,
                                                     2,          0x7f,
                                                     0xff,       0x7fff,
@@ -35,7 +35,7 @@ void put(std::string& bytes, std::size_t at, std::string_view piece) {
     std::memcpy(bytes.data() + at, piece.data(), std::min(piece.size(), bytes.size() - at));
 }
 
-/// Changes that keep the size.
+/// Applies a change that preserves the size.
 void damage_in_place(std::string& bytes, FuzzRandom& random, std::string_view other, std::size_t first) {
     const Piece piece = random_piece(bytes, random, first);
     char& byte = bytes[piece.begin];
@@ -138,7 +138,7 @@ std::string text_stl() {
     return text + "endsolid tetrahedron\n";
 }
 
-/// Two nodes, indices of 16 bits, a material.
+/// Returns a file with two nodes, 16 bit indices and a material.
 std::string gltf_json(std::string_view buffer) {
     return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0,)"
            R"("translation":[0,5,0],"scale":[-2,1,1]},{"mesh":0,"rotation":[0,0,0,1]}],)"
@@ -182,7 +182,7 @@ void damage(std::string& bytes, FuzzRandom& random, std::string_view other,
     } while (random_index(random, 3) != 0);
 }
 
-/// One triangle with colours at its corners and a material with an embedded image, which is transformed.
+/// Returns a file with a triangle with vertex colours, and a material with a transformed embedded image.
 std::string example_textured_gltf() {
     return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0},{"mesh":0,"scale":[2,-1,1]}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1,"COLOR_0":2},"material":0}]}],

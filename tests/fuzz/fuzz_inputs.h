@@ -1,5 +1,5 @@
 #pragma once
-/// Damaged and crafted files for haarfield_fuzz: the same for the same seed, on any machine.
+/// Damaged and crafted files for haarfield_fuzz, determined by the seed on all machines.
 
 #include <cstdint>
 #include <random>
@@ -11,25 +11,25 @@ namespace haarfield {
 
 using FuzzRandom = std::mt19937_64;
 
-/// One of 0, 1 ... count - 1; count > 0.
+/// Returns one of 0, 1 ... count - 1; count > 0.
 inline std::size_t random_index(FuzzRandom& random, std::size_t count) {
     return static_cast<std::size_t>(random() % count);
 }
 
-/// Changes bytes from `first` on, one to some ten times: bits, numbers, pieces that are cut, doubled, moved,
-/// or taken from `other`; words of `dictionary`. Keeps the size if `same_size`.
+/// Applies one to about ten changes to the bytes from `first` on: bits, numbers, and pieces that are removed,
+/// duplicated, moved, or copied from `other` or `dictionary`. Preserves the size if `same_size`.
 void damage(std::string& bytes, FuzzRandom& random, std::string_view other,
             const std::vector<std::string_view>& dictionary, std::size_t first = 0, bool same_size = false);
 
-/// Small, good files of a format that read_mesh takes, by the ending of the name: "obj", "ply", "stl", "off",
-/// "gltf", "glb", "inc"; text and binary ones.
+/// Returns small valid files of a format of read_mesh, by file extension: "obj", "ply", "stl", "off", "gltf",
+/// "glb", "inc"; as text and binary.
 std::vector<std::string> example_mesh_files(std::string_view ending);
 
-/// What readers of meshes and scenes look for, and numbers that none expects.
+/// Words that readers of meshes and scenes search for, and unusual numbers.
 const std::vector<std::string_view>& mesh_words();
 const std::vector<std::string_view>& scene_words();
 
-/// Good scene files; they ask for `box.obj` and `light.exr` beside them.
+/// Returns valid scene files. They refer to `box.obj` and `light.exr` in the same directory.
 std::vector<std::string> example_scene_files();
 
 }  // namespace haarfield

@@ -1,12 +1,12 @@
 // haarfield_fuzz: feeds damaged and crafted files to the readers of fields, meshes, scenes, plans and
 // messages.
 //
-// Each file must be read or refused within 5 s of the processor (a whole model 30 s) and 1 GiB, without a
-// crash; a field that was changed must be refused, and one whose forged checksums hold must be safe to use; a
-// mesh of any numbers must bake, with radiance that is finite, and so must whole models, or be refused. Files
-// are read in a child process, so that a crash is counted, its file kept, and the next one read. With
-// --apart, files of formats that libraries read are read by a reader process, as the program does it: what
-// takes that down is counted, and is no failure.
+// Each file must be read or rejected within 5 s of processor time (a whole model 30 s) and 1 GiB, without a
+// crash. A modified field must be rejected, and a field with forged valid checksums must be safe to use. A
+// mesh of arbitrary numbers must bake to finite radiance. Whole models must bake likewise, or be rejected.
+// Files are read in a child process, so that a crash is counted, the file is saved, and the next file is
+// read. With --apart, files of third-party formats are read by a reader process, as in the program. Crashes
+// of that process are counted, but are not failures.
 
 #include <signal.h>
 #include <sys/mman.h>
@@ -64,10 +64,10 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr unsigned clock_seconds_per_file = 120;  // where it waits for good
-constexpr std::size_t files_per_process = 1000;   // so that leaks of libraries do not add up
+constexpr unsigned clock_seconds_per_file = 120;  // for files that block forever
+constexpr std::size_t files_per_process = 1000;   // so that memory leaks of libraries do not accumulate
 
-/// Sealed field files, damaged: to be refused, each of them.
+/// Damaged sealed field files, all of which must be rejected.
 class DamagedFields : public Subject {
 public:
     DamagedFields() {
@@ -80,7 +80,7 @@ public:
     std::string file_name() const override { return "field.vdb"; }
     std::string input(FuzzRandom& random) override {
         std::string bytes = files_[random_index(random, files_.size())];
-        // Much of the file is grids, which hold little that could go wrong: aim behind them, or at the seal.
+        // Most of the file is grids, in which little can go wrong: damage the bytes behind them, or the seal.
         const std::size_t first = random_index(random, 3) == 0 ? 0
                                   : random_index(random, 3) == 0
                                       ? bytes.size() - 64
@@ -98,9 +98,9 @@ public:
                 return "read_field and verify_field disagree";
             if (!field) continue;
             outcome.accepted = true;
-            if (unsealed == Unsealed::refused && !is_whole) return "a changed file was taken";
+            if (unsealed == Unsealed::refused && !is_whole) return "a changed file was accepted";
             if (std::find(blobs_.begin(), blobs_.end(), field_blob(*field)) == blobs_.end())
-                return "a changed field was taken";
+                return "a changed field was accepted";
         }
         return {};
     }
@@ -109,7 +109,7 @@ private:
     std::vector<std::string> files_, blobs_;
 };
 
-/// Field files changed by someone who knows how to make all checksums right.
+/// Modified field files with correct checksums.
 class ForgedFields : public Subject {
 public:
     ForgedFields() {
@@ -133,7 +133,7 @@ public:
         if (!field) return {};
         outcome.accepted = true;
         if (const std::string defect = field_defect(*field); !defect.empty()) return "accepted: " + defect;
-        // Walks every tree, looks up samples all round, and makes the grids.
+        // Traverse every tree, look up samples everywhere, and compute the grids.
         mean_over_directions(field->pool);
         for (int i = 0; i < 20; ++i) {
             const float t = static_cast<float>(i);
@@ -150,7 +150,7 @@ private:
     std::vector<VdbFile> files_;
 };
 
-/// What is wrong with a mesh's materials, images and colours; empty if nothing.
+/// Returns a defect of a mesh's materials, images or colours; empty if there is none.
 std::string wrong_appearance(const ImportedMesh& read) {
     const std::size_t vertices = read.mesh.positions.size(), materials = read.mesh.material_names.size();
     if (read.materials.size() != materials || read.mapped.size() != materials ||
@@ -180,14 +180,14 @@ std::string wrong_appearance(const ImportedMesh& read) {
     return {};
 }
 
-/// Files of text or bytes, damaged with words of their own kind.
+/// Files of text or bytes, damaged with words of their own format.
 class DamagedFiles : public Subject {
 public:
     DamagedFiles(std::vector<std::string> files, const std::vector<std::string_view>& words, FileKind kind)
         : files_(std::move(files)), words_(words), kind_(kind) {}
     std::string input(FuzzRandom& random) override {
         std::string bytes = files_[random_index(random, files_.size())];
-        // Half of them by what a file is made of, which gets further into its reader than bytes do.
+        // Half of them are changed by structure, which reaches deeper into the reader than changes to bytes.
         if (random_index(random, 2)) {
             const bool is_text = bytes.find('\0') == std::string::npos;
             change_structure(bytes, random, kind_ == FileKind::text && !is_text ? FileKind::binary : kind_);
@@ -230,7 +230,7 @@ private:
     std::string format_;
 };
 
-/// Whole meshes of odd numbers, baked.
+/// Valid meshes of unusual numbers, which are baked.
 class OddShapes : public Subject {
 public:
     std::string file_name() const override { return "shape.obj"; }
@@ -246,8 +246,8 @@ public:
     }
 };
 
-/// What a list of vertices and faces promises: numbers that grow, faces of its own vertices, and every vertex
-/// of the mesh that was read from it.
+/// Checks a list of vertices and faces: increasing numbers, valid faces, and every vertex of the mesh that
+/// was read from the same file.
 std::string wrong_list(const ListedMesh& listed, const Mesh& read) {
     if (listed.numbers.size() != listed.positions.size()) return "listed vertices without a number";
     if (std::ranges::adjacent_find(listed.numbers, std::greater_equal()) != listed.numbers.end())
@@ -314,8 +314,8 @@ public:
     }
 };
 
-/// What is read in turn: shapes and whole models take a second each; pictures are left to a reader process,
-/// as OpenImageIO has room for what damaged ones say they are.
+/// The kinds in turn. Shapes and whole models take a second each. Images are left to a reader process,
+/// because OpenImageIO allocates as much memory as damaged files state.
 constexpr std::array<std::string_view, 16> here_names{"field", "forged", "obj",   "ply",    "stl", "off",
                                                       "gltf",  "glb",    "scene", "forged", "obj", "scene",
                                                       "ply",   "inc",    "plan",  "message"};
@@ -345,11 +345,11 @@ std::string_view subject_name(std::uint64_t index, const std::string& only, bool
     return only.empty() ? names[index % names.size()] : std::string_view(only);
 }
 
-/// What parent and child know together.
+/// Data shared between parent and child.
 struct Board {
-    volatile std::uint64_t next;       ///< The file that is read, or will be next.
-    volatile std::uint64_t accepted;   ///< Files that were taken,
-    volatile std::uint64_t contained;  ///< and that took their reader down.
+    volatile std::uint64_t next;       ///< The file that is being read, or will be next.
+    volatile std::uint64_t accepted;   ///< Files that were accepted.
+    volatile std::uint64_t contained;  ///< Files that crashed their reader.
     volatile bool objected;
 };
 
@@ -360,9 +360,9 @@ void limit_memory() {
     const rlim_t limit = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (rlim_t(1) << 30);
     const rlimit memory{limit, limit};
     setrlimit(RLIMIT_AS, &memory);
-    // Readers that catch bad_alloc would hide it.
+    // Readers that catch bad_alloc would hide the failure.
     std::set_new_handler([] {
-        static constexpr std::string_view message = "more than 1 GiB wanted\n";
+        static constexpr std::string_view message = "more than 1 GiB requested\n";
         [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
         abort();
     });
@@ -371,7 +371,7 @@ void limit_memory() {
     setrlimit(RLIMIT_CORE, &no_core);
 }
 
-/// Ends the process after so many seconds of the processor or of the clock; 0: never.
+/// Ends the process after this many seconds of processor time or wall time; 0: never.
 void limit_time(unsigned processor, unsigned clock) {
     const itimerval limit{{0, 0}, {static_cast<time_t>(processor), 0}};
     setitimer(ITIMER_PROF, &limit, nullptr);
@@ -382,7 +382,7 @@ void limit_time(unsigned processor, unsigned clock) {
 [[noreturn]] void read_files(Board& board, std::uint64_t last, std::uint64_t seed, const std::string& only,
                              bool apart, const path& folder) {
     std::map<std::string, std::unique_ptr<Subject>, std::less<>> subjects;
-    write_text(folder / "box.obj", "");  // that scenes ask for
+    write_text(folder / "box.obj", "");  // scenes refer to it
     write_text(folder / "light.exr", "");
     if (apart) {
         static const std::array tasks{model_reader_task(), image_reader_task()};
@@ -470,18 +470,18 @@ int run(const Options& options) {
                    std::uint64_t(board.accepted), std::uint64_t(board.contained), failures);
     else
         fmt::print(
-            "{} files, {} of them taken, {} failures{}\n", options.files, std::uint64_t(board.accepted),
+            "{} files, {} of them accepted, {} failures{}\n", options.files, std::uint64_t(board.accepted),
             failures,
             options.apart ? fmt::format(", {} took their reader down", std::uint64_t(board.contained)) : "");
     std::fflush(stdout);
     return failures == 0 ? 0 : 1;
 }
 
-/// So many of each kind.
+/// Reads the given number of files of each kind.
 int run_each(Options options) {
     int code = 0;
     fmt::print(
-        "| kind | read in | files | taken | took their reader down | failures "
+        "| kind | read in | files | accepted | crashed their reader |  failures "
         "|\n|---|---|---|---|---|---|\n");
     const auto all = names_of(options.apart);
     const std::set<std::string_view> names(all.begin(), all.end());

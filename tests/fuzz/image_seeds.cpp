@@ -6,7 +6,7 @@
 namespace haarfield {
 namespace {
 
-/// 8 x 8 pixels of each, as OpenImageIO wrote them; in base 64.
+/// 8 x 8 pixels in each format, written by OpenImageIO, in base 64.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 12> seeds{{
     {"jpeg",
      "/9j/4AAQSkZJRgABAQAAAQABAAD/4QAWRXhpZgAASUkqAAgAAAAAAAAAAAD/2wBDABQODxIPDRQSEBIXFRQYHjIhHhwc"

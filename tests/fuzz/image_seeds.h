@@ -1,5 +1,5 @@
 #pragma once
-/// Small images that are whole, to be damaged.
+/// Small valid images, as seeds.
 
 #include <string>
 #include <string_view>
@@ -7,7 +7,7 @@
 
 namespace haarfield {
 
-/// Files of a format: jpeg, webp, tiff, hdr, bmp, targa or exr; of different compressions.
+/// Returns files of a format (jpeg, webp, tiff, hdr, bmp, targa or exr) with different compressions.
 std::vector<std::string> example_image_files(std::string_view format);
 
 }  // namespace haarfield

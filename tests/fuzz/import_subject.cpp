@@ -26,7 +26,7 @@ struct NamedFile {
     std::string name, bytes;
 };
 
-/// What a model consists of; it stands first itself.
+/// All files of a model; the main file is first.
 using Model = std::vector<NamedFile>;
 
 void replace_all(std::string& text, std::string_view from, std::string_view to) {
@@ -34,7 +34,7 @@ void replace_all(std::string& text, std::string_view from, std::string_view to) 
         text.replace(at, from.size(), to);
 }
 
-/// A tetrahedron of two materials, one of which has an image of this name.
+/// Returns a tetrahedron of two materials, one of which has an image of this name.
 Model obj_model(const NamedFile& image) {
     return {{"thing.obj",
              "mtllib thing.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl wood\n"
@@ -45,7 +45,7 @@ Model obj_model(const NamedFile& image) {
             image};
 }
 
-/// With its buffer and its image in files.
+/// Returns a model with its buffer and its image in separate files.
 Model gltf_model(const NamedFile& image) {
     std::string json = example_mesh_files("gltf").front();
     const auto put = [&](std::string_view begin, const std::string& name) {
@@ -107,10 +107,10 @@ FileKind kind_of(const std::string& name) {
                : FileKind::binary;
 }
 
-/// Where the folder is that a model is in.
+/// A placeholder for the folder of the model.
 constexpr std::string_view here = "@HERE@";
 
-/// Lets it refer to what lies outside of its folder.
+/// Makes a model refer to files outside of its folder.
 void refer_elsewhere(Model& model, FuzzRandom& random) {
     constexpr std::array ways{
         "../outside/{}",   "@HERE@/../outside/{}", "file:../outside/{}",      "..\\outside\\{}",
@@ -135,7 +135,7 @@ void damage_model(Model& model, FuzzRandom& random) {
     } while (random_index(random, 3) == 0);
 }
 
-/// Tells whether files in a folder are opened.
+/// Detects whether files in a folder are opened.
 class Watch {
 public:
     explicit Watch(const path& folder) : queue_(inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
@@ -173,7 +173,7 @@ std::set<std::string> names_in(const path& folder) {
     return names;
 }
 
-/// What is wrong with a refusal; empty if nothing.
+/// Returns a defect of a rejection; empty if there is none.
 std::string wrong_refusal(const Error& error) {
     if (error.what.empty() || error.where.empty()) return "refused without a reason or a place";
     return error.what.find("is not finite") != std::string::npos && error.where.find("instance") == 0
@@ -181,7 +181,7 @@ std::string wrong_refusal(const Error& error) {
                : "";
 }
 
-/// What is wrong with a table of baked vertices; empty if nothing.
+/// Returns a defect of a table of baked vertices; empty if there is none.
 std::string wrong_table(const path& file) {
     std::ifstream table(file);
     std::string line;
@@ -230,7 +230,7 @@ public:
         for (const auto& entry : std::filesystem::directory_iterator(folder))
             if (entry.path() != models && entry.path() != outside && entry.path() != output)
                 wrong += "a file outside of the output was written";
-        if (names_in(models) != given) wrong += "a file was written beside the model";
+        if (names_in(models) != given) wrong += "a file was written next to the model";
         if (wrong.empty()) std::filesystem::remove_all(folder);
         return wrong;
     }

@@ -1,5 +1,5 @@
 #pragma once
-/// The kind of haarfield_fuzz that is a whole model: with what it refers to, imported and baked.
+/// The kind of haarfield_fuzz that imports and bakes whole models with all their files.
 
 #include <memory>
 
@@ -7,11 +7,11 @@
 
 namespace haarfield {
 
-/// Models with their materials, buffers and images, of which some are damaged, or named elsewhere: `import`
-/// and `bake` refuse them with a place and a reason and leave no scene, or bake them to numbers that are
-/// finite. No file outside of the model's folder is opened, or written outside of the output's.
+/// Models with materials, buffers and images, of which some are damaged or refer to other folders. `import`
+/// and `bake` reject them with a place and a reason and leave no scene, or bake them to finite numbers. No
+/// file outside of the model's folder is opened, and none outside of the output's folder is written.
 ///
-/// A file holds all that a model consists of, one after the other: a line of name and size, then the bytes.
+/// A file contains all files of a model in turn: a line with name and size, then the bytes.
 std::unique_ptr<Subject> damaged_models();
 
 }  // namespace haarfield

@@ -8,7 +8,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// All values of a tree.
+/// Lists all values of a tree.
 void list_values(Json& json, std::vector<Json*>& values) {
     values.push_back(&json);
     if (json.is_structured())
@@ -26,7 +26,7 @@ Json other_number(const Json& number, FuzzRandom& random) {
         case 5: return std::uint64_t(1) << random_index(random, 64);
         case 6: return (std::uint64_t(1) << random_index(random, 64)) - 1;
         case 7: return -static_cast<std::int64_t>(std::uint64_t(1) << random_index(random, 63));
-        // Whole numbers stay so.
+        // Integers stay integers.
         case 8:
             return number.is_number_unsigned()
                        ? Json(number.get<std::uint64_t>() + random_index(random, 3) - 1)
@@ -54,7 +54,7 @@ Json odd_value(FuzzRandom& random) {
     }
 }
 
-/// Of three kinds of letters, so that it may end within one wherever it is cut.
+/// Returns text with characters of different lengths, so that any cut may split one.
 std::string other_text(const std::string& text, FuzzRandom& random) {
     std::string other = text;
     switch (random_index(random, 4)) {
@@ -109,7 +109,7 @@ void change_once(Json& json, FuzzRandom& random) {
 std::string changed_json(Json json, FuzzRandom& random) {
     do change_once(json, random);
     while (random_index(random, 3) != 0);
-    // Cut texts need not be whole characters: those bytes are written as they are.
+    // Cut texts may end within a character. Those bytes are written unchanged.
     std::string text = json.dump(random_index(random, 2) ? -1 : 1, ' ', false, Json::error_handler_t::ignore);
     if (random_index(random, 8) == 0)
         if (const std::size_t at = text.find("null"); at != std::string::npos)

@@ -1,5 +1,5 @@
 #pragma once
-/// Changes to JSON that know its tree.
+/// Structural changes to JSON.
 
 #include <nlohmann/json.hpp>
 
@@ -7,10 +7,11 @@
 
 namespace haarfield {
 
-/// Changes one to some ten values, anywhere in the tree: a number by one, by its sign, by powers of two up to
-/// the ends of doubles and of 64 bits; a value to one of another kind, or to another of the tree; keys and
-/// elements left out, doubled or exchanged; names of keys; texts made longer, or of odd characters; a value
-/// many levels down. The text need be no JSON that every program reads: infinities are not written as null.
+/// Changes one to about ten values anywhere in the tree. A number changes by one, by its sign, or by powers
+/// of two up to the limits of doubles and of 64 bits. A value changes to another type or to another value of
+/// the tree. Keys and elements are removed, duplicated or swapped, keys renamed, texts extended or filled
+/// with unusual characters, and values nested deeply. The result need not be JSON that every program reads:
+/// infinities are not written as null.
 std::string changed_json(nlohmann::ordered_json json, FuzzRandom& random);
 
 }  // namespace haarfield

@@ -1,5 +1,5 @@
 #pragma once
-/// Kinds of haarfield_fuzz that are JSON: plans, and what pages say to `haarfield view`.
+/// Kinds of haarfield_fuzz that are JSON: plans, and messages from pages to `haarfield view`.
 
 #include <memory>
 
@@ -7,12 +7,12 @@
 
 namespace haarfield {
 
-/// Plans, as `work`, `join` and `status` read them: refused with a reason and a place, or such that every
-/// task is there, every time is a number, every job a command's in as many parts as it can have, and writing
-/// and reading them again changes nothing.
+/// Plans, as read by `work`, `join` and `status`. Each is rejected with a reason and a place, or valid: every
+/// task exists, every time is a number, every job is a known command with a valid number of parts, and a
+/// second write and read changes nothing.
 std::unique_ptr<Subject> damaged_plans();
 
-/// Messages: refused with a reason that can be sent, or in their ranges (message_defect).
+/// Messages: rejected with a reason that can be sent, or within their ranges (message_defect).
 std::unique_ptr<Subject> damaged_messages();
 
 }  // namespace haarfield

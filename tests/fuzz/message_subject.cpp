@@ -17,7 +17,7 @@ public:
         switch (random_index(random, 8)) {
             case 0: damage(text, random, any(random), words()); return text;
             case 1: change_structure(text, random, FileKind::text); return text;
-            // With keys of another type.
+            // Merges keys of another type.
             case 2: {
                 auto json = nlohmann::ordered_json::parse(text);
                 json.update(nlohmann::ordered_json::parse(any(random)));
@@ -33,7 +33,7 @@ public:
             outcome.accepted = true;
             return message_defect(*message);
         }
-        // As the session answers.
+        // Like the session's answer.
         const std::string answer = message_text({{"type", "error"}, {"message", message.error().what}});
         if (answer.size() > 400) return "an error of " + std::to_string(answer.size()) + " bytes";
         return outcome.refused(message.error());

@@ -16,7 +16,7 @@ namespace {
 
 using std::filesystem::path;
 
-/// What `plan` writes for a scene, with names and numbers that are the same each time.
+/// Returns the output of `plan` for a scene, with names and numbers that are the same each time.
 std::string planned(const std::vector<std::string>& options) {
     const TestFolder folder;
     write_text(folder / "box.obj",
@@ -45,7 +45,7 @@ std::string planned(const std::vector<std::string>& options) {
     return json.dump(1) + "\n";
 }
 
-/// What is wrong with a plan that was read; empty if nothing.
+/// Returns a defect of a parsed plan; empty if there is none.
 std::string plan_defect(const FarmPlan& plan) {
     std::size_t tasks = 0;
     for (std::size_t number = 0; number < plan.jobs.size(); ++number) {
@@ -97,7 +97,7 @@ public:
             return plan.error().where.empty() ? "refused without a place" : outcome.refused(plan.error());
         outcome.accepted = true;
         if (const std::string defect = plan_defect(*plan); !defect.empty()) return defect;
-        // As `status` goes on.
+        // The further steps of `status`.
         const std::vector<double> seconds = task_seconds(*plan, task_states(folder, *plan));
         if (seconds.size() != plan->task_count()) return "tasks without an estimate";
         const std::vector<bool> left(seconds.size(), true);
@@ -105,7 +105,7 @@ public:
             if (const double simulated = simulated_seconds(*plan, seconds, left, nodes, 1);
                 !(simulated >= 0 && std::isfinite(simulated)))
                 return "a time that is no number";
-        // As `work` and `join` do.
+        // The checks of `work` and `join`.
         for (const PlanJob& job : plan->jobs) {
             if (const Result<Done> same = check_inputs(job); !same && same.error().what.empty())
                 return "an input was refused without a reason";

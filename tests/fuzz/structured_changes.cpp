@@ -15,7 +15,7 @@ struct Span {
     std::string of(const std::string& text) const { return text.substr(begin, size); }
 };
 
-/// Runs of characters of a kind, from some place on; those found first if there are very many.
+/// Returns runs of characters of a kind, starting at a random place; the first ones if there are very many.
 template <class IsPart>
 std::vector<Span> runs(const std::string& text, const IsPart& is_part) {
     std::vector<Span> found;
@@ -55,7 +55,7 @@ std::string written(double number) {
     return {buffer.data(), end};
 }
 
-/// Near the number, or near the ends of what numbers can be.
+/// Returns a number close to the given one, or close to the limits of number types.
 std::string other_number(const std::string& text, FuzzRandom& random) {
     double value = 0;
     std::from_chars(text.data() + (text[0] == '+'), text.data() + text.size(), value);
@@ -104,7 +104,7 @@ void change_text_once(std::string& text, FuzzRandom& random) {
 template <class Word>
 void change_word(std::string& bytes, FuzzRandom& random) {
     if (bytes.size() < 2 * sizeof(Word)) return;
-    // Mostly at a multiple of its size.
+    // Usually aligned to its size.
     const auto place = [&] {
         const std::size_t at = random_index(random, bytes.size() - sizeof(Word));
         return random_index(random, 4) ? at / sizeof(Word) * sizeof(Word) : at;
@@ -131,7 +131,7 @@ std::uint32_t big_endian(const char* at) {
     return value;
 }
 
-/// Of PNG's chunks, as its specification has it.
+/// Returns the checksum of a PNG chunk, as defined in its specification.
 std::uint32_t crc(std::string_view bytes) {
     std::uint32_t sum = 0xffffffff;
     for (const char c : bytes) {
@@ -153,7 +153,7 @@ void right_png(std::string& bytes) {
     }
 }
 
-/// The JSON chunk gets a new text.
+/// Replaces the text of the JSON chunk.
 void change_glb(std::string& bytes, FuzzRandom& random) {
     constexpr std::size_t head = 20;
     std::uint32_t length = 0;

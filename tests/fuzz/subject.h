@@ -1,5 +1,5 @@
 #pragma once
-/// What haarfield_fuzz reads: a kind of file, and what its reader may not do.
+/// The files that haarfield_fuzz reads: kinds of files, and the requirements on their readers.
 
 #include <filesystem>
 #include <string>
@@ -9,28 +9,28 @@
 
 namespace haarfield {
 
-/// What became of a file.
+/// The outcome of reading a file.
 struct Outcome {
     bool accepted = false;
-    bool contained = false;  ///< Took its reader down, in a process of its own.
+    bool contained = false;  ///< The file crashed its reader process.
 
-    /// Why it was refused. Returns what is wrong with that.
+    /// Records a rejection. Returns a defect of its error, or an empty string.
     std::string refused(const Error& error) {
-        for (const char* end : {"its reader ended", "took longer", "wants more memory"})
+        for (const char* end : {"its reader ended", "took longer", "needs more memory"})
             contained |= error.what.find(end) != std::string::npos;
         return error.what.empty() ? "refused without a reason" : "";
     }
 };
 
-/// A kind of file, and what reading it may not do.
+/// A kind of file, and the requirements on reading it.
 class Subject {
 public:
     virtual ~Subject() = default;
     virtual std::string file_name() const = 0;
     virtual std::string input(FuzzRandom& random) = 0;
-    virtual unsigned seconds() const { return 5; }  ///< Of the processor, for one file.
+    virtual unsigned seconds() const { return 5; }  ///< Processor time per file.
 
-    /// Reads the file; sets the outcome. Returns what is wrong with that; nothing if all is well.
+    /// Reads the file and sets the outcome. Returns the violated requirement, or an empty string.
     virtual std::string objection(const std::filesystem::path& file, Outcome& outcome) = 0;
 };
 

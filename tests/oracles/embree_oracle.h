@@ -10,28 +10,28 @@
 
 namespace haarfield {
 
-/// An axis of a cubemap face and what lies to the right of and below its middle; written down from OpenEXR's
-/// drawing, apart from cubemap.h.
+/// The axis of a cubemap face, and the directions to the right of and below its centre. Written down from
+/// OpenEXR's drawing, independently of cubemap.h.
 struct FaceFrame {
     Vec3d axis, right, down;
 };
 extern const FaceFrame face_frames[6];
 
-/// Direction of sub-sample s of a texel; not normalised.
+/// Returns the direction of sub-sample s of a texel, not normalised.
 Vec3d sub_sample_direction(int face, int column, int row, int sub_sample, int face_size);
 
 class EmbreeOracle {
 public:
-    /// All triangles block with both sides: compare from points that are inside of no closed piece.
+    /// Builds a BVH. All triangles block with both sides, so compare only at points outside of closed pieces.
     ///
-    /// device_settings  Embree's, such as "isa=avx2".
+    /// device_settings  settings of Embree, such as "isa=avx2".
     explicit EmbreeOracle(const Occluder& occluder, const char* device_settings = nullptr);
 
     bool is_open(const Vec3f& origin, const Vec3d& direction) const;
 
-    void* scene() const { return scene_.get(); }  ///< Embree's, an RTCScene.
+    void* scene() const { return scene_.get(); }  ///< The RTCScene.
 
-    /// Counts of open sub-samples, laid out as VisibilityRasterizer's.
+    /// Counts the open sub-samples, in the order of VisibilityRasterizer.
     std::vector<std::uint8_t> open_samples(const Vec3f& view_point, int face_size) const;
 
 private:

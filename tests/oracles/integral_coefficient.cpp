@@ -17,7 +17,7 @@ double integral_coefficient(std::span<const HaarBasisFunction> functions) {
 
     int levels = 0;
     double sign = 1;
-    std::array<int, 3> finest_wavelets{};  // how many of each kind
+    std::array<int, 3> finest_wavelets{};  // number of wavelets of each kind
     for (const HaarBasisFunction& function : functions) {
         assert(function.level >= 0 && function.level < 32);
         levels += function.level;
@@ -32,8 +32,8 @@ double integral_coefficient(std::span<const HaarBasisFunction> functions) {
             sign *= double(wavelet_sign[wavelet][quadrant]);
         }
     }
-    // Signs of equal wavelets cancel in pairs, and along_x * along_y = diagonal: what is left over on the
-    // finest square is constant only if all three kinds are left over or none is.
+    // Signs of equal wavelets cancel in pairs, and along_x * along_y = diagonal. The remaining product on the
+    // finest square is constant only if all three kinds remain, or none.
     const bool parity = finest_wavelets[0] % 2 != 0;
     if ((finest_wavelets[1] % 2 != 0) != parity || (finest_wavelets[2] % 2 != 0) != parity) return 0;
     return std::ldexp(sign, levels - 2 * finest.level);

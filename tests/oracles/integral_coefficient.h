@@ -10,15 +10,15 @@ namespace haarfield {
 struct HaarBasisFunction {
     enum class Kind : std::uint8_t { scaling, along_x, along_y, diagonal };
     Kind kind = Kind::scaling;
-    int level = 0;               ///< Its support is a square of side 2^-level.
-    std::uint32_t x = 0, y = 0;  ///< Which: 0 <= x, y < 2^level.
+    int level = 0;               ///< The support is a square of side 2^-level.
+    std::uint32_t x = 0, y = 0;  ///< Index of the square: 0 <= x, y < 2^level.
 };
 
-/// C = int b_1 b_2 ... b_k dA over the unit square.
+/// Returns C = int b_1 b_2 ... b_k dA over the unit square.
 ///
-/// Non-zero iff the supports are nested and, among the functions of the finest level, the numbers of
-/// the three wavelet kinds have the same parity. Then it is +-2^(sum of levels - 2 * finest level),
-/// with the sign of the product of the quadrant signs of the coarser wavelets where the finest lies.
+/// Non-zero iff the supports are nested and, among the functions of the finest level, the numbers of the
+/// three wavelet kinds have the same parity. Then it is +-2^(sum of levels - 2 * finest level), with the sign
+/// of the product of the quadrant signs of the coarser wavelets on the finest square.
 ///
 /// functions  k >= 1 (asserted).
 /// accuracy   exact.

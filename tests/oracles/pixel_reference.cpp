@@ -41,7 +41,7 @@ Texels any_texels_of(const BasicQuadtree<Value>& tree, int channel, int size, in
 class Random {
 public:
     explicit Random(std::uint32_t seed) : engine_(seed) {}
-    /// In [0, 1), the same on every platform.
+    /// Returns a number in [0, 1), the same on every platform.
     double uniform() { return engine_() / 4294967296.0; }
     float value(float scale) { return float((2 * uniform() - 1)) * scale; }
 

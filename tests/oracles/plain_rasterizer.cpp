@@ -7,8 +7,8 @@
 namespace haarfield {
 namespace {
 
-/// The axes of a face: direction = axis + u * right + v * down. All are signed unit vectors, so that
-/// products with them round nothing.
+/// The axes of a face: direction = axis + u * right + v * down. All are signed unit vectors, so that products
+/// with them are exact.
 struct FaceAxes {
     Vec3d axis, right, down;
 };
@@ -21,7 +21,7 @@ FaceAxes face_axes(int face) {
 const std::array<FaceAxes, cubemap_faces> all_face_axes{face_axes(0), face_axes(1), face_axes(2),
                                                         face_axes(3), face_axes(4), face_axes(5)};
 
-/// Each bit of the index as a byte.
+/// The bits of the index as bytes.
 struct BytesOfBits {
     std::array<std::uint64_t, 256> bytes{};
     constexpr BytesOfBits() {
@@ -32,10 +32,10 @@ struct BytesOfBits {
 };
 constexpr BytesOfBits bytes_of_bits;
 
-/// One side of a triangle's cone on a face: the samples with  along_u * u + along_v * v + constant >= 0.
+/// A side of a triangle's cone on a face: the samples with  along_u * u + along_v * v + constant >= 0.
 struct Side {
     double along_u, along_v, constant;
-    double slope, crossing;  ///< The sample line u = slope * v + crossing, where along_u is not zero.
+    double slope, crossing;  ///< The line u = slope * v + crossing, if along_u is not zero.
 };
 
 void set_bits(std::uint64_t* row, int first, int last) {
@@ -61,21 +61,21 @@ PlainRasterizer::PlainRasterizer(int face_size)
     assert(is_face_size(face_size));
 }
 
-// A direction d lies in the cone of the triangle (a, b, c), seen from the origin, iff d = αa + βb + γc with
-// α, β, γ >= 0. With det = a·(b×c), α = d·(b×c) / det, and so on: three half-spaces through the origin, whose
-// normals are cross products of two vertices. No clipping is needed, wherever the vertices are. The normal of
-// an edge shared by two triangles is the same but for its sign, to the last bit, so both compute the same
-// crossing and every sample is on one side or on both.
+// A direction d lies in the cone of the triangle (a, b, c), viewed from the origin, iff d = αa + βb + γc with
+// α, β, γ >= 0. With det = a·(b×c), α = d·(b×c) / det, and so on. These are three half-spaces through the
+// origin, whose normals are cross products of two vertices. No clipping is needed, wherever the vertices are.
+// The normals of an edge shared by two triangles are bit-identical except for their sign. So both compute the
+// same crossing, and every sample is on one side or on both.
 void PlainRasterizer::block_triangle(const Vec3d& a, const Vec3d& b, const Vec3d& c, bool both_sides) {
     const Vec3d normals[3] = {a.cross(b), b.cross(c), c.cross(a)};
     const double det = a.dot(normals[1]);
-    if (!(both_sides ? det != 0 : det < 0)) return;  // counter-clockwise seen from outside: det < 0 in front
+    if (!(both_sides ? det != 0 : det < 0)) return;  // counter-clockwise from outside: det < 0 in front
     const double sign = det < 0 ? -1 : 1;
 
     const int sub_rows = face_size_ * samples_per_texel;
     for (std::size_t face = 0; face < cubemap_faces; ++face) {
         const FaceAxes& axes = all_face_axes[face];
-        // Vertices outside of one and the same plane of the face's pyramid: the cone misses the face.
+        // If all vertices are outside of one plane of the face's pyramid, the cone misses the face.
         unsigned outside_all = 15;
         double lowest_v = INFINITY, highest_v = -INFINITY;
         bool behind = false;
@@ -88,11 +88,11 @@ void PlainRasterizer::block_triangle(const Vec3d& a, const Vec3d& b, const Vec3d
             highest_v = std::max(highest_v, y / w);
         }
         if (outside_all != 0) continue;
-        if (behind) {  // the projection is not bounded by the vertices
+        if (behind) {  // the vertices do not bound the projection
             lowest_v = -1;
             highest_v = 1;
         }
-        // A row of margin, for the rounding of y / w; the sides decide.
+        // One row of margin for the rounding of y / w. The sides decide.
         const int first_row =
             std::max(0, static_cast<int>(std::floor((std::max(lowest_v, -1.0) + 1) * 0.5 * sub_rows)) - 1);
         const int last_row = std::min(
@@ -151,7 +151,7 @@ std::span<const std::uint8_t> PlainRasterizer::open_samples(const Occluder& occl
         block_triangle(a, b, c, t >= occluder.one_sided());
     }
 
-    // Eight sub-rows make a texel row; bytes are added eight columns at a time.
+    // Eight sub-rows form a texel row. Bytes are added for eight columns at a time.
     const std::uint64_t* row = blocked_.data();
     std::uint8_t* open = open_.data();
     const int columns_per_step = std::min(8, face_size_);

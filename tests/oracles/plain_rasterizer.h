@@ -1,5 +1,5 @@
 #pragma once
-/// Visibility cubemaps by a plain loop, slow and without precomputed data.
+/// Visibility cubemaps by simple loops, slow and without precomputed data.
 
 #include "fields/rasterizer/visibility_rasterizer.h"
 
@@ -9,13 +9,13 @@
 
 namespace haarfield {
 
-/// The rasterizer's oracle: one triangle and sub-row after the other, in double, with nothing precomputed and
-/// sides followed along the other axis.
+/// The rasterizer's oracle: processes one triangle and sub-row at a time, in double, without precomputation,
+/// and follows sides along the other axis.
 class PlainRasterizer {
 public:
     explicit PlainRasterizer(int face_size);
 
-    /// As VisibilityRasterizer's.
+    /// Like VisibilityRasterizer::open_samples.
     std::span<const std::uint8_t> open_samples(const Occluder& occluder, const Vec3f& view_point,
                                                const Vec3f* horizon = nullptr);
 
@@ -24,9 +24,9 @@ private:
 
     int face_size_;
     int words_per_row_;
-    std::vector<std::uint64_t> blocked_;  ///< Bit per sample: face, sub-row, 64 columns a word.
+    std::vector<std::uint64_t> blocked_;  ///< One bit per sample: face, sub-row, 64 columns per word.
     std::vector<std::uint8_t> open_;
-    std::vector<Vec3d> relative_;  ///< Vertices, seen from the view point.
+    std::vector<Vec3d> relative_;  ///< Vertices relative to the view point.
 };
 
 }  // namespace haarfield

@@ -1,5 +1,5 @@
 #pragma once
-/// Wide trees back to texels.
+/// Conversion of wide trees to texels.
 
 #include <algorithm>
 
@@ -7,7 +7,7 @@
 
 namespace haarfield {
 
-/// Draws what lies under a node, or its mean if there is none, into a square of a face's texels.
+/// Draws the content of a node, or the mean if there is none, into a square of a face's texels.
 inline void draw(const WideNode<std::uint8_t>* node, double mean, int x, int y, int side, int size,
                  std::vector<double>& texels) {
     if (!node || side == 1) {
@@ -22,7 +22,7 @@ inline void draw(const WideNode<std::uint8_t>* node, double mean, int x, int y, 
     }
 }
 
-/// The visibility of each texel, row by row.
+/// Returns the visibility of each texel, in row-major order.
 inline std::vector<double> texels_of(const WideFace<std::uint8_t>& face, int size) {
     std::vector<double> texels(std::size_t(size) * std::size_t(size));
     draw(face.root, face.mean, 0, 0, size, size, texels);

@@ -1,4 +1,4 @@
-"""What tests of the Python module share."""
+"""Fixtures of the tests of the Python module."""
 
 import json
 import os
@@ -12,12 +12,12 @@ import haarfield
 SOURCE = Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("HAARFIELD_PROGRAM", str(SOURCE / "build/dev/haarfield"))
 
-# Some hundred samples and vertices: fields in a tenth of a second.
+# A few hundred samples and vertices, so that a field takes a tenth of a second.
 SMALL = {"fine_vertices": 600, "coarse_triangles": 300, "planar_samples": 60, "spherical_samples": 60}
 
 
 def box_arrays(size=1.0):
-    """Positions and triangles of a cube that stands on the ground."""
+    """Returns positions and triangles of a cube on the ground."""
     positions = numpy.array([(x, y, z) for x in (-0.5, 0.5) for y in (0, 1) for z in (-0.5, 0.5)]) * size
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
@@ -25,13 +25,13 @@ def box_arrays(size=1.0):
 
 
 def floor_arrays(half=2.0):
-    """Positions and triangles of a square on the ground."""
+    """Returns positions and triangles of a square on the ground."""
     positions = numpy.array([(-half, 0, -half), (-half, 0, half), (half, 0, half), (half, 0, -half)])
     return positions, numpy.array([(0, 1, 2), (0, 2, 3)])
 
 
 def ball_arrays(rows=16, columns=24):
-    """Positions and triangles of a ball of radius 1/2 that stands on the ground."""
+    """Returns positions and triangles of a ball of radius 1/2 on the ground."""
     polar, azimuth = numpy.meshgrid(
         numpy.linspace(0, numpy.pi, rows), numpy.linspace(0, 2 * numpy.pi, columns + 1), indexing="ij"
     )
@@ -44,7 +44,7 @@ def ball_arrays(rows=16, columns=24):
 
 
 def sky_pixels(height=16):
-    """Light from above, brighter towards +x."""
+    """Returns light from above that is brighter towards +x."""
     y, x = numpy.mgrid[0:height, 0 : 2 * height]
     latitude = numpy.pi * (0.5 - (y + 0.5) / height)
     longitude = numpy.pi * (1 - 2 * (x + 0.5) / (2 * height))
@@ -53,7 +53,7 @@ def sky_pixels(height=16):
 
 
 def description():
-    """Two boxes on a floor."""
+    """Returns two boxes on a floor."""
     return {
         "camera": {"position": [3, 2.5, 4], "target": [0, 0.4, 0], "resolution": [96, 72]},
         "environment": {"image": sky_pixels()},

@@ -20,7 +20,7 @@ GESTURES = ("light", "eye", "instance")
 
 
 class InCpp:
-    """haarfield_study's session."""
+    """The session of haarfield_study."""
 
     def __init__(self, scene, frames):
         command = [STUDY, "session", str(scene), "--frames", str(frames)]
@@ -28,7 +28,7 @@ class InCpp:
         self.study.stdout.readline()  # the compiler's name
 
     def gesture(self, name):
-        """The least time and work of its frames, in seconds, and a sum of the bits of the radiance after them."""
+        """Returns the minimum wall and processor time of its frames [s], and a checksum of the final radiance."""
         self.study.stdin.write(name + "\n")
         self.study.stdin.flush()
         seconds, work, digest = self.study.stdout.readline().split()
@@ -41,7 +41,7 @@ class InCpp:
 
 
 class InPython:
-    """The same by the module; tests/studies/study_session.cpp has these steps."""
+    """The session of the module, with the steps of tests/studies/study_session.cpp."""
 
     def __init__(self, scene, frames):
         self.session = haarfield.open(scene).session()

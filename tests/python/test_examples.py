@@ -1,4 +1,4 @@
-"""The worked examples, made small."""
+"""Runs the examples with small sizes."""
 
 import os
 import subprocess
@@ -10,7 +10,7 @@ import haarfield
 
 
 def run(name, folder, *arguments):
-    """What an example prints."""
+    """Returns the output of an example."""
     environment = dict(os.environ, MPLCONFIGDIR=str(folder / "matplotlib"))
     result = subprocess.run(
         [sys.executable, SOURCE / "tools/python/examples" / name, *map(str, arguments)],

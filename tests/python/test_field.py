@@ -1,4 +1,4 @@
-"""Fields, looked into."""
+"""Access to the content of fields."""
 
 import numpy
 import pytest
@@ -9,7 +9,7 @@ import haarfield
 
 @pytest.fixture(scope="module")
 def field():
-    """Round a ball of radius 1/2 on the ground: boxes have so few triangles that they need no samples."""
+    """Samples around a ball of radius 1/2 on the ground. Boxes have too few triangles to need samples."""
     return haarfield.scene(
         {
             "environment": {"sky": {}},
@@ -26,8 +26,8 @@ def test_visibility_is_blocked_towards_the_object(field):
     size = field.face_size
     assert seen.shape == (6, size, size)
     middle = size // 2
-    assert seen[0, middle, middle] == pytest.approx(1, abs=0.02)  # +x, away
-    assert seen[1, middle, middle] == pytest.approx(0, abs=0.1)  # -x, at the box
+    assert seen[0, middle, middle] == pytest.approx(1, abs=0.02)  # +x, away from the ball
+    assert seen[1, middle, middle] == pytest.approx(0, abs=0.1)  # -x, towards the ball
     assert seen.min() > -0.2 and seen.max() < 1.2
 
 
@@ -72,11 +72,11 @@ def test_what_is_not_there_is_refused(field, scene, tmp_path):
         field.cubemap(field.cubemaps)
     with pytest.raises(ValueError, match="sampler is"):
         field.visibility((0, 0, 0), "cubic")
-    with pytest.raises(ValueError, match="point is of shape"):
+    with pytest.raises(ValueError, match="point has the shape"):
         field.visibility((0, 0))
     with pytest.raises(ValueError, match="is nan"):
         field.visibility((0, 0, numpy.nan))
-    with pytest.raises(KeyError, match="there are: floor, box"):
+    with pytest.raises(KeyError, match="expected one of: floor, box"):
         scene.field("chair")
     damaged = tmp_path / "damaged.vdb"
     damaged.write_bytes(b"no field")

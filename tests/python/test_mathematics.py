@@ -10,7 +10,7 @@ import haarfield
 
 
 def functions(count, size, seed):
-    """Blobs with edges, in [0, 1]."""
+    """Returns an image of shapes with edges, in [0, 1]."""
     random = numpy.random.default_rng(seed)
     directions = haarfield.texel_directions(size)
     made = []

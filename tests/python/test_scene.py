@@ -50,14 +50,14 @@ def test_a_camera_that_is_missing_is_found():
 @pytest.mark.parametrize(
     "path, value, said",
     [
-        (("materials", "red", "diffuse"), [0.5, 1.5, 0], "materials.red.diffuse[1] is 1.5; wanted"),
-        (("materials", "red", "diffuse"), numpy.array([0.5, numpy.nan, 0]), "diffuse[1] is nan; wanted"),
-        (("materials", "red", "shine"), 1, "materials.red.shine is not known; wanted one of"),
+        (("materials", "red", "diffuse"), [0.5, 1.5, 0], "materials.red.diffuse[1] is 1.5; expected"),
+        (("materials", "red", "diffuse"), numpy.array([0.5, numpy.nan, 0]), "diffuse[1] is nan; expected"),
+        (("materials", "red", "shine"), 1, "materials.red.shine is not known; expected one of"),
         (("entities", "box", "material"), "blue", 'is "blue"; there is no such material'),
         (("instances", 1, "entity"), "ball", 'is "ball"; there is no such entity'),
-        (("instances", 1, "scale"), 0, "scale is 0; wanted"),
+        (("instances", 1, "scale"), 0, "scale is 0; expected"),
         (("environment",), {}, "environment has neither image nor sky"),
-        (("environment", "exposure"), float("inf"), "exposure is inf; wanted"),
+        (("environment", "exposure"), float("inf"), "exposure is inf; expected"),
         (("entities", "box", "mesh"), "nowhere.obj", "there is no such file"),
     ],
 )
@@ -76,7 +76,7 @@ def test_what_no_table_can_hold_is_a_type_error(value):
 
 @pytest.mark.parametrize("shape", [(4, 2, 3), (2, 4, 4), (8, 4, 3), (4,), (0, 0, 3)])
 def test_an_environment_of_another_shape_is_refused(shape):
-    with pytest.raises(ValueError, match="environment.image is of shape"):
+    with pytest.raises(ValueError, match="environment.image has the shape"):
         haarfield.scene(changed(("environment", "image"), numpy.zeros(shape)))
 
 
@@ -97,24 +97,24 @@ def test_an_error_of_a_file_says_where():
 
 BOX = box_arrays()
 BAD_MESHES = [
-    (dict(positions=BOX[0][:, :2], triangles=BOX[1]), ValueError, "positions is of shape (8, 2); wanted (N, 3)"),
+    (dict(positions=BOX[0][:, :2], triangles=BOX[1]), ValueError, "positions has the shape (8, 2); expected (N, 3)"),
     (dict(positions=BOX[0] * numpy.nan, triangles=BOX[1]), ValueError, "positions[0, 0] is nan"),
     (dict(positions="no", triangles=BOX[1]), TypeError, "positions has elements of type"),
     (dict(positions=None, triangles=BOX[1]), TypeError, "positions has elements of type object"),
     (dict(positions=BOX[0] + 1j, triangles=BOX[1]), TypeError, "complex"),
     (dict(positions=[[1, 2], [3]], triangles=BOX[1]), (TypeError, ValueError), "positions"),
-    (dict(positions=BOX[0], triangles=BOX[1] + 1), ValueError, "triangles has 8; wanted whole numbers from 0 to 7"),
-    (dict(positions=BOX[0], triangles=-BOX[1]), ValueError, "triangles has -1"),
+    (dict(positions=BOX[0], triangles=BOX[1] + 1), ValueError, "triangles contains 8; expected whole numbers from 0 to 7"),
+    (dict(positions=BOX[0], triangles=-BOX[1]), ValueError, "triangles contains -1"),
     (dict(positions=BOX[0], triangles=BOX[1] * 0.5), TypeError, "triangles has elements of type float64"),
-    (dict(positions=BOX[0], triangles=BOX[1][:, :2]), ValueError, "triangles is of shape (12, 2); wanted (N, 3)"),
+    (dict(positions=BOX[0], triangles=BOX[1][:, :2]), ValueError, "triangles has the shape (12, 2); expected (N, 3)"),
     (dict(positions=BOX[0], triangles=BOX[1][:0]), ValueError, "triangles is empty"),
-    (dict(positions=BOX[0], triangles=BOX[1], normals=BOX[0][:4]), ValueError, "normals is of shape (4, 3)"),
-    (dict(positions=BOX[0], triangles=BOX[1], uvs=BOX[0]), ValueError, "uvs is of shape (8, 3)"),
+    (dict(positions=BOX[0], triangles=BOX[1], normals=BOX[0][:4]), ValueError, "normals has the shape (4, 3)"),
+    (dict(positions=BOX[0], triangles=BOX[1], uvs=BOX[0]), ValueError, "uvs has the shape (8, 3)"),
     (dict(positions=BOX[0], triangles=BOX[1], materials=[]), ValueError, "materials is empty"),
     (
         dict(positions=BOX[0], triangles=BOX[1], triangle_materials=numpy.ones(12, int)),
         ValueError,
-        "triangle_materials has 1; wanted whole numbers from 0 to 0",
+        "triangle_materials contains 1; expected whole numbers from 0 to 0",
     ),
 ]
 

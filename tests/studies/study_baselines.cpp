@@ -15,7 +15,7 @@ std::size_t node_count(const auto& tree) {
     return count;
 }
 
-/// Of all factors of a vertex together, on average.
+/// Returns the average number of nodes of all factors of a vertex.
 double mean_node_count(const TreeIntegrals& trees) {
     std::size_t count = 0;
     for (const auto& factors : trees.vertices)
@@ -25,8 +25,8 @@ double mean_node_count(const TreeIntegrals& trees) {
 
 constexpr int most_rays = 1 << 12;
 
-/// Doubles the rays until the error is no more than this; and what a vertex then costs, the least of three
-/// passes.
+/// Doubles the number of rays until the error is at most `wanted_error`. Then measures the cost per vertex,
+/// the minimum of three passes.
 void study_ray_casting(const TexelIntegrals& texels, double wanted_error) {
     const std::size_t vertices = texels.vertices.size();
     RayCaster caster(shipped_scene(), texels);
@@ -50,7 +50,7 @@ void study_ray_casting(const TexelIntegrals& texels, double wanted_error) {
     }
 }
 
-/// All methods, as they are checked: six functions.
+/// Measures all methods after verifying them: six functions.
 void study_methods(const TexelIntegrals& texels) {
     constexpr int functions = 6;
     const std::size_t vertices = texels.vertices.size();
@@ -70,7 +70,7 @@ void study_methods(const TexelIntegrals& texels) {
                    100 * relative_rmse(radiance_by(methods[i], vertices), exact));
 }
 
-/// The fastest ones, by how much they keep: six functions.
+/// Measures the fastest methods for several truncations: six functions.
 void study_levels_of_error(const TexelIntegrals& texels) {
     constexpr int functions = 6;
     const std::size_t vertices = texels.vertices.size();

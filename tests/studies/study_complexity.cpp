@@ -15,16 +15,16 @@ namespace {
 
 enum Parameter : std::size_t { texels_m, wavelets_m, functions_n, parameters };
 
-/// A method's times against each parameter, the others fixed. [us per vertex]
+/// A method's times for each parameter, with the others fixed. [us per vertex]
 struct Growth {
     std::string title;
-    const char* claimed;  ///< By the paper.
+    const char* claimed;  ///< Complexity stated in the paper.
     int colour;
     std::array<std::vector<std::pair<double, double>>, parameters> times;
     bool exponential = false;  ///< In n.
 };
 
-/// Slope of the line through the points, in logarithms.
+/// Returns the slope of the regression line in logarithmic coordinates.
 double exponent(const std::vector<std::pair<double, double>>& points) {
     const auto count = static_cast<double>(points.size());
     double x = 0, y = 0, xx = 0, xy = 0;
@@ -39,7 +39,7 @@ double exponent(const std::vector<std::pair<double, double>>& points) {
     return xy / xx;
 }
 
-/// The methods that take the scene as it is.
+/// The methods that process the actual scene.
 class SceneGrowth {
 public:
     explicit SceneGrowth(std::size_t vertices) {
@@ -72,7 +72,7 @@ private:
         add_point(haarfield_, parameter, value, haarfield_method(trees));
         add_point(paper_, parameter, value, paper_method(trees));
         add_point(pairwise_, parameter, value, pairwise_method(trees));
-        if (parameter == wavelets_m) return;  // texels are all kept
+        if (parameter == wavelets_m) return;  // texels are not truncated
         add_point(scalar_, parameter, value, dense_scalar_method(texels, functions));
         add_point(vectors_, parameter, value, dense_method(texels, functions));
     }
@@ -82,7 +82,7 @@ private:
         methods_.push_back(std::move(method));
     }
 
-    /// What each of the methods is measured for.
+    /// A point at which each method is measured.
     struct Point {
         Growth* growth;
         Parameter parameter;
@@ -96,8 +96,9 @@ private:
         haarfield_{"haarfield", "m n", 1, {}};
 };
 
-/// The functions of the first vertex, of one face and red light: what a general basis can still cope with.
-/// Its cost does not depend on the values, so that six faces and three channels take 18 times as long.
+/// The functions of the first vertex, for one face and red light: the largest problem that is feasible with a
+/// general basis. The cost does not depend on the values, so six faces and three channels take 18 times as
+/// long.
 constexpr double faces_and_channels = 18;
 
 std::vector<Quadtree> small_functions(int levels, int functions) {
@@ -110,7 +111,7 @@ std::vector<Quadtree> small_functions(int levels, int functions) {
     return result;
 }
 
-/// Least of three calls.
+/// Returns the minimum of three calls.
 template <class Work>
 double microseconds(const Work& work) {
     double least = INFINITY;
@@ -155,7 +156,7 @@ std::vector<Growth> general_growth() {
     return {general, recursive};
 }
 
-/// Of a method that is exponential in n: the factor for each function more, to the power of n.
+/// For methods that are exponential in n: the factor per additional function, to the power of n.
 std::string exponent_text(const Growth& growth, Parameter parameter) {
     const auto& points = growth.times[parameter];
     if (points.empty()) return "-";
@@ -165,7 +166,7 @@ std::string exponent_text(const Growth& growth, Parameter parameter) {
     return fmt::format("{:.1f}^n", std::pow(last_time / first_time, 1 / (last - first)));
 }
 
-/// A table of the times against one parameter.
+/// Prints a table of times for one parameter.
 void print_times(const std::vector<Growth>& all, Parameter parameter, const char* heading) {
     std::set<double> values;
     for (const Growth& growth : all)

@@ -15,9 +15,10 @@
 namespace haarfield::baseline {
 namespace {
 
-/// Chairs of the shipped scene in rows and columns on a floor of 40 m.
+/// Returns chairs of the shipped scene in rows and columns on a floor of 40 m.
 ///
-/// turned  each about the vertical at random, some a little beside it, and scaled by 0.7 to 1.3.
+/// turned  rotate each by a random angle about the vertical, some also slightly about another axis, and scale
+///         it by 0.7 to 1.3.
 Scene crowd(const Scene& shipped, int rows, int columns, bool turned) {
     constexpr float floor_width = 40, shipped_floor_width = 6;
     std::mt19937 random(1);
@@ -43,7 +44,7 @@ Scene crowd(const Scene& shipped, int rows, int columns, bool turned) {
     return scene;
 }
 
-/// Memory that the process holds. [MB]
+/// Returns the resident memory of the process. [MB]
 double resident_megabytes() {
     std::ifstream file("/proc/self/statm");
     double pages = 0;
@@ -51,7 +52,7 @@ double resident_megabytes() {
     return pages * 4096 / 1e6;
 }
 
-/// Least time per vertex, of vertices spread evenly over the scene. [us]
+/// Returns the minimum time per vertex, for vertices distributed evenly over the scene. [us]
 double vertex_microseconds(const ShadedScene& scene, Occlusion occlusion, std::size_t vertices) {
     RenderSettings settings;
     settings.occlusion = occlusion;
@@ -64,7 +65,7 @@ double vertex_microseconds(const ShadedScene& scene, Occlusion occlusion, std::s
         const double start = thread_seconds();
         std::size_t shaded = 0;
         for (std::size_t k = 0; k < vertices; ++k) {
-            const double place = double(k) * 0.6180339887498949;  // the golden ratio spreads them evenly
+            const double place = double(k) * 0.6180339887498949;  // distributed evenly by the golden ratio
             const auto row = static_cast<std::size_t>((place - std::floor(place)) * double(rows.count()));
             const InstanceVertex at = rows[row];
             if (rows.is_buried(at)) continue;

@@ -9,7 +9,7 @@ namespace haarfield::baseline {
 
 std::vector<PlotPanel> study_depth(std::size_t vertices) {
     constexpr int functions = 6, levels = 6;
-    // Figure 4 of the paper: whole frames of 177,000 vertices on a Pentium 4 at 3.2 GHz, everything included.
+    // Figure 4 of the paper: complete frames of 177,000 vertices on a Pentium 4 at 3.2 GHz.
     constexpr std::array<double, levels + 1> published_seconds{0, 0.26, 0.6, 1.3, 2.8, 5.7, 11};
     constexpr double published_vertices = 177000;
 

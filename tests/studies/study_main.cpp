@@ -12,7 +12,7 @@ namespace {
 
 using namespace haarfield::baseline;
 
-/// The best instruction set in use. Its number is the lowest bit.
+/// Returns the best available instruction set, whose number is the lowest bit.
 std::string instruction_set() {
     const std::int64_t supported = hwy::SupportedTargets();
     return hwy::TargetName(supported & -supported);

@@ -36,7 +36,7 @@ struct Kind {
     std::function<void(RelightSession&, double share)> change;
 };
 
-/// Frames between others, each against a commit of the same scene.
+/// Measures frames, and compares some of them with a commit of the same scene.
 void print_frames(RelightSession& session, const Kind& kind, FrameQuality quality) {
     constexpr int frames = 12, compared = 4;
     Clock::time_point start = Clock::now();

@@ -19,7 +19,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// What a gesture has come to after so many steps; tests/python/frame_times.py has the same.
+/// Applies step `number` of a gesture. tests/python/frame_times.py does the same.
 void step(RelightSession& session, const std::string& gesture, int number) {
     const std::size_t last = session.instances().size() - 1;
     if (gesture == "light") {

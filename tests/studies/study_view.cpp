@@ -24,7 +24,7 @@ double milliseconds_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// A session without a page: frames are noted as they come.
+/// A session without a page, which records incoming frames.
 class Watched {
 public:
     Watched(const Scene& scene, SceneEntities entities, ViewSettings settings, LightShelf& shelf)
@@ -35,32 +35,32 @@ public:
         session_.join(1);
     }
 
-    /// Sends a message; its number.
+    /// Sends a message and returns its number.
     std::uint32_t send(nlohmann::json message) {
         message["number"] = ++number_;
         session_.receive(1, message.dump());
         return number_;
     }
 
-    /// Until a frame shows a message, at least as exactly.
+    /// Waits for a frame that shows a message, with at least the given exactness.
     void wait(std::uint32_t message, std::uint32_t exactness = 0) {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return has_frame_ && shown_ >= message && exactness_ >= exactness; });
     }
 
-    /// Until nothing is computed any more.
+    /// Waits until all computation has finished.
     void wait_idle() {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return doing_.empty(); });
     }
 
-    /// Until pages are told that a message has been taken: by then the job before has given up its work.
+    /// Waits until the session has reported a message as received: the preceding job has then been cancelled.
     void wait_taken(std::uint32_t message) {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return taken_ >= message; });
     }
 
-    /// Whether a frame shows a message, at least as exactly.
+    /// Tests whether a frame has shown a message with at least the given exactness.
     bool has_shown(std::uint32_t message, std::uint32_t exactness) {
         const std::lock_guard lock(mutex_);
         return has_frame_ && shown_ >= message && exactness_ >= exactness;
@@ -90,20 +90,20 @@ private:
     ViewSession session_;
 };
 
-/// How often things are done.
+/// Numbers of repetitions.
 struct Repeats {
     int gestures, moments;
 };
 constexpr Repeats measured{60, 16}, tried{3, 2};
-constexpr std::size_t least_measured = 1000;  // vertices: with fewer it is only seen to work
+constexpr std::size_t least_measured = 1000;  // vertices; with fewer, the study is only a smoke test
 
-/// Gestures of one kind, each as soon as the one before is seen.
+/// Measures gestures of one kind, each sent as soon as the frame of the preceding one has arrived.
 template <class MessageOf>
 void print_gestures(Watched& watched, const char* what, const MessageOf& message_of, int gestures) {
     Clock::time_point start = Clock::now();
     watched.wait(watched.send(message_of(1)));
     const double first = milliseconds_since(start);
-    // The vectors are made while the last picture stays; then frames come by them.
+    // Vectors are computed while the last picture is displayed. Later frames use them.
     start = Clock::now();
     double previous = first;
     int made = 2;
@@ -126,24 +126,24 @@ void print_gestures(Watched& watched, const char* what, const MessageOf& message
     watched.wait_idle();
 }
 
-/// What a hand does, the i-th time.
+/// The i-th gesture of a user.
 using Gesture = std::function<nlohmann::json(int i)>;
 
-/// A job that a gesture starts, and the gesture that makes it useless.
+/// A job that one gesture starts and another one cancels.
 struct CancelledJob {
     const char* what;
     Gesture start, end;
-    std::uint32_t exactness;  ///< Of the frame with which the job is done.
-    bool waits_for_rest;      ///< The gesture itself is followed at once: the job comes after it.
+    std::uint32_t exactness;  ///< Exactness of the frame that completes the job.
+    bool waits_for_rest;      ///< The job starts only after the frames of the gesture itself.
 };
 
-/// Hands rest after so long a pause, and a little.
+/// Slightly longer than the pause after which a gesture has ended.
 constexpr auto rest = std::chrono::milliseconds(155);
 
-/// How long a job takes that is left alone, and how long one goes on that is of no use any more: at moments
-/// all through it.
+/// Measures how long a job takes to finish, and how long a cancelled job continues to run, for cancellation
+/// at evenly spaced times.
 void print_cancelled(Watched& watched, const CancelledJob& job, int moments) {
-    static int i = 0;  // no gesture is one that was made before
+    static int i = 0;  // a new gesture every time
     const auto start = [&] {
         const std::uint32_t number = watched.send(job.start(++i));
         if (job.waits_for_rest) {
@@ -243,7 +243,7 @@ void study_view(const std::string& file, std::size_t vertices) {
     fmt::print("{}: sessions without a page, all threads\n", scene.name);
     SceneEntityOptions options;
     options.fields_folder = study_fields_folder();
-    value_or_exit(prepare_scene_entities(scene, options));  // makes the fields
+    value_or_exit(prepare_scene_entities(scene, options));  // computes the fields
     const Repeats repeats = vertices < least_measured ? tried : measured;
     print_session(scene, 0, repeats);
     print_session(scene, 1000, repeats);

@@ -10,11 +10,11 @@
 namespace haarfield::baseline {
 namespace {
 
-// Okabe and Ito 2008: told apart by colour-blind readers too.
+// Palette of Okabe and Ito 2008, suitable for colour-blind readers.
 constexpr std::array<const char*, 8> palette{"#000000", "#0072b2", "#d55e00", "#009e73",
                                              "#cc79a7", "#e69f00", "#56b4e9", "#777777"};
 
-constexpr double panel_width = 300, panel_height = 260;  // of the area that is drawn in
+constexpr double panel_width = 300, panel_height = 260;  // of the plot area
 constexpr double left_margin = 62, top_margin = 34, bottom_margin = 52, gap = 26;
 constexpr double legend_row = 20, legend_column = 245;
 
@@ -35,7 +35,7 @@ std::string line(double x1, double y1, double x2, double y2, const char* colour)
                        y1, x2, y2, colour);
 }
 
-/// From values to the unit interval.
+/// Maps values to the unit interval.
 struct Scale {
     bool logarithmic;
     double lower, upper;
@@ -52,7 +52,7 @@ struct Scale {
             upper = std::pow(10, std::ceil(std::log10(upper)));
             for (double tick = lower; tick < upper * 1.01; tick *= 10) ticks.push_back(tick);
         }
-        // Marks at the ends shall not lie on the frame.
+        // Marks at the ends must not overlap the frame.
         const double margin = 0.04;
         const double from = mapped(lower), to = mapped(upper);
         first_ = from - margin * (to - from);
@@ -67,7 +67,7 @@ private:
     double first_ = 0, range_ = 1;
 };
 
-/// Powers of ten from 10,000 on are written as such.
+/// Powers of ten from 10,000 on use exponents.
 std::string tick_text(double value) {
     const double power = std::log10(value);
     if (value < 1e4 || power != std::floor(power)) return fmt::format("{:.6g}", value);

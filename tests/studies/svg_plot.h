@@ -1,5 +1,5 @@
 #pragma once
-/// Line plots as SVG text: what the studies show.
+/// Line plots as SVG text, for the studies.
 
 #include <string>
 #include <utility>
@@ -7,18 +7,18 @@
 
 namespace haarfield::baseline {
 
-/// A line with marks at its points. Points that a logarithmic axis can not show are left out.
+/// A line with marks at its points. Points that a logarithmic axis cannot show are omitted.
 struct PlotSeries {
     std::string name;
     std::vector<std::pair<double, double>> points;
-    int colour = 0;  ///< Which of the palette's eight; series of one name share it across panels.
+    int colour = 0;  ///< Index in the palette of eight colours. Series of one name share it across panels.
     bool dashed = false;
 };
 
 struct PlotAxis {
     std::string label;
     bool logarithmic = true;
-    std::vector<double> ticks;  ///< Where to write numbers; empty: chosen, at powers of ten.
+    std::vector<double> ticks;  ///< Positions of labels; empty: chosen automatically, at powers of ten.
 };
 
 struct PlotPanel {
@@ -27,7 +27,7 @@ struct PlotPanel {
     std::vector<PlotSeries> series;
 };
 
-/// Panels side by side, over one legend of all their series.
+/// Returns panels side by side, above one legend of all their series.
 std::string svg_plot(const std::vector<PlotPanel>& panels);
 
 }  // namespace haarfield::baseline

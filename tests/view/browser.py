@@ -1,4 +1,4 @@
-"""What the tests of the page share: a small scene, `haarfield view` running on it, and headless Chromium."""
+"""Fixtures of the tests of the page: a small scene, `haarfield view` running on it, and headless Chromium."""
 
 import base64
 import contextlib
@@ -19,7 +19,7 @@ PROGRAM = os.environ["HAARFIELD_PROGRAM"]
 SOURCES = os.environ["HAARFIELD_SOURCE_DIR"]
 LIGHTS = "/usr/share/blender/datafiles/studiolights/world"
 
-PATIENCE = 60  # [s] for whatever is waited for; machines are busy
+PATIENCE = 60  # [s] for each wait, as machines may be busy
 
 SCENE = """# Kept when the scene is saved.
 
@@ -77,7 +77,7 @@ def write_scene(folder, resolution=(160, 120)):
 
 
 class Server:
-    """`haarfield view` on a scene, in a folder of its own."""
+    """`haarfield view` on a scene in a temporary folder."""
 
     def __init__(self, scene, *options):
         self.scene = scene
@@ -127,7 +127,7 @@ class Page:
         return self.browser.execute_script(script, *arguments)
 
     def wait(self, script, *arguments, patience=PATIENCE):
-        """Until a script returns something that is true; that."""
+        """Waits until a script returns a true value. Returns that value."""
         end = time.monotonic() + patience
         while True:
             value = self.js(script, *arguments)
@@ -143,21 +143,21 @@ class Page:
         return f"told: {told}\nlog: {log}"
 
     def send(self, type, **content):
-        """Sends a message; its number."""
+        """Sends a message. Returns its number."""
         return self.js("return haarfield.connection.send(arguments[0], arguments[1])", type, content)
 
     def wait_exact(self, message=0):
-        """Until the colours are exact, and show a message."""
+        """Waits until the colours are exact and show a message."""
         self.wait("const {last, rest} = haarfield.stats;"
                   "return last && rest && rest.message >= arguments[0] && last.frame >= rest.frame &&"
                   " haarfield.stage.fadeStart + 300 < performance.now()", message)
 
     def settle(self):
-        """Until all that hands did is shown exactly."""
+        """Waits until all of the user's actions are shown exactly."""
         self.wait_exact(self.js("haarfield.connection.flush(); return haarfield.connection.number"))
 
     def objects(self):
-        """By name: id and place."""
+        """Returns id and placement by name."""
         return self.js(
             "const list = {};"
             "for (const [id, {userData, position, quaternion, scale}] of haarfield.stage.objects)"
@@ -166,7 +166,7 @@ class Page:
             "return list")
 
     def colours(self):
-        """By name: radiance at the vertices, as the page's buffers hold it."""
+        """Returns, by name, the radiance at the vertices in the page's buffers."""
         packed = self.js(
             "const list = {};"
             "for (const {userData: {name, geometry}} of haarfield.stage.objects.values()) {"
@@ -187,7 +187,7 @@ class Page:
         return base64.b64decode(url.split(",")[1])
 
     def task(self, task, patience=PATIENCE):
-        """Runs a task to its end; its last message."""
+        """Runs a task to its end. Returns its last message."""
         before = self.js("return haarfield.stats.tasks.length")
         self.send("start", task=task)
         return self.wait(
@@ -197,7 +197,7 @@ class Page:
 
 
 def baked_colours(scene, folder, fields):
-    """By instance: radiance at the vertices, of a fresh `haarfield bake`."""
+    """Returns, by instance, the radiance at the vertices from a new `haarfield bake`."""
     report = os.path.join(folder, "report.json")
     subprocess.run([PROGRAM, "bake", scene, "-o", folder, "--fields", fields, "--no-render", "--format", "ply",
                     "--quiet", "--report", report], check=True)
@@ -216,13 +216,13 @@ def baked_colours(scene, folder, fields):
 
 
 def relative_difference(a, b):
-    """The largest difference of two lists of colours, relative to the colour plus a hundredth of the mean."""
+    """Returns the largest difference of two lists of colours, relative to colour plus a hundredth of the mean."""
     mean = numpy.mean(numpy.abs(b))
     return float(numpy.max(numpy.abs(a - b) / (numpy.abs(b) + 0.01 * mean)))
 
 
 def instance_names(scene):
-    """Of a saved scene, in its order."""
+    """Returns the names in a saved scene, in order."""
     with open(scene) as file:
         return re.findall(r'^name = "(.*)"$', file.read(), re.MULTILINE)
 

@@ -633,7 +633,7 @@ class OwnServerTest(unittest.TestCase):
         self.assertEqual(bounces, 1)
         self.assertTrue(goes_on)
         self.assertEqual(said, ["reference: direct light and one bounce",
-                                "this view: all bounces of light that matter"])
+                                "this view: all significant bounces of light"])
 
     def test_what_has_no_bounces_is_compared_with_what_has_none(self):
         bounces, goes_on, said = self.compare("--bounces", "0")

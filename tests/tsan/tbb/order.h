@@ -1,10 +1,10 @@
 #pragma once
-/// For ThreadSanitizer: what oneTBB orders. Debian's library of it is not instrumented, so that the order of
-/// what is done before a loop, in it, and after it has to be told.
+/// Annotations for ThreadSanitizer: the order that oneTBB establishes. Debian's library of oneTBB is not
+/// instrumented, so annotations must declare what is ordered before, in and after a loop.
 ///
-/// The headers beside this one are found before oneTBB's own, in the preset tsan alone, and put annotations
-/// round what haarfield calls. Bodies of one loop are not ordered among each other: races between them are
-/// found.
+/// In the preset tsan only, the headers in this directory are found before oneTBB's. They annotate the
+/// functions that haarfield calls. Bodies of one loop are not ordered among each other, so races between them
+/// are found.
 
 extern "C" {
 void __tsan_acquire(void* address);
@@ -13,22 +13,23 @@ void __tsan_release(void* address);
 
 namespace tsan_order {
 
-/// What any loop's threads see first: the body, which says whose it is, can only be read thereafter.
+/// The order that threads of any loop see first. The body identifies its loop, and can only be read
+/// afterwards.
 inline char any_fork = 0;
 
-/// One loop's.
+/// The order of one loop.
 struct ForkAndJoin {
     char join = 0;
 
     ForkAndJoin() = default;
-    /// Once its bodies are made.
+    /// Called once its bodies exist.
     void begin() { __tsan_release(&any_fork); }
     ~ForkAndJoin() { __tsan_acquire(&join); }
     ForkAndJoin(const ForkAndJoin&) = delete;
     ForkAndJoin& operator=(const ForkAndJoin&) = delete;
 };
 
-/// First in a body. The loop is named after that.
+/// Called first in a body. The loop is identified from then on.
 struct InLoop {
     ForkAndJoin* loop = nullptr;
 

@@ -10,8 +10,8 @@
 
 namespace tbb {
 
-/// The body comes last. Bodies that are objects of their own kind, as other libraries have them, are passed
-/// on.
+/// Annotates loops whose last argument is a function. Loops with other body objects, as in other libraries,
+/// are forwarded.
 template <class Space, class... Rest>
 void ordered_for(const Space& space, Rest&&... rest) {
     if constexpr (std::integral<Space> && sizeof...(rest) == 2) {

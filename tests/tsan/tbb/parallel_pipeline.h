@@ -10,7 +10,8 @@
 
 namespace tbb {
 
-/// Of all pipelines: what ends in one filter before something begins in another is ordered before it.
+/// The order of all pipelines: the end of a filter's work is ordered before any later begin in another
+/// filter.
 inline tsan_order::ForkAndJoin& all_pipelines() {
     static tsan_order::ForkAndJoin pipelines;
     return pipelines;

@@ -7,7 +7,7 @@
 
 namespace tbb {
 
-/// With functions. The form with a body that is an object, as other libraries have it, is passed on.
+/// Annotates reductions with functions. The form with a body object, as in other libraries, is forwarded.
 template <class Range, class Value, class Body, class Join>
 Value ordered_reduce(const Range& range, const Value& identity, const Body& body, const Join& join) {
     tsan_order::ForkAndJoin loop;
