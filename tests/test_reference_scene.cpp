@@ -2,6 +2,7 @@
 
 #include "bridge/povray/povray_process.h"
 #include "scenes/scene_import.h"
+#include "scenes/scene_reader.h"
 #include "tests/fixtures/bridge_fixtures.h"
 
 namespace haarfield {

@@ -104,8 +104,7 @@ public:
             const LatLongImage background = image_with_suns(session_->scene().environment);
             Camera camera = prepared_->scene.camera;
             camera.position = session_->eye();
-            std::vector<PreviewInstance> instances =
-                preview_instances(session_->scene(), session_->radiance());
+            std::vector<BakedInstance> instances = preview_instances(session_->scene(), session_->radiance());
             std::vector<SeenRadiance> layers(instances.size());
             for (std::size_t i = 0; i < instances.size(); ++i) {
                 const std::vector<Surface>& surfaces = surfaces_[session_->instances()[i].entity];
