@@ -103,7 +103,7 @@ Result<Image> guarded_image(std::string_view bytes, const std::string& where) {
 }  // namespace
 
 Error not_an_image(const std::string& where) {
-    return {where, fmt::format("not an image that can be read; wanted {}", image_formats)};
+    return {where, fmt::format("not an image that can be read; expected {}", image_formats)};
 }
 
 std::atomic<ImageDecoder>& image_decoder() {

@@ -46,24 +46,24 @@ Result<Image> image_from(OIIO::ImageInput& input, std::size_t file_bytes, const 
     const bool has_alpha = spec.alpha_channel >= 0;
     const int colours = spec.nchannels - (has_alpha ? 1 : 0);
     if (colours != 1 && colours < 3)
-        return Error{where, fmt::format("{} colour channels; wanted 1 or 3", colours)};
+        return Error{where, fmt::format("{} colour channels; expected 1 or 3", colours)};
     if (spec.deep)
         return Error{where, "has several samples in each pixel (deep data); expected a flat image"};
-    if (spec.depth > 1) return Error{where, "a volume; wanted a picture"};
+    if (spec.depth > 1) return Error{where, "a volume; expected a picture"};
     if (spec.width < 1 || spec.height < 1 || spec.full_width < 1 || spec.full_height < 1 ||
         spec.image_pixels() > largest_image ||
         static_cast<std::uint64_t>(spec.full_width) * static_cast<std::uint64_t>(spec.full_height) >
             largest_image)
         return Error{where,
-                     fmt::format("{} x {} pixels; wanted 1 to 2^28", spec.full_width, spec.full_height)};
+                     fmt::format("{} x {} pixels; expected 1 to 2^28", spec.full_width, spec.full_height)};
 
     if (spec.nchannels > most_channels)
-        return Error{where, fmt::format("{} channels; wanted up to {}", spec.nchannels, most_channels)};
+        return Error{where, fmt::format("{} channels; expected up to {}", spec.nchannels, most_channels)};
     const double decoded = double(spec.image_bytes());
     if (std::max<std::uint64_t>(spec.image_pixels(), std::uint64_t(spec.full_width) * spec.full_height) >
             always_decoded &&
         decoded > most_decoded * double(file_bytes))
-        return Error{where, fmt::format("{} x {} pixels in {} bytes; wanted a file that holds them",
+        return Error{where, fmt::format("{} x {} pixels in {} bytes; expected a file that holds them",
                                         spec.width, spec.height, file_bytes)};
 
     std::vector<float> values(static_cast<std::size_t>(spec.image_pixels()) * spec.nchannels);

@@ -194,7 +194,7 @@ Result<Done> check_bake(const BakeOptions& options) {
     if (options.samples < 1) return Error{"samples", "is 0; expected at least 1"};
     if (options.evaluator != Evaluator::tree && (options.refine || options.colours == BakedColours::fitted))
         return Error{options.evaluator == Evaluator::dense ? "evaluator dense" : "evaluator rays",
-                     "knows vertices only; wanted neither refine nor colours fitted"};
+                     "knows vertices only; expected neither refine nor colours fitted"};
     for (auto pass = options.passes.begin(); pass != options.passes.end(); ++pass) {
         if (!render_pass_of.contains(*pass))
             return Error{"pass " + *pass, "is unknown; expected one of: " + quoted_list(pass_names())};

@@ -261,9 +261,9 @@ Result<Done> RelightSession::vary_instance(std::size_t instance, const Progress&
             if (!direct) return direct.error();
             const Result<IndirectLight> found = indirect_at_rest(*direct, now, progress);
             if (!found) return found.error();
-            Result<SceneColours> resting = radiance_at_rest(*found, now, progress);
+            const Result<SceneRadiance> resting = radiance_at_rest(*found, now, progress);
             if (!resting) return resting.error();
-            resting_.store(std::move(*resting), inputs_);
+            resting_.store(total(*resting), inputs_);
         }
         if (const Result<Done> lamps = update_lamps(progress); !lamps) return lamps;
         indirect = *resting_.find(inputs_);
@@ -480,20 +480,21 @@ Result<SceneColours> RelightSession::full_radiance(const SceneLight& light, cons
     const Result<const KeptVisibility*> visibility = cached_visibility(progress);
     if (!visibility) return visibility.error();
     const PointShading shading{scene(), **geometry, light, inputs_.settings, *visibility};
-    const Result<SceneRadiance> direct = scene_radiance(shading, progress);
-    if (!direct) return direct.error();
-    SceneColours radiance = total(*direct);
-    if (inputs_.settings.bounces.most == 0) return radiance;
-    const Result<IndirectLight> indirect = indirect_at_rest(*direct, light, progress);
+    Result<SceneRadiance> radiance = scene_radiance(shading, progress);
+    if (!radiance) return radiance.error();
+    if (inputs_.settings.bounces.most == 0) return total(*radiance);
+    const Result<IndirectLight> indirect = indirect_at_rest(*radiance, light, progress);
     if (!indirect) return indirect.error();
-    Result<SceneColours> resting = radiance_at_rest(*indirect, light, progress);
+    const Result<SceneRadiance> resting = radiance_at_rest(*indirect, light, progress);
     if (!resting) return resting.error();
+    // By component, as a bake adds them, so that the sums are bit-identical.
     for (std::size_t i = 0; i < resting->size(); ++i) {
-        for_rows((*resting)[i].size(), [&](std::size_t v) { radiance[i][v] += (*resting)[i][v]; });
-        (*(*geometry)->instances[i].fill)(radiance[i]);
+        std::vector<Outgoing>& sums = (*radiance)[i];
+        for_rows(sums.size(), [&](std::size_t v) { sums[v] += (*resting)[i][v]; });
+        (*(*geometry)->instances[i].fill)(sums);
     }
-    if (light.lamps.empty() && light.emitters.empty()) resting_.store(std::move(*resting), inputs_);
-    return radiance;
+    if (light.lamps.empty() && light.emitters.empty()) resting_.store(total(*resting), inputs_);
+    return total(*radiance);
 }
 
 Result<Done> RelightSession::commit(const Progress& progress) {
@@ -523,13 +524,13 @@ Result<IndirectLight> RelightSession::indirect_at_rest(const SceneRadiance& dire
     return scene_indirect_light({scene(), *geometry_, light, inputs_.settings}, direct, **rays, progress);
 }
 
-Result<SceneColours> RelightSession::radiance_at_rest(const IndirectLight& indirect, const SceneLight& light,
-                                                      const Progress& progress) const {
+Result<SceneRadiance> RelightSession::radiance_at_rest(const IndirectLight& indirect, const SceneLight& light,
+                                                       const Progress& progress) const {
     SceneRadiance radiance = black_vertices(scene());
     const Result<Done> added = add_indirect_radiance(
         {scene(), *geometry_, light, inputs_.settings, nullptr, &indirect}, radiance, progress);
     if (!added) return added.error();
-    return total(radiance);
+    return radiance;
 }
 
 Result<RelightSession::Bounced> RelightSession::bounced(const LightTransport& transport,

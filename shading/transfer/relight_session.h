@@ -214,8 +214,8 @@ private:
     Result<IndirectLight> indirect_at_rest(const SceneRadiance& direct, const SceneLight& light,
                                            const Progress& progress);
     /// Returns the radiance by indirect light, diffuse and specular.
-    Result<SceneColours> radiance_at_rest(const IndirectLight& indirect, const SceneLight& light,
-                                          const Progress& progress) const;
+    Result<SceneRadiance> radiance_at_rest(const IndirectLight& indirect, const SceneLight& light,
+                                           const Progress& progress) const;
     /// Computes radiance by a light, as commit() does.
     Result<SceneColours> full_radiance(const SceneLight& light, const Progress& progress);
     /// Computes the irradiance by row of all bounces of the direct light in `frames`.

@@ -166,7 +166,7 @@ def test_options_out_of_range_are_value_errors(scene, options):
     "options, said",
     [
         ({"evaluator": "dense", "refine": 0.1}, "knows vertices only"),
-        ({"passes": ["diffuse", "diffuse"]}, "is asked for twice"),
+        ({"passes": ["diffuse", "diffuse"]}, "is listed twice"),
     ],
 )
 def test_options_that_exclude_each_other_are_errors(scene, options, said):

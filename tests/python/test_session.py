@@ -183,7 +183,7 @@ def test_a_frame_of_nothing_that_varies_is_an_error(session):
         session.frame()
     named = re.findall(r"vary_\w+", str(raised.value))
     assert named and all(hasattr(session, name) for name in named)
-    with pytest.raises(haarfield.Error, match="no radiance yet"):
+    with pytest.raises(haarfield.Error, match="found no radiance"):
         session.picture()
     assert session.radiance == []
 

@@ -60,7 +60,7 @@ std::shared_ptr<Bake> bake(PythonScene& scene, const py::object& progress, const
     const bool original_vertices = choices.entities.original_vertices;
     if (choices.bake.refine && original_vertices)
         throw py::value_error(
-            fmt::format("refine is {}; wanted None with original_vertices", *choices.bake.refine));
+            fmt::format("refine is {}; expected None with original_vertices", *choices.bake.refine));
     value_of(check_bake(choices.bake));
     const auto made = std::make_shared<Bake>();
     made->prepared =
@@ -178,7 +178,7 @@ py::dict passes_of(const BakedMesh& self) {
 py::list budget(PythonScene& scene, std::size_t points, const py::object& progress,
                 const py::kwargs& options) {
     if (!(points >= 1 && points <= 1'000'000))
-        throw py::value_error(fmt::format("points is {}; wanted [1, 1e6]", points));
+        throw py::value_error(fmt::format("points is {}; expected [1, 1e6]", points));
     RenderSettings settings = render_choices(options, measuring, "Scene.budget").shading;
     const auto prepared = prepare(scene, progress);
     settings.face_size = prepared->face_size;
