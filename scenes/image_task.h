@@ -21,6 +21,7 @@ struct ImageHead {
 /// The largest factor between a file and its decoded pixels: a file that is compressed better is a trap.
 inline constexpr double most_decoded = 2000;
 
+/// Returns the error of a file that is not an image in a known format.
 Error not_an_image(const std::string& where);
 
 /// Decodes an image file's bytes in this process.

@@ -5,7 +5,7 @@
 #include "scenes/texture.h"
 #include "shading/scene/emitter.h"
 #include "shading/scene/material.h"
-#include "shading/scene/outgoing.h"
+#include "shading/walk/outgoing.h"
 
 #include <span>
 

@@ -42,7 +42,7 @@
 /// | lobe_texels | shading/scene/lobes.h | specular lobes and the cosine as texels |
 /// | ShadedScene, RenderSettings | shading/scene/shaded_scene.h | a scene to shade |
 /// | scene_radiance, point_radiance | shading/bake/renderer.h | radiance of vertices and points |
-/// | Outgoing, SceneRadiance, total | shading/scene/outgoing.h | diffuse and specular radiance |
+/// | Outgoing, SceneRadiance, total | shading/walk/outgoing.h | diffuse and specular radiance |
 /// | refined_radiance | shading/bake/mesh_refinement.h | splits triangles where radiance varies |
 /// | fit_radiance | shading/bake/colour_fit.h | fits colours to radiance between vertices |
 /// | dense_scene_radiance | shading/bake/dense_renderer.h | slow reference: plain sums over texels |

@@ -249,7 +249,7 @@ TEST(BakedScene, RefusesWhatPovrayWouldShowWronglyAndWritesNothing) {
         Mesh broken_mesh = mesh;
         broken_mesh.positions[3].x = bad;
         refused({"bad", &broken_mesh, {}, radiance}, "vertex 3");
-        refused({"bad", &mesh, {{0, bad, 0}, 1}, radiance}, "translated");
+        refused({"bad", &mesh, {{0, bad, 0}, 1}, radiance}, "translation");
         refused({"bad", &mesh, {{0, 0, 0}, bad}, radiance}, "scale");
     }
     refused({"bad", &mesh, {{0, 0, 0}, 0}, radiance}, "scale");
@@ -261,7 +261,7 @@ TEST(BakedScene, RefusesWhatPovrayWouldShowWronglyAndWritesNothing) {
     refused({"bad", &empty, {}, radiance}, "no triangle");
     Mesh outside = mesh;
     outside.triangles[0][1] = 4;
-    refused({"bad", &outside, {}, radiance}, "vertex 4 of 4");
+    refused({"bad", &outside, {}, radiance}, "vertex index 4");
     for (const char* name : {"", "a b", "../a", "a\"b", ".a"})
         EXPECT_FALSE(write_baked_scene(folder.path(), name, frontal_camera(3, 8), {&good, 1}, {})) << name;
     Camera blind = frontal_camera(3, 8);
@@ -493,7 +493,7 @@ TEST(BakedFilesForOthers, RefusePassesThatDoNotFitOrAreNotFinite) {
     const Mesh mesh = upright_square_mesh(1, 1);
     const std::vector<Rgb> radiance(4, Rgb(1.0f)), few(3, Rgb(1.0f)), bad{Rgb(1), Rgb(1), Rgb(INFINITY), {}};
     for (const auto& [values, words] :
-         {std::pair(&few, "3 values of diffuse for 4 vertices"), std::pair(&bad, "diffuse of vertex 2")}) {
+         {std::pair(&few, "3 values of diffuse"), std::pair(&bad, "diffuse of vertex 2")}) {
         const std::vector<BakedInstance> instances{
             {"a", &mesh, {}, radiance, {}, {}, {{"diffuse", *values}}}};
         const Result<Done> written = write_baked_ply(folder / "a.ply", instances);

@@ -15,7 +15,8 @@ std::vector<Outgoing> middles(const LitBox& lit, const Mesh& floor) {
         const auto& [a, b, c] = floor.triangles[t];
         const Vec3f p = (floor.positions[a] + floor.positions[b] + floor.positions[c]) / 3.0f;
         points.push_back(
-            {LitBox::floor, *point_on(lit.shading, LitBox::floor, floor, {&t, 1}, p, Vec3f(0, 1, 0))});
+            {LitBox::floor, *point_on(floor, {&t, 1}, p, Vec3f(0, 1, 0),
+                                      lit.example.scene.entities[LitBox::floor].occlusion->sampler())});
     }
     return *point_radiance(lit.shading, points);
 }

@@ -70,7 +70,7 @@ TEST(FarmPlan, ValuesOfAnotherKindOrBeyondTheirRangeAreRefused) {
         ["/jobs/0/parts", 0, "parts is 0"], ["/jobs/0/parts", 3.5, "parts is 3.5"],
         ["/jobs/0/parts", 18446744073709551615, "parts is 18446744073709551615"],
         ["/jobs/0/parts", 1000000, "more than 1000000 tasks"],
-        ["/jobs/1/parts", 1, "even number of strips"], ["/jobs/3/parts", 2, "parts is 2"],
+        ["/jobs/1/parts", 1, "expected an even number"], ["/jobs/3/parts", 2, "parts is 2"],
         ["/jobs/0/part_seconds", 1e300, "part_seconds is 1e+300"], ["/jobs/0/part_bytes", -1, "part_bytes is -1"],
         ["/join_seconds", "1", "join_seconds is string"], ["/jobs/0/instance", -1, "instance is -1"],
         ["/jobs/0/division", "strips", "a precompute has an unknown or unsupported division"],

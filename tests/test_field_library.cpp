@@ -97,7 +97,8 @@ TEST(FieldLibrary, RemakesADamagedOrWronglyNamedFileInItsPlace) {
     std::filesystem::rename(moved, library_file(folder.path(), "chair", other.keys));
     const auto misnamed = taken(folder.path(), other, made);
     ASSERT_TRUE(misnamed);
-    EXPECT_NE(misnamed->remade_because.find("different field"), std::string::npos) << misnamed->remade_because;
+    EXPECT_NE(misnamed->remade_because.find("different field"), std::string::npos)
+        << misnamed->remade_because;
     EXPECT_TRUE(taken(folder.path(), other, made)->reused);
     EXPECT_EQ(folder.files().size(), 1u);
 }

@@ -37,13 +37,13 @@ TEST(ViewMessages, BrokenOnesSayWhatWasWanted) {
              {R"({"type":"place","object":1,"scale":0})", "scale is invalid"},
              {R"({"type":"place","object":1,"translate":[1,2]})", "translate is invalid; expected 3 numbers"},
              {R"({"type":"place","object":1,"translate":[1,2,1e300]})", "translate is invalid"},
-             {R"({"type":"place","object":1,"rotation":[0,0,0,0]})", "a quaternion of some length"},
+             {R"({"type":"place","object":1,"rotation":[0,0,0,0]})", "a quaternion x, y, z, w"},
              {R"({"type":"mix","share":1.01})", "share is invalid"},
              {R"({"type":"exposure","stops":"much"})", "stops is invalid"},
              {R"({"type":"material","name":"oak","pigment":[1,1,1]})", "finish is missing"},
              {R"({"type":"material","name":"oak","pigment":[1,1,1],"finish":{"shine":1}})", "finish.shine"},
              {R"({"type":"look","position":[0,0,0],"target":[0,0,0],"vertical_fov":40,"width":8,"height":6})",
-              "another place than position"},
+              "differs from position"},
              {R"({"type":"save","name":""})", "a text of 1 to 100 bytes"},
              {R"({"type":"start","task":"rm"})", "bake, reference or picture"}}) {
         const Result<Message> message = read_message(text);

@@ -37,6 +37,7 @@ Result<Done> write_baked_csv(const std::filesystem::path& file, std::span<const 
 struct MeshFormat {
     const char* name;     ///< On the command line, and the ending of file names.
     const char* summary;  ///< For --help and Python.
+    /// Writes the instances to a file.
     Result<Done> (*write)(const std::filesystem::path& file, std::span<const BakedInstance> instances);
     bool has_images = false;  ///< The file has images of textures: OriginalBake::textured.
 };

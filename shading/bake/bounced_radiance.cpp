@@ -131,7 +131,8 @@ Result<Done> add_indirect_radiance(const PointShading& shading, SceneRadiance& r
         },
         "indirect light", progress);
     if (!done) return done.error();
-    for (std::size_t i = 0; i < radiance.size(); ++i) (*shading.geometry.instances[i].fill)(radiance[i]);
+    for (std::size_t i = 0; i < radiance.size(); ++i)
+        shading.geometry.entities[scene.instances[i].entity].fill(radiance[i]);
     return Done{};
 }
 

@@ -12,16 +12,15 @@ namespace {
 
 constexpr double middle_weight = 0.75, corner_weight = 1.0 / 12;
 
-/// Returns the triangles' middles; none where a middle is buried or a triangle has no area.
-std::vector<std::optional<SurfacePoint>> middles_of(const PointShading& shading, std::size_t instance,
-                                                    const Mesh& mesh) {
+/// The triangles' middles; none where a triangle is buried or has no area.
+std::vector<std::optional<SurfacePoint>> middles_of(const Mesh& mesh, const LocalSampler& sampler) {
     std::vector<std::optional<SurfacePoint>> middles(mesh.triangles.size());
     tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(middles.size()), [&](std::uint32_t t) {
         const auto& [a, b, c] = mesh.triangles[t];
         const Vec3f position = (mesh.positions[a] + mesh.positions[b] + mesh.positions[c]) / 3.0f;
         const Vec3f normal = mesh.normals[a] + mesh.normals[b] + mesh.normals[c];
         if (normal.length() > 1e-6f)
-            middles[t] = point_on(shading, instance, mesh, {&t, 1}, position, normal.normalized());
+            middles[t] = point_on(mesh, {&t, 1}, position, normal.normalized(), sampler);
     });
     return middles;
 }
@@ -88,7 +87,8 @@ Result<Done> fit_radiance(const PointShading& shading, std::span<RadiantMesh> me
     std::vector<InstancePoint> points;
     std::vector<std::vector<std::optional<SurfacePoint>>> middles;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
-        middles.push_back(middles_of(shading, i, meshes[i].mesh));
+        const ShadedEntity& entity = shading.scene.entities[shading.scene.instances[i].entity];
+        middles.push_back(middles_of(meshes[i].mesh, entity.occlusion->sampler()));
         for (const auto& middle : middles.back())
             if (middle) points.push_back({i, *middle});
     }

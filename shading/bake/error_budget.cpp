@@ -45,12 +45,11 @@ private:
     double energy_ = 0, error_ = 0, radiance_ = 0;
 };
 
-std::vector<BudgetVertex> random_vertices(const ShadedScene& scene, const PlacedSolids& solids,
-                                          std::size_t wanted) {
+std::vector<BudgetVertex> random_vertices(const ShadedScene& scene, std::size_t wanted) {
     std::vector<BudgetVertex> all;
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const std::vector<std::uint8_t> buried =
-            buried_vertices(solids, scene, i, scene.entities[scene.instances[i].entity].occlusion->samples());
+        const std::vector<std::uint8_t>& buried =
+            scene.entities[scene.instances[i].entity].occlusion->samples().buried;
         for (std::size_t v = 0; v < buried.size(); ++v)
             if (!buried[v]) all.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(v)});
     }
@@ -180,7 +179,7 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
     if (!geometry) return geometry.error();
     const OracleContext context(scene, originals, settings, *geometry);
     ErrorBudget budget;
-    budget.vertices = random_vertices(scene, geometry->solids, vertices);
+    budget.vertices = random_vertices(scene, vertices);
     std::vector<OracleRadiances> radiances(budget.vertices.size());
     const Result<Done> measured = parallel_loop(
         {radiances.size()},

@@ -42,7 +42,7 @@ struct ErrorBudget {
     std::vector<BudgetVertex> wrong;
 };
 
-/// Measures at random vertices that are not buried (buried_vertices), the same ones each time.
+/// Measures at random vertices that are not buried, the same ones each time.
 ///
 /// alone       the oracle with one part exchanged, less the oracle: visibility as the field's truncation
 ///             leaves it, or interpolated between exact samples; the lighting's truncated wavelets; lobes and

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "fields/mesh/edge_bisection.h"
-#include "shading/visibility/buried_fill.h"
 
 namespace haarfield {
 namespace {
@@ -77,7 +76,6 @@ public:
             // what has to be split along with the chosen ones
             if (const Result<Done> shaded = shade_middles(unshaded(splits)); !shaded) return shaded.error();
             split(splits);
-            fill_buried();
             if (progress_.report) progress_.report("refining", vertices_, wanted_.vertex_budget);
             ++result_.rounds;
         }
@@ -159,9 +157,11 @@ private:
         tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t n) {
             const auto [i, edge] = edges[n];
             const auto& [bisection, radiance, samples, ignored, scale, shortest] = instances_[i];
+            const EntityOcclusion& occlusion =
+                *shading_.scene.entities[shading_.scene.instances[i].entity].occlusion;
             for (const EdgeBisection::Side& side : bisection.sides(edge))
-                middles[n].push_back({point_on(shading_, i, bisection.mesh(), side.triangles,
-                                               bisection.middle(edge), bisection.middle_normal(side)),
+                middles[n].push_back({point_on(bisection.mesh(), side.triangles, bisection.middle(edge),
+                                               bisection.middle_normal(side), occlusion.sampler()),
                                       (radiance[side.low] + radiance[side.high]) * 0.5f});
         });
         std::vector<InstancePoint> points;
@@ -252,14 +252,6 @@ private:
             instance.middles.resize(instance.bisection.edges().size());
             vertices_ += middle.radiance.size();
         }
-    }
-
-    /// Nearer neighbours of buried vertices may have been added.
-    void fill_buried() {
-        tbb::parallel_for(std::size_t{0}, instances_.size(), [&](std::size_t i) {
-            RefinedInstance& instance = instances_[i];
-            BuriedFill(instance.bisection.mesh(), instance.samples.buried)(instance.radiance);
-        });
     }
 
     const PointShading& shading_;

@@ -20,15 +20,12 @@ struct SampledMesh {
     const LocalSamples* samples = nullptr;  ///< Of its vertices.
 };
 
-/// Returns where a point of an instance's surface is shaded.
+/// Where a point of a surface is shaded.
 ///
-/// mesh       of the instance's entity.
 /// triangles  those of the mesh that the point lies on, or between.
-/// returns    nothing if all of them are buried in other pieces of the entity, or if the point lies inside
-///            another instance.
-std::optional<SurfacePoint> point_on(const PointShading& shading, std::size_t instance, const Mesh& mesh,
-                                     std::span<const std::uint32_t> triangles, const Vec3f& position,
-                                     const Vec3f& normal);
+/// returns    nothing if all of them are buried in other pieces of the entity.
+std::optional<SurfacePoint> point_on(const Mesh& mesh, std::span<const std::uint32_t> triangles,
+                                     const Vec3f& position, const Vec3f& normal, const LocalSampler& sampler);
 
 /// Shades the vertices of meshes that are no entity's fine mesh, as scene_radiance does those that are; by
 /// instance.

@@ -32,8 +32,8 @@ struct PassShading {
 /// Computes passes of a bake.
 ///
 /// full      its radiance, by instance and vertex.
-/// returns   by pass, instance and vertex. Buried vertices and vertices inside another instance have the
-///           value that scene_radiance gives them. Passes that are no radiance are the diffuse component.
+/// returns   by pass, instance and vertex. Buried vertices have the value that
+///           scene_radiance gives them. Passes that are no radiance are the diffuse component.
 /// accuracy  that of scene_radiance. The light of the scene determines how exactly occlusion by other objects
 ///           is computed, also for `occlusion`. Passes of an instance alone are bit-identical to the bake of
 ///           a scene without other instances.

@@ -134,7 +134,8 @@ Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress
     if (const Result<Done> shaded = share_vertices(shading.sharing, scene, orders, radiance, shade); !shaded)
         return shaded.error();
     if (is_partial(shading.sharing)) return radiance;
-    for (std::size_t i = 0; i < radiance.size(); ++i) (*shading.geometry.instances[i].fill)(radiance[i]);
+    for (std::size_t i = 0; i < radiance.size(); ++i)
+        shading.geometry.entities[scene.instances[i].entity].fill(radiance[i]);
     return radiance;
 }
 

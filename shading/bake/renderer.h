@@ -18,8 +18,8 @@ VertexBrdf vertex_brdf(const Material& material, const VertexView& view);
 ///
 /// Tints of entities are not applied. Vertices that face away from the eye get the radiance that they would
 /// show at grazing view: the highlight's mirror direction is taken with the view vector's component into the
-/// surface removed. Vertices that are buried in their own entity, or lie inside another instance
-/// (buried_vertices), get the mean of their nearest visible neighbours.
+/// surface removed. Buried vertices (LocalSamples::buried) take the mean of their nearest unburied
+/// neighbours.
 ///
 /// cost    some 10 us per vertex if fields give the occlusion by other instances, and 40 us if near
 ///         occluders are rasterized; on all of oneTBB's threads. The result does not depend on their number.

@@ -10,7 +10,7 @@ namespace haarfield {
 /// Returns the radiance of a vertex of an instance.
 using VertexEvaluation = std::function<Outgoing(std::size_t instance, std::uint32_t vertex)>;
 
-/// Evaluates the vertices that are not buried (buried_vertices), and fills in the others (BuriedFill).
+/// Evaluates the vertices that are not buried, and fills in the others (BuriedFill).
 ///
 /// make     returns an evaluation for one thread.
 /// sharing  null: this process evaluates all vertices.

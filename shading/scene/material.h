@@ -1,7 +1,7 @@
 #pragma once
 /// The reflectance of surfaces.
 
-#include "shading/scene/outgoing.h"
+#include "shading/walk/outgoing.h"
 
 #include <cstdint>
 

@@ -3,8 +3,8 @@
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
-#include "shading/scene/outgoing.h"
 #include "shading/scene/shaded_scene.h"
+#include "shading/walk/outgoing.h"
 
 namespace haarfield {
 

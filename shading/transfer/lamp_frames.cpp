@@ -101,7 +101,8 @@ Result<bool> LampFrames::update(const ShadedScene& scene, const ShadingGeometry&
         if (!visited) return visited.error();
     }
     const auto fill = [&](SceneRadiance& radiance) {
-        for (std::size_t i = 0; i < radiance.size(); ++i) (*geometry.instances[i].fill)(radiance[i]);
+        for (std::size_t i = 0; i < radiance.size(); ++i)
+            geometry.entities[scene.instances[i].entity].fill(radiance[i]);
     };
     for (std::size_t l = 0; l < made.size(); ++l) {
         fill(made[l]);

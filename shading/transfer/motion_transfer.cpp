@@ -89,7 +89,7 @@ Result<std::vector<Rgb>> whole_own_radiance(const MotionTransfer& transfer, cons
     const std::size_t entity = scene.instances[transfer.instance].entity;
     Result<std::vector<Rgb>> radiance = own_radiance(
         transfer, scene, geometry, settings, scene.entities[entity].occlusion->samples().buried, progress);
-    if (radiance) (*geometry.instances[transfer.instance].fill)(*radiance);
+    if (radiance) geometry.entities[entity].fill(*radiance);
     return radiance;
 }
 
@@ -185,8 +185,8 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
     if (!hidden) return hidden.error();
     const VertexRows rows(scene, geometry);
     const Mesh& mesh = *scene.entities[entity].mesh;
-    const std::vector<std::uint8_t> left_out = left_out_vertices(
-        mesh, buried_vertices(geometry.solids, scene, instance, scene.entities[entity].occlusion->samples()));
+    const std::vector<std::uint8_t> left_out =
+        left_out_vertices(mesh, scene.entities[entity].occlusion->samples().buried);
     MotionTransfer result{instance,
                           std::move(hidden->around),
                           {rows.count(), settings.face_size, 3},

@@ -393,7 +393,7 @@ Result<Done> RelightSession::frame_of(VertexMask vertices, FrameQuality quality,
     assert(vertices.size() == instances().size());
     if (geometry_)
         for (std::size_t i = 0; i < vertices.size(); ++i)
-            geometry_->instances[i].fill->add_sources(vertices[i]);
+            geometry_->entities[instances()[i].entity].fill.add_sources(vertices[i]);
     return transferred(quality, &vertices, progress);
 }
 
@@ -406,7 +406,6 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask*
     if (std::holds_alternative<ByMotion>(transfer_)) {
         geometry_->rays.place(scene());
         adapt_geometry();
-        if (quality == FrameQuality::still) place_solids(scene(), *geometry_);
     }
     if (const Result<Done> lamps = update_lamps(progress); !lamps) return lamps;
     lacks_reflections_ = false;
@@ -491,7 +490,7 @@ Result<SceneColours> RelightSession::full_radiance(const SceneLight& light, cons
     for (std::size_t i = 0; i < resting->size(); ++i) {
         std::vector<Outgoing>& sums = (*radiance)[i];
         for_rows(sums.size(), [&](std::size_t v) { sums[v] += (*resting)[i][v]; });
-        (*(*geometry)->instances[i].fill)(sums);
+        (*geometry)->entities[instances()[i].entity].fill(sums);
     }
     if (light.lamps.empty() && light.emitters.empty()) resting_.store(total(*resting), inputs_);
     return total(*radiance);

@@ -43,6 +43,7 @@ struct SessionInputs {
     RenderSettings settings;                    ///< Only the occlusion changes.
     InputVersions versions{};
 
+    /// Returns the number of changes of an input.
     std::uint64_t version(SessionInput input) const { return versions[std::size_t(input)]; }
 
     /// Replaces an input, if the value is another. Values without a comparison are always replaced.
@@ -53,6 +54,7 @@ struct SessionInputs {
         place = std::move(value);
         changed(input);
     }
+    /// Counts a change of an input.
     void changed(SessionInput input) { ++versions[std::size_t(input)]; }
 };
 
@@ -62,10 +64,12 @@ class Memo {
 public:
     /// Returns the value; null if there is none, or an input has changed since.
     T* find(const SessionInputs& now) { return is_current(now) ? &*value_ : nullptr; }
+    /// See above.
     const T* find(const SessionInputs& now) const { return is_current(now) ? &*value_ : nullptr; }
 
     /// Returns the value, whatever has changed since; null if there is none.
     T* last() { return value_ ? &*value_ : nullptr; }
+    /// See above.
     const T* last() const { return value_ ? &*value_ : nullptr; }
 
     /// Stores a value that was computed from the inputs as they are.

@@ -49,13 +49,10 @@ ShadingGeometry::Instance placed_instance(const ShadedEntity& entity, const Shad
     const Bounds& bounds = entity.occlusion->coarse().bounds();
     const bool is_turned = !is_identity(placement.rotate);
     const bool by_impostors = is_turned && prepared.polygons.empty();
-    return {turned_polygons(prepared.polygons, placement.rotate),
-            is_turned,
-            placement.point_to_world(bounds.centre()),
-            bounds.radius() * placement.scale,
+    return {turned_polygons(prepared.polygons, placement.rotate), is_turned,
+            placement.point_to_world(bounds.centre()), bounds.radius() * placement.scale,
             placement.scale *
-                (by_impostors ? Impostors::nearest * bounds.radius() : entity.field->spherical.outer_radius),
-            prepared.fill};
+                (by_impostors ? Impostors::nearest * bounds.radius() : entity.field->spherical.outer_radius)};
 }
 
 /// Tests whether an instance of an entity may be viewed by impostors from another instance.
@@ -117,13 +114,12 @@ Result<ShadingGeometry::Entity> entity_geometry(const ShadedEntity& entity, cons
     std::vector<ConvexPolygon> polygons;
     if (entity.occlusion->coarse().triangles().size() <= settings.exact_triangles)
         polygons = convex_polygons(entity.occlusion->coarse());
-    return ShadingGeometry::Entity{
-        std::move(order),
-        std::move(*visibility),
-        std::move(polygons),
-        0,
-        0,
-        std::make_shared<const BuriedFill>(*entity.mesh, entity.occlusion->samples().buried)};
+    return ShadingGeometry::Entity{std::move(order),
+                                   std::move(*visibility),
+                                   std::move(polygons),
+                                   0,
+                                   0,
+                                   BuriedFill(*entity.mesh, entity.occlusion->samples().buried)};
 }
 
 }  // namespace
@@ -150,7 +146,6 @@ Result<ShadingGeometry> shading_geometry(const ShadedScene& scene, const RenderS
                              {},
                              {},
                              InstanceGrid({}),
-                             {},
                              {},
                              {}};
     geometry.rays.build(scene);
@@ -212,21 +207,8 @@ Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry
     geometry.occluders = std::move(*occluders);
     geometry.grid = InstanceGrid(spheres, bounds);
     geometry.rays.place(scene);
-    place_solids(scene, geometry);
     geometry.openness.reset();
     return Done{};
-}
-
-void place_solids(const ShadedScene& scene, ShadingGeometry& geometry) {
-    geometry.solids = PlacedSolids(scene);
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const std::size_t e = scene.instances[i].entity;
-        const LocalSamples& samples = scene.entities[e].occlusion->samples();
-        const std::vector<std::uint8_t> buried = buried_vertices(geometry.solids, scene, i, samples);
-        geometry.instances[i].fill =
-            buried == samples.buried ? geometry.entities[e].fill
-                                     : std::make_shared<const BuriedFill>(*scene.entities[e].mesh, buried);
-    }
 }
 
 std::vector<std::span<const std::uint32_t>> ShadingGeometry::orders() const {

@@ -1,7 +1,6 @@
 #pragma once
 /// Geometry prepared once for the objects of a scene, independent of light and view.
 
-#include <memory>
 #include <optional>
 
 #include "shading/scene/shaded_scene.h"
@@ -9,7 +8,6 @@
 #include "shading/visibility/buried_fill.h"
 #include "shading/visibility/impostors.h"
 #include "shading/visibility/instance_grid.h"
-#include "shading/visibility/placed_solids.h"
 #include "shading/visibility/shadow_rays.h"
 #include "shading/visibility/turned_occluders.h"
 #include "shading/walk/blocked_cones.h"
@@ -28,7 +26,7 @@ struct ShadingGeometry {
         /// Distances from the samplers' centres within which the entity is evaluated exactly, for points on
         /// its ground plane and for others; see adapt_to_light. [m]
         float exact_on_ground = 0, exact_around = 0;
-        std::shared_ptr<const BuriedFill> fill;  ///< Of the fine mesh.
+        BuriedFill fill;  ///< Of the fine mesh.
     };
     std::vector<Entity> entities;  ///< In the scene's order.
     int face_size;
@@ -45,14 +43,11 @@ struct ShadingGeometry {
         bool is_turned;
         Vec3f middle;          ///< Of its sphere, in the world. [m]
         float radius, nearer;  ///< Of the sphere; and beyond this distance it is seen by its impostors. [m]
-        /// Fills the fine mesh: Entity::fill, or with the vertices inside other instances; see place_solids.
-        std::shared_ptr<const BuriedFill> fill;
     };
     std::vector<Instance> instances;
     std::vector<std::optional<Impostors>> impostors;  ///< By entity; for entities viewed from far enough.
     InstanceGrid grid;                                ///< Finds the instances that may occlude a point.
     ShadowRays rays;                                  ///< For concentrated light.
-    PlacedSolids solids;                              ///< What contains vertices of other instances.
     std::optional<double> openness;                   ///< See adapt_to_light; once it was needed.
     /// @}
 
@@ -88,11 +83,6 @@ void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, do
 /// errors  interrupted; the geometry is then unchanged.
 Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry,
                              const Progress& progress = {});
-
-/// Computes which vertices lie inside other instances: `solids`, and the instances' fills.
-///
-/// cost  an inside test for each vertex in the box of another instance.
-void place_solids(const ShadedScene& scene, ShadingGeometry& geometry);
 
 /// Where a vertex looks up what it sees past an instance: samples of its field, which must be one of the
 /// instance as it is turned.

@@ -38,7 +38,7 @@ void store_radiance(const ShadedScene& scene, const ShadingGeometry& geometry, s
         });
     }
     tbb::parallel_for(std::size_t(0), radiance.size(),
-                      [&](std::size_t i) { (*geometry.instances[i].fill)(radiance[i]); });
+                      [&](std::size_t i) { geometry.entities[scene.instances[i].entity].fill(radiance[i]); });
 }
 
 std::vector<std::vector<std::uint32_t>> row_places(const ShadedScene& scene,

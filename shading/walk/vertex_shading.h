@@ -1,10 +1,10 @@
 #pragma once
 /// The radiance of one vertex: the product of lighting, BRDF, cosine and all visibilities in one traversal.
 
-#include "shading/scene/outgoing.h"
 #include "shading/walk/blocked_cones.h"
 #include "shading/walk/direction_pyramid.h"
 #include "shading/walk/light_pyramid.h"
+#include "shading/walk/outgoing.h"
 #include "shading/walk/wavelet_blocks.h"
 #include "shading/walk/wide_walk.h"
 

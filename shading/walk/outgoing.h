@@ -14,6 +14,7 @@ struct Components {
 
     Colour total() const { return diffuse + specular; }  ///< Both together.
 
+    /// Adds both.
     Components& operator+=(const Components& other) {
         diffuse += other.diffuse;
         specular += other.specular;
@@ -38,6 +39,7 @@ struct Components {
     }
 };
 
+/// Adds both.
 template <class Colour>
 Components<Colour> operator+(Components<Colour> a, const Components<Colour>& b) {
     return a += b;
@@ -56,8 +58,8 @@ using SceneRadiance = std::vector<std::vector<Outgoing>>;
 /// An RGB value by instance and vertex of its fine mesh.
 using SceneColours = std::vector<std::vector<Rgb>>;
 
-SceneColours total(const SceneRadiance& radiance);  ///< Diffuse and specular radiance together.
-SceneColours diffuse_component(const SceneRadiance& radiance);
-SceneColours specular_component(const SceneRadiance& radiance);
+SceneColours total(const SceneRadiance& radiance);               ///< Diffuse and specular radiance together.
+SceneColours diffuse_component(const SceneRadiance& radiance);   ///< Diffuse radiance alone.
+SceneColours specular_component(const SceneRadiance& radiance);  ///< Specular radiance alone.
 
 }  // namespace haarfield

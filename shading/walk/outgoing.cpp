@@ -1,4 +1,4 @@
-#include "shading/scene/outgoing.h"
+#include "shading/walk/outgoing.h"
 
 #include <algorithm>
 
