@@ -167,7 +167,7 @@ def test_what_can_not_be_baked_is_refused(folder):
     assert "has no world" in refusal()
     for object in list(context.scene.objects):
         bpy.data.objects.remove(object)
-    assert "nothing to bake" in refusal()
+    assert "Nothing to bake" in refusal()
 
 
 def test_cancelled_work_changes_nothing(folder):

@@ -611,10 +611,10 @@ class OwnServerTest(unittest.TestCase):
         page.wait("return !document.getElementById('compare').hidden &&"
                   " document.getElementById('compare-image').naturalWidth === 48")
         with open(os.path.join(server.output, "reference", "room_reference.pov")) as file:
-            goes_on = "goes on from surface to surface" in file.read()
+            has_indirect = "Indirect light of the light sources" in file.read()
         said = [browser.find_element(By.ID, side + "-light").text for side in ("reference", "view")]
         self.assert_compares_one_view(browser, page)
-        return done["bounces"], goes_on, said
+        return done["bounces"], has_indirect, said
 
     def assert_compares_one_view(self, browser, page):
         """Its labels are below the toolbar; it ends with the view, and the button returns to it."""
@@ -629,16 +629,16 @@ class OwnServerTest(unittest.TestCase):
         page.wait("return document.getElementById('reference-light').textContent.includes('earlier state')")
 
     def test_bounces_are_compared_with_a_bounce(self):
-        bounces, goes_on, said = self.compare()
+        bounces, has_indirect, said = self.compare()
         self.assertEqual(bounces, 1)
-        self.assertTrue(goes_on)
+        self.assertTrue(has_indirect)
         self.assertEqual(said, ["reference: direct light and one bounce",
                                 "this view: all significant bounces of light"])
 
     def test_what_has_no_bounces_is_compared_with_what_has_none(self):
-        bounces, goes_on, said = self.compare("--bounces", "0")
+        bounces, has_indirect, said = self.compare("--bounces", "0")
         self.assertEqual(bounces, 0)
-        self.assertFalse(goes_on)
+        self.assertFalse(has_indirect)
         self.assertEqual(said, ["reference: direct light alone", "this view: direct light alone"])
 
 
