@@ -21,8 +21,8 @@ struct BakedInstance {
     std::string name;            ///< Unique in its scene, where files use it.
     const Mesh* mesh = nullptr;  ///< The fine mesh, or another one of the same surface.
     Placement placement;
-    std::span<const Rgb> radiance;        ///< SeenRadiance::under, one per vertex. [W/(m^2 sr)]
-    std::span<const Rgb> over{};          ///< SeenRadiance::over, one per vertex, or none.
+    std::span<const Rgb> radiance;        ///< LayeredRadiance::textured, one per vertex. [W/(m^2 sr)]
+    std::span<const Rgb> added{};         ///< LayeredRadiance::added, one per vertex, or none.
     std::span<const Surface> surfaces{};  ///< By the material indices of the mesh; none: all are plain.
     std::vector<VertexValues> passes{};   ///< The same names in all instances (asserted). Not for POV-Ray.
     /// Faces instead of the triangles of the mesh, with the same vertices, for file formats that have
@@ -37,9 +37,9 @@ struct BakedInstance {
 /// radiance  by vertex; empty: `layers` keeps its values.
 /// layers    receives the radiance with its textures apart. It must outlive the result.
 BakedInstance baked_instance(const Instance& instance, const SceneEntity& entity, const Mesh& mesh,
-                             std::span<const Outgoing> radiance, SeenRadiance& layers);
+                             std::span<const Outgoing> radiance, LayeredRadiance& layers);
 
 /// Returns the radiance of a vertex, with the colour of its texture there.
-Rgb seen_at(const BakedInstance& instance, std::size_t vertex);
+Rgb displayed_radiance(const BakedInstance& instance, std::size_t vertex);
 
 }  // namespace haarfield

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "fields/base/names.h"
-#include "scenes/given_files.h"
+#include "scenes/files_in_memory.h"
 
 namespace haarfield {
 namespace {
@@ -20,7 +20,7 @@ const std::string& scene_material(const Entity& entity, const std::string& name)
 void set_material(const SceneMaterial& material, Surface& surface) {
     surface.material = material;
     surface.emission = material.emission;
-    surface.tinted_highlights =
+    surface.tinted_specular =
         surface.texture && material.convention == LobeConvention::povray ? material.metallic : 0;
 }
 
@@ -59,7 +59,7 @@ private:
                          fmt::format("found no texture coordinates for image {} of material \"{}\"",
                                      material.image.string(), imported_.mesh.material_names[number])};
         const Result<std::shared_ptr<const Texture>> texture = shelf_.texture(
-            {{material.image.filename().string(), material.image, given_image(scene_, material.image)},
+            {{material.image.filename().string(), material.image, image_in_memory(scene_, material.image)},
              {},
              AlphaMode::blend});
         if (!texture) return texture.error();

@@ -47,7 +47,7 @@ void take_edge(TomlTable& table, Lamp& lamp) {
     table.take("tightness", lamp.tightness, powers);
 }
 
-LampArea taken_area(TomlTable table) {
+LampArea parsed_area(TomlTable table) {
     LampArea area;
     table.require("across");
     table.require("along");
@@ -85,8 +85,8 @@ std::vector<Lamp> lamps_of(std::span<const SceneLamp> lamps) {
     return {lamps.begin(), lamps.end()};
 }
 
-SceneLamp taken_lamp(TomlTable table, std::span<const Instance> instances,
-                     std::span<const SceneLamp> before) {
+SceneLamp parsed_lamp(TomlTable table, std::span<const Instance> instances,
+                      std::span<const SceneLamp> before) {
     SceneLamp lamp;
     take_name(table, before, lamp);
     std::string kind = "point";
@@ -119,7 +119,7 @@ SceneLamp taken_lamp(TomlTable table, std::span<const Instance> instances,
         refuse_beside(table, lamp.kind, {"radius", "falloff", "tightness"}, "\"spot\" or \"cylinder\"");
     if (lamp.kind == LampKind::point || lamp.kind == LampKind::spot) {
         if (const toml::table* area = table.take_table("area"))
-            lamp.area = taken_area(TomlTable(*area, table.name() + ".area", table.file()));
+            lamp.area = parsed_area(TomlTable(*area, table.name() + ".area", table.file()));
     } else {
         refuse_beside(table, lamp.kind, {"area"}, "\"point\" or \"spot\"");
     }
@@ -137,8 +137,8 @@ SceneLamp taken_lamp(TomlTable table, std::span<const Instance> instances,
     return lamp;
 }
 
-LampKeyframe taken_lamp_keyframe(TomlTable table, std::span<const SceneLamp> lamps,
-                                 std::span<const LampKeyframe> before) {
+LampKeyframe parsed_lamp_keyframe(TomlTable table, std::span<const SceneLamp> lamps,
+                                  std::span<const LampKeyframe> before) {
     LampKeyframe keyframe;
     std::string name;
     table.require("time");

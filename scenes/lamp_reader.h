@@ -12,12 +12,13 @@ namespace haarfield {
 ///
 /// instances  the scene's, with their names.
 /// before     the lamps read before, whose names may not be used again.
-SceneLamp taken_lamp(TomlTable table, std::span<const Instance> instances, std::span<const SceneLamp> before);
+SceneLamp parsed_lamp(TomlTable table, std::span<const Instance> instances,
+                      std::span<const SceneLamp> before);
 
 /// Reads one of [[keyframes]] that names a lamp.
 ///
 /// before  the lamp keyframes read before; times of one lamp increase.
-LampKeyframe taken_lamp_keyframe(TomlTable table, std::span<const SceneLamp> lamps,
-                                 std::span<const LampKeyframe> before);
+LampKeyframe parsed_lamp_keyframe(TomlTable table, std::span<const SceneLamp> lamps,
+                                  std::span<const LampKeyframe> before);
 
 }  // namespace haarfield

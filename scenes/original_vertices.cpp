@@ -87,7 +87,7 @@ void add_neighbours(const Mesh& surface, std::size_t fronts, const std::vector<d
 std::vector<Share> shares_of(const SceneEntity& entity) {
     assert(entity.listed);
     const ListedMesh& listed = *entity.listed;
-    const Mesh surface = seen_surface(entity.mesh);  // before the two sides of thin sheets were separated
+    const Mesh surface = visible_surface(entity.mesh);  // before the two sides of thin sheets were separated
     assert(surface.positions.size() == entity.mesh.fine.positions.size());
     const std::vector<double> angles = vertex_angles(surface);
     std::vector<Share> shares;
@@ -320,7 +320,7 @@ OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedI
         original.name = baked.name;
         original.mesh = &bake.meshes[e];
         original.placement = baked.placement;
-        original.radiance = values_of([&](std::uint32_t v) { return seen_at(baked, v); });
+        original.radiance = values_of([&](std::uint32_t v) { return displayed_radiance(baked, v); });
         for (const VertexValues& pass : baked.passes)
             original.passes.push_back(
                 {pass.name, values_of([&](std::uint32_t v) { return pass.values[v]; }), pass.is_scalar});
@@ -339,7 +339,7 @@ OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedI
         textured.listed = nullptr;
         textured.surfaces = baked.surfaces;
         textured.radiance = light_of(baked.radiance);
-        if (!baked.over.empty()) textured.over = light_of(baked.over);
+        if (!baked.added.empty()) textured.added = light_of(baked.added);
         for (VertexValues& pass : textured.passes) {
             std::vector<Rgb> values;
             for (const std::uint32_t v : mapped_vertices[e]) values.push_back(pass.values[v]);

@@ -106,7 +106,7 @@ struct LampKeyframe {
     std::optional<Vec3f> position, target, colour;  ///< As in Lamp.
 };
 
-struct GivenFiles;
+struct FilesInMemory;
 
 /// A whole scene.
 struct Scene {
@@ -120,8 +120,8 @@ struct Scene {
     std::vector<SceneLamp> lamps;              ///< In the order of the file.
     std::vector<Keyframe> keyframes;           ///< In the order of the file; times of one instance increase.
     std::vector<LampKeyframe> lamp_keyframes;  ///< In the order of the file; times of one lamp increase.
-    /// Data that a program supplies in place of files that the scene names; null: none. See given_files.h.
-    std::shared_ptr<const GivenFiles> given;
+    /// Data that a program supplies in place of files of the scene; null: none. See files_in_memory.h.
+    std::shared_ptr<const FilesInMemory> given;
 
     /// Tests whether a material emits light.
     bool glows() const {

@@ -94,23 +94,24 @@ ShadedMeshes shaded_meshes(const SceneEntities& entities, const BakedScene& bake
 
 /// Returns the instances for display, with their radiance separated from textures.
 ///
-/// seen  becomes the radiance by instance; the instances refer to it.
-std::vector<BakedInstance> seen_instances(const Scene& scene, const SceneEntities& entities,
-                                          const ShadedMeshes& shaded, std::vector<SeenRadiance>& seen) {
+/// layered  becomes the radiance by instance; the instances refer to it.
+std::vector<BakedInstance> layered_instances(const Scene& scene, const SceneEntities& entities,
+                                             const ShadedMeshes& shaded,
+                                             std::vector<LayeredRadiance>& layered) {
     std::vector<BakedInstance> instances;
-    seen.resize(shaded.meshes.size());
+    layered.resize(shaded.meshes.size());
     for (std::size_t i = 0; i < shaded.meshes.size(); ++i)
         instances.push_back(baked_instance(scene.instances[i], entities.of_instance(i),
-                                           *shaded.meshes[i].mesh, shaded.radiance[i], seen[i]));
+                                           *shaded.meshes[i].mesh, shaded.radiance[i], layered[i]));
     return instances;
 }
 
 /// Returns the instances with values instead of radiance, and without images or cut-outs.
 std::vector<BakedInstance> valued_instances(const std::vector<BakedInstance>& instances,
-                                            const std::vector<SeenRadiance>& values) {
+                                            const std::vector<LayeredRadiance>& values) {
     std::vector<BakedInstance> valued;
     for (std::size_t i = 0; i < instances.size(); ++i)
-        valued.push_back({instances[i].name, instances[i].mesh, instances[i].placement, values[i].under});
+        valued.push_back({instances[i].name, instances[i].mesh, instances[i].placement, values[i].textured});
     return valued;
 }
 
@@ -124,11 +125,12 @@ BakedPass baked_pass(const std::string& name, const SceneRadiance& values, const
     BakedPass made{name, {}, {}, {}};
     if (pass == RenderPass::own_shadow) {
         shaded.radiance.assign(values.begin(), values.end());
-        made.instances = seen_instances(scene, entities, shaded, made.seen);
+        made.instances = layered_instances(scene, entities, shaded, made.layered);
         made.has_environment = true;
         for (const BakedInstance& instance : made.instances) {
-            std::vector<Rgb>& seen = made.values.emplace_back();
-            for (std::size_t v = 0; v < instance.radiance.size(); ++v) seen.push_back(seen_at(instance, v));
+            std::vector<Rgb>& layered = made.values.emplace_back();
+            for (std::size_t v = 0; v < instance.radiance.size(); ++v)
+                layered.push_back(displayed_radiance(instance, v));
         }
         return made;
     }
@@ -137,14 +139,15 @@ BakedPass baked_pass(const std::string& name, const SceneRadiance& values, const
         const SceneEntity& entity = entities.of_instance(i);
         std::vector<Rgb>& here = made.values[i];
         if (pass == RenderPass::diffuse)
-            here = seen_radiance(*instances[i].mesh, entity.surfaces, values[i]).under;
-        if (pass == RenderPass::specular) here = seen_highlights(*instances[i].mesh, entity.surfaces, here);
-        made.seen.push_back({here, {}});
+            here = layered_radiance(*instances[i].mesh, entity.surfaces, values[i]).textured;
+        if (pass == RenderPass::specular)
+            here = tinted_specular_light(*instances[i].mesh, entity.surfaces, here);
+        made.layered.push_back({here, {}});
         // A picture of irradiance shows a white diffuse surface.
         if (pass == RenderPass::irradiance)
-            for (Rgb& value : made.seen.back().under) value *= static_cast<float>(1 / pi);
+            for (Rgb& value : made.layered.back().textured) value *= static_cast<float>(1 / pi);
     }
-    made.instances = valued_instances(instances, made.seen);
+    made.instances = valued_instances(instances, made.layered);
     return made;
 }
 
@@ -180,7 +183,7 @@ Result<Done> add_passes(const Scene& scene, const SceneEntities& entities, const
 std::size_t usual_vertex_budget(const SceneEntities& entities) {
     std::size_t own = 0;
     for (std::size_t i = 0; i < entities.entity_of_instance.size(); ++i)
-        own += seen_surface(entities.of_instance(i).mesh).positions.size();
+        own += visible_surface(entities.of_instance(i).mesh).positions.size();
     return std::max(RefinementSettings().vertex_budget, own + own / 2);
 }
 
@@ -233,7 +236,7 @@ Result<BakedScene> baked_scene(const Scene& scene, const SceneEntities& entities
             return done.error();
     const ShadedMeshes shaded_instances = shaded_meshes(entities, baked);
     if (!is_partial(shading.sharing))
-        baked.instances = seen_instances(scene, entities, shaded_instances, baked.seen);
+        baked.instances = layered_instances(scene, entities, shaded_instances, baked.layered);
     if (const Result<Done> added =
             add_passes(scene, entities, shading, options, shaded_instances, progress, baked);
         !added)

@@ -61,16 +61,16 @@ struct BounceOutcome {
 struct BakedPass {
     std::string name;                      ///< A member of pass_names.
     SceneColours values;                   ///< For mesh files.
-    std::vector<SeenRadiance> seen;        ///< For POV-Ray; `instances` refers to it.
+    std::vector<LayeredRadiance> layered;  ///< For POV-Ray; `instances` refers to it.
     std::vector<BakedInstance> instances;  ///< As POV-Ray displays the pass.
     bool has_environment = false;          ///< True: the environment is the background of the pass.
 };
 
 /// The scene's instances for writing, and the data that they refer to.
 struct BakedScene {
-    std::vector<RadiantMesh> refined;  ///< By instance. Empty if the entities' fine meshes are used.
-    SceneRadiance fine;                ///< Radiance of the fine meshes, by instance; or empty.
-    std::vector<SeenRadiance> seen;    ///< By instance.
+    std::vector<RadiantMesh> refined;      ///< By instance. Empty if the entities' fine meshes are used.
+    SceneRadiance fine;                    ///< Radiance of the fine meshes, by instance; or empty.
+    std::vector<LayeredRadiance> layered;  ///< By instance.
     std::vector<BakedPass> passes;
     std::vector<BakedInstance> instances;
     std::optional<RefinementOutcome> refinement;  ///< Present if a refinement was requested.

@@ -18,7 +18,7 @@
 #include "fields/preparation/thin_sheets.h"
 #include "scenes/entity_field.h"
 #include "scenes/entity_surfaces.h"
-#include "scenes/given_files.h"
+#include "scenes/files_in_memory.h"
 #include "scenes/model_warnings.h"
 
 namespace haarfield {
@@ -71,7 +71,7 @@ public:
 
     /// Returns a model file. The pointer is valid until the next call.
     Result<const ModelFile*> file(const std::filesystem::path& path) {
-        if (const auto given = given_mesh(scene_, path)) return given.get();
+        if (const auto given = mesh_in_memory(scene_, path)) return given.get();
         const auto known = models_.find(path);
         if (known != models_.end()) return &known->second;
         Result<ModelFile> opened = ModelFile::open(path);
@@ -121,7 +121,7 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
     if (!surfaces) return surfaces.error();
     if (uses_file_materials(description, *imported))
         warnings.add_unused(description.mesh, (*model)->unused());
-    WantedAppearance wanted;
+    DistinctAttributes wanted;
     wanted.originals = originals;
     MeshPreparation preparation{originals ? 0 : description.fine_vertices, description.coarse_triangles};
     for (const Surface& surface : *surfaces) {
@@ -160,7 +160,7 @@ Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settin
     }
     Result<LibraryField> found = library_field(
         options.fields_folder, entity.name, field_keys(entity.mesh, settings), options.unsealed,
-        [&](const KnownSamples& known) {
+        [&](const PrecomputedSamples& known) {
             return precompute_field(entity.name, entity.mesh, *entity.occlusion, settings, progress, known);
         },
         progress);
@@ -171,7 +171,7 @@ Result<Done> find_or_make_field(SceneEntity& entity, const FieldSettings& settin
     entity.field_file = std::move(found->file);
     entity.reused = found->reused;
     entity.surroundings_reused = found->surroundings_reused;
-    entity.remade_because = std::move(found->remade_because);
+    entity.recomputed_because = std::move(found->recomputed_because);
     return Done{};
 }
 
@@ -262,7 +262,7 @@ std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vert
     std::vector<Mesh> meshes;
     for (const auto& entity : entities.entities) {
         const double share = static_cast<double>(entity->mesh.fine.positions.size()) / fine_vertices;
-        meshes.push_back(subdivided(seen_surface(entity->mesh),
+        meshes.push_back(subdivided(visible_surface(entity->mesh),
                                     static_cast<std::uint32_t>(share * static_cast<double>(vertices))));
         if (entity->mesh.findings.open_components > 0)
             split_crossed_vertices(meshes.back(), entity->mesh.original);
@@ -271,9 +271,9 @@ std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vert
     return meshes;
 }
 
-bool parts_highlights(const SceneEntities& entities) {
+bool has_separate_specular(const SceneEntities& entities) {
     return std::ranges::any_of(entities.entities, [](const auto& entity) {
-        return std::ranges::any_of(entity->surfaces, &Surface::parts_highlights);
+        return std::ranges::any_of(entity->surfaces, &Surface::has_separate_specular);
     });
 }
 
@@ -281,7 +281,8 @@ std::vector<std::vector<bool>> parted_materials(const SceneEntities& entities) {
     std::vector<std::vector<bool>> parted;
     for (const auto& entity : entities.entities) {
         parted.emplace_back();
-        for (const Surface& surface : entity->surfaces) parted.back().push_back(surface.parts_highlights());
+        for (const Surface& surface : entity->surfaces)
+            parted.back().push_back(surface.has_separate_specular());
     }
     return parted;
 }

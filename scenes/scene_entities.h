@@ -31,7 +31,7 @@ struct SceneEntity {
     std::filesystem::path field_file;
     bool reused = false;
     bool surroundings_reused = false;  ///< In a recomputed field: only the local samples were computed.
-    std::string remade_because;        ///< Why an existing file was not used; empty if there was none.
+    std::string recomputed_because;    ///< Why an existing file was not used; empty if there was none.
     double mesh_seconds = 0, field_seconds = 0;
 };
 
@@ -86,8 +86,8 @@ std::vector<Mesh> fine_meshes(const SceneEntities& entities);
 /// its file keeps them.
 std::vector<Mesh> surface_meshes(const SceneEntities& entities, std::size_t vertices);
 
-/// True if a surface adds specular radiance on top of its texture: Surface::parts_highlights.
-bool parts_highlights(const SceneEntities& entities);
+/// True if a surface adds specular radiance on top of its texture: Surface::has_separate_specular.
+bool has_separate_specular(const SceneEntities& entities);
 
 /// True for the materials of such surfaces; by SceneEntities::entities and material.
 std::vector<std::vector<bool>> parted_materials(const SceneEntities& entities);

@@ -1,7 +1,7 @@
 #include "scenes/scene_environment.h"
 
 #include "scenes/camera_frame.h"
-#include "scenes/given_files.h"
+#include "scenes/files_in_memory.h"
 #include "scenes/image.h"
 #include "scenes/scene_camera.h"
 #include "scenes/scene_entities.h"
@@ -24,7 +24,7 @@ constexpr int sky_width = 1024;  // In pixels; the sun's disc covers several.
 Result<Environment> read_light(const Scene& scene, const std::filesystem::path& file,
                                const std::optional<AnalyticSky>& sky, std::vector<std::string>& warnings) {
     if (sky) return sky_environment(*sky, sky_width);
-    const auto given = given_environment(scene, file);
+    const auto given = environment_in_memory(scene, file);
     Result<LatLongImage> image = given ? Result<LatLongImage>(*given) : read_environment_image(file);
     if (!image) return image.error();
     const EnvironmentFindings findings = clean_environment(*image);

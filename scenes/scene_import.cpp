@@ -181,7 +181,7 @@ public:
         for (const Placed& placed : placed_) ++count[placed.name];
         for (const Placed& placed : placed_) {
             const AffineMap place = world_of(placed.file) * placed.place;
-            const Result<LinearParts> parts = linear_parts(place.rows());
+            const Result<PlacedShape> parts = placed_shape(place.rows());
             if (!parts) return Error{placed.name, "its transform " + parts.error().what};
             Instance instance;
             instance.entity = placed.entity;

@@ -61,7 +61,7 @@ struct ImportedScene {
 /// contents of a room.
 ///
 /// folder  the directory of the scene file, which will hold `floor.obj`.
-/// errors  as ModelFile::open and read_mesh; a transform that linear_parts refuses; no surface in any file.
+/// errors  as ModelFile::open and read_mesh; a transform that placed_shape refuses; no surface in any file.
 /// cost    reads each file once.
 Result<ImportedScene> scene_of_models(std::span<const std::filesystem::path> files,
                                       const std::filesystem::path& folder, const SceneImport& wanted,

@@ -1,6 +1,6 @@
 #include "scenes/scene_reader.h"
 
-#include "scenes/given_files.h"
+#include "scenes/files_in_memory.h"
 #include "scenes/lamp_reader.h"
 #include "scenes/povray_finish.h"
 #include "scenes/scene_tables.h"
@@ -43,7 +43,7 @@ bool take_camera(TomlTable table, Camera& camera) {
     return is_placed;
 }
 
-AnalyticSky taken_sky(TomlTable table) {
+AnalyticSky parsed_sky(TomlTable table) {
     AnalyticSky sky;
     table.take("turbidity", sky.turbidity, {2, 10});
     take_angle(table, "sun_elevation", sky.sun_elevation, {0, 90});
@@ -59,14 +59,14 @@ void take_light(TomlTable& table, const std::filesystem::path& folder, std::file
                 std::optional<AnalyticSky>& sky) {
     table.take("image", image, folder);
     if (const toml::table* described = table.take_table("sky"))
-        sky = taken_sky(TomlTable(*described, table.name() + ".sky", table.file()));
+        sky = parsed_sky(TomlTable(*described, table.name() + ".sky", table.file()));
     if (table.has("image") == table.has("sky"))
         table.refuse(table.has("sky") ? "sky" : "",
                      fmt::format("{} has {}; expected exactly one", table.name(),
                                  table.has("sky") ? "both image and sky" : "neither image nor sky"));
 }
 
-BlendedLight taken_blend(TomlTable table, const std::filesystem::path& folder) {
+BlendedLight parsed_blend(TomlTable table, const std::filesystem::path& folder) {
     BlendedLight blend;
     take_light(table, folder, blend.image, blend.sky);
     table.require("share");
@@ -79,7 +79,7 @@ void take_environment(TomlTable table, const std::filesystem::path& folder,
                       EnvironmentDescription& environment) {
     take_light(table, folder, environment.image, environment.sky);
     if (const toml::table* blend = table.take_table("blend"))
-        environment.blend = taken_blend(TomlTable(*blend, "environment.blend", table.file()), folder);
+        environment.blend = parsed_blend(TomlTable(*blend, "environment.blend", table.file()), folder);
     take_angle(table, "rotation", environment.rotation, turns);
     Vec3f degrees(0, 0, 0);
     table.take("rotate", degrees, turns);
@@ -113,7 +113,7 @@ void take_pigment(TomlTable& table, const std::filesystem::path& folder, SceneMa
     parts.finish();
 }
 
-SceneMaterial taken_material(TomlTable table, const std::filesystem::path& folder) {
+SceneMaterial parsed_material(TomlTable table, const std::filesystem::path& folder) {
     SceneMaterial material;
     if (table.has("pigment") || table.has("finish")) {
         for (const char* key : {"diffuse", "specular", "shininess", "convention", "image", "emission"})
@@ -154,8 +154,8 @@ bool is_file_name(std::string_view name) {
                name, [](char c) { return c == '/' || c == '\\' || c == 127 || (c >= 0 && c < 32); });
 }
 
-Entity taken_entity(TomlTable table, const std::string& name, const std::filesystem::path& folder,
-                    const std::map<std::string, SceneMaterial>& materials) {
+Entity parsed_entity(TomlTable table, const std::string& name, const std::filesystem::path& folder,
+                     const std::map<std::string, SceneMaterial>& materials) {
     Entity entity;
     entity.name = name;
     const auto take_material = [&materials](TomlTable& from, std::string_view key, std::string& material) {
@@ -211,7 +211,7 @@ void take_place(TomlTable& table, Instance& instance) {
             linear[i] = {matrix[i][0], matrix[i][1], matrix[i][2]};
             translate[int(i)] = static_cast<float>(matrix[i][3]);
         }
-    const Result<LinearParts> parts = linear_parts(linear);
+    const Result<PlacedShape> parts = placed_shape(linear);
     if (!parts) {
         const char* key = is_matrix ? "matrix" : "scale";
         return table.refuse(key, fmt::format("{}.{} {}", table.name(), key, parts.error().what));
@@ -226,8 +226,8 @@ void take_place(TomlTable& table, Instance& instance) {
 }
 
 // Reads an instance. Its name is empty if the file gives none.
-Instance taken_instance(TomlTable table, const std::vector<Entity>& entities,
-                        const std::vector<Instance>& before) {
+Instance parsed_instance(TomlTable table, const std::vector<Entity>& entities,
+                         const std::vector<Instance>& before) {
     Instance instance;
     table.require("entity");
     std::string entity_name;
@@ -280,7 +280,7 @@ void name_instances(Scene& scene) {
 }
 
 // Reads a keyframe of an instance; all instances have names.
-Keyframe taken_keyframe(TomlTable table, const Scene& scene) {
+Keyframe parsed_keyframe(TomlTable table, const Scene& scene) {
     Keyframe keyframe;
     std::string name;
     table.require("time");
@@ -383,7 +383,7 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
         take_environment(TomlTable(*environment, "environment", file), folder, scene.environment);
     if (const toml::table* materials = root.take_table("materials"))
         for (const auto& [name, material] : parts_in_order(*materials, "materials", file))
-            scene.materials[name] = taken_material(TomlTable(*material, "materials." + name, file), folder);
+            scene.materials[name] = parsed_material(TomlTable(*material, "materials." + name, file), folder);
     // Something must emit light.
     if (!root.has("lights") && !scene.glows()) root.require("environment");
     if (const toml::table* entities = root.take_table("entities"))
@@ -391,12 +391,12 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
             if (!is_file_name(name))
                 file.refuse(entity->source(), "found an invalid entity name; expected a valid file name");
             scene.entities.push_back(
-                taken_entity(TomlTable(*entity, "entities." + name, file), name, folder, scene.materials));
+                parsed_entity(TomlTable(*entity, "entities." + name, file), name, folder, scene.materials));
         }
     if (const toml::array* instances = root.take_array("instances")) {
         if (instances->empty()) root.refuse("instances", "instances is empty; expected at least one");
         for (TomlTable& instance : tables_of(*instances, "instances", file))
-            scene.instances.push_back(taken_instance(std::move(instance), scene.entities, scene.instances));
+            scene.instances.push_back(parsed_instance(std::move(instance), scene.entities, scene.instances));
     }
     const toml::array* lamps = root.take_array("lights");
     const toml::array* keyframes = root.take_array("keyframes");
@@ -405,14 +405,14 @@ Result<Scene> scene_of_tables(const toml::table& tables, const TablesOrigin& ori
     name_instances(scene);
     if (lamps != nullptr)
         for (TomlTable& lamp : tables_of(*lamps, "lights", file))
-            scene.lamps.push_back(taken_lamp(std::move(lamp), scene.instances, scene.lamps));
+            scene.lamps.push_back(parsed_lamp(std::move(lamp), scene.instances, scene.lamps));
     if (keyframes != nullptr)
         for (TomlTable& keyframe : tables_of(*keyframes, "keyframes", file)) {
             if (keyframe.has("light"))
                 scene.lamp_keyframes.push_back(
-                    taken_lamp_keyframe(std::move(keyframe), scene.lamps, scene.lamp_keyframes));
+                    parsed_lamp_keyframe(std::move(keyframe), scene.lamps, scene.lamp_keyframes));
             else
-                scene.keyframes.push_back(taken_keyframe(std::move(keyframe), scene));
+                scene.keyframes.push_back(parsed_keyframe(std::move(keyframe), scene));
         }
     if (file.error) return *file.error;
     return scene;

@@ -12,7 +12,7 @@ ShadedScene shaded_scene(const Scene& scene, const SceneEntities& entities, Envi
         shaded.entities.push_back(
             {&entity->mesh.fine, &*entity->occlusion, &entity->field, entity->materials, entity->tints});
         if (std::ranges::any_of(entity->surfaces, &Surface::glows))
-            shaded.entities.back().emitters = emitters_of(seen_surface(entity->mesh), entity->surfaces);
+            shaded.entities.back().emitters = emitters_of(visible_surface(entity->mesh), entity->surfaces);
     }
     for (std::size_t i = 0; i < scene.instances.size(); ++i)
         shaded.instances.push_back({entities.entity_of_instance[i], scene.instances[i].placement});

@@ -8,10 +8,10 @@ namespace haarfield {
 
 /// The origin of tables.
 struct TablesOrigin {
-    std::string where;                        ///< Name in messages, such as the file.
-    std::string scene_name;                   ///< Scene::name.
-    std::filesystem::path folder;             ///< Base of relative paths.
-    std::shared_ptr<const GivenFiles> given;  ///< Data in place of files; null: none.
+    std::string where;                           ///< Name in messages, such as the file.
+    std::string scene_name;                      ///< Scene::name.
+    std::filesystem::path folder;                ///< Base of relative paths.
+    std::shared_ptr<const FilesInMemory> given;  ///< Data in place of files; null: none.
 };
 
 /// Returns the scene that tables describe, with the keys of a scene file (scenes/SCENE_FILE.md).

@@ -20,7 +20,7 @@
 /// | declaration | header | purpose |
 /// |---|---|---|
 /// | Scene, Entity, Instance, Camera, EnvironmentDescription | scenes/scene.h | the description of a scene |
-/// | Shape, linear_parts | scenes/shape.h | stretched and mirrored instances |
+/// | Shape, placed_shape | scenes/shape.h | stretched and mirrored instances |
 /// | read_scene | scenes/scene_reader.h | reads scene files |
 /// | scene_text | scenes/scene_writer.h | writes scene files |
 /// | scene_comments | scenes/scene_comments.h | the comments that a rewritten file keeps |
@@ -33,7 +33,7 @@
 /// | BakedInstance | scenes/baked_instance.h | an instance with the radiance of its vertices |
 /// | original_bake | scenes/original_vertices.h | values at the vertices of the model files |
 /// | scene_budget | scenes/scene_budget.h | the error of each approximation |
-/// | Surface, seen_radiance | scenes/surface.h | materials with images |
+/// | Surface, layered_radiance | scenes/surface.h | materials with images |
 /// | read_image, write_image, read_environment_image | scenes/image.h | image files |
 /// | scene_camera | scenes/scene_camera.h | places the camera if the file does not |
 ///

@@ -52,7 +52,7 @@ std::string shape_name(const Shape& shape) {
 }
 
 // Without the mirroring, the map is U S V^T = s (U V^T) (V S/s V^T): a rotation after a scaling along V.
-Result<LinearParts> linear_parts(const std::array<Vec3d, 3>& row) {
+Result<PlacedShape> placed_shape(const std::array<Vec3d, 3>& row) {
     const M33d given = matrix_of(row);
     const bool is_mirrored = given.determinant() < 0;
     M33d u, v;
@@ -65,7 +65,7 @@ Result<LinearParts> linear_parts(const std::array<Vec3d, 3>& row) {
                                  "largest at most {:g} times the smallest",
                                  stretch[2], stretch[0], least_stretch, most_stretch, most_stretch_ratio)};
 
-    LinearParts parts;
+    PlacedShape parts;
     parts.placement.scale = static_cast<float>(stretch[0]);
     parts.placement.rotate.row = rows_of(u * v.transposed());
     const M33d symmetric = v *

@@ -38,7 +38,7 @@ bool is_same_shape(const Shape& a, const Shape& b);
 std::string shape_name(const Shape& shape);
 
 /// A linear map as a placement without translation, and a shape.
-struct LinearParts {
+struct PlacedShape {
     Placement placement;
     Shape shape;
 };
@@ -59,7 +59,7 @@ inline constexpr double most_stretch_ratio = 1e4;
 /// accuracy  placement(shape(v)) equals the map's v within shape_tolerance where a shape is rounded to a
 ///           uniform one; else within 1e-7 of the largest scale factor.
 /// errors    (without a place) scale factors beyond the limits above, including singular maps and NaN.
-Result<LinearParts> linear_parts(const std::array<Vec3d, 3>& row);
+Result<PlacedShape> placed_shape(const std::array<Vec3d, 3>& row);
 
 /// Applies a shape to positions and normals (by the inverse transpose). Triangles stay counter-clockwise;
 /// those that lose their area by rounding remain. Shape() changes nothing.

@@ -45,7 +45,7 @@ Surface surface_of(const MeshMaterial& material) {
     surface.material.convention = LobeConvention::povray;
     surface.material.specular = Rgb(0.0f);
     if (material.model == MeshMaterial::Model::metallic)
-        surface.tinted_highlights = take_metallic(material, surface.material);
+        surface.tinted_specular = take_metallic(material, surface.material);
     else if (material.model == MeshMaterial::Model::phong)
         take_phong(material, surface.material);
     else
@@ -53,35 +53,35 @@ Surface surface_of(const MeshMaterial& material) {
     return surface;
 }
 
-SeenRadiance seen_radiance(const Mesh& mesh, std::span<const Surface> surfaces,
-                           std::span<const Outgoing> radiance) {
+LayeredRadiance layered_radiance(const Mesh& mesh, std::span<const Surface> surfaces,
+                                 std::span<const Outgoing> radiance) {
     assert(radiance.size() == mesh.positions.size());
-    SeenRadiance seen;
-    seen.under.reserve(radiance.size());
-    if (std::ranges::any_of(surfaces, &Surface::parts_highlights))
-        seen.over.assign(radiance.size(), Rgb(0.0f));
+    LayeredRadiance layered;
+    layered.textured.reserve(radiance.size());
+    if (std::ranges::any_of(surfaces, &Surface::has_separate_specular))
+        layered.added.assign(radiance.size(), Rgb(0.0f));
     for (std::size_t v = 0; v < radiance.size(); ++v) {
         const Surface& surface = surfaces[mesh.vertex_materials[v]];
-        const float tinted = surface.parts_highlights() ? surface.tinted_highlights : 1;
-        const Rgb over = radiance[v].specular * (1 - tinted);
-        Rgb under = radiance[v].diffuse + radiance[v].specular * tinted + surface.emission;
-        if (surface.coloured) under *= mesh.colours[v];
-        seen.under.push_back(surface.texture ? under : under + over);
-        if (surface.texture && !seen.over.empty()) seen.over[v] = over;
+        const float tinted = surface.has_separate_specular() ? surface.tinted_specular : 1;
+        const Rgb added = radiance[v].specular * (1 - tinted);
+        Rgb textured = radiance[v].diffuse + radiance[v].specular * tinted + surface.emission;
+        if (surface.coloured) textured *= mesh.colours[v];
+        layered.textured.push_back(surface.texture ? textured : textured + added);
+        if (surface.texture && !layered.added.empty()) layered.added[v] = added;
     }
-    return seen;
+    return layered;
 }
 
-std::vector<Rgb> seen_highlights(const Mesh& mesh, std::span<const Surface> surfaces,
-                                 std::span<const Rgb> highlights) {
+std::vector<Rgb> tinted_specular_light(const Mesh& mesh, std::span<const Surface> surfaces,
+                                       std::span<const Rgb> highlights) {
     assert(highlights.size() == mesh.positions.size());
-    std::vector<Rgb> seen(highlights.begin(), highlights.end());
-    for (std::size_t v = 0; v < seen.size(); ++v) {
+    std::vector<Rgb> layered(highlights.begin(), highlights.end());
+    for (std::size_t v = 0; v < layered.size(); ++v) {
         const Surface& surface = surfaces[mesh.vertex_materials[v]];
         if (surface.coloured)
-            seen[v] *= mesh.colours[v] * surface.tinted_highlights + Rgb(1 - surface.tinted_highlights);
+            layered[v] *= mesh.colours[v] * surface.tinted_specular + Rgb(1 - surface.tinted_specular);
     }
-    return seen;
+    return layered;
 }
 
 std::vector<Rgb> vertex_tints(const Mesh& mesh, std::span<const Surface> surfaces) {

@@ -12,7 +12,7 @@
 namespace haarfield {
 
 /// A material with an image. With the image's colour T at a point, outgoing radiance is
-///     T (diffuse + emission + tinted_highlights * specular) + (1 - tinted_highlights) * specular,
+///     T (diffuse + emission + tinted_specular * specular) + (1 - tinted_specular) * specular,
 /// where diffuse and specular are the material's reflected radiance. Vertex colours, if used, multiply T.
 /// Radiance is computed at vertices; T is evaluated per pixel.
 struct Surface {
@@ -20,15 +20,15 @@ struct Surface {
     Rgb emission{0, 0, 0};                   ///< Emitted radiance; see emitters_of. >= 0. [W/(m^2 sr)]
     std::shared_ptr<const Texture> texture;  ///< Null: white.
     bool coloured = false;                   ///< Vertex colours are used.
-    float tinted_highlights = 0;             ///< Fraction of specular light that has the base colour, as on
+    float tinted_specular = 0;               ///< Fraction of specular light that has the base colour, as on
                                              ///< metals, in [0, 1].
 
     /// True if outgoing radiance is the material's reflected radiance alone.
     bool is_plain() const { return !texture && !coloured && emission == Rgb(0.0f); }
     bool glows() const { return emission != Rgb(0.0f); }  ///< True if the surface emits light.
     /// True if specular radiance must be known separately.
-    bool parts_highlights() const {
-        return (texture || coloured) && material.specular != Rgb(0.0f) && tinted_highlights < 1;
+    bool has_separate_specular() const {
+        return (texture || coloured) && material.specular != Rgb(0.0f) && tinted_specular < 1;
     }
 };
 
@@ -45,23 +45,23 @@ struct Surface {
 /// Exponents are clamped to [1, 1000] (metallic) and [1, 2000] (phong).
 Surface surface_of(const MeshMaterial& material);
 
-/// The displayed radiance of a mesh's vertices: `under` is to be multiplied by the surfaces' textures, `over`
-/// is added unchanged. Without a texture, `under` is the total.
-struct SeenRadiance {
-    std::vector<Rgb> under;
-    std::vector<Rgb> over;  ///< One per vertex; empty if no surface needs it.
+/// The displayed radiance of a mesh's vertices: `textured` is to be multiplied by the surfaces' textures, `added`
+/// is added unchanged. Without a texture, `textured` is the total.
+struct LayeredRadiance {
+    std::vector<Rgb> textured;
+    std::vector<Rgb> added;  ///< One per vertex; empty if no surface needs it.
 };
 
 /// Splits radiance into the factor of the textures and the summand on top of them.
 ///
 /// surfaces  by the material indices of the mesh.
 /// radiance  of the vertices, without textures.
-SeenRadiance seen_radiance(const Mesh& mesh, std::span<const Surface> surfaces,
-                           std::span<const Outgoing> radiance);
+LayeredRadiance layered_radiance(const Mesh& mesh, std::span<const Surface> surfaces,
+                                 std::span<const Outgoing> radiance);
 
 /// Multiplies the tinted fraction of specular radiance by the colours of the vertices. Images count as white.
-std::vector<Rgb> seen_highlights(const Mesh& mesh, std::span<const Surface> surfaces,
-                                 std::span<const Rgb> highlights);
+std::vector<Rgb> tinted_specular_light(const Mesh& mesh, std::span<const Surface> surfaces,
+                                       std::span<const Rgb> highlights);
 
 /// Returns the factors on diffuse reflection by vertex: the vertex colour times the mean of the image over
 /// adjacent triangles. Empty if no surface has an image or vertex colours.

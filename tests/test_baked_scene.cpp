@@ -104,7 +104,7 @@ TEST(BakedScene, CameraAndBackgroundAgreeWithOurs) {
     camera.vertical_fov = 1.2f;
     camera.width = 90;
     camera.height = 60;
-    // A small square whose centre should be seen at a known place, twice as large as its mesh.
+    // A small square whose centre should appear at a known place, twice as large as its mesh.
     const Vec3d seen_along = pixel_ray(camera, 63.5, 22.5);
     const Vec3f place(Vec3d(camera.position) + seen_along * 3.0);
     const BakedInstance instance{"mark", &mesh, {place, 2}, radiance};
@@ -128,7 +128,7 @@ TEST(BakedScene, CameraAndBackgroundAgreeWithOurs) {
     EXPECT_NEAR(mean_y / weight, 22.5, 0.6);
 
     PovrayOptions behind = options_for(camera);
-    behind.declarations = {background_alone};
+    behind.declarations = {background_only};
     ASSERT_TRUE(run_povray(files->scene, folder / "sky.exr", behind));
     const Result<Image> sky = read_image(folder / "sky.exr");
     ASSERT_TRUE(sky);

@@ -57,7 +57,7 @@ std::vector<float> held_cosines(const Vec3d& normal, double seen) {
     return texels;
 }
 
-Vec3d inner_product(std::span<const float> texels, const FewCoefficients& f) {
+Vec3d inner_product(std::span<const float> texels, const SelectedCoefficients& f) {
     std::vector<Rgb> grey;
     for (const float texel : texels) grey.emplace_back(texel);
     const DenseCoefficients vector = dense_coefficients(haar_cubemap<Rgb>(grey, size), size);

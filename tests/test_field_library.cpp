@@ -23,7 +23,7 @@ VisibilityField named_field(const std::string& entity, std::uint32_t seed) {
 }
 
 Result<LibraryField> taken(const path& folder, const VisibilityField& field, int& made) {
-    return library_field(folder, field.entity, field.keys, Unsealed::refused, [&](const KnownSamples&) {
+    return library_field(folder, field.entity, field.keys, Unsealed::refused, [&](const PrecomputedSamples&) {
         ++made;
         return Result<VisibilityField>(field);
     });
@@ -62,7 +62,7 @@ TEST(FieldLibrary, GivesSurroundingsThatAreKnown) {
     finer.whole.low ^= 1;
     finer.whole.high ^= 1;
     const auto field =
-        library_field(folder.path(), "lamp", finer, Unsealed::refused, [&](const KnownSamples& known) {
+        library_field(folder.path(), "lamp", finer, Unsealed::refused, [&](const PrecomputedSamples& known) {
             EXPECT_EQ(known.runs.size(), 1u);
             if (known.runs.size() == 1) {
                 EXPECT_EQ(known.runs[0].first, 0u);
@@ -90,15 +90,15 @@ TEST(FieldLibrary, RemakesADamagedOrWronglyNamedFileInItsPlace) {
     std::filesystem::rename(file, moved);
     const auto remade = taken(folder.path(), chair, made);
     ASSERT_TRUE(remade);
-    EXPECT_NE(remade->remade_because, "");
+    EXPECT_NE(remade->recomputed_because, "");
     EXPECT_EQ(remade->file, moved);
     EXPECT_TRUE(text_of(moved) == whole);
     const VisibilityField other = named_field("chair", 2);
     std::filesystem::rename(moved, library_file(folder.path(), "chair", other.keys));
     const auto misnamed = taken(folder.path(), other, made);
     ASSERT_TRUE(misnamed);
-    EXPECT_NE(misnamed->remade_because.find("different field"), std::string::npos)
-        << misnamed->remade_because;
+    EXPECT_NE(misnamed->recomputed_because.find("different field"), std::string::npos)
+        << misnamed->recomputed_because;
     EXPECT_TRUE(taken(folder.path(), other, made)->reused);
     EXPECT_EQ(folder.files().size(), 1u);
 }
@@ -111,7 +111,7 @@ TEST(FieldLibrary, ManyThreadsMakeAFieldOnce) {
     for (int t = 0; t < 6; ++t)
         threads.emplace_back([&] {
             const auto field = library_field(folder.path(), "chair", chair.keys, Unsealed::refused,
-                                             [&](const KnownSamples&) {
+                                             [&](const PrecomputedSamples&) {
                                                  ++made;
                                                  std::this_thread::sleep_for(std::chrono::milliseconds(30));
                                                  return Result<VisibilityField>(chair);

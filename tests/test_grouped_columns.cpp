@@ -126,7 +126,7 @@ TEST(LargestCoefficients, LeaveOutNoMoreThanTheErrorAndTheSmallest) {
         }
         EXPECT_EQ(largest_coefficients(f, falling, 0).index.size(), nonzero);
         for (const float error : {0.01f, 0.1f, 0.5f}) {
-            const FewCoefficients few = largest_coefficients(f, falling, error);
+            const SelectedCoefficients few = largest_coefficients(f, falling, error);
             EXPECT_TRUE(std::is_sorted(few.index.begin(), few.index.end()));
             double kept = 0, smallest = all;
             std::vector<bool> is_kept(f.values.size(), false);

@@ -136,18 +136,19 @@ TEST(LightClusters, TellAndBelieveWhatIsSeen) {
     const std::vector<LightCluster> clusters = light_clusters(example.lights());
     const std::vector<SourceReceiver> receivers = floor_receivers();
     std::vector<Rgb> first(receivers.size(), Rgb(0.0f)), again = first, dark = first, bright = first;
-    std::vector<ClusterSight> sights(receivers.size() * clusters.size());
-    add_clustered_light(rays, clusters, receivers, first, {}, sights);
-    for (const ClusterSight sight : {ClusterSight::lit, ClusterSight::blocked, ClusterSight::partly})
-        EXPECT_GT(std::ranges::count(sights, sight), 20);
-    EXPECT_EQ(std::ranges::count(sights, ClusterSight::unknown), 0);
-    add_clustered_light(rays, clusters, receivers, again, {}, sights);
+    std::vector<ClusterVisibility> visibility(receivers.size() * clusters.size());
+    add_clustered_light(rays, clusters, receivers, first, {}, visibility);
+    for (const ClusterVisibility one :
+         {ClusterVisibility::lit, ClusterVisibility::blocked, ClusterVisibility::partly})
+        EXPECT_GT(std::ranges::count(visibility, one), 20);
+    EXPECT_EQ(std::ranges::count(visibility, ClusterVisibility::unknown), 0);
+    add_clustered_light(rays, clusters, receivers, again, {}, visibility);
     EXPECT_EQ(again, first);
-    std::ranges::fill(sights, ClusterSight::blocked);
-    add_clustered_light(rays, clusters, receivers, dark, {}, sights);
+    std::ranges::fill(visibility, ClusterVisibility::blocked);
+    add_clustered_light(rays, clusters, receivers, dark, {}, visibility);
     EXPECT_EQ(dark, std::vector<Rgb>(receivers.size(), Rgb(0.0f)));
-    std::ranges::fill(sights, ClusterSight::lit);
-    add_clustered_light(rays, clusters, receivers, bright, {}, sights);
+    std::ranges::fill(visibility, ClusterVisibility::lit);
+    add_clustered_light(rays, clusters, receivers, bright, {}, visibility);
     for (const Rgb& radiance : bright)
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(radiance[c], bright[0][c], 1e-6f);
 }

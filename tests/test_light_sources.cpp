@@ -111,10 +111,10 @@ TEST(LightSources, AreCutAsFinelyAsTheRuleAsks) {
     const auto count = [&](const SourceRule& rule) {
         return split_light(environment, rule).sources.at(0).lights.size();
     };
-    EXPECT_EQ(count({.least_lights = 4, .share_of_a_light = 1, .solid_angle_of_a_light = 1}), 4u);
-    EXPECT_EQ(count({.share_of_a_light = share / 9.5, .solid_angle_of_a_light = 1}), 10u);
-    EXPECT_EQ(count({.share_of_a_light = 1, .solid_angle_of_a_light = solid_angle / 19.5}), 20u);
-    EXPECT_EQ(count({.share_of_a_light = 1e-6, .most_lights = 33}), 33u);
+    EXPECT_EQ(count({.least_lights = 4, .fraction_per_light = 1, .solid_angle_of_a_light = 1}), 4u);
+    EXPECT_EQ(count({.fraction_per_light = share / 9.5, .solid_angle_of_a_light = 1}), 10u);
+    EXPECT_EQ(count({.fraction_per_light = 1, .solid_angle_of_a_light = solid_angle / 19.5}), 20u);
+    EXPECT_EQ(count({.fraction_per_light = 1e-6, .most_lights = 33}), 33u);
 }
 
 /// A low sun of one pixel at a straight edge: the penumbra spans the pixel, without large steps.
@@ -150,7 +150,7 @@ TEST(LightSources, DimPixelsStayWhole) {
     LatLongImage image = even_image(1e-3f);
     for (int column = 0; column < 100; ++column)
         for (int row = 30; row < 40; ++row) pixel(image, column, row) = Rgb(1);
-    const SourceRule rule{.threshold = 1, .share_of_a_part = 0.01, .solid_angle_of_a_part = 1};
+    const SourceRule rule{.threshold = 1, .fraction_per_direction = 0.01, .solid_angle_per_direction = 1};
     EXPECT_EQ(split_light({image, {}}, rule).sources.at(0).parts.size(), 1000u);
 }
 
@@ -160,7 +160,7 @@ TEST(LightSources, FewLightsStandForMany) {
         for (int k = 0; k < 5; ++k)
             parts.push_back({Vec3f(Vec3d(0.01 * i, 1, 0.01 * k).normalized()), Rgb(float(1 + i), 1, 0.5f)});
     for (const int count : {1, 2, 7, 50}) {
-        const std::vector<DirectionalLight> few = few_lights(parts, count);
+        const std::vector<DirectionalLight> few = reduced_lights(parts, count);
         EXPECT_EQ(few.size(), std::size_t(count));
         expect_near(energy(few), energy(parts), 1e-5, "few");
         for (const DirectionalLight& light : few) {
@@ -169,7 +169,7 @@ TEST(LightSources, FewLightsStandForMany) {
             EXPECT_LT(light.direction.x, 0.2f);
         }
     }
-    EXPECT_EQ(few_lights(parts, 1000).size(), parts.size());
+    EXPECT_EQ(reduced_lights(parts, 1000).size(), parts.size());
     // Finer splits approximate the parts' irradiance on any plane better.
     const auto on_plane = [](const std::vector<DirectionalLight>& lights, const Vec3d& normal) {
         double sum = 0;
@@ -179,8 +179,8 @@ TEST(LightSources, FewLightsStandForMany) {
     };
     const Vec3d grazing = Vec3d(1, -0.1, 0).normalized();
     const double exact = on_plane(parts, grazing);
-    EXPECT_GT(std::abs(on_plane(few_lights(parts, 1), grazing) - exact), 0.02 * exact);
-    EXPECT_NEAR(on_plane(few_lights(parts, 25), grazing), exact, 0.01 * exact);
+    EXPECT_GT(std::abs(on_plane(reduced_lights(parts, 1), grazing) - exact), 0.02 * exact);
+    EXPECT_NEAR(on_plane(reduced_lights(parts, 25), grazing), exact, 0.01 * exact);
 }
 
 TEST(SunDisc, IsCoveredEvenly) {

@@ -60,8 +60,8 @@ TEST(ReferencePicture, IsTheMeanOfTwoSetsOfLightsAndOfAllOfThem) {
     const ReferenceFiles scene = square.scene(64);
     const Result<ReferencePicture> picture = rendered_reference(scene, ShadowedSquare::options());
     ASSERT_TRUE(picture) << picture.error().message();
-    const Image first = rendered_scene(scene.scene, ShadowedSquare::options(first_lights_alone))->image,
-                second = rendered_scene(scene.scene, ShadowedSquare::options(second_lights_alone))->image,
+    const Image first = rendered_scene(scene.scene, ShadowedSquare::options(first_dome_only))->image,
+                second = rendered_scene(scene.scene, ShadowedSquare::options(second_dome_only))->image,
                 all = rendered_scene(scene.scene, ShadowedSquare::options())->image;
     EXPECT_GT(relative_difference(first, second), 0.005) << "the sets must be independent";
     for (std::size_t i = 0; i < all.pixels.size(); ++i)
@@ -101,15 +101,15 @@ TEST(ReferencePicture, GathersBouncesUnderFewLights) {
     const Image whole = rendered_scene(scene.scene, ShadowedSquare::options())->image,
                 direct = rendered_scene(scene.scene, ShadowedSquare::options(without_bounces))->image;
     const std::string text = text_of(scene.scene);
-    PovrayOptions few = ShadowedSquare::options(few_lights_alone);
+    PovrayOptions few = ShadowedSquare::options(reduced_lights_alone);
     few.declarations.push_back(without_bounces);
     EXPECT_GT(relative_difference(rendered_scene(scene.scene, few)->image, direct), 0.005);
     EXPECT_GT(relative_difference(direct, whole), 0.01);
     EXPECT_LT(relative_difference(picture->image, whole), 0.003);
     EXPECT_LT(*picture->image.relative_error, 0.02);
     // If there are only few lights, all of them are used.
-    EXPECT_EQ(text_of(square.scene(64, 2).scene).find(few_lights_alone), std::string::npos);
-    EXPECT_NE(text.find(few_lights_alone), std::string::npos);
+    EXPECT_EQ(text_of(square.scene(64, 2).scene).find(reduced_lights_alone), std::string::npos);
+    EXPECT_NE(text.find(reduced_lights_alone), std::string::npos);
 }
 
 /// A panel inside a sphere lights the wall in front of it from a tenth of the radius. The camera faces the

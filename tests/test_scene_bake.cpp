@@ -18,7 +18,7 @@ SceneEntities spheres(int segments, std::size_t instances) {
 TEST(SceneBake, ARefinementMayHaveHalfAsManyVerticesAgainAsTheModels) {
     EXPECT_EQ(usual_vertex_budget(spheres(8, 2)), RefinementSettings().vertex_budget);
     const SceneEntities fine = spheres(240, 3);
-    const std::size_t own = 3 * seen_surface(fine.entities[0]->mesh).positions.size();
+    const std::size_t own = 3 * visible_surface(fine.entities[0]->mesh).positions.size();
     ASSERT_GT(own, 40000u);
     EXPECT_EQ(usual_vertex_budget(fine), own + own / 2);
 }

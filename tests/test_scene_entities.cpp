@@ -60,7 +60,7 @@ TEST_F(SceneEntitiesTest, MakesOneFieldPerEntityAndReusesItByHash) {
               6u);  // twelve triangles are rasterized exactly
     EXPECT_EQ(first->entity_of_instance, (std::vector<std::size_t>{0, 0}));
     EXPECT_FALSE(first->entities[0]->reused);
-    EXPECT_EQ(first->entities[0]->remade_because, "");
+    EXPECT_EQ(first->entities[0]->recomputed_because, "");
     EXPECT_GE(first->entities[0]->mesh.fine.positions.size(), 50u);
     EXPECT_EQ(field_defect(first->entities[0]->field), "");
 
@@ -94,7 +94,7 @@ TEST_F(SceneEntitiesTest, MakesAFieldOfAnotherMeshBesideAndKeepsBoth) {
     const auto other = prepare_scene_entities(scene, options);
     ASSERT_TRUE(other);
     EXPECT_FALSE(other->entities[0]->reused);
-    EXPECT_EQ(other->entities[0]->remade_because, "");
+    EXPECT_EQ(other->entities[0]->recomputed_because, "");
     EXPECT_NE(other->entities[0]->field_file, first->entities[0]->field_file);
     write_box(1.0f);
     const auto again = prepare_scene_entities(scene, options);
@@ -138,7 +138,7 @@ TEST_F(SceneEntitiesTest, RemakesADamagedFieldAndSaysWhy) {
     const auto damaged = prepare_scene_entities(scene, options);
     ASSERT_TRUE(damaged);
     EXPECT_FALSE(damaged->entities[0]->reused);
-    EXPECT_NE(damaged->entities[0]->remade_because, "");
+    EXPECT_NE(damaged->entities[0]->recomputed_because, "");
     EXPECT_TRUE(prepare_scene_entities(scene, options)->entities[0]->reused);
 }
 
@@ -158,7 +158,7 @@ TEST_F(SceneEntitiesTest, TakesAnUnsealedFieldOnlyIfAllowed) {
     const auto remade = prepare_scene_entities(scene, options);
     ASSERT_TRUE(remade);
     EXPECT_FALSE(remade->entities[0]->reused);
-    EXPECT_NE(remade->entities[0]->remade_because.find("no seal"), std::string::npos);
+    EXPECT_NE(remade->entities[0]->recomputed_because.find("no seal"), std::string::npos);
     EXPECT_TRUE(prepare_scene_entities(scene, options)->entities[0]->reused);
 
     remove_seal();
@@ -209,7 +209,7 @@ TEST_F(SceneEntitiesTest, TurnedInstancesShareTheEntity) {
 }
 
 Shape stretched(double x, double y, double z) {
-    return linear_parts({Vec3d(x, 0, 0), Vec3d(0, y, 0), Vec3d(0, 0, z)})->shape;
+    return placed_shape({Vec3d(x, 0, 0), Vec3d(0, y, 0), Vec3d(0, 0, z)})->shape;
 }
 
 TEST_F(SceneEntitiesTest, EachShapeOfAnEntityHasAFieldOfItsOwn) {
@@ -258,7 +258,7 @@ TEST_F(SceneEntitiesTest, WhatRoundingFlattensIsLeftOut) {
     std::array<Vec3d, 3> map;
     for (std::size_t i = 0; i < 3; ++i) map[i] = slant.row[i] * (i == 0 ? 2e-4 : 1);
     scene.instances.resize(1);
-    scene.instances[0].shape = linear_parts(map)->shape;
+    scene.instances[0].shape = placed_shape(map)->shape;
     options.fields = false;
     const auto entities = prepare_scene_entities(scene, options);
     ASSERT_TRUE(entities) << entities.error().message();

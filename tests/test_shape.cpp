@@ -46,7 +46,7 @@ TEST(Shape, WithItsPlacementIsTheMap) {
     for (const double least : {1.0, 0.9999, 0.5, 0.01, 1.01e-4})
         for (int trial = 0; trial < 200; ++trial) {
             const Rows map = random_map(random, least);
-            const Result<LinearParts> parts = linear_parts(map);
+            const Result<PlacedShape> parts = placed_shape(map);
             ASSERT_TRUE(parts) << parts.error().message();
             const auto& [placement, shape] = *parts;
             EXPECT_EQ(placement.translate, Vec3f(0, 0, 0));
@@ -76,22 +76,22 @@ TEST(Shape, IsTheSameHoweverTheStretchedIsTurnedAndMagnified) {
             const double scale = uniform(random, 0.1, 10.0);
             const Rows turned =
                 product(diagonal(scale, scale, scale), product(random_rotation(random).row, map));
-            const Shape shape = linear_parts(map)->shape;
-            EXPECT_TRUE(is_same_shape(linear_parts(turned)->shape, shape)) << least;
+            const Shape shape = placed_shape(map)->shape;
+            EXPECT_TRUE(is_same_shape(placed_shape(turned)->shape, shape)) << least;
             EXPECT_FALSE(is_same_shape(shape, Shape()));
-            EXPECT_FALSE(is_same_shape(linear_parts(product(map, diagonal(1, 1, 1.001)))->shape, shape));
-            EXPECT_FALSE(is_same_shape(linear_parts(product(diagonal(-1, 1, 1), map))->shape, shape))
+            EXPECT_FALSE(is_same_shape(placed_shape(product(map, diagonal(1, 1, 1.001)))->shape, shape));
+            EXPECT_FALSE(is_same_shape(placed_shape(product(diagonal(-1, 1, 1), map))->shape, shape))
                 << "mirrored";
         }
 }
 
 TEST(Shape, IsNoneWhereAllAxesAreStretchedAlike) {
     for (const double scale : {1e-6, 0.1, 1.0 / 3, 0.7, 1.0, 2.0, 123.456, 1e6}) {
-        const Result<LinearParts> parts = linear_parts(diagonal(scale, scale, scale));
+        const Result<PlacedShape> parts = placed_shape(diagonal(scale, scale, scale));
         ASSERT_TRUE(parts) << parts.error().message();
         EXPECT_EQ(parts->placement, (Placement{{0, 0, 0}, static_cast<float>(scale)}));
         EXPECT_EQ(parts->shape, Shape());
-        const Result<LinearParts> half_turn = linear_parts(diagonal(-scale, -scale, scale));
+        const Result<PlacedShape> half_turn = placed_shape(diagonal(-scale, -scale, scale));
         EXPECT_EQ(half_turn->placement.scale, static_cast<float>(scale));
         EXPECT_EQ(half_turn->placement.rotate.row, diagonal(-1, -1, 1));
         EXPECT_EQ(half_turn->shape, Shape());
@@ -102,7 +102,7 @@ TEST(Shape, IsNoneWhereAllAxesAreStretchedAlike) {
         Rows turned = random_rotation(random).row;
         for (Vec3d& row : turned)
             for (int k = 0; k < 3; ++k) row[k] = std::round(row[k] * 1e6) / 1e6;
-        EXPECT_EQ(linear_parts(turned)->shape, Shape());
+        EXPECT_EQ(placed_shape(turned)->shape, Shape());
     }
 }
 
@@ -112,42 +112,42 @@ TEST(Shape, OfAllThatMirrorAndStretchAlikeIsOne) {
         const Rows mirrored = product(
             random_rotation(random).row,
             product(diagonal(1, -2.5, 1), product(diagonal(2.5, 1, 2.5), random_rotation(random).row)));
-        EXPECT_EQ(linear_parts(mirrored)->shape.row, diagonal(-1, 1, 1));
+        EXPECT_EQ(placed_shape(mirrored)->shape.row, diagonal(-1, 1, 1));
     }
-    EXPECT_EQ(linear_parts(diagonal(-3, -3, -3))->shape.row, diagonal(-1, 1, 1));
+    EXPECT_EQ(placed_shape(diagonal(-3, -3, -3))->shape.row, diagonal(-1, 1, 1));
 }
 
 TEST(Shape, FactorsAreTheirRatiosToTheLargest) {
     for (const double x : {2.0, -2.0})
         for (const double y : {0.5, -0.5})
             for (const double z : {1.0, -1.0}) {
-                const Result<LinearParts> parts = linear_parts(diagonal(x, y, z));
+                const Result<PlacedShape> parts = placed_shape(diagonal(x, y, z));
                 EXPECT_EQ(parts->placement.scale, 2);
                 EXPECT_EQ(parts->shape.row, diagonal(x * y * z < 0 ? -1 : 1, 0.25, 0.5));
             }
 }
 
 TEST(Shape, NamesDifferAsShapesDo) {
-    const std::string name = shape_name(linear_parts(diagonal(2, 0.5, 1))->shape);
+    const std::string name = shape_name(placed_shape(diagonal(2, 0.5, 1))->shape);
     EXPECT_EQ(name.size(), 8u);
     EXPECT_EQ(name.find_first_not_of("0123456789abcdef"), std::string::npos);
-    EXPECT_EQ(shape_name(linear_parts(diagonal(4, 1, 2))->shape), name);
-    EXPECT_EQ(shape_name(linear_parts(diagonal(2, -0.5, -1))->shape), name);
+    EXPECT_EQ(shape_name(placed_shape(diagonal(4, 1, 2))->shape), name);
+    EXPECT_EQ(shape_name(placed_shape(diagonal(2, -0.5, -1))->shape), name);
     for (const Rows& other : {diagonal(-2, 0.5, 1), diagonal(0.5, 2, 1), diagonal(2, 0.5, 1.001)})
-        EXPECT_NE(shape_name(linear_parts(other)->shape), name);
+        EXPECT_NE(shape_name(placed_shape(other)->shape), name);
 }
 
 TEST(Shape, RefusesWhatFlattensAndWhatIsNoNumber) {
     const Rows singular{Vec3d(1, 2, 3), Vec3d(2, 4, 6), Vec3d(1, 0, 0)};
     for (const Rows& bad : {singular, diagonal(0, 0, 0), diagonal(1, 0.9e-4, 1), diagonal(1.1e6, 1, 1e3),
                             diagonal(1e-3, 1e-3, 0.9e-6), diagonal(NAN, 1, 1), diagonal(INFINITY, 1, 1)}) {
-        const Result<LinearParts> parts = linear_parts(bad);
+        const Result<PlacedShape> parts = placed_shape(bad);
         ASSERT_FALSE(parts) << bad[0] << bad[1] << bad[2];
         EXPECT_NE(parts.error().what.find("expected 1e-06 to 1e+06, the largest at most 10000 times"),
                   std::string::npos)
             << parts.error().what;
     }
-    EXPECT_TRUE(linear_parts(diagonal(1, 1.01e-4, -1)));
+    EXPECT_TRUE(placed_shape(diagonal(1, 1.01e-4, -1)));
 }
 
 TEST(Shape, LeavesAMeshThatItIsNotThere) {
@@ -167,7 +167,7 @@ double volume(const Mesh& mesh) {
 TEST(Shape, TurnsNormalsAndTrianglesAsTheSurface) {
     std::mt19937 random(5);
     for (int trial = 0; trial < 40; ++trial) {
-        const Shape shape = linear_parts(random_map(random, 0.2))->shape;
+        const Shape shape = placed_shape(random_map(random, 0.2))->shape;
         // A sphere becomes an ellipsoid: its normal is what the two tangents, moved along numerically, leave.
         const Mesh sphere = sphere_mesh({0, 0, 0}, 1, 8), ellipsoid = shaped_mesh(sphere, shape);
         for (std::size_t v = 0; v < sphere.positions.size(); ++v) {

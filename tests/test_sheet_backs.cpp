@@ -96,7 +96,7 @@ TEST(SheetBacks, ArePartedFromTheirFrontsWhenASheetIsPrepared) {
     EXPECT_EQ(ready.findings.backs, 2u);
     EXPECT_EQ(ready.original.triangles.size(), 2u);
     EXPECT_EQ(ready.coarse.triangles.size(), 2u);
-    EXPECT_EQ(seen_surface(ready).triangles.size(), 4u);
+    EXPECT_EQ(visible_surface(ready).triangles.size(), 4u);
     EXPECT_GE(ready.fine.positions.size(), 400u);
     EXPECT_LE(ready.fine.positions.size(), 440u);
     const float offset = 1e-4f * mesh_bounds(ready.original).radius();

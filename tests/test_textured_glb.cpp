@@ -117,7 +117,8 @@ TEST_F(TexturedGlb, HoldsTheBytesOfImagesAndWhatTheyMultiply) {
                 const Texture* own = surfaces[mesh.vertex_materials[v]].texture.get();
                 if (mesh.positions[v] != p || bool(own) != bool(shown) || (own && own->width != shown->width))
                     continue;
-                for (int c = 0; c < 3; ++c) EXPECT_NEAR(seen[c], seen_at(instances[0], v)[c], 2e-5f) << v;
+                for (int c = 0; c < 3; ++c)
+                    EXPECT_NEAR(seen[c], displayed_radiance(instances[0], v)[c], 2e-5f) << v;
                 ++compared;
             }
         }

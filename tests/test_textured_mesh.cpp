@@ -306,7 +306,7 @@ TEST_F(TexturedMesh, TheReferenceTintsTheHighlightsOfMetalsByImages) {
                 Surface metal = white;
                 if (has_image) metal.texture = texture;
                 metal.coloured = has_colours;
-                metal.tinted_highlights = tinted;
+                metal.tinted_specular = tinted;
                 metal.material.diffuse = Rgb(diffuse, diffuse / 2, diffuse / 4);
                 metal.material.specular = Rgb(0.9f, 0.6f, 0.3f);
                 metal.emission = Rgb(diffuse, 0, diffuse);

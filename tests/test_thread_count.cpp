@@ -11,7 +11,7 @@
 #include "tests/fixtures/example_scene.h"
 #include "tests/fixtures/test_folder.h"
 #include "tests/fixtures/with_threads.h"
-#include "tools/seen_session.h"
+#include "tools/textured_session.h"
 
 namespace haarfield {
 namespace {
@@ -79,7 +79,7 @@ TEST(ThreadCount, IsWhatWasAskedForInEveryComputation) {
         watch.check("after refinement");
 
         RelightSession session(shaded, settings, {});
-        SeenSession seen(shaded, surfaces_of(entities), settings);
+        TexturedSession seen(shaded, surfaces_of(entities), settings);
         const auto check_session = [&](auto& of, const std::string& what) {
             EXPECT_TRUE(of.prepare(watch.progress())) << what;
             EXPECT_TRUE(of.vary_light(watch.progress())) << what;
@@ -92,7 +92,7 @@ TEST(ThreadCount, IsWhatWasAskedForInEveryComputation) {
             watch.check("after frames of a " + what);
         };
         check_session(session, "RelightSession");
-        check_session(seen, "SeenSession");
+        check_session(seen, "TexturedSession");
         EXPECT_GT(watch.checks(), 20u);
         EXPECT_EQ(watch.wrong(), std::set<std::string>());
     });

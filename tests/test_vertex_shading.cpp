@@ -306,7 +306,7 @@ TEST(RadianceIntegrand, TheBoundOfWhatIsBlurredIsTightForLightAlone) {
     EXPECT_LE(bound, missing * 1.3);
 }
 
-TEST(HighlightIntegrand, ComesWithTheRadianceOfTheRest) {
+TEST(SpecularIntegrand, ComesWithTheRadianceOfTheRest) {
     constexpr CoefficientSpectrum spectrum{1, 0.8f, 0.6f, 0.3f, 0.2f, 0.1f, 0.05f};
     const DetailWeights coarse = detail_weights(spectrum, 1e-6);
     std::mt19937 random(11);
@@ -329,8 +329,8 @@ TEST(HighlightIntegrand, ComesWithTheRadianceOfTheRest) {
                 const double bound = radiance_integrand(*example.light, example.shaded(highlights, cones),
                                                         memory, product, detail);
                 const auto coefficients = coefficients_of(product);
-                const HighlightIntegrand found =
-                    highlight_integrand(*example.light, example.shaded(brdf, cones), memory, product, detail);
+                const SpecularIntegrand found =
+                    specular_integrand(*example.light, example.shaded(brdf, cones), memory, product, detail);
                 EXPECT_EQ(found.blurred_energy, bound);
                 EXPECT_EQ(coefficients_of(product), coefficients);
                 SCOPED_TRACE(testing::Message() << "seed " << seed << ", vertex " << i);

@@ -12,8 +12,8 @@ PartialPlace moved(std::uint32_t object) {
     return {object, Vec3f(1, 0, 0), {}, {}};
 }
 
-Look look_from(const Vec3f& position) {
-    Look look;
+SetView look_from(const Vec3f& position) {
+    SetView look;
     look.camera.position = position;
     return look;
 }
@@ -33,7 +33,7 @@ TEST(ViewJob, GoesOnForItsOwnGesture) {
 
 TEST(ViewJob, EndsForAnotherGesture) {
     const std::optional<Vec3f> eye = Vec3f(3, 2, 1);
-    const Look away = look_from({0, 1, 5});
+    const SetView away = look_from({0, 1, 5});
     for (const What what : {What::vectors, What::likely}) {
         EXPECT_TRUE(job_ends_for({what, {Of::light, 0}}, moved(2), eye));
         EXPECT_TRUE(job_ends_for({what, {Of::light, 0}}, away, eye));
@@ -56,7 +56,7 @@ TEST(ViewJob, GoesOnForWhatChangesNoColours) {
         EXPECT_FALSE(job_ends_for(job, look_from(eye * 1.0000001f), eye)) << int(what);
         EXPECT_FALSE(job_ends_for(job, look_from({0, 1, 5}), std::nullopt)) << int(what);
         for (const Content& content :
-             {Content(Select{}), Content(Save{}), Content(Steer{}), Content(Shown{1})})
+             {Content(Select{}), Content(Save{}), Content(Steer{}), Content(FrameDisplayed{1})})
             EXPECT_FALSE(job_ends_for(job, content, eye)) << int(what);
     }
     // A frame takes less time than restarting the job.

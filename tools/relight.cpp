@@ -50,7 +50,7 @@ public:
     Result<Done> write(const std::filesystem::path& output, int frame, const RelightMode& mode,
                        FrameQuality quality, const Progress& progress) {
         const bool is_picture = stage_.options.format != "povray";
-        SeenSession& session = *stage_.session;
+        TexturedSession& session = *stage_.session;
         if (!is_picture || !mode.by_vertex) {
             const Result<Done> shaded = timed(
                 [&] { return mode.in_full ? session.commit(progress) : session.frame(quality, progress); });
@@ -120,7 +120,7 @@ private:
     const RelightStage& stage_;
     const SceneEntities& entities_;
     Preview preview_;
-    std::vector<SeenRadiance> seen_;  ///< By instance.
+    std::vector<LayeredRadiance> seen_;  ///< By instance.
     RunTime drawing_, shading_;
 };
 
@@ -201,8 +201,8 @@ Result<ExitCode> run(const RelightOptions& options, CommandContext& context) {
     stage.settings = options.render.shading;
     stage.weights.assign(stage.environments.size(), 0);
     stage.weights[0] = 1;
-    SeenSession relight(shaded_scene(stage.scene, *entities, stage.environments[0]), surfaces_of(*entities),
-                        stage.settings, options.render.transfer);
+    TexturedSession relight(shaded_scene(stage.scene, *entities, stage.environments[0]),
+                            surfaces_of(*entities), stage.settings, options.render.transfer);
     stage.session = &relight;
     const Result<RelightMode> mode = chosen_mode(stage);
     if (!mode) return mode.error();

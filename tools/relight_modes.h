@@ -3,7 +3,7 @@
 
 #include "scenes/scene.h"
 #include "tools/scene_options.h"
-#include "tools/seen_session.h"
+#include "tools/textured_session.h"
 
 namespace haarfield {
 
@@ -38,7 +38,7 @@ struct RelightStage {
     std::vector<LatLongImage> backgrounds;  ///< The environments as images.
     std::vector<float> weights;             ///< Of the environments, in the current frame.
     Rotation rotation;                      ///< Of the environments, in the current frame.
-    SeenSession* session = nullptr;
+    TexturedSession* session = nullptr;
 
     Rgb background(const Vec3f& direction) const;
 };

@@ -230,7 +230,8 @@ Result<SceneEntities> opened_entities(const Scene& scene, const RenderChoices& c
             field.planar_handles.size() + field.spherical_handles.size() + field.local_handles.size();
         std::error_code unknown;
         const std::uintmax_t bytes = std::filesystem::file_size(entity->field_file, unknown);
-        if (!entity->remade_because.empty()) context.message("field remade: " + entity->remade_because);
+        if (!entity->recomputed_because.empty())
+            context.message("field remade: " + entity->recomputed_because);
         context.report["fields"].push_back({{"entity", entity->name},
                                             {"reused", entity->reused},
                                             {"surroundings_reused", entity->surroundings_reused},
@@ -239,7 +240,7 @@ Result<SceneEntities> opened_entities(const Scene& scene, const RenderChoices& c
                                             {"bytes", unknown ? 0 : bytes},
                                             {"seconds", entity->field_seconds},
                                             {"mesh_seconds", entity->mesh_seconds},
-                                            {"remade_because", entity->remade_because},
+                                            {"recomputed_because", entity->recomputed_because},
                                             {"file", entity->field_file.string()}});
         context.print("field  {:<24} {}  {} samples, {} nodes, {:.1f} MB, {:.2f} s\n", entity->name,
                       entity->reused                ? "reused"

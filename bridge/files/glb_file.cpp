@@ -141,13 +141,13 @@ Rgb light_at(const BakedInstance& instance, std::span<const Rgb> tints, std::siz
     constexpr float darkest = 0.04f;
     if (tints.empty()) return instance.radiance[vertex];
     Rgb light = instance.radiance[vertex];
-    for (int c = 0; c < 3; ++c) light[c] += instance.over[vertex][c] / std::max(tints[vertex][c], darkest);
+    for (int c = 0; c < 3; ++c) light[c] += instance.added[vertex][c] / std::max(tints[vertex][c], darkest);
     return light;
 }
 
 /// Returns the means of the images around the vertices, or nothing if there is no specular radiance.
 std::vector<Rgb> image_tints(const BakedInstance& instance) {
-    if (instance.over.empty() || !has_textures(instance.surfaces)) return {};
+    if (instance.added.empty() || !has_textures(instance.surfaces)) return {};
     std::vector<Surface> surfaces(instance.surfaces.begin(), instance.surfaces.end());
     // The radiance already contains vertex colours.
     for (Surface& surface : surfaces) surface.coloured = false;
@@ -270,7 +270,7 @@ Result<Done> write_baked_glb(const std::filesystem::path& file, std::span<const 
         std::vector<Rgb> seen, light;
         const std::vector<Rgb> tints = image_tints(instance);
         for (std::size_t v = 0; v < instance.radiance.size(); ++v) {
-            seen.push_back(seen_at(instance, v));
+            seen.push_back(displayed_radiance(instance, v));
             light.push_back(light_at(instance, tints, v));
         }
         own["COLOR_0"] = own["_RADIANCE"] = append_pass({"radiance", seen}, buffer);

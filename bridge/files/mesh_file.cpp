@@ -93,7 +93,7 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
             for (int axis = 0; axis < 3; ++axis) append_bytes(text, position[axis]);
             const Vec3f normal = instance.placement.direction_to_world(instance.mesh->normals[i]);
             for (int axis = 0; axis < 3; ++axis) append_bytes(text, normal[axis]);
-            const Rgb radiance = seen_at(instance, i);
+            const Rgb radiance = displayed_radiance(instance, i);
             for (int c = 0; c < 3; ++c) append_bytes(text, unit_byte(srgb_encoded(radiance[c])));
             for (int c = 0; c < 3; ++c) append_bytes(text, radiance[c]);
             append_bytes(text, number);
@@ -137,7 +137,7 @@ Result<Done> write_baked_csv(const std::filesystem::path& file, std::span<const 
         for (std::size_t i = 0; i < instance.mesh->positions.size(); ++i) {
             const Vec3f p = instance.placement.point_to_world(instance.mesh->positions[i]),
                         n = instance.placement.direction_to_world(instance.mesh->normals[i]);
-            const Rgb c = seen_at(instance, i);
+            const Rgb c = displayed_radiance(instance, i);
             fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{}", name, i, p.x, p.y, p.z, n.x, n.y, n.z,
                            c.x, c.y, c.z);
             for_each_pass_number(instance, i, [&](float value) { fmt::format_to(out, ",{}", value); });

@@ -154,12 +154,12 @@ Plane contrast_filtered(const Plane& plane, int width, int height, const Contras
 }
 
 /// The perceived picture: Hunt-adjusted colours, and the strength of an edge or a point at each pixel.
-struct Seen {
+struct PerceivedImage {
     std::vector<Vec3d> colour;
     Plane edge, point;
 };
 
-Seen seen(std::span<const Rgb> image, int width, int height, double pixels_per_degree) {
+PerceivedImage perceived_image(std::span<const Rgb> image, int width, int height, double pixels_per_degree) {
     const std::size_t pixels = image.size();
     std::array<Plane, 3> opponent;
     for (Plane& plane : opponent) plane.resize(pixels);
@@ -170,7 +170,7 @@ Seen seen(std::span<const Rgb> image, int width, int height, double pixels_per_d
         for (int c = 0; c < 3; ++c) opponent[c][i] = value[c];
     }
 
-    Seen result;
+    PerceivedImage result;
     // Features are detected in luminance in [0, 1], at the width that the eye perceives as an edge, 0.082
     // degrees.
     Plane luminance_plane(pixels);
@@ -222,8 +222,8 @@ std::vector<float> flip_errors(std::span<const Rgb> image, std::span<const Rgb> 
                                int height, float pixels_per_degree) {
     assert(width >= 1 && height >= 1 && pixels_per_degree > 0);
     assert(image.size() == static_cast<std::size_t>(width) * height && image.size() == reference.size());
-    const Seen a = seen(image, width, height, pixels_per_degree);
-    const Seen b = seen(reference, width, height, pixels_per_degree);
+    const PerceivedImage a = perceived_image(image, width, height, pixels_per_degree);
+    const PerceivedImage b = perceived_image(reference, width, height, pixels_per_degree);
     std::vector<float> errors(image.size());
     tbb::parallel_for(0, height, [&](int y) {
         for (int x = 0; x < width; ++x) {

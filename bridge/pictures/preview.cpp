@@ -97,7 +97,7 @@ const OwnedScene& Preview::Rays::scene_of(const BakedInstance& instance) {
     const std::shared_ptr<RTCGeometryTy> geometry = device.triangles(mesh.positions, mesh.triangles);
     if (has_cut_outs(instance)) {
         BakedInstance& told = cut_outs.insert_or_assign(&mesh, instance).first->second;
-        told.radiance = told.over = {};
+        told.radiance = told.added = {};
         rtcSetGeometryUserData(geometry.get(), &told);
         rtcSetGeometryIntersectFilterFunction(geometry.get(), pass_cut_outs);
     }
@@ -265,7 +265,7 @@ private:
         Rgb radiance = mean(instance.radiance);
         const Texture* texture = texture_of(instance, triangle);
         if (texture) radiance *= texture->colour_at(mean(instance.mesh->uvs));
-        if (texture && !instance.over.empty()) radiance += mean(instance.over);
+        if (texture && !instance.added.empty()) radiance += mean(instance.added);
         return {radiance, seen->instance};
     }
 

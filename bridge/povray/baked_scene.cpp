@@ -74,8 +74,8 @@ Result<std::uint64_t> write_include(const BakedInstance& instance, const std::st
     const std::string name = file.filename().string();
     if (has_textures(instance.surfaces)) {
         const TexturedMesh textured =
-            textured_mesh(*instance.mesh, instance.surfaces, instance.radiance, instance.over, textures,
-                          maps_light(instance.radiance, instance.over), object, file.stem().string(),
+            textured_mesh(*instance.mesh, instance.surfaces, instance.radiance, instance.added, textures,
+                          maps_light(instance.radiance, instance.added), object, file.stem().string(),
                           instance.placement.scale);
         std::string declarations = image_declarations(instance, textures);
         if (textured.mapped) {
@@ -109,11 +109,11 @@ Result<Done> check_instance(const BakedInstance& instance) {
     for (std::size_t i = 0; i < instance.radiance.size(); ++i)
         if (!is_finite(instance.radiance[i]))
             return Error{where, fmt::format("the radiance of vertex {} is not finite", i)};
-    if (!instance.over.empty() && instance.over.size() != instance.radiance.size())
+    if (!instance.added.empty() && instance.added.size() != instance.radiance.size())
         return Error{where, fmt::format("found {} specular values; expected one for each of the {} vertices",
-                                        instance.over.size(), instance.radiance.size())};
-    for (std::size_t i = 0; i < instance.over.size(); ++i)
-        if (!is_finite(instance.over[i]))
+                                        instance.added.size(), instance.radiance.size())};
+    for (std::size_t i = 0; i < instance.added.size(); ++i)
+        if (!is_finite(instance.added[i]))
             return Error{where, fmt::format("the specular radiance of vertex {} is not finite", i)};
     for (const VertexValues& pass : instance.passes) {
         if (pass.values.size() != instance.mesh->positions.size())
@@ -186,7 +186,7 @@ Result<BakedFiles> write_baked_scene(const std::filesystem::path& folder, const 
         "#version 3.7;\n"
         "global_settings {{ assumed_gamma 1 adc_bailout 0 max_trace_level 100 }}\n\n{3}\n{4}\n"
         "#ifndef ({5})\n",
-        scene_name, camera.width, camera.height, *camera_text, *background_text, background_alone);
+        scene_name, camera.width, camera.height, *camera_text, *background_text, background_only);
     // The instances are placed directly: POV-Ray copies a declared object with all its textures at each use.
     for (std::size_t i = 0; i < instances.size(); ++i)
         text += fmt::format("#declare {1}_In_Place = 1;\n#include \"{0}\"\n",

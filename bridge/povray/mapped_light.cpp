@@ -34,7 +34,7 @@ float brightest(std::span<const Colour> colours) {
 }  // namespace
 
 MappedLight::MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triangles,
-                         std::span<const Colour> under, std::span<const Colour> over,
+                         std::span<const Colour> textured, std::span<const Colour> added,
                          const std::string& object, const std::string& stem)
     : atlas_(triangles.size()), object_(object), stem_(stem) {
     assert(mesh.uvs.size() == mesh.positions.size());
@@ -44,11 +44,11 @@ MappedLight::MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triang
             return std::array{rgb(of[a]), rgb(of[b]), rgb(of[c])};
         });
     };
-    light_ = light(under);
-    most_ = brightest(under);
-    if (const float most_over = brightest(over); most_over > 0) {
-        over_ = light(over);
-        most_ += most_over;
+    light_ = light(textured);
+    most_ = brightest(textured);
+    if (const float most_added = brightest(added); most_added > 0) {
+        added_ = light(added);
+        most_ += most_added;
     }
     most_ = most_ > 0 ? 1.001f * most_ : 1;  // half floats are rounded
 
@@ -79,7 +79,7 @@ MappedLight::MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triang
         declarations_ += fmt::format("#declare {}_Mapped_{} = function {{ {} }}\n", object_, name, pigment);
     };
     declare("Light", fmt::format("pigment {{ {}_Mapped_Pigment }}", object_));
-    if (!over_.pixels.empty()) declare("Over", atlas_.pigment(fmt::format("exr \"{}.over.exr\"", stem_)));
+    if (!added_.pixels.empty()) declare("Over", atlas_.pigment(fmt::format("exr \"{}.over.exr\"", stem_)));
     declare("Places", atlas_.pigment(fmt::format("png \"{}.places.png\" gamma 1.0", stem_)));
     for (const int axis : {0, 1})
         declarations_ += fmt::format(
@@ -98,7 +98,7 @@ std::string MappedLight::texture(const TextureFile* image) const {
         const char* const name = std::array{"red", "green", "blue"}[c];
         std::string product =
             fmt::format("{}_Mapped_Light(x, y, 0).{} * {}.{}", object_, name, at_place, name);
-        if (!over_.pixels.empty()) product += fmt::format(" + {}_Mapped_Over(x, y, 0).{}", object_, name);
+        if (!added_.pixels.empty()) product += fmt::format(" + {}_Mapped_Over(x, y, 0).{}", object_, name);
         Rgb channel(0.0f);
         channel[int(c)] = 3 * most_;  // it is averaged with the two other channels
         // A POV-Ray pattern wraps around at 1.
@@ -118,8 +118,8 @@ std::string MappedLight::texture(const TextureFile* image) const {
 
 Result<Done> MappedLight::write(const std::filesystem::path& folder) const {
     if (Result<Done> written = write_image(light_, folder / (stem_ + ".exr")); !written) return written;
-    if (!over_.pixels.empty())
-        if (Result<Done> written = write_image(over_, folder / (stem_ + ".over.exr")); !written)
+    if (!added_.pixels.empty())
+        if (Result<Done> written = write_image(added_, folder / (stem_ + ".over.exr")); !written)
             return written;
     const Result<std::string> bytes = png_bytes(places_, atlas_.width(), atlas_.height());
     const std::filesystem::path places = folder / (stem_ + ".places.png");

@@ -16,14 +16,14 @@ class MappedLight {
 public:
     /// mesh        has uvs (asserted).
     /// triangles   indices of the triangles, at least one (asserted).
-    /// under       by vertex: the light that images multiply. Without an image, all of the light.
-    /// over        by vertex: light that is added after the image; or empty.
+    /// textured       by vertex: the light that images multiply. Without an image, all of the light.
+    /// added        by vertex: light that is added after the image; or empty.
     /// object      prefix of all names. OBJECT_Finish must be declared.
     /// stem        stem of the atlas files.
     /// accuracy    image coordinates are exact to 2^-17 of one tile plus twice the extent of the largest
     ///             triangle. Light is stored as half floats. Above 32,500 the interpolation is too dark.
-    MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Colour> under,
-                std::span<const Colour> over, const std::string& object, const std::string& stem);
+    MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Colour> textured,
+                std::span<const Colour> added, const std::string& object, const std::string& stem);
 
     /// Returns the text that must precede the mesh.
     const std::string& declarations() const { return declarations_; }
@@ -41,8 +41,8 @@ public:
 private:
     TriangleAtlas atlas_;
     std::string object_, stem_, declarations_;
-    Image light_, over_;  ///< `over_` is empty if no light is added.
-    float most_ = 0;      ///< Upper bound of all channels.
+    Image light_, added_;  ///< `added_` is empty if no light is added.
+    float most_ = 0;       ///< Upper bound of all channels.
     std::vector<std::array<std::uint16_t, 3>> places_;
 };
 

@@ -109,7 +109,7 @@ bool contains(const std::string& text, const char* part) {
     return text.find(part) != std::string::npos;
 }
 
-std::string own_words(const std::string& log) {
+std::string description(const std::string& log) {
     std::string words, last;
     for (const std::string& message : messages(log)) {
         if (contains(message, "cannot open the user configuration")) continue;  // every run prints it
@@ -240,7 +240,7 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
         if (Clock::now() - last_word > std::chrono::duration<double>(options.patience))
             return Error{scene.string(), fmt::format("POV-Ray reported nothing for {} s and was ended; its "
                                                      "last messages: {}",
-                                                     options.patience, own_words(log))};
+                                                     options.patience, description(log))};
         report_pixels(log, progress);
         if (log.size() > longest_log) log.erase(0, log.size() / 2);
     }
@@ -249,13 +249,13 @@ Result<PovrayRun> run_povray(const std::filesystem::path& scene, const std::file
     if (WIFSIGNALED(status))
         return Error{scene.string(),
                      fmt::format("POV-Ray was ended by signal {} ({}); its last messages: {}",
-                                 WTERMSIG(status), strsignal(WTERMSIG(status)), own_words(log))};
+                                 WTERMSIG(status), strsignal(WTERMSIG(status)), description(log))};
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
         return Error{scene.string(),
                      fmt::format("POV-Ray failed (exit code {}): {}",
-                                 WIFEXITED(status) ? WEXITSTATUS(status) : -1, own_words(log))};
+                                 WIFEXITED(status) ? WEXITSTATUS(status) : -1, description(log))};
     if (!std::filesystem::is_regular_file(picture, code))
-        return Error{scene.string(), "POV-Ray wrote no picture: " + own_words(log)};
+        return Error{scene.string(), "POV-Ray wrote no picture: " + description(log)};
     if (Result<Done> moved = move_output(picture, *target); !moved) return moved.error();
 
     run.parse_seconds = logged_seconds(log, "Parse Time:");
@@ -283,7 +283,7 @@ Result<Done> write_with_background(const Image& objects, const std::filesystem::
                                    const std::filesystem::path& exr, const PovrayOptions& options,
                                    const Progress& progress) {
     PovrayOptions behind = options;
-    behind.declarations.push_back(background_alone);
+    behind.declarations.push_back(background_only);
     const Result<RenderedScene> background = rendered_scene(scene, behind, {{}, progress.stop});
     if (!background) return background.error();
     if (Result<Done> written = write_image(objects, exr); !written) return written;

@@ -29,7 +29,7 @@ namespace haarfield {
 
 /// The first of the two switches.
 inline constexpr const char* without_background = "Haarfield_Without_Background";
-inline constexpr const char* background_alone = "Haarfield_Background_Alone";  ///< The second.
+inline constexpr const char* background_only = "Haarfield_Background_Alone";  ///< The second.
 
 /// The background behind the objects. The image is clean, rotated and exposed, and must outlive its use.
 struct BackgroundDescription {

@@ -78,8 +78,8 @@ Result<Done> add_difference(const std::filesystem::path& scene, PovrayOptions op
 
 Result<RenderedScene> rendered_half(const ReferenceFiles& scene, std::size_t set,
                                     const PovrayOptions& options, const Progress& progress) {
-    const char* const own_lights = set == 0 ? first_lights_alone : second_lights_alone;
-    const char* const other_lights = set == 0 ? second_lights_alone : first_lights_alone;
+    const char* const own_lights = set == 0 ? first_dome_only : second_dome_only;
+    const char* const other_lights = set == 0 ? second_dome_only : first_dome_only;
     PovrayOptions objects = options;
     objects.declarations.insert(objects.declarations.end(), {without_background, own_lights});
     if (!scene.has_bounces) return rendered_scene(scene.scene, objects, progress);
@@ -91,7 +91,7 @@ Result<RenderedScene> rendered_half(const ReferenceFiles& scene, std::size_t set
     Result<RenderedScene> direct = rendered_scene(scene.scene, alone, part_of(progress, 0, runs));
     if (!direct) return direct;
     PovrayOptions few = objects;
-    few.declarations.push_back(few_lights_alone);
+    few.declarations.push_back(reduced_lights_alone);
     if (const Result<Done> added =
             add_difference(scene.scene, few, without_bounces, *direct, progress, {1, runs});
         !added)
@@ -100,7 +100,7 @@ Result<RenderedScene> rendered_half(const ReferenceFiles& scene, std::size_t set
     PovrayOptions gathered = objects;
     gathered.declarations.insert(gathered.declarations.end(), {other_lights, emitters_by_radiosity});
     if (const Result<Done> added =
-            add_difference(scene.scene, gathered, direct_light_alone, *direct, progress, {3, runs});
+            add_difference(scene.scene, gathered, direct_light_only, *direct, progress, {3, runs});
         !added)
         return added.error();
     return direct;
@@ -139,10 +139,10 @@ Result<RenderedScene> radiosity_picture(const std::filesystem::path& scene, cons
     // The background is the light and cannot be left out. It is subtracted by coverage afterwards.
     PovrayOptions unlit = options;
     unlit.antialiasing_threshold = 0;  // the same rays in all pictures
-    unlit.declarations.insert(unlit.declarations.end(), {first_lights_alone, second_lights_alone});
+    unlit.declarations.insert(unlit.declarations.end(), {first_dome_only, second_dome_only});
     PovrayOptions lit = unlit, behind = unlit;
     lit.declarations.push_back(by_radiosity);
-    behind.declarations.push_back(background_alone);
+    behind.declarations.push_back(background_only);
     unlit.declarations.push_back(without_background);
     Result<RenderedScene> picture = rendered_scene(scene, lit, progress);
     if (!picture) return picture;

@@ -24,8 +24,8 @@ struct ReferencePicture {
 ///                   POV-Ray's own tolerances, or the width of a light that is represented by one lamp in
 ///                   both sets: with specular lobes of shininess 200 and 256 lights, the error was 0.8 to 1.5
 ///                   times the estimate (five pictures compared with pictures of 4,000 and 6,000 lights).
-/// scene             the scene file. Bounces are gathered under few_lights_of_bounces, because the cost of
-///                   radiosity grows with the number of lights and indirect light is smooth. Each set then
+/// scene             the scene file. Bounces are gathered under reduced_lights_of_bounces, because
+///                   the cost of radiosity grows with the number of lights and indirect light is smooth. Each set then
 ///                   takes three runs: the direct light of all lights, and the light of the few with and
 ///                   without bounces.
 /// emitters          Lamps close to a surface light it in small spots, which radiosity's fixed directions hit

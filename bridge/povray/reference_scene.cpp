@@ -67,11 +67,11 @@ std::string declaration(const std::string& name, const PovrayTexture& texture) {
 }
 
 /// Specular lobes in the terms of POV-Ray's `finish`.
-struct PovrayHighlights {
+struct PovraySpecular {
     float phong = 0, blinn = 0;
     Rgb tint{1, 1, 1};  ///< Multiplies the light's colour; 1 in its strongest channel.
 
-    PovrayHighlights(const Material& material, const Rgb& colour) {
+    PovraySpecular(const Material& material, const Rgb& colour) {
         const float strongest = std::max({colour.x, colour.y, colour.z});
         const bool is_physical = material.convention == LobeConvention::physical;
         phong = strongest * (is_physical ? 0.5f * (material.shininess + 2) : material.phong);
@@ -97,7 +97,7 @@ std::string filter_layer(const std::string& pigment) {
 }
 
 /// Returns specular lobes without a diffuse term, under a layer of their colour times the image's.
-std::string tinted_texture(const Material& material, const PovrayHighlights& highlights, float share,
+std::string tinted_texture(const Material& material, const PovraySpecular& highlights, float share,
                            const TextureFile& image) {
     return fmt::format("texture {{ pigment {{ rgb 1 }} finish {{ ambient 0 emission 0 diffuse 0{} }} }}",
                        highlights.text(material, share)) +
@@ -108,7 +108,7 @@ std::string tinted_texture(const Material& material, const PovrayHighlights& hig
 ///
 /// share     factor of emission, diffuse term and specular lobes.
 /// is_mixed  true: the image lets nothing through, regardless of its alpha.
-std::string base_texture(const Surface& surface, const Rgb& colour, const PovrayHighlights& highlights,
+std::string base_texture(const Surface& surface, const Rgb& colour, const PovraySpecular& highlights,
                          float share, const TextureFile* image, bool is_mixed) {
     const Material& material = surface.material;
     const float metallic = material.convention == LobeConvention::physical ? 0 : material.metallic;
@@ -163,10 +163,10 @@ std::string base_texture(const Surface& surface, const Rgb& colour, const Povray
 PovrayTexture surface_texture(const Surface& surface, const Rgb& colour, const TextureFile* image) {
     const Material& material = surface.material;
     // `metallic` tints by the pigment, which is the image.
-    const float tinted = material.metallic > 0 ? 0 : surface.tinted_highlights;
-    const PovrayHighlights of_image(material, image ? material.specular * colour * tinted : Rgb(0.0f));
+    const float tinted = material.metallic > 0 ? 0 : surface.tinted_specular;
+    const PovraySpecular of_image(material, image ? material.specular * colour * tinted : Rgb(0.0f));
     const Rgb untinted = Rgb(1 - tinted);
-    const PovrayHighlights own(material, material.specular * (image ? untinted : untinted + colour * tinted));
+    const PovraySpecular own(material, material.specular * (image ? untinted : untinted + colour * tinted));
     PovrayTexture texture;
     if (image && (own.are_there() || of_image.are_there())) texture.nothing_where = image->transmission;
     const bool is_mixed = !texture.nothing_where.empty();
@@ -369,7 +369,7 @@ std::string bounces_text(const ReferenceBounces& bounces) {
         "  normal on pretrace_start 0.08 pretrace_end 0.01 count 400 error_bound 0.2 nearest_count 10\n"
         "  minimum_reuse 0.004 adc_bailout 1e-6 }} }}\n"
         "#end\n",
-        without_bounces, limit, emitters_by_radiosity, std::min(limit + 1, most_bounces), direct_light_alone);
+        without_bounces, limit, emitters_by_radiosity, std::min(limit + 1, most_bounces), direct_light_only);
 }
 
 /// Light sources in POV-Ray's language.
@@ -430,7 +430,7 @@ WorldSurface world_surface(std::span<const ReferenceInstance> instances) {
 std::string radiosity_text(const ReferenceInstance& instance, const ReferenceBounces& bounces) {
     if (!bounces.baked.empty()) return " no_radiosity";
     if (bounces.limit == 0 || instance.emitters.empty()) return "";
-    return fmt::format(" #ifndef ({}) #ifndef ({}) no_radiosity #end #end", few_lights_alone,
+    return fmt::format(" #ifndef ({}) #ifndef ({}) no_radiosity #end #end", reduced_lights_alone,
                        emitters_by_radiosity);
 }
 
@@ -496,13 +496,13 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "#end\n{8}\n{4}\n{5}\n"
         "#ifndef ({6})\n",
         scene_name, camera.width, camera.height, files.world_scale, *camera_text, *background_text,
-        background_alone, by_radiosity, bounces_text(bounces));
+        background_only, by_radiosity, bounces_text(bounces));
     text += "#declare Emission_Share = 1;\n";
     // Bounces are gathered under lamps instead of emission.
     const bool has_emitters =
         std::ranges::any_of(instances, [](const auto& instance) { return !instance.emitters.empty(); });
     if (has_emitters && bounces.limit > 0)
-        text += fmt::format("#ifdef ({}) #declare Emission_Share = 0; #end\n", few_lights_alone);
+        text += fmt::format("#ifdef ({}) #declare Emission_Share = 0; #end\n", reduced_lights_alone);
     std::vector<std::string> declarations;
     for (const auto& [texture, file] : *textures) declarations.push_back(file.text);
     std::ranges::sort(declarations);
@@ -542,7 +542,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         "// Two sets of lights. Each represents the whole environment; alone, it is twice as bright.\n"
         "#declare Share = 0.5;\n#ifdef ({0}) #declare Share = 1; #end\n#ifdef ({1}) #declare Share = 1; "
         "#end\n",
-        first_lights_alone, second_lights_alone);
+        first_dome_only, second_dome_only);
     // With baked objects, radiosity uses the emission itself.
     const std::vector<Emitter> emitters =
         bounces.baked.empty() ? world_emitters(instances) : std::vector<Emitter>();
@@ -553,8 +553,8 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
     // Above POV-Ray's shadow tolerance.
     const float lift = static_cast<float>(0.01 / files.world_scale);
     for (const auto& [switched_off_by, cut_share, of_patch] :
-         {std::tuple(second_lights_alone, 0.5, PatchPlace::middle),
-          std::tuple(first_lights_alone, 0.4, PatchPlace::random)}) {
+         {std::tuple(second_dome_only, 0.5, PatchPlace::middle),
+          std::tuple(first_dome_only, 0.4, PatchPlace::random)}) {
         const auto set = [&, cut_share = cut_share](int count, std::span<const Lamp> glowing) {
             LightSet made;
             for (const DirectionalLight& light :
@@ -570,12 +570,12 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
         text += fmt::format("#ifndef ({})\n", switched_off_by);
         // In one half of the reference, radiosity gathers the emitters' bounces without lamps.
         const bool has_lamps = of_patch == PatchPlace::middle;
-        if (files.has_bounces && (lights > few_lights_of_bounces || (files.has_emitters && !has_lamps))) {
-            const int few = std::min(lights, few_lights_of_bounces) / 2;
+        if (files.has_bounces && (lights > reduced_lights_of_bounces || (files.has_emitters && !has_lamps))) {
+            const int few = std::min(lights, reduced_lights_of_bounces) / 2;
             const std::vector<Lamp> few_lamps =
                 has_lamps ? emitter_lamps(emitters, std::size_t(few), of_patch, lift) : std::vector<Lamp>();
-            text += fmt::format("#ifdef ({})\n{}#else\n{}#end\n", few_lights_alone, set(few, few_lamps).text,
-                                whole.text);
+            text += fmt::format("#ifdef ({})\n{}#else\n{}#end\n", reduced_lights_alone,
+                                set(few, few_lamps).text, whole.text);
         } else
             text += whole.text;
         text += "#end\n";
@@ -604,7 +604,7 @@ std::vector<ReferenceInstance> reference_instances(const Scene& scene, const Sce
         instances.push_back(
             {instance.name, &entity.mesh.original, entity.materials, instance.placement, entity.surfaces});
         if (std::ranges::any_of(entity.surfaces, &Surface::glows))
-            instances.back().emitters = emitters_of(seen_surface(entity.mesh), entity.surfaces);
+            instances.back().emitters = emitters_of(visible_surface(entity.mesh), entity.surfaces);
     }
     return instances;
 }

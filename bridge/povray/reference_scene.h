@@ -31,8 +31,8 @@ std::vector<ReferenceInstance> reference_instances(const Scene& scene, const Sce
 
 /// Declarations that control a scene file. This declaration selects the first of the two sets of lights, with
 /// twice the brightness. Without a declaration, both sets light the scene.
-inline constexpr const char* first_lights_alone = "First_Lights_Alone";
-inline constexpr const char* second_lights_alone = "Second_Lights_Alone";  ///< Selects the second set.
+inline constexpr const char* first_dome_only = "First_Lights_Alone";
+inline constexpr const char* second_dome_only = "Second_Lights_Alone";  ///< Selects the second set.
 
 /// With both declarations above: the background lights the scene by radiosity instead; see radiosity_picture.
 inline constexpr const char* by_radiosity = "By_Radiosity";
@@ -42,15 +42,15 @@ inline constexpr const char* without_bounces = "Without_Bounces";
 
 /// For scenes with bounces: reduces each set to the few lights under which bounces are gathered. Bounces need
 /// fewer lights than smooth shadows do.
-inline constexpr const char* few_lights_alone = "Few_Lights_Alone";
-inline constexpr int few_lights_of_bounces = 64;  ///< At most, in both sets together.
+inline constexpr const char* reduced_lights_alone = "Few_Lights_Alone";
+inline constexpr int reduced_lights_of_bounces = 64;  ///< At most, in both sets together.
 
 /// Emitters_By_Radiosity, with both sets of lights deselected: all light sources are off. POV-Ray's radiosity
 /// gathers the emitters' light, with as many bounces as the scene has.
 inline constexpr const char* emitters_by_radiosity = "Emitters_By_Radiosity";
 
 /// With Emitters_By_Radiosity: removes the bounces.
-inline constexpr const char* direct_light_alone = "Direct_Light_Alone";
+inline constexpr const char* direct_light_only = "Direct_Light_Alone";
 
 /// Indirect light between diffuse surfaces, computed by POV-Ray's radiosity.
 ///
@@ -77,7 +77,7 @@ struct ReferenceFiles {
     std::vector<std::filesystem::path> images;    ///< Texture images; see write_textures.
     int lights = 0;             ///< Number of lights in both sets; black ones are not written.
     int lamps = 0;              ///< Number of the scene's own lamps.
-    bool has_bounces = false;   ///< The lights' bounces are gathered under few_lights_of_bounces.
+    bool has_bounces = false;   ///< The lights' bounces are gathered under reduced_lights_of_bounces.
     bool has_emitters = false;  ///< Emissive surfaces light the scene, as lamps.
     std::shared_ptr<const LampSets> emitter_lamps;  ///< The emitters' direct light; null: no emitters.
     double world_scale = 1;                         ///< POV-Ray units per metre, a power of two.

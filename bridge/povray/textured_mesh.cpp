@@ -17,18 +17,18 @@ namespace {
 constexpr float povray_parting = 1.5e-4f;
 
 /// The appearance of a triangle's corner.
-struct CornerLook {
+struct CornerAppearance {
     const TextureFile* image;  ///< Null: none.
-    Colour under, over;
+    Colour textured, added;
 
-    bool operator==(const CornerLook&) const = default;
-    bool shines() const { return over != Colour{0, 0, 0}; }
+    bool operator==(const CornerAppearance&) const = default;
+    bool shines() const { return added != Colour{0, 0, 0}; }
 };
 
 struct CornerLookHash {
-    std::size_t operator()(const CornerLook& look) const {
+    std::size_t operator()(const CornerAppearance& look) const {
         std::size_t hash = reinterpret_cast<std::uintptr_t>(look.image);
-        for (const Colour& colour : {look.under, look.over})
+        for (const Colour& colour : {look.textured, look.added})
             for (const float channel : colour) hash = mixed_hash(hash, std::bit_cast<std::uint32_t>(channel));
         return hash ^ (hash >> 29);
     }
@@ -38,16 +38,16 @@ std::string rgb_text(const Colour& colour, float times = 1) {
     return fmt::format("<{:.6g},{:.6g},{:.6g}>", colour[0] * times, colour[1] * times, colour[2] * times);
 }
 
-std::string texture_text(const CornerLook& look, const std::string& finish) {
+std::string texture_text(const CornerAppearance& look, const std::string& finish) {
     if (!look.image)
-        return fmt::format("texture{{pigment{{rgb{}}}finish{{{}}}}}", rgb_text(look.under), finish);
+        return fmt::format("texture{{pigment{{rgb{}}}finish{{{}}}}}", rgb_text(look.textured), finish);
     const auto layer = [&](const std::string& pigment, const Colour& light, float times) {
         return fmt::format("pigment{{{}}}finish{{{} emission{}}}", pigment, finish, rgb_text(light, times));
     };
-    if (!look.shines()) return fmt::format("texture{{{}}}", layer(look.image->pigment, look.under, 1));
+    if (!look.shines()) return fmt::format("texture{{{}}}", layer(look.image->pigment, look.textured, 1));
     // The average of the two, each twice as bright.
     return fmt::format("texture{{average texture_map{{[1 {}][1 {}]}}}}",
-                       layer(look.image->pigment, look.under, 2), layer("rgb 1", look.over, 2));
+                       layer(look.image->pigment, look.textured, 2), layer("rgb 1", look.added, 2));
 }
 
 /// Moves transparent triangles outwards. POV-Ray loses the whole mesh behind a hit that is closer to the
@@ -64,16 +64,16 @@ void part_cut_outs(Mesh& mesh, const std::vector<bool>& is_cut_out, float distan
 /// The distinct looks, numbered in order of occurrence.
 class Looks {
 public:
-    std::uint32_t number_of(const CornerLook& look) {
+    std::uint32_t number_of(const CornerAppearance& look) {
         const auto [entry, is_new] = numbers_.emplace(look, static_cast<std::uint32_t>(looks_.size()));
         if (is_new) looks_.push_back(look);
         return entry->second;
     }
-    const std::vector<CornerLook>& all() const { return looks_; }
+    const std::vector<CornerAppearance>& all() const { return looks_; }
 
 private:
-    std::unordered_map<CornerLook, std::uint32_t, CornerLookHash> numbers_;
-    std::vector<CornerLook> looks_;
+    std::unordered_map<CornerAppearance, std::uint32_t, CornerLookHash> numbers_;
+    std::vector<CornerAppearance> looks_;
 };
 
 /// The uvs of vertices, unless all triangles are mapped, and three uvs of each mapped triangle.
@@ -109,14 +109,15 @@ UvLists uv_lists(const Mesh& mesh, std::span<const std::uint32_t> mapped, const 
 
 }  // namespace
 
-bool maps_light(std::span<const Rgb> under, std::span<const Rgb> over) {
+bool maps_light(std::span<const Rgb> textured, std::span<const Rgb> added) {
     constexpr std::size_t most_shining_vertices = 100000;
-    return under.size() > most_textured_vertices || over.size() > most_shining_vertices;
+    return textured.size() > most_textured_vertices || added.size() > most_shining_vertices;
 }
 
-TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces, std::span<const Rgb> under,
-                           std::span<const Rgb> over, const TextureFiles& files, bool maps_all,
-                           const std::string& object, const std::string& stem, float scale) {
+TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
+                           std::span<const Rgb> textured, std::span<const Rgb> added,
+                           const TextureFiles& files, bool maps_all, const std::string& object,
+                           const std::string& stem, float scale) {
     assert(baked.uvs.size() == baked.positions.size());
     Mesh mesh = baked;
     const auto image_of = [&](std::uint32_t vertex) -> const TextureFile* {
@@ -142,24 +143,24 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     part_cut_outs(mesh, is_cut_out, povray_parting / scale);
 
     TexturedMesh result;
-    const std::vector<Colour> under_light = clamped_colours(under, result.clamped_vertices);
-    std::uint64_t clamped_over = 0;
-    const std::vector<Colour> over_light = clamped_colours(over, clamped_over);
-    if (!mapped.empty()) result.mapped.emplace(mesh, mapped, under_light, over_light, object, stem);
+    const std::vector<Colour> textured_light = clamped_colours(textured, result.clamped_vertices);
+    std::uint64_t clamped_added = 0;
+    const std::vector<Colour> added_light = clamped_colours(added, clamped_added);
+    if (!mapped.empty()) result.mapped.emplace(mesh, mapped, textured_light, added_light, object, stem);
     const auto look_of = [&](std::uint32_t vertex) {
-        return CornerLook{image_of(vertex), under_light[vertex],
-                          over_light.empty() ? Colour{0, 0, 0} : over_light[vertex]};
+        return CornerAppearance{image_of(vertex), textured_light[vertex],
+                                added_light.empty() ? Colour{0, 0, 0} : added_light[vertex]};
     };
     const auto mean_look = [&](const std::array<std::uint32_t, 3>& corners) {
-        CornerLook mean = look_of(corners[0]);
+        CornerAppearance mean = look_of(corners[0]);
         for (std::size_t c = 0; c < 3; ++c) {
-            float under_sum = 0, over_sum = 0;
+            float textured_sum = 0, added_sum = 0;
             for (const std::uint32_t corner : corners) {
-                under_sum += look_of(corner).under[c];
-                over_sum += look_of(corner).over[c];
+                textured_sum += look_of(corner).textured[c];
+                added_sum += look_of(corner).added[c];
             }
-            mean.under[c] = under_sum / 3;
-            mean.over[c] = over_sum / 3;
+            mean.textured[c] = textured_sum / 3;
+            mean.added[c] = added_sum / 3;
         }
         return mean;
     };
@@ -170,7 +171,7 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     fmt::format_to(out, "face_indices {{ {}", mesh.triangles.size());
     // Mapped textures come first, one per image.
     Looks looks;
-    const auto number_of = [&](const CornerLook& look) {
+    const auto number_of = [&](const CornerAppearance& look) {
         return mapped_images.size() + looks.number_of(look);
     };
     for (std::size_t t = 0, next = 0; t < mesh.triangles.size(); ++t) {
@@ -199,7 +200,7 @@ TexturedMesh textured_mesh(const Mesh& baked, std::span<const Surface> surfaces,
     append_povray_uvs(text, result.mapped ? own.uvs : mesh.uvs);
     text += fmt::format("texture_list {{ {}", result.textures);
     for (const TextureFile* image : mapped_images) text += ",\n" + result.mapped->texture(image);
-    for (const CornerLook& look : looks.all()) text += ",\n" + texture_text(look, object + "_Finish");
+    for (const CornerAppearance& look : looks.all()) text += ",\n" + texture_text(look, object + "_Finish");
     text += " }\n";
     text += faces;
     if (result.mapped) append_povray_indices(text, "uv_indices", own.indices);

@@ -18,7 +18,7 @@ struct TexturedMesh {
 
 /// True if the light of all triangles should be stored in images: for more than most_textured_vertices, or
 /// for more than 100,000 vertices with specular light, which would take two textures per vertex.
-bool maps_light(std::span<const Rgb> under, std::span<const Rgb> over);
+bool maps_light(std::span<const Rgb> textured, std::span<const Rgb> added);
 
 /// Returns the text of a mesh whose surface emits the light of its vertices, interpolated linearly, times its
 /// images at every pixel, plus specular light. POV-Ray computes the product, within the precision of its
@@ -31,8 +31,8 @@ bool maps_light(std::span<const Rgb> under, std::span<const Rgb> over);
 /// texels than its coordinates can resolve (8,192) has constant light in that case, as slivers always have.
 ///
 /// surfaces  by the mesh's materials. With a texture, the mesh has uvs (asserted).
-/// under     one per vertex, finite: the light that images multiply. Without an image, all of the light.
-/// over      specular light that is added; one per vertex, finite, or none.
+/// textured     one per vertex, finite: the light that images multiply. Without an image, all of the light.
+/// added      specular light that is added; one per vertex, finite, or none.
 /// files     the files of the textures.
 /// maps_all  true: the light of all triangles is stored in images; see maps_light.
 /// object    prefix of all names. OBJECT_Finish must be declared: `finish { emission 1 ambient 0 diffuse 0
@@ -40,8 +40,8 @@ bool maps_light(std::span<const Rgb> under, std::span<const Rgb> over);
 /// stem      stem of MappedLight's files.
 /// scale     the scale of the mesh's placement in metres.
 /// cost      0.7 s and about 220 bytes of text per 100,000 vertices.
-TexturedMesh textured_mesh(const Mesh& mesh, std::span<const Surface> surfaces, std::span<const Rgb> under,
-                           std::span<const Rgb> over, const TextureFiles& files, bool maps_all,
+TexturedMesh textured_mesh(const Mesh& mesh, std::span<const Surface> surfaces, std::span<const Rgb> textured,
+                           std::span<const Rgb> added, const TextureFiles& files, bool maps_all,
                            const std::string& object, const std::string& stem, float scale = 1);
 
 }  // namespace haarfield

@@ -60,10 +60,10 @@ bool find_field(const path& folder, const FieldKeys& keys, Unsealed unsealed, Li
             found.field = *std::move(field);
             found.file = file;
             found.reused = true;
-            found.remade_because.clear();
+            found.recomputed_because.clear();
             return true;
         }
-        found.remade_because =
+        found.recomputed_because =
             field ? fmt::format("{}: contains a different field than its name indicates", file.string())
                   : field.error().message();
         found.file = file;  // the new field replaces it
@@ -103,7 +103,7 @@ Result<LibraryField> library_field(const path& folder, std::string_view entity, 
         Claim::on(folder / (keys_part(keys).substr(1) + claim_ending), progress);
     if (!claim) return claim.error();
     if (find_field(folder, keys, unsealed, result)) return result;  // another process made it meanwhile
-    KnownSamples known;
+    PrecomputedSamples known;
     std::optional<SampleRun> surroundings;
     if (const std::optional<VisibilityField> other = field_with(folder, keys.surroundings, unsealed)) {
         surroundings = surrounding_samples(*other);

@@ -27,11 +27,11 @@ struct LibraryField {
     std::filesystem::path file;
     bool reused = false;
     bool surroundings_reused = false;  ///< Only local samples were computed.
-    std::string remade_because;        ///< Why an existing file was not used; empty if there was none.
+    std::string recomputed_because;    ///< Why an existing file was not used; empty if there was none.
 };
 
 /// Computes a field that a library lacks, given its known samples.
-using FieldMaker = std::function<Result<VisibilityField>(const KnownSamples& known)>;
+using FieldMaker = std::function<Result<VisibilityField>(const PrecomputedSamples& known)>;
 
 /// Reads the field with these keys, or computes and adds it. Waits while another process computes it. If the
 /// library has a field with the same surroundings, `known` contains these.

@@ -263,7 +263,7 @@ Result<SampleRun> field_samples(const std::string& entity, const PreparedMesh& m
 
 Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh,
                                          const EntityOcclusion& occlusion, const FieldSettings& settings,
-                                         const Progress& progress, const KnownSamples& known) {
+                                         const Progress& progress, const PrecomputedSamples& known) {
     VisibilityField field;
     field.entity = std::move(entity);
     field.keys = field_keys(mesh, settings);

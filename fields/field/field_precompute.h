@@ -24,7 +24,7 @@ struct SampleRun {
 };
 
 /// Precomputed samples and errors of a field.
-struct KnownSamples {
+struct PrecomputedSamples {
     std::span<const SampleRun> runs{};  ///< Sorted by first sample, without overlap.
     std::optional<FieldError> error{};  ///< The error of fields with these surroundings.
 };
@@ -52,7 +52,7 @@ Result<SampleRun> field_samples(const std::string& entity, const PreparedMesh& m
 /// errors  interrupted; more than 2^31 samples, or 4 GiB of nodes.
 Result<VisibilityField> precompute_field(std::string entity, const PreparedMesh& mesh,
                                          const EntityOcclusion& occlusion, const FieldSettings& settings,
-                                         const Progress& progress = {}, const KnownSamples& known = {});
+                                         const Progress& progress = {}, const PrecomputedSamples& known = {});
 
 /// Samples the visibility around an occluder with both samplers: a field without local samples, keys and
 /// error estimate.

@@ -44,7 +44,7 @@ struct SectionView {
 };
 
 /// Removes a section from the front; nothing if it is longer than the remaining bytes.
-std::optional<SectionView> taken_section(std::string_view& bytes) {
+std::optional<SectionView> read_section(std::string_view& bytes) {
     if (bytes.size() < 2 * sizeof(std::uint64_t)) return std::nullopt;
     const auto name = taken<std::uint64_t>(bytes), size = taken<std::uint64_t>(bytes);
     if (name > bytes.size() || size > bytes.size() - name) return std::nullopt;
@@ -85,7 +85,7 @@ Result<std::vector<Section>> read_section_file(const std::filesystem::path& file
     if (taken<std::uint32_t>(bytes) != version) return refusal("has an unsupported version");
     std::vector<Section> sections;
     for (auto count = taken<std::uint32_t>(bytes); count > 0; --count) {
-        const std::optional<SectionView> section = taken_section(bytes);
+        const std::optional<SectionView> section = read_section(bytes);
         if (!section) return refusal("its sections are longer than the file");
         sections.push_back(section->copy());
     }
@@ -101,8 +101,8 @@ Result<Section> read_first_section(const std::filesystem::path& file) {
         return Error{file.string(), "is cut short, or not a file of task results"};
     bytes.remove_prefix(magic.size() + sizeof version);
     const auto count = taken<std::uint32_t>(bytes);
-    std::optional<SectionView> first = taken_section(bytes), last = first;
-    for (std::uint32_t taken = 1; last && taken < count; ++taken) last = taken_section(bytes);
+    std::optional<SectionView> first = read_section(bytes), last = first;
+    for (std::uint32_t taken = 1; last && taken < count; ++taken) last = read_section(bytes);
     if (count == 0 || !last || bytes.size() != hash_size)
         return Error{file.string(), "is cut short, or has data after its last section"};
     return first->copy();

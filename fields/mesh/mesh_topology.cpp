@@ -122,7 +122,7 @@ Parts agreeing_parts(const std::vector<Side>& sides, std::size_t triangle_count)
 
 /// Determines which parts are closed: they traverse every edge equally often in both directions. Their volume
 /// is then independent of the origin.
-std::vector<bool> closed_parts(const std::vector<Side>& sides, const Parts& parts) {
+std::vector<bool> closed_pieces(const std::vector<Side>& sides, const Parts& parts) {
     std::vector<bool> closed(parts.count, true);
     std::vector<std::pair<std::uint32_t, int>> balance;
     for_each_edge(sides, [&](const Side* first, const Side* last) {
@@ -183,8 +183,8 @@ struct ClosedParts {
     std::vector<std::uint32_t> part_of_piece;
 };
 
-ClosedParts closed_parts_facing_outwards(const Mesh& mesh, const Parts& parts,
-                                         const std::vector<bool>& closed, const PartSums& sums) {
+ClosedParts closed_pieces_facing_outwards(const Mesh& mesh, const Parts& parts,
+                                          const std::vector<bool>& closed, const PartSums& sums) {
     ClosedParts result;
     std::vector<std::uint32_t> piece_of_part(parts.count, none);
     for (std::uint32_t part = 0; part < parts.count; ++part) {
@@ -214,7 +214,7 @@ void turn_parts(const Mesh& mesh, const std::vector<bool>& closed, ClosedFaces f
     const PartSums sums = part_sums(mesh, parts);
     std::vector<bool> wanted_inwards(parts.count, false);
     if (faces == ClosedFaces::inwards) {
-        const ClosedParts known = closed_parts_facing_outwards(mesh, parts, closed, sums);
+        const ClosedParts known = closed_pieces_facing_outwards(mesh, parts, closed, sums);
         const std::vector<std::uint8_t> inwards = inward_pieces(mesh.positions, known.pieces);
         for (std::size_t i = 0; i < inwards.size(); ++i)
             wanted_inwards[known.part_of_piece[i]] = inwards[i] == 1;
@@ -365,7 +365,7 @@ std::vector<ClosedPiece> closed_pieces(const Mesh& mesh) {
     const MergedPositions merged = merged_positions(mesh.positions);
     const std::vector<Side> sides = sorted_sides(merged_triangles(mesh, merged));
     const Parts parts = agreeing_parts(sides, mesh.triangles.size());
-    return closed_parts_facing_outwards(mesh, parts, closed_parts(sides, parts), part_sums(mesh, parts))
+    return closed_pieces_facing_outwards(mesh, parts, closed_pieces(sides, parts), part_sums(mesh, parts))
         .pieces;
 }
 
@@ -390,7 +390,7 @@ void orient_triangles(Mesh& mesh, MeshFindings& findings, ClosedFaces faces) {
     findings.open_components = std::count(open.begin(), open.end(), 1);
 
     Parts parts = agreeing_parts(sides, mesh.triangles.size());
-    turn_parts(mesh, closed_parts(sides, parts), faces, parts);
+    turn_parts(mesh, closed_pieces(sides, parts), faces, parts);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         if (parts.turned[t]) {
             std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);

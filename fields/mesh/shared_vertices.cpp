@@ -27,7 +27,7 @@ struct VertexKeyHash {
 }  // namespace
 
 Mesh with_shared_vertices(const Mesh& mesh, std::span<const Vec3f> corner_normals,
-                          const WantedAppearance& wanted) {
+                          const DistinctAttributes& wanted) {
     assert(wanted.uvs.size() == mesh.material_names.size());
     assert(wanted.colours.size() == mesh.material_names.size());
     const bool has_uvs = wanted.has_uvs(), has_colours = wanted.has_colours(),
@@ -75,7 +75,7 @@ Mesh with_shared_vertices(const Mesh& mesh, std::span<const Vec3f> corner_normal
     return shared;
 }
 
-Mesh with_shared_vertices(const Mesh& mesh, const WantedAppearance& wanted) {
+Mesh with_shared_vertices(const Mesh& mesh, const DistinctAttributes& wanted) {
     std::vector<Vec3f> normals;
     normals.reserve(3 * mesh.triangles.size());
     for (const auto& triangle : mesh.triangles)

@@ -8,7 +8,7 @@
 namespace haarfield {
 
 /// The attributes of appearance that distinguish vertices.
-struct WantedAppearance {
+struct DistinctAttributes {
     std::vector<bool> uvs;      ///< By material: true if an image is used. Without one, uv is (0, 0).
     std::vector<bool> colours;  ///< By material: true if colours are used. Otherwise they are white.
     bool originals = false;     ///< True to keep vertices separate that are separate in the file.
@@ -26,9 +26,9 @@ struct WantedAppearance {
 /// corner_normals  [3 * triangle + corner].
 /// wanted          by the mesh's materials; wanted attributes must exist.
 Mesh with_shared_vertices(const Mesh& mesh, std::span<const Vec3f> corner_normals,
-                          const WantedAppearance& wanted);
+                          const DistinctAttributes& wanted);
 
 /// Shares vertices of a mesh whose vertices have normals, after fewer attributes are wanted.
-Mesh with_shared_vertices(const Mesh& mesh, const WantedAppearance& wanted);
+Mesh with_shared_vertices(const Mesh& mesh, const DistinctAttributes& wanted);
 
 }  // namespace haarfield

@@ -126,10 +126,10 @@ MeshMaterial mesh_material(const aiScene& scene, const aiMaterial& material,
     } else if (diffuse) {
         made.model = MeshMaterial::Model::phong;
         made.diffuse = *diffuse;
-        const bool has_highlights = shading != aiShadingMode_Gouraud && shading != aiShadingMode_Flat &&
-                                    shading != aiShadingMode_NoShading;
+        const bool has_specular = shading != aiShadingMode_Gouraud && shading != aiShadingMode_Flat &&
+                                  shading != aiShadingMode_NoShading;
         made.exponent = clean(found<float>(material, AI_MATKEY_SHININESS).value_or(0), brightest);
-        if (has_highlights && made.exponent > 0)
+        if (has_specular && made.exponent > 0)
             made.specular = colour(material, AI_MATKEY_COLOR_SPECULAR).value_or(Rgb(0.0f));
     } else {
         return made;

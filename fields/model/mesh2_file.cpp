@@ -82,14 +82,14 @@ private:
         if (text_.next() == '{') return open("block", name);
         if (text_.next() == '}') return close();
         const std::string_view word = text_.word();
-        if (word.empty()) return text_.pass_over_one();
+        if (word.empty()) return text_.skip_one();
         if (word == "mesh2" && text_.next() == '{') return take_mesh(place, name);
         if (word == "light_source" && text_.next() == '{') return take_light(name);
         if ((word == "texture" || word == "material") && text_.next() == '{') {
             const std::string material = plain_name(text_);
             if (frames_.size() > 1) frames_.back().material = material;
         } else if (holds_no_objects(word) && text_.next() == '{') {
-            text_.pass_over_braces();
+            text_.skip_braces();
         } else if (text_.next() == '{' && !(word == "transform" && frames_.size() > 1)) {
             open(word, name);
         } else if (frames_.size() > 1) {
@@ -111,7 +111,7 @@ private:
     /// Lights that cannot be read are only counted.
     void take_light(std::string_view name) {
         const std::optional<ModelLight> light = povray_light(text_);
-        text_.pass_over_braces();
+        text_.skip_braces();
         const bool may_be_there =
             name.empty() && frames_.size() == 1 && std::ranges::all_of(conditions_, &Condition::is_known);
         if (light && may_be_there)
@@ -218,11 +218,11 @@ private:
             const std::string_view name = text_.word();
             const bool is_plain = text_.take(')');
             begin_condition({is_plain, place, word});
-            if (is_plain && names_.contains(name) != (word == "ifdef")) pass_over_branch();
+            if (is_plain && names_.contains(name) != (word == "ifdef")) skip_branch();
         } else if (opens_block(word)) {
             begin_condition({false, place, word});
         } else if (word == "else" || word == "elseif") {
-            if (!conditions_.empty() && conditions_.back().is_known) pass_over_branch();
+            if (!conditions_.empty() && conditions_.back().is_known) skip_branch();
         } else if (word == "end") {
             if (!conditions_.empty()) conditions_.pop_back();
         }
@@ -235,11 +235,11 @@ private:
     }
 
     /// Skips from within a condition to after its next `#else`, or to its `#end`.
-    void pass_over_branch() {
+    void skip_branch() {
         std::size_t depth = 0;
         while (!text_.at_end()) {
             if (text_.next() != '#') {
-                text_.pass_over_one();
+                text_.skip_one();
                 continue;
             }
             const PovrayText before = text_;
@@ -310,7 +310,7 @@ bool is_left_handed(std::string_view text) {
             words.take('<');
             if (words.next() == '-') return false;
         } else if (words.place() == place) {
-            words.pass_over_one();
+            words.skip_one();
         }
     }
     return true;

@@ -131,7 +131,7 @@ private:
             const bool has_name = !text_.word().empty();
             const bool is_block = has_name && text_.take('=') && !text_.word().empty() && text_.next() == '{';
             if (is_block) {
-                text_.pass_over_braces();
+                text_.skip_braces();
                 text_.take(';');
                 return;
             }
@@ -284,7 +284,7 @@ bool take_transformation(std::string_view word, PovrayText& text, AffineMap& tra
 
 std::string plain_name(PovrayText& text) {
     PovrayText inside = text;
-    text.pass_over_braces();
+    text.skip_braces();
     inside.expect('{');
     const std::string name(inside.word());
     PovrayText after = inside;

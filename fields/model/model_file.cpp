@@ -35,7 +35,7 @@ void gather(const PolygonFile& file, FaceGatherer& to) {
 }
 
 /// Adds one vertex for each material of the triangles at a vertex.
-void gather(const GivenMesh& mesh, FaceGatherer& to) {
+void gather(const MeshInMemory& mesh, FaceGatherer& to) {
     if (!to.has_room_for(3 * mesh.triangles.size())) return;
     MeshMaterial description;
     if (!mesh.colours.empty()) {
@@ -224,7 +224,7 @@ Result<ModelFile> ModelFile::open(const std::filesystem::path& file) {
     }
 }
 
-ModelFile ModelFile::of(GivenMesh mesh, const std::string& name) {
+ModelFile ModelFile::of(MeshInMemory mesh, const std::string& name) {
     assert(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
     assert(mesh.uvs.empty() || mesh.uvs.size() == mesh.positions.size());
     assert(mesh.colours.empty() || mesh.colours.size() == mesh.positions.size());
@@ -252,7 +252,7 @@ Result<FaceGatherer> ModelFile::faces(std::optional<std::size_t> part) const {
                 by_assimp->gather(gathered);
         } else if (const auto* polygons = std::get_if<PolygonFile>(&content_)) {
             gather(*polygons, gathered);
-        } else if (const auto* mesh = std::get_if<GivenMesh>(&content_)) {
+        } else if (const auto* mesh = std::get_if<MeshInMemory>(&content_)) {
             gather(*mesh, gathered);
         } else {
             const auto& meshes = std::get<Mesh2File>(content_);
@@ -289,7 +289,7 @@ Result<ListedMesh> ModelFile::listed(std::optional<std::size_t> part) const {
             made.face_corners = polygons->face_corners;
             return made;
         }
-        if (const auto* mesh = std::get_if<GivenMesh>(&content_)) {
+        if (const auto* mesh = std::get_if<MeshInMemory>(&content_)) {
             ListedMesh made = listed_vertices(mesh->positions);
             for (const auto& triangle : mesh->triangles)
                 made.corners.insert(made.corners.end(), triangle.begin(), triangle.end());

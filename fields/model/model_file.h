@@ -6,8 +6,8 @@
 #include "fields/base/result.h"
 #include "fields/mesh/listed_mesh.h"
 #include "fields/model/assimp_model.h"
-#include "fields/model/given_mesh.h"
 #include "fields/model/mesh2_file.h"
+#include "fields/model/mesh_in_memory.h"
 #include "fields/model/polygon_file.h"
 
 #include <map>
@@ -29,13 +29,13 @@ public:
     static Result<ModelFile> open(const std::filesystem::path& file);
 
     /// Returns the model of a file of this name that contains the mesh. Lengths of arrays and indices must be
-    /// as required by GivenMesh (asserted).
-    static ModelFile of(GivenMesh mesh, const std::string& name);
+    /// as required by MeshInMemory (asserted).
+    static ModelFile of(MeshInMemory mesh, const std::string& name);
 
     const std::filesystem::path& file() const { return file_; }  ///< The path, or the name given to `of`.
 
     /// The mesh that was passed to `of`; null if a file was opened.
-    const GivenMesh* given() const { return std::get_if<GivenMesh>(&content_); }
+    const MeshInMemory* given() const { return std::get_if<MeshInMemory>(&content_); }
 
     /// Pieces that the file places: assimp's nodes with meshes, or mesh2 objects. Otherwise the whole file is
     /// one part with the file's name.
@@ -61,7 +61,7 @@ public:
 private:
     std::filesystem::path file_;
     ModelParts parts_;
-    std::variant<PolygonFile, Mesh2File, AssimpModel, GivenMesh> content_;
+    std::variant<PolygonFile, Mesh2File, AssimpModel, MeshInMemory> content_;
     std::vector<std::size_t> placed_of_part_;  ///< For Mesh2File: the first placement of each part.
 };
 

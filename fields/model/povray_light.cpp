@@ -66,7 +66,7 @@ private:
         } else if (word == "media_interaction" || word == "media_attenuation") {
             is_on();
         } else if (word == "photons" || word == "looks_like") {
-            text_.pass_over_braces();
+            text_.skip_braces();
         } else if (!take_transformation(word, text_, transform_)) {
             text_.fail("plain data of a light_source");
         }

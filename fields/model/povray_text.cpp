@@ -49,7 +49,7 @@ void PovrayText::fail(std::string_view wanted) {
 }
 
 /// Skips a comment. False if it does not end.
-bool PovrayText::pass_over_block_comment() {
+bool PovrayText::skip_block_comment() {
     int depth = 0;
     while (true) {
         const std::size_t mark = text_.find_first_of("*/", at_);
@@ -61,7 +61,7 @@ bool PovrayText::pass_over_block_comment() {
     }
 }
 
-void PovrayText::pass_over_blanks() {
+void PovrayText::skip_blanks() {
     while (!at_end()) {
         if (is_blank(text_[at_])) {
             ++at_;
@@ -69,7 +69,7 @@ void PovrayText::pass_over_blanks() {
             at_ = std::min(text_.find('\n', at_), text_.size());
         } else if (text_.substr(at_, 2) == "/*") {
             const std::size_t begin = at_;
-            if (!pass_over_block_comment()) return fail_at(begin, "a comment does not end");
+            if (!skip_block_comment()) return fail_at(begin, "a comment does not end");
         } else {
             return;
         }
@@ -79,7 +79,7 @@ void PovrayText::pass_over_blanks() {
 bool PovrayText::take(char c) {
     if (next() != c || at_end()) return false;
     ++at_;
-    pass_over_blanks();
+    skip_blanks();
     return true;
 }
 
@@ -92,7 +92,7 @@ std::string_view PovrayText::word() {
     const std::size_t begin = at_;
     while (!at_end() && (is_letter(text_[at_]) || is_digit(text_[at_]))) ++at_;
     const std::string_view found = text_.substr(begin, at_ - begin);
-    pass_over_blanks();
+    skip_blanks();
     return found;
 }
 
@@ -106,11 +106,11 @@ std::string_view PovrayText::string() {
         return {};
     }
     at_ = end + 1;
-    pass_over_blanks();
+    skip_blanks();
     return text_.substr(begin + 1, end - begin - 1);
 }
 
-void PovrayText::pass_over_one() {
+void PovrayText::skip_one() {
     if (next() == '"') {
         string();
         return;
@@ -120,10 +120,10 @@ void PovrayText::pass_over_one() {
     } else if (!at_end()) {
         ++at_;
     }
-    pass_over_blanks();
+    skip_blanks();
 }
 
-void PovrayText::pass_over_braces() {
+void PovrayText::skip_braces() {
     const std::size_t begin = at_;
     expect('{');
     for (std::size_t depth = 1; depth > 0;) {
@@ -131,7 +131,7 @@ void PovrayText::pass_over_braces() {
         if (at_end()) return fail_at(begin, "a { has no }");
         if (next() == '{') ++depth;
         if (next() == '}') --depth;
-        pass_over_one();
+        skip_one();
     }
 }
 
@@ -171,7 +171,7 @@ double PovrayText::unsigned_number() {
         value = is_tiny ? 0 : std::numeric_limits<double>::infinity();
     }
     at_ += static_cast<std::size_t>(end - begin);
-    pass_over_blanks();
+    skip_blanks();
     return value;
 }
 

@@ -24,7 +24,7 @@ class PovrayText {
 public:
     /// Refers to the text, which must outlive the reader.
     /// The text must outlive it.
-    explicit PovrayText(std::string_view text) : text_(text) { pass_over_blanks(); }
+    explicit PovrayText(std::string_view text) : text_(text) { skip_blanks(); }
 
     bool at_end() const { return at_ == text_.size(); }           ///< True if no text remains.
     char next() const { return at_end() ? '\0' : text_[at_]; }    ///< The next character; '\0' at the end.
@@ -50,8 +50,8 @@ public:
     void expect(char c);        ///< Skips the character, or fails.
     std::string_view word();    ///< Reads an identifier or keyword; empty if there is none.
     std::string_view string();  ///< Reads a string in double quotes; empty if there is none.
-    void pass_over_one();       ///< Skips a word, a number, a string or a single character.
-    void pass_over_braces();    ///< Skips from a `{`, which must be next, to its closing `}`.
+    void skip_one();            ///< Skips a word, a number, a string or a single character.
+    void skip_braces();         ///< Skips from a `{`, which must be next, to its closing `}`.
 
     std::uint32_t count();  ///< Reads an integer in [0, 2^32).
     double number();        ///< Reads a number with its signs. Out of range, it becomes infinite or zero.
@@ -63,8 +63,8 @@ public:
     std::array<double, 12> matrix();
 
 private:
-    void pass_over_blanks();
-    bool pass_over_block_comment();
+    void skip_blanks();
+    bool skip_block_comment();
     double unsigned_number();
     double sign();
     void refuse_operator();

@@ -384,7 +384,7 @@ bool intersects_itself(const Mesh& mesh, const Progress& progress) {
         }
         return Exact::Triangle_3(p[0], p[1], p[2]);
     };
-    const auto share_a_position = [&](std::uint32_t s, std::uint32_t t) {
+    const auto have_one_position = [&](std::uint32_t s, std::uint32_t t) {
         for (std::uint32_t a : mesh.triangles[s])
             for (std::uint32_t b : mesh.triangles[t])
                 if (merged.index[a] == merged.index[b]) return true;
@@ -395,7 +395,7 @@ bool intersects_itself(const Mesh& mesh, const Progress& progress) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) boxes.emplace_back(exact(t).bbox(), t);
     try {
         CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
-            if (pieces[a.info()] != pieces[b.info()] || share_a_position(a.info(), b.info())) return;
+            if (pieces[a.info()] != pieces[b.info()] || have_one_position(a.info(), b.info())) return;
             if (progress.stop.stop_requested()) throw Found{};
             if (CGAL::do_intersect(exact(a.info()), exact(b.info()))) throw Found{};
         });
@@ -411,7 +411,7 @@ const Mesh& blocking_surface(const PreparedMesh& prepared) {
     return prepared.opaque ? *prepared.opaque : prepared.original;
 }
 
-Mesh seen_surface(const PreparedMesh& prepared) {
+Mesh visible_surface(const PreparedMesh& prepared) {
     Mesh surface = prepared.original;
     append_mesh(surface, prepared.backs);
     return surface;
@@ -454,7 +454,7 @@ Result<PreparedMesh> prepare_mesh(ImportedMesh imported, const MeshPreparation& 
     if (prepared.findings.open_components > 0 || wanted.faces == ClosedFaces::inwards)
         prepared.backs = seen_backs(prepared.original, blocking_surface(prepared));
     prepared.findings.backs = prepared.backs.triangles.size();
-    prepared.fine = subdivided(seen_surface(prepared), wanted.fine_vertices, progress);
+    prepared.fine = subdivided(visible_surface(prepared), wanted.fine_vertices, progress);
     if (progress.stop.stop_requested()) return stopped;
     if (wanted.split_crossed && prepared.findings.open_components > 0)
         split_crossed_vertices(prepared.fine, prepared.original);

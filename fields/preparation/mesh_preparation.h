@@ -44,7 +44,7 @@ inline constexpr double coarse_distance = 1e-4;
 const Mesh& blocking_surface(const PreparedMesh& prepared);
 
 /// Returns the mesh to bake: the original and the backs of its sheets.
-Mesh seen_surface(const PreparedMesh& prepared);
+Mesh visible_surface(const PreparedMesh& prepared);
 
 /// Makes the coarse and the fine version of an imported mesh.
 ///

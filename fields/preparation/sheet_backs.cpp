@@ -39,7 +39,7 @@ public:
           blocking_kinds_(triangle_kinds(blocking)),
           box_(mesh_bounds(mesh)),
           offset_(box_.radius() * surface_offset),
-          few_directions_(hemisphere_directions(16)),
+          reduced_directions_(hemisphere_directions(16)),
           many_directions_(hemisphere_directions(128)) {}
 
     /// Tests whether a triangle is modelled with a back.
@@ -50,14 +50,14 @@ public:
 
     bool is_seen(std::size_t triangle) const {
         const Place at = place(triangle);
-        if (looks_out(at.middle - at.normal * offset_, -at.normal, few_directions_)) return true;
+        if (looks_out(at.middle - at.normal * offset_, -at.normal, reduced_directions_)) return true;
         constexpr float large = 0.05f;  // [radii]
         const auto& [a, b, c] = at.corners;
         const float longest = std::max({(b - a).length(), (c - b).length(), (a - c).length()});
         if (longest < large * box_.radius()) return false;
         return std::any_of(at.corners.begin(), at.corners.end(), [&](const Vec3f& corner) {
             const Vec3f from = at.middle + (corner - at.middle) * 0.7f - at.normal * offset_;
-            return looks_out(from, -at.normal, few_directions_);
+            return looks_out(from, -at.normal, reduced_directions_);
         });
     }
 
@@ -100,7 +100,7 @@ private:
     const std::vector<PieceKind> blocking_kinds_;
     const Bounds box_;
     const float offset_;
-    const std::vector<Vec3f> few_directions_, many_directions_;
+    const std::vector<Vec3f> reduced_directions_, many_directions_;
 };
 
 /// By triangle: whether it may have a back, and whether that back is visible.

@@ -47,11 +47,11 @@ struct LineList {
 
 /// The lines of a face.
 struct FaceLines {
-    LineList in_sight;
+    LineList in_front;
     LineList above;  ///< Above the first row; without slope, constant, lowest and highest.
 
     static constexpr std::size_t floats = 2 * line_data_count * edges_stride;
-    explicit FaceLines(float* lines) : in_sight{lines}, above{lines + line_data_count * edges_stride} {}
+    explicit FaceLines(float* lines) : in_front{lines}, above{lines + line_data_count * edges_stride} {}
 };
 
 /// The region of a face that a contour changes: rows [top, bottom) and sub-columns [left, right). `beginning`
@@ -194,7 +194,7 @@ inline HWY_NOINLINE void set_up_lines(const VisibleContour& contour, std::size_t
             list.count += chosen.count();
         };
         const auto is_above = hn::Eq(highest, zero), is_below = hn::Eq(lowest, rows);
-        add(to.in_sight, hn::AndNot(hn::Or(is_above, is_below), drawn), true);
+        add(to.in_front, hn::AndNot(hn::Or(is_above, is_below), drawn), true);
         add(to.above, hn::And(drawn, is_above), false);
         top = hn::Min(top, hn::IfThenElse(drawn, lowest, top));
         bottom = hn::Max(bottom, hn::IfThenElse(drawn, highest, bottom));

@@ -149,7 +149,7 @@ int most_beginning(const VisibleContour& contour, int face, int face_size, Conto
         }
     };
     for_each_face_lines(contour, face, face_size, scratch, [&](const FaceLines& lines) {
-        add(lines.in_sight);
+        add(lines.in_front);
         add(lines.above);
     });
     std::partial_sum(beginning.begin(), beginning.end(), beginning.begin());
@@ -162,8 +162,8 @@ ContourExtent count_changes(const VisibleContour& contour, int face, int face_si
     const ContourExtent extent =
         for_each_face_lines(contour, face, face_size, scratch, [&](const FaceLines& lines) {
             change_starts(lines.above, changes.starts);
-            const std::size_t wide = list_narrow(lines.in_sight, face_size, changes, scratch.wide.data());
-            list_wide(lines.in_sight, scratch.wide.data(), wide, face_size, scratch.columns.data(), changes);
+            const std::size_t wide = list_narrow(lines.in_front, face_size, changes, scratch.wide.data());
+            list_wide(lines.in_front, scratch.wide.data(), wide, face_size, scratch.columns.data(), changes);
         });
     changes.apply();
     return extent;

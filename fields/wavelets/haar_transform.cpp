@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <functional>
 
-#include "fields/wavelets/kept_by_energy.h"
+#include "fields/wavelets/largest_by_energy.h"
 
 namespace haarfield {
 namespace {
@@ -88,7 +88,7 @@ void truncate(FullTransform<Value>& transform, int levels, const Truncation& tru
     }
     if (truncation.relative_l2_error > 0) {
         const double allowed = norm * squared(truncation.relative_l2_error);
-        kept = kept_by_energy(
+        kept = largest_by_energy(
             std::span(candidates).first(kept), allowed - dropped,
             [](const Candidate& candidate) { return candidate.energy; }, matters_more);
     }

@@ -11,7 +11,7 @@ namespace {
 constexpr float negligible = 0.02f;
 
 /// Widens the specular lobes by the solid angle of a patch.
-VertexBrdf widened_highlights(VertexBrdf brdf, float spread) {
+VertexBrdf widened_lobes(VertexBrdf brdf, float spread) {
     const auto widen = [](float& weight, float& exponent, float by) {
         if (!(weight > 0) || !(exponent > 0)) return;
         // Variances of narrow functions add when they are convolved; the energy stays.
@@ -29,7 +29,7 @@ Outgoing radiance_by(const EmitterPatch& patch, const VertexBrdf& brdf) {
     Outgoing radiance{brdf.diffuse * patch.irradiance};
     if (brdf.specular != Rgb(0.0f))
         radiance.specular =
-            reflectance(widened_highlights(brdf, patch.spread), patch.direction).specular * patch.facing;
+            reflectance(widened_lobes(brdf, patch.spread), patch.direction).specular * patch.facing;
     return radiance;
 }
 

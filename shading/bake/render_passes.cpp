@@ -76,7 +76,7 @@ void take_shapes(const std::vector<Lamp>& lamps, std::size_t instance, std::vect
 }
 
 /// Computes the radiance of each instance alone.
-Result<SceneRadiance> radiance_alone(const PassShading& bake, const Progress& progress) {
+Result<SceneRadiance> radiance_only(const PassShading& bake, const Progress& progress) {
     const ShadedScene& scene = bake.shading.scene;
     RenderSettings settings = bake.shading.settings;
     settings.occlusion = Occlusion::fields;  // There are no other instances.
@@ -157,7 +157,7 @@ Result<SceneRadiance> pass_of(const PassShading& bake, std::span<const std::span
         case RenderPass::specular: return component(full, &Outgoing::specular);
         case RenderPass::irradiance: return irradiance(bake, progress);
         case RenderPass::occlusion: return openness(bake, progress);
-        case RenderPass::own_shadow: return radiance_alone(bake, progress);
+        case RenderPass::own_shadow: return radiance_only(bake, progress);
         case RenderPass::indirect: break;
     }
     return radiance_by_bounces(bake, full, progress);

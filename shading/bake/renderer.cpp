@@ -31,7 +31,8 @@ public:
     /// Adds a vertex to the run.
     void add(std::size_t instance, std::uint32_t vertex) {
         const ShadedEntity& entity = shading_.scene.entities[shading_.scene.instances[instance].entity];
-        const VertexSight* kept = shading_.visibility ? shading_.visibility->find(instance, vertex) : nullptr;
+        const VisibilityProduct* kept =
+            shading_.visibility ? shading_.visibility->find(instance, vertex) : nullptr;
         const VertexView view = take_up(instance, surface_point(entity, vertex));
         if (!kept)
             shade_if(visibility_.look(instance, vertex, view));
@@ -64,13 +65,13 @@ private:
         return view;
     }
     void shade_if(bool sees) {
-        if (sees) return shade(visibility_.sight());
+        if (sees) return shade(visibility_.visibility());
         radiance_.emplace_back();
     }
-    void shade(const VertexSight& sight) {
+    void shade(const VisibilityProduct& visibility) {
         radiance_.push_back(without_negative(outgoing_radiance(
             shading_.light.smooth,
-            {shading_.geometry.directions, receivers_.back().brdf, sight, shading_.settings.depth},
+            {shading_.geometry.directions, receivers_.back().brdf, visibility, shading_.settings.depth},
             memory_)));
     }
     /// Adds indirect light to the last point.

@@ -6,7 +6,7 @@
 #include "shading/bounces/indirect_light.h"
 #include "shading/scene/scene_light.h"
 #include "shading/scene/shared_shading.h"
-#include "shading/visibility/kept_visibility.h"
+#include "shading/visibility/cached_visibility.h"
 #include "shading/walk/vertex_shading.h"
 
 namespace haarfield {
@@ -33,9 +33,10 @@ struct PointShading {
     const ShadingGeometry& geometry;
     const SceneLight& light;
     const RenderSettings& settings;
-    const KeptVisibility* visibility = nullptr;  ///< Cached visibility of the vertices; null: it is sampled.
-    const IndirectLight* indirect = nullptr;     ///< Null: direct light only.
-    const PointSharing* sharing = nullptr;       ///< Null: this process shades all points.
+    const CachedVisibility* visibility =
+        nullptr;                              ///< Cached visibility of the vertices; null: it is sampled.
+    const IndirectLight* indirect = nullptr;  ///< Null: direct light only.
+    const PointSharing* sharing = nullptr;    ///< Null: this process shades all points.
 };
 
 /// Computes the radiance for new light or a new eye, from data that do not depend on them. The result is

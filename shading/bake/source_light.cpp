@@ -73,7 +73,7 @@ void add_source_light(const ShadowRays& rays, std::span<const DirectionalLight> 
 }
 
 void add_lit_parts(const ShadowRays& rays, std::span<const DirectionalLight> lights,
-                   std::span<const SourceReceiver> receivers, std::span<LitPart> parts) {
+                   std::span<const SourceReceiver> receivers, std::span<VisibleLights> parts) {
     assert(receivers.size() == parts.size());
     for_each_lit(rays, lights, receivers, [&](std::size_t i, const DirectionalLight& light) {
         parts[i].direction += light.direction * luminance(light.irradiance);

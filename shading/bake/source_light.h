@@ -51,7 +51,7 @@ void add_source_light(const ShadowRays& rays, std::span<const DirectionalLight> 
                       std::span<const SourceReceiver> receivers, std::span<Outgoing> radiance);
 
 /// The visible fraction of some lights at a receiver.
-struct LitPart {
+struct VisibleLights {
     Vec3f direction{0.0f};  ///< Mean, by luminance; not normalised.
     Rgb irradiance{0.0f};   ///< Of visible lights, on a surface that faces each. [W/m^2]
     Rgb by_cosine{0.0f};    ///< Of visible lights, on the receiver's surface. [W/m^2]
@@ -59,6 +59,6 @@ struct LitPart {
 
 /// Adds visible lights, without the BRDF, to `parts`; one per receiver.
 void add_lit_parts(const ShadowRays& rays, std::span<const DirectionalLight> lights,
-                   std::span<const SourceReceiver> receivers, std::span<LitPart> parts);
+                   std::span<const SourceReceiver> receivers, std::span<VisibleLights> parts);
 
 }  // namespace haarfield

@@ -117,17 +117,18 @@ public:
         if (!list_occluders(instance)) return result;
 
         const std::vector<Vec3d> response = responses(context_.light);
-        const std::vector<float> exact = seen([&](const Seen& s, std::span<float> v) { see(s, v); });
+        const std::vector<float> exact = seen([&](const OccluderView& s, std::span<float> v) { see(s, v); });
         result.oracle = visible_radiance(response, exact);
         result.lighting = visible_radiance(responses(context_.truncated), exact);
-        result.original = visible_radiance(
-            response, seen([&](const Seen& s, std::span<float> v) { see_original(s, v, rasterizer_); }));
-        result.visibility =
-            visible_radiance(response, seen([&](const Seen& s, std::span<float> v) { see_truncated(s, v); }));
+        result.original = visible_radiance(response, seen([&](const OccluderView& s, std::span<float> v) {
+                                               see_original(s, v, rasterizer_);
+                                           }));
+        result.visibility = visible_radiance(
+            response, seen([&](const OccluderView& s, std::span<float> v) { see_truncated(s, v); }));
         for (const bool planar : {true, false}) {
             bool found = false;
             (planar ? result.planar : result.spherical) =
-                visible_radiance(response, seen([&](const Seen& s, std::span<float> v) {
+                visible_radiance(response, seen([&](const OccluderView& s, std::span<float> v) {
                                      if (s.field && s.lookup.planar == planar) {
                                          see_interpolated(s, v);
                                          found = true;
@@ -137,7 +138,7 @@ public:
                                  }));
             (planar ? result.has_planar : result.has_spherical) = found;
         }
-        result.distant = visible_radiance(response, seen([&](const Seen& s, std::span<float> v) {
+        result.distant = visible_radiance(response, seen([&](const OccluderView& s, std::span<float> v) {
                                               result.has_distant |= s.impostor_of != nullptr;
                                               see_from_afar(s, v);
                                           }));
@@ -146,19 +147,20 @@ public:
 
         const std::vector<Vec3d> fine_response = responses(context_.fine_light);
         result.finer = visible_radiance(
-            fine_response, seen_finely([&](const Seen& s, std::span<float> v) {
+            fine_response, seen_finely([&](const OccluderView& s, std::span<float> v) {
                 multiply_by_open(v, fine_rasterizer_.open_samples(*s.occluder, s.point, s.horizon));
             }));
-        result.finest = visible_radiance(fine_response, seen_finely([&](const Seen& s, std::span<float> v) {
-                                             see_original(s, v, fine_rasterizer_);
-                                         }));
+        result.finest =
+            visible_radiance(fine_response, seen_finely([&](const OccluderView& s, std::span<float> v) {
+                                 see_original(s, v, fine_rasterizer_);
+                             }));
         add_sources(result);
         return result;
     }
 
 private:
     /// An occluder of the vertex.
-    struct Seen {
+    struct OccluderView {
         const Occluder* occluder = nullptr;
         const Occluder* original = nullptr;
         Vec3f point{0.0f};                       ///< Viewpoint in the occluder's frame.
@@ -196,12 +198,12 @@ private:
             const Vec3f from = other.placement.point_to_turned(view_.point);
             const std::span<const std::uint8_t> open = rasterizer_.open_samples(coarse, from);
             if (std::ranges::all_of(open, [](std::uint8_t n) { return n == samples_per_texel; })) continue;
-            Seen seen{&coarse, &original(i), from, nullptr, nullptr, false, truncation(*entity.field),
-                      {},      nullptr};
-            const Sight sight = sight_of(scene, context_.geometry, i, view_).sight;
-            if (sight == Sight::distant && context_.geometry.impostors[other.entity])
+            OccluderView seen{&coarse, &original(i), from, nullptr, nullptr, false, truncation(*entity.field),
+                              {},      nullptr};
+            const OcclusionKind visibility = occlusion_of(scene, context_.geometry, i, view_).visibility;
+            if (visibility == OcclusionKind::distant && context_.geometry.impostors[other.entity])
                 seen.impostor_of = &other;
-            else if (sight != Sight::exact) {
+            else if (visibility != OcclusionKind::exact) {
                 seen.field = entity.field;
                 seen.truncated = true;
                 seen.lookup = field_lookup(*entity.field, other, view_);
@@ -227,20 +229,20 @@ private:
     template <class See>
     std::vector<float> seen(const See& see_past) const {
         std::vector<float> visibility(context_.light.directions.size(), 1.0f);
-        for (const Seen& s : seen_) see_past(s, std::span(visibility));
+        for (const OccluderView& s : seen_) see_past(s, std::span(visibility));
         return visibility;
     }
     template <class See>
     std::vector<float> seen_finely(const See& see_past) const {
         std::vector<float> visibility(context_.fine_light.directions.size(), 1.0f);
-        for (const Seen& s : seen_) see_past(s, std::span(visibility));
+        for (const OccluderView& s : seen_) see_past(s, std::span(visibility));
         return visibility;
     }
 
-    void see(const Seen& seen, std::span<float> visibility) {
+    void see(const OccluderView& seen, std::span<float> visibility) {
         multiply_by_open(visibility, rasterizer_.open_samples(*seen.occluder, seen.point, seen.horizon));
     }
-    void see_from_afar(const Seen& seen, std::span<float> visibility) {
+    void see_from_afar(const OccluderView& seen, std::span<float> visibility) {
         if (!seen.impostor_of) return see(seen, visibility);
         impostor_texels_.assign(visibility.size(), 255);
         context_.geometry.impostors[seen.impostor_of->entity]->hide(seen.impostor_of->placement, view_.point,
@@ -248,17 +250,17 @@ private:
         for (std::size_t i = 0; i < visibility.size(); ++i)
             visibility[i] *= static_cast<float>(impostor_texels_[i]) / 255;
     }
-    static void see_original(const Seen& seen, std::span<float> visibility,
+    static void see_original(const OccluderView& seen, std::span<float> visibility,
                              VisibilityRasterizer& rasterizer) {
         multiply_by_open(visibility, rasterizer.open_samples(*seen.original, seen.point, seen.horizon));
     }
-    void see_truncated(const Seen& seen, std::span<float> visibility) {
+    void see_truncated(const OccluderView& seen, std::span<float> visibility) {
         if (!seen.truncated) return see(seen, visibility);
         transform_(rasterizer_.open_samples(*seen.occluder, seen.point, seen.horizon), seen.horizon,
                    seen.truncation, truncated_);
         multiply_by_tree(visibility, tree_(truncated_), context_.light.face_size);
     }
-    void see_interpolated(const Seen& seen, std::span<float> visibility) {
+    void see_interpolated(const OccluderView& seen, std::span<float> visibility) {
         const Interpolation& samples = seen.lookup.samples;
         std::vector<float> sum(visibility.size(), samples.count == 0 ? 1.0f : samples.open);
         for (std::size_t k = 0; k < std::size_t(samples.count); ++k) {
@@ -308,13 +310,13 @@ private:
         if (!bake_visibility_.look(instance, vertex, view_)) return Rgb(0.0f);
         const RenderSettings& settings = context_.settings;
         return without_negative(
-                   radiance(context_.baked_light.smooth, bake_visibility_.sight(), settings.depth))
+                   radiance(context_.baked_light.smooth, bake_visibility_.visibility(), settings.depth))
             .total();
     }
 
-    Outgoing radiance(const LightPyramid& light, const VertexSight& sight, int depth) {
+    Outgoing radiance(const LightPyramid& light, const VisibilityProduct& visibility, int depth) {
         const VertexBrdf brdf = vertex_brdf(entity_->materials[point_.material], view_);
-        return outgoing_radiance(light, {context_.geometry.directions, brdf, sight, depth}, memory_);
+        return outgoing_radiance(light, {context_.geometry.directions, brdf, visibility, depth}, memory_);
     }
 
     const OracleContext& context_;
@@ -328,8 +330,8 @@ private:
     const ShadedEntity* entity_ = nullptr;  ///< Entity of the current vertex.
     SurfacePoint point_;
     VertexView view_;
-    Vec3f from_{0.0f};        ///< Its sample point, in the world.
-    std::vector<Seen> seen_;  ///< Its own entity first.
+    Vec3f from_{0.0f};                ///< Its sample point, in the world.
+    std::vector<OccluderView> seen_;  ///< Its own entity first.
 };
 
 VertexOracles::VertexOracles(const OracleContext& context) : vertex_(std::make_unique<Vertex>(context)) {}

@@ -54,11 +54,11 @@ LightTransport::Neighbours LightTransport::neighbours(const ShadedEntity& entity
     }
     const std::size_t sites = first_of_site.size();
     first_of_site.push_back(static_cast<std::uint32_t>(order.size()));
-    std::vector<std::uint32_t> end_beside(sites + 1, 0), beside(6 * mesh.triangles.size());
+    std::vector<std::uint32_t> end_with(sites + 1, 0), beside(6 * mesh.triangles.size());
     for (const auto& triangle : mesh.triangles)
-        for (const std::uint32_t v : triangle) end_beside[site[v] + 1] += 2;
-    std::partial_sum(end_beside.begin(), end_beside.end(), end_beside.begin());
-    std::vector<std::uint32_t> filled(end_beside.begin(), end_beside.end() - 1);
+        for (const std::uint32_t v : triangle) end_with[site[v] + 1] += 2;
+    std::partial_sum(end_with.begin(), end_with.end(), end_with.begin());
+    std::vector<std::uint32_t> filled(end_with.begin(), end_with.end() - 1);
     for (const auto& triangle : mesh.triangles)
         for (std::size_t k = 0; k < 3; ++k)
             for (const std::size_t other : {(k + 1) % 3, (k + 2) % 3})
@@ -80,7 +80,7 @@ LightTransport::Neighbours LightTransport::neighbours(const ShadedEntity& entity
         };
         if (!buried[v]) {
             add(site[v]);
-            for (std::uint32_t k = end_beside[site[v]]; k < end_beside[site[v] + 1]; ++k) add(beside[k]);
+            for (std::uint32_t k = end_with[site[v]]; k < end_with[site[v] + 1]; ++k) add(beside[k]);
             std::ranges::sort(near);
             near.erase(std::unique(near.begin(), near.end()), near.end());
             near.resize(std::min(near.size(), most_neighbours));

@@ -65,7 +65,7 @@ Rgb surrounding_level(const LatLongImage& image, const std::vector<std::size_t>&
 }
 
 int light_count(const LightSource& source, const SourceRule& rule) {
-    const double wanted = std::max({double(rule.least_lights), source.share / rule.share_of_a_light,
+    const double wanted = std::max({double(rule.least_lights), source.share / rule.fraction_per_light,
                                     source.solid_angle / rule.solid_angle_of_a_light});
     return static_cast<int>(std::ceil(std::min(wanted, double(rule.most_lights))));
 }
@@ -79,7 +79,7 @@ double light_of(const Vec3d& irradiance) {
 /// share  of the environment's light.
 int pixel_splits(double share, double solid_angle, const SourceRule& rule) {
     const double parts =
-        std::max({1.0, share / rule.share_of_a_part, solid_angle / rule.solid_angle_of_a_part});
+        std::max({1.0, share / rule.fraction_per_direction, solid_angle / rule.solid_angle_per_direction});
     return static_cast<int>(std::ceil(std::min(std::sqrt(parts), double(rule.most_splits))));
 }
 
@@ -152,7 +152,7 @@ LightSource disc_source(const SunDisc& disc) {
 
 }  // namespace
 
-std::vector<DirectionalLight> few_lights(std::span<const DirectionalLight> parts, int count) {
+std::vector<DirectionalLight> reduced_lights(std::span<const DirectionalLight> parts, int count) {
     assert(count >= 1);
     std::vector<DirectionalLight> sorted(parts.begin(), parts.end());
     if (sorted.size() <= std::size_t(count)) return sorted;
@@ -224,7 +224,7 @@ SplitLight split_light(const Environment& environment, const SourceRule& rule) {
         if (!(source.share >= rule.least_share)) continue;
         for (const std::size_t pixel : region)
             image.pixels[pixel] -= without_negative(image.pixels[pixel] - level);
-        source.lights = few_lights(source.parts, light_count(source, rule));
+        source.lights = reduced_lights(source.parts, light_count(source, rule));
         split.sources.push_back(std::move(source));
     }
     return split;

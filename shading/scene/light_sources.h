@@ -38,13 +38,13 @@ struct SourceRule {
     double least_share = 0.002;  ///< in regions with at least this fraction of its light above their
                                  ///< surroundings.
     int least_lights = 4;        ///< The number of directions is the largest of this,
-    double share_of_a_light = 0.005;         ///< share / this,
+    double fraction_per_light = 0.005;       ///< share / this,
     double solid_angle_of_a_light = 1.5e-4;  ///< and solid_angle / this, [sr]
     int most_lights = 256;                   ///< but at most this.
     /// A pixel is split into squares until each has at most this fraction of the environment's light
-    double share_of_a_part = 0.0005;
-    double solid_angle_of_a_part = 1.5e-5;  ///< and this solid angle [sr],
-    int most_splits = 16;                   ///< but along each edge into at most this number.
+    double fraction_per_direction = 0.0005;
+    double solid_angle_per_direction = 1.5e-5;  ///< and this solid angle [sr],
+    int most_splits = 16;                       ///< but along each edge into at most this number.
 };
 
 /// An environment, split into sources and the remainder.
@@ -67,7 +67,7 @@ SplitLight split_light(const Environment& environment, const SourceRule& rule = 
 ///
 /// count    at least 1.
 /// returns  the parts themselves if there are no more than `count`.
-std::vector<DirectionalLight> few_lights(std::span<const DirectionalLight> parts, int count);
+std::vector<DirectionalLight> reduced_lights(std::span<const DirectionalLight> parts, int count);
 
 /// Returns the lights of all sources.
 std::vector<DirectionalLight> all_lights(std::span<const LightSource> sources);

@@ -78,7 +78,7 @@ struct RenderSettings {
     /// 1 / reach^2 per object, for a sphere straight above. Shadows of concentrated light have no limit.
     float reach = 20;
     BounceSettings bounces;
-    /// Memory of KeptVisibility, for scenes that are shaded repeatedly.
+    /// Memory of CachedVisibility, for scenes that are shaded repeatedly.
     std::size_t kept_bytes = std::size_t(1) << 30;
 };
 

@@ -18,7 +18,7 @@ struct ConcentratedLight {
     Rgb colour;       ///< Colour of D: the proportions of its channels.
     /// Coefficients whose inner products with a vector, as x, y and z, are the sum over the cells of D times
     /// the vector's mean. [1/colour]
-    FewCoefficients moments;
+    SelectedCoefficients moments;
 };
 
 /// Returns the directions of the texel centres as coefficients: x, y, z as red, green, blue.

@@ -131,7 +131,7 @@ void quantise(const typename GroupPruning<channels>::Shared& shared, std::size_t
             hn::Max(hn::Sub(hn::ShiftRight<step_shift>(bits), hn::Set(Words(), std::int32_t(first_step))),
                     hn::Zero(Words())),
             hn::Set(Words(), 255));
-        hn::StoreU(exponent, Words(), to.exponent.data() + i * cells_a_part);
+        hn::StoreU(exponent, Words(), to.exponent.data() + i * cells_per_part);
         const auto step = hn::BitCast(Floats(), hn::ShiftLeft<step_shift>(hn::Add(
                                                     exponent, hn::Set(Words(), std::int32_t(first_step)))));
         factor.part[i] = hn::Div(hn::Set(Floats(), 127.0f), step);
@@ -143,7 +143,7 @@ void quantise(const typename GroupPruning<channels>::Shared& shared, std::size_t
         const Cells value = block ? load_cells(block->amplitude[channel].data()) * factor : all_cells(0);
         for (std::size_t i = 0; i < parts; ++i)
             hn::StoreU(hn::DemoteTo(bytes, hn::NearestInt(value.part[i])), bytes,
-                       by_row[r].data() + i * cells_a_part);
+                       by_row[r].data() + i * cells_per_part);
     }
     transpose(by_row, to.value);
 }

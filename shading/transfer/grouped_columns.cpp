@@ -20,7 +20,7 @@ using Floats = hn::CappedTag<float, group_rows>;
 using Words = hn::RebindToSigned<Floats>;
 using Bytes = hn::Rebind<std::int8_t, Floats>;
 
-void add_columns(const GroupedColumns& vectors, const FewCoefficients& f, GroupSums* sums) {
+void add_columns(const GroupedColumns& vectors, const SelectedCoefficients& f, GroupSums* sums) {
     constexpr std::size_t entries_ahead = 4, starts_ahead = 12;
     const std::size_t lanes = hn::Lanes(Floats()), count = f.index.size();
     const std::uint32_t* first = vectors.first.data();
@@ -76,8 +76,8 @@ std::size_t GroupedColumns::bytes() const {
     return first.size() * sizeof first[0] + entry.size() * sizeof entry[0] + scale.size() * sizeof scale[0];
 }
 
-FewCoefficients largest_coefficients(const DenseCoefficients& f, const CoefficientSpectrum& spectrum,
-                                     float error) {
+SelectedCoefficients largest_coefficients(const DenseCoefficients& f, const CoefficientSpectrum& spectrum,
+                                          float error) {
     const BlockNumbers numbers(f.face_size);
     std::vector<double> energies;
     std::vector<std::uint32_t> indices;
@@ -91,14 +91,15 @@ FewCoefficients largest_coefficients(const DenseCoefficients& f, const Coefficie
                 energies.push_back(squared(Rgb(red, green, blue)) * (matters * matters));
                 indices.push_back(static_cast<std::uint32_t>(index));
             }
-    FewCoefficients result;
+    SelectedCoefficients result;
     for (const std::uint32_t k : largest_energies(energies, error)) result.index.push_back(indices[k]);
     std::sort(result.index.begin(), result.index.end());
     for (const std::uint32_t index : result.index) result.value.push_back(f.values[index]);
     return result;
 }
 
-void add_inner_products(const GroupedColumns& vectors, const FewCoefficients& f, std::span<GroupSums> sums) {
+void add_inner_products(const GroupedColumns& vectors, const SelectedCoefficients& f,
+                        std::span<GroupSums> sums) {
     assert(sums.size() == vectors.scale.size());
     HWY_DYNAMIC_DISPATCH(add_columns)(vectors, f, sums.data());
 }

@@ -57,15 +57,15 @@ struct GroupedColumns {
 };
 
 /// The selected coefficients of an RGB function, by ascending index.
-struct FewCoefficients {
+struct SelectedCoefficients {
     std::vector<std::uint32_t> index;
     std::vector<std::array<float, 4>> value;  ///< Red, green, blue, 0. [f]
 };
 
 /// Drops the least important coefficients for inner products with functions of a spectrum. The dropped
 /// energies (EnergyWeights) are at most  error^2  of all.
-FewCoefficients largest_coefficients(const DenseCoefficients& f, const CoefficientSpectrum& spectrum,
-                                     float error);
+SelectedCoefficients largest_coefficients(const DenseCoefficients& f, const CoefficientSpectrum& spectrum,
+                                          float error);
 
 /// Three channels of a group's rows.
 using GroupSums = std::array<std::array<float, group_rows>, 3>;
@@ -75,6 +75,7 @@ using GroupSums = std::array<std::array<float, group_rows>, 3>;
 /// accuracy  float sums in the order of f's coefficients. Bit-identical on all processors.
 /// cost      three multiplications and additions of eight lanes for each of the groups' coefficients that f
 ///           has; others are not read.
-void add_inner_products(const GroupedColumns& vectors, const FewCoefficients& f, std::span<GroupSums> sums);
+void add_inner_products(const GroupedColumns& vectors, const SelectedCoefficients& f,
+                        std::span<GroupSums> sums);
 
 }  // namespace haarfield

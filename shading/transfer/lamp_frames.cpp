@@ -50,7 +50,7 @@ void LampFrames::for_each_light(const Act& act) const {
 
 Result<bool> LampFrames::update(const ShadedScene& scene, const ShadingGeometry& geometry,
                                 const Progress& progress) {
-    const bool is_seen_anew = eye_ != scene.eye;
+    const bool is_displayed_again = eye_ != scene.eye;
     bool differs = emitters_ == std::nullopt || lamps_.size() != scene.lamps.size();
     std::vector<Kept> lamps;
     std::vector<PlacedLamp> missing;
@@ -61,7 +61,7 @@ Result<bool> LampFrames::update(const ShadedScene& scene, const ShadingGeometry&
             lamps_, [&](const Kept& kept) { return kept.unit && in_white(kept.lamp) == in_white(lamp); });
         differs = differs || lamps_[lamps.size()].lamp != lamp;
         lamps.push_back({lamp, nullptr});
-        if (!is_seen_anew && same != lamps_.end()) {
+        if (!is_displayed_again && same != lamps_.end()) {
             lamps.back().unit = same->unit;
         } else if (lamp.colour != Rgb(0.0f)) {
             missing.push_back({in_white(lamp), lamp_places(lamp.area)});
@@ -71,7 +71,7 @@ Result<bool> LampFrames::update(const ShadedScene& scene, const ShadingGeometry&
     }
     std::optional<SceneRadiance> emitters;
     EmitterTree tree;
-    if (is_seen_anew || !emitters_) {
+    if (is_displayed_again || !emitters_) {
         tree = scene_emitters(scene);
         emitters = tree.empty() ? SceneRadiance() : black_vertices(scene);
     }

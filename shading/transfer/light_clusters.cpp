@@ -98,21 +98,21 @@ public:
     LitPacket(const ShadowRays& rays, std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
               std::span<Rgb> diffuse)
         : rays_(rays), receivers_(receivers), radiance_(radiance), diffuse_(diffuse) {
-        highlights_.reserve(receivers.size());
-        for (const SourceReceiver& receiver : receivers) highlights_.emplace_back(receiver.brdf);
+        specular_lobes_.reserve(receivers.size());
+        for (const SourceReceiver& receiver : receivers) specular_lobes_.emplace_back(receiver.brdf);
     }
 
-    /// sights  those of the cluster: by receiver, `step` apart; or empty.
-    void add(const LightCluster& cluster, std::span<ClusterSight> sights, std::size_t step) {
-        const auto sight = [&](std::size_t i) {
-            return sights.empty() ? ClusterSight::unknown : sights[i * step];
+    /// visibility  those of the cluster: by receiver, `step` apart; or empty.
+    void add(const LightCluster& cluster, std::span<ClusterVisibility> visibility, std::size_t step) {
+        const auto visibility_at = [&](std::size_t i) {
+            return visibility.empty() ? ClusterVisibility::unknown : visibility[i * step];
         };
         std::uint16_t whole = 0, part = 0;  // Faced by receivers of unknown visibility.
         for (std::size_t i = 0; i < receivers_.size(); ++i) {
             const float along = receivers_[i].brdf.normal.dot(cluster.axis);
-            if (along < -cluster.sine || sight(i) == ClusterSight::blocked) continue;
+            if (along < -cluster.sine || visibility_at(i) == ClusterVisibility::blocked) continue;
             const bool is_whole = along > cluster.sine;
-            if (sight(i) == ClusterSight::lit) {
+            if (visibility_at(i) == ClusterVisibility::lit) {
                 if (is_whole)
                     add_all(i, cluster);
                 else
@@ -132,10 +132,10 @@ public:
         }
         for (std::size_t i = 0; i < receivers_.size(); ++i) {
             if (all >> i & 1u) add_all(i, cluster);
-            if (sights.empty() || !(whole >> i & 1u)) continue;
-            sights[i * step] = all >> i & 1u   ? ClusterSight::lit
-                               : any >> i & 1u ? ClusterSight::partly
-                                               : ClusterSight::blocked;
+            if (visibility.empty() || !(whole >> i & 1u)) continue;
+            visibility[i * step] = all >> i & 1u   ? ClusterVisibility::lit
+                                   : any >> i & 1u ? ClusterVisibility::partly
+                                                   : ClusterVisibility::blocked;
         }
         const auto mixed = static_cast<std::uint16_t>((whole & any & ~all) | part);
         if (!mixed) return;
@@ -156,9 +156,10 @@ private:
         const Rgb shed = brdf.diffuse * by_cosine;
         radiance_[i] += shed;
         if (!diffuse_.empty()) diffuse_[i] += shed;
-        if (highlights_[i].may_show(cluster))
+        if (specular_lobes_[i].may_show(cluster))
             for (const DirectionalLight& light : cluster.lights)
-                radiance_[i] += reflectance(highlights_[i].brdf, light.direction).total() * light.irradiance;
+                radiance_[i] +=
+                    reflectance(specular_lobes_[i].brdf, light.direction).total() * light.irradiance;
     }
 
     void add_one(std::size_t i, const DirectionalLight& light) {
@@ -172,7 +173,7 @@ private:
     const ShadowRays& rays_;
     ReceiverPacket receivers_;
     std::span<Rgb> radiance_, diffuse_;
-    std::vector<Highlights> highlights_;
+    std::vector<Highlights> specular_lobes_;
 };
 
 }  // namespace
@@ -187,17 +188,18 @@ std::vector<LightCluster> light_clusters(std::span<const DirectionalLight> light
 
 void add_clustered_light(const ShadowRays& rays, std::span<const LightCluster> clusters,
                          std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
-                         std::span<Rgb> diffuse, std::span<ClusterSight> sights) {
+                         std::span<Rgb> diffuse, std::span<ClusterVisibility> visibility) {
     assert(receivers.size() == radiance.size());
     assert(diffuse.empty() || diffuse.size() == radiance.size());
-    assert(sights.empty() || sights.size() == receivers.size() * clusters.size());
+    assert(visibility.empty() || visibility.size() == receivers.size() * clusters.size());
     constexpr std::size_t packet = ShadowRays::packet;
     for (std::size_t first = 0; first < receivers.size(); first += packet) {
         const std::size_t count = std::min(packet, receivers.size() - first);
         LitPacket here(rays, receivers.subspan(first, count), radiance.subspan(first, count),
                        diffuse.empty() ? diffuse : diffuse.subspan(first, count));
         for (std::size_t c = 0; c < clusters.size(); ++c)
-            here.add(clusters[c], sights.empty() ? sights : sights.subspan(first * clusters.size() + c),
+            here.add(clusters[c],
+                     visibility.empty() ? visibility : visibility.subspan(first * clusters.size() + c),
                      clusters.size());
     }
 }

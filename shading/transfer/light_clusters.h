@@ -24,7 +24,7 @@ struct LightCluster {
 std::vector<LightCluster> light_clusters(std::span<const DirectionalLight> lights, float angle = 0.06f);
 
 /// The visibility of a cluster at a receiver.
-enum class ClusterSight : std::uint8_t {
+enum class ClusterVisibility : std::uint8_t {
     unknown,  ///< Also if the receiver does not face all of it.
     lit,      ///< Completely visible.
     blocked,  ///< Completely occluded.
@@ -34,13 +34,13 @@ enum class ClusterSight : std::uint8_t {
 /// Adds light as add_source_light, with fewer rays. If all tested lights of a cluster are visible, or none
 /// is, the others are assumed to be the same.
 ///
-/// sights    by receiver and cluster: lit and blocked are used, unknown ones are determined and stored.
+/// visibility    by receiver and cluster: lit and blocked are used, unknown ones are determined and stored.
 ///           Empty: all unknown.
 /// accuracy  occluders thinner than a cluster may be missed where they occlude less than all of it: 0.4 %
 ///           (RMS) of the light of two suns around a post. Specular terms are omitted below 1/5,000 of their
 ///           peak.
 void add_clustered_light(const ShadowRays& rays, std::span<const LightCluster> clusters,
                          std::span<const SourceReceiver> receivers, std::span<Rgb> radiance,
-                         std::span<Rgb> diffuse = {}, std::span<ClusterSight> sights = {});
+                         std::span<Rgb> diffuse = {}, std::span<ClusterVisibility> visibility = {});
 
 }  // namespace haarfield

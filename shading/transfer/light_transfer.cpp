@@ -139,7 +139,8 @@ CoefficientSpectrum transfer_spectrum(const LightTransfer& transfer, int face_si
 }
 
 /// Sets sums to the inner products of a block's groups.
-void set_inner_products(const GroupedColumns& block, const FewCoefficients& f, std::span<GroupSums> sums) {
+void set_inner_products(const GroupedColumns& block, const SelectedCoefficients& f,
+                        std::span<GroupSums> sums) {
     std::ranges::fill(sums, GroupSums{});
     add_inner_products(block, f, sums);
 }
@@ -201,7 +202,7 @@ Result<Done> shade_rows(const LightTransfer& transfer, const ShadowRays& rays, c
                         std::span<const DirectionalLight> lights, FrameQuality quality,
                         std::vector<Rgb>& radiance, std::vector<Rgb>* diffuse, const Progress& progress) {
     const float error = transfer.pruning_error / 8;
-    const FewCoefficients few = largest_coefficients(light, transfer.spectrum, error);
+    const SelectedCoefficients few = largest_coefficients(light, transfer.spectrum, error);
     const std::vector<ConcentratedLight> sources = concentrated_light(light, transfer.directions, error);
     radiance.resize(transfer.colour_of_row.size());
     if (diffuse) diffuse->resize(radiance.size());

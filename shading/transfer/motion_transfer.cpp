@@ -83,9 +83,9 @@ RenderSettings while_moving(RenderSettings settings) {
 }
 
 /// Computes the radiance of all vertices of the moving instance.
-Result<std::vector<Rgb>> whole_own_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
-                                            const ShadingGeometry& geometry, const RenderSettings& settings,
-                                            const Progress& progress) {
+Result<std::vector<Rgb>> whole_radiance(const MotionTransfer& transfer, const ShadedScene& scene,
+                                        const ShadingGeometry& geometry, const RenderSettings& settings,
+                                        const Progress& progress) {
     const std::size_t entity = scene.instances[transfer.instance].entity;
     Result<std::vector<Rgb>> radiance = own_radiance(
         transfer, scene, geometry, settings, scene.entities[entity].occlusion->samples().buried, progress);
@@ -216,12 +216,11 @@ Result<MotionTransfer> motion_transfer(const ShadedScene& scene, const ShadingGe
         },
         progress);
     if (!made) return made.error();
-    Result<StandingSources> sources =
-        standing_sources(scene, geometry, instance, std::move(lights), result.open, progress);
+    Result<StaticSources> sources =
+        static_sources(scene, geometry, instance, std::move(lights), result.open, progress);
     if (!sources) return sources.error();
     result.sources = std::move(*sources);
-    Result<std::vector<Rgb>> own =
-        whole_own_radiance(result, scene, geometry, while_moving(settings), progress);
+    Result<std::vector<Rgb>> own = whole_radiance(result, scene, geometry, while_moving(settings), progress);
     if (!own) return own.error();
     result.own = std::move(*own);
     std::vector<std::uint32_t> shaded;
@@ -247,7 +246,7 @@ Result<Done> shade_frame(const MotionTransfer& transfer, const ShadedScene& scen
     if (!shaded) return shaded.error();
     Result<std::vector<Rgb>> own = quality == FrameQuality::moving
                                        ? changed_own_radiance(transfer, scene, geometry, settings, progress)
-                                       : whole_own_radiance(transfer, scene, geometry, settings, progress);
+                                       : whole_radiance(transfer, scene, geometry, settings, progress);
     if (!own) return own.error();
     if (const Result<Done> lit = move_in_sources(transfer.sources, scene, geometry, by_row, progress); !lit)
         return lit.error();

@@ -27,7 +27,7 @@ struct MotionTransfer {
     SparseVectorBlocks vectors;         ///< RGB. Rows of the moving instance's own vertices are empty.
     std::vector<Rgb> open;              ///< By row: <T, 1>, the radiance without the moving instance,
                                         ///< including the visible sources.
-    StandingSources sources;            ///< The sources and their visibility.
+    StaticSources sources;              ///< The sources and their visibility.
     std::vector<Viewpoint> viewpoints;  ///< Of the rows that are not empty.
     SparseVectorBlocks occlusions;      ///< occlusion_vectors of its field.
     /// Radiance of its own vertices before it moves, in the quality used during motion but for all vertices.

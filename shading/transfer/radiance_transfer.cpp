@@ -26,8 +26,8 @@ std::span<const WaveletBlock<3>> VertexTransfer::product(const LightPyramid& lig
 
 std::span<const WaveletBlock<3>> VertexTransfer::highlights(const LightPyramid& light, Rgb& diffuse,
                                                             const DetailWeights* detail) {
-    const HighlightIntegrand found =
-        highlight_integrand(light, shaded(settings_.depth), memory_, product_, detail);
+    const SpecularIntegrand found =
+        specular_integrand(light, shaded(settings_.depth), memory_, product_, detail);
     blurred_energy_ = found.blurred_energy;
     diffuse = found.diffuse;
     return product_;

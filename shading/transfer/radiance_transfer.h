@@ -64,7 +64,7 @@ public:
     std::span<const WaveletBlock<3>> product(const LightPyramid& light,
                                              const DetailWeights* detail = nullptr);
 
-    /// Returns the highlight_integrand (vertex_shading.h) of the current vertex, and its diffuse radiance;
+    /// Returns the specular_integrand (vertex_shading.h) of the current vertex, and its diffuse radiance;
     /// valid until the next call.
     std::span<const WaveletBlock<3>> highlights(const LightPyramid& light, Rgb& diffuse,
                                                 const DetailWeights* detail = nullptr);
@@ -80,7 +80,9 @@ public:
     Rgb radiance(const LightPyramid& light, int depth);  ///< Outgoing radiance of the vertex. [W/(m^2 sr)]
 
 private:
-    ShadedVertex shaded(int depth) const { return {geometry_.directions, brdf, visibility_.sight(), depth}; }
+    ShadedVertex shaded(int depth) const {
+        return {geometry_.directions, brdf, visibility_.visibility(), depth};
+    }
 
     const ShadedScene& scene_;
     const ShadingGeometry& geometry_;

@@ -122,7 +122,7 @@ std::vector<DirectionalLight> RelightSession::source_lights(FrameQuality quality
     if (quality == FrameQuality::still) return all_lights(turned_sources());
     std::vector<DirectionalLight> lights;
     for (const LightSource& source : split().sources)
-        for (DirectionalLight light : few_lights(source.lights, lights_while_moving)) {
+        for (DirectionalLight light : reduced_lights(source.lights, lights_while_moving)) {
             light.direction = inputs_.rotation(light.direction);
             lights.push_back(light);
         }
@@ -165,11 +165,12 @@ Result<const SpecularHits*> RelightSession::current_hits(const Progress& progres
     return &hits_.store(std::move(*made), inputs_);
 }
 
-Result<const KeptVisibility*> RelightSession::cached_visibility(const Progress& progress) {
+Result<const CachedVisibility*> RelightSession::cached_visibility(const Progress& progress) {
     const RenderSettings& settings = inputs_.settings;
     if (settings.occlusion != cached_occlusion_ || settings.kept_bytes == 0) return nullptr;
-    if (const KeptVisibility* known = cached_visibility_.find(inputs_)) return known;
-    Result<KeptVisibility> made = KeptVisibility::make(scene(), *geometry_, settings.kept_bytes, progress);
+    if (const CachedVisibility* known = cached_visibility_.find(inputs_)) return known;
+    Result<CachedVisibility> made =
+        CachedVisibility::make(scene(), *geometry_, settings.kept_bytes, progress);
     if (!made) return made.error();
     return &cached_visibility_.store(std::move(*made), inputs_);
 }
@@ -466,7 +467,7 @@ Result<Done> RelightSession::shade(MotionFrames& frames, FrameQuality quality, c
     return shaded;
 }
 
-Result<Done> RelightSession::shade(SteadyLight& frames, FrameQuality /*quality*/,
+Result<Done> RelightSession::shade(OtherLight& frames, FrameQuality /*quality*/,
                                    const VertexMask* /*vertices*/, const Progress& /*progress*/) {
     radiance_ = frames.radiance;
     return Done{};
@@ -476,7 +477,7 @@ Result<SceneColours> RelightSession::full_radiance(const SceneLight& light, cons
     const Result<const ShadingGeometry*> geometry = current_geometry(progress);
     if (!geometry) return geometry.error();
     if (progress.stop.stop_requested()) return Error{"", interrupted};
-    const Result<const KeptVisibility*> visibility = cached_visibility(progress);
+    const Result<const CachedVisibility*> visibility = cached_visibility(progress);
     if (!visibility) return visibility.error();
     const PointShading shading{scene(), **geometry, light, inputs_.settings, *visibility};
     Result<SceneRadiance> radiance = scene_radiance(shading, progress);

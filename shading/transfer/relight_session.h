@@ -24,7 +24,7 @@
 #include "shading/transfer/session_inputs.h"
 #include "shading/transfer/specular_hits.h"
 #include "shading/transfer/view_transfer.h"
-#include "shading/visibility/kept_visibility.h"
+#include "shading/visibility/cached_visibility.h"
 
 namespace haarfield {
 
@@ -184,7 +184,7 @@ private:
         std::size_t bytes() const { return transfer.bytes(); }
     };
     /// What varies: the lamps. Radiance by all other light.
-    struct SteadyLight {
+    struct OtherLight {
         SceneColours radiance;
 
         std::size_t bytes() const { return 0; }
@@ -204,7 +204,7 @@ private:
     Result<const BounceRays*> current_rays(const Progress& progress);
     Result<const SpecularHits*> current_hits(const Progress& progress);
     /// Returns the cached visibility; null if none is cached for the occlusion.
-    Result<const KeptVisibility*> cached_visibility(const Progress& progress);
+    Result<const CachedVisibility*> cached_visibility(const Progress& progress);
     LampFrames& lamp_frames();
     BounceSettings frame_bounces() const;
 
@@ -237,7 +237,7 @@ private:
                        const Progress& progress);
     Result<Done> shade(MotionFrames& frames, FrameQuality quality, const VertexMask* vertices,
                        const Progress& progress);
-    Result<Done> shade(SteadyLight& frames, FrameQuality quality, const VertexMask* vertices,
+    Result<Done> shade(OtherLight& frames, FrameQuality quality, const VertexMask* vertices,
                        const Progress& progress);
     /// Computes the specular reflections of diffuse radiance by row.
     ///
@@ -259,7 +259,7 @@ private:
     Memo<TurnableLight, I::environment> turnable_;
     Memo<RgbCubemapTree, I::environment, I::rotation> light_tree_;
     Memo<DenseCoefficients, I::environment, I::rotation> light_;
-    Memo<KeptVisibility, I::instances, I::exact_distances> cached_visibility_;
+    Memo<CachedVisibility, I::instances, I::exact_distances> cached_visibility_;
     Memo<BounceRays, I::instances> rays_;
     Memo<SpecularHits, I::instances, I::materials, I::eye> hits_;
     /// Radiance by indirect light, without that of lamps and emitters.
@@ -273,7 +273,7 @@ private:
     using ByEye = Memo<EyeFrames, I::environment, I::rotation, I::shown_light, I::instances, I::materials>;
     using ByMotion = Memo<MotionFrames, I::environment, I::rotation, I::shown_light, I::materials, I::eye>;
     using ByLamps =
-        Memo<SteadyLight, I::environment, I::rotation, I::shown_light, I::instances, I::materials, I::eye>;
+        Memo<OtherLight, I::environment, I::rotation, I::shown_light, I::instances, I::materials, I::eye>;
     std::variant<std::monostate, ByLight, ByEye, ByMotion, ByLamps> transfer_;
     bool lacks_reflections_ = false;
     SceneColours radiance_;

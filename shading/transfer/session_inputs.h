@@ -13,7 +13,7 @@
 namespace haarfield {
 
 /// A light that is encoded already.
-struct MomentaryLight {
+struct GivenLight {
     DenseCoefficients smooth;              ///< The environment minus its sources.
     std::vector<DirectionalLight> lights;  ///< The lights of the sources.
 };
@@ -38,9 +38,9 @@ using InputVersions = std::array<std::uint64_t, 9>;
 struct SessionInputs {
     ShadedScene scene;  ///< Its environment is that of the last commit.
     Environment environment;
-    Rotation rotation;                          ///< Of the environment.
-    std::optional<MomentaryLight> shown_light;  ///< Replaces the environment in frames.
-    RenderSettings settings;                    ///< Only the occlusion changes.
+    Rotation rotation;                      ///< Of the environment.
+    std::optional<GivenLight> shown_light;  ///< Replaces the environment in frames.
+    RenderSettings settings;                ///< Only the occlusion changes.
     InputVersions versions{};
 
     /// Returns the number of changes of an input.

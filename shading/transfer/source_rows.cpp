@@ -110,14 +110,14 @@ private:
 /// Sets the visibility of clusters that all neighbours agree on; leaves the others unchanged.
 ///
 /// beside  places of the neighbours in `seen`, or empty.
-void set_common_sights(std::span<const ClusterSight> seen, std::span<const std::uint32_t> beside,
-                       std::span<ClusterSight> sights) {
+void set_common_visibility(std::span<const ClusterVisibility> seen, std::span<const std::uint32_t> beside,
+                           std::span<ClusterVisibility> visibility) {
     if (beside.empty()) return;
-    const std::size_t count = sights.size();
+    const std::size_t count = visibility.size();
     for (std::size_t c = 0; c < count; ++c) {
-        const ClusterSight sight = seen[beside[0] * count + c];
-        if (std::ranges::all_of(beside, [&](std::uint32_t i) { return seen[i * count + c] == sight; }))
-            sights[c] = sight;
+        const ClusterVisibility common = seen[beside[0] * count + c];
+        if (std::ranges::all_of(beside, [&](std::uint32_t i) { return seen[i * count + c] == common; }))
+            visibility[c] = common;
     }
 }
 
@@ -185,23 +185,24 @@ Result<Done> SourceRows::add(const ShadowRays& rays, std::span<const Directional
     if (lights.empty() || rounds_.empty()) return Done{};
     const std::vector<LightCluster> clusters = light_clusters(lights);
     const std::size_t count = clusters.size();
-    std::vector<ClusterSight> seen((rounds_.back().first + rounds_.back().rows.size()) * count);
+    std::vector<ClusterVisibility> seen((rounds_.back().first + rounds_.back().rows.size()) * count);
     for (const Round& round : rounds_) {
         const auto add_run = [&](std::size_t, std::size_t first, std::size_t end) {
             const std::size_t size = end - first;
             std::array<Rgb, run> added, added_diffuse;
             added.fill(Rgb(0.0f));
             added_diffuse.fill(Rgb(0.0f));
-            const auto sights = std::span(seen).subspan((round.first + first) * count, size * count);
+            const auto visibility = std::span(seen).subspan((round.first + first) * count, size * count);
             if (quality == FrameQuality::moving)
                 for (std::size_t k = first; k < end; ++k) {
                     const std::size_t begin = k > 0 ? round.end[k - 1] : 0;
-                    set_common_sights(seen, std::span(round.neighbours).subspan(begin, round.end[k] - begin),
-                                      sights.subspan((k - first) * count, count));
+                    set_common_visibility(seen,
+                                          std::span(round.neighbours).subspan(begin, round.end[k] - begin),
+                                          visibility.subspan((k - first) * count, count));
                 }
             add_clustered_light(rays, clusters, std::span(round.receivers).subspan(first, size),
                                 std::span(added).first(size),
-                                std::span(added_diffuse).first(diffuse.empty() ? 0 : size), sights);
+                                std::span(added_diffuse).first(diffuse.empty() ? 0 : size), visibility);
             for (std::size_t k = 0; k < size; ++k) by_row[round.rows[first + k]] += added[k];
             for (std::size_t k = 0; k < size && !diffuse.empty(); ++k)
                 diffuse[round.rows[first + k]] += added_diffuse[k];
@@ -220,11 +221,11 @@ std::size_t SourceRows::bytes() const {
     return sum;
 }
 
-Result<StandingSources> standing_sources(const ShadedScene& scene, const ShadingGeometry& geometry,
-                                         std::size_t moving, std::vector<DirectionalLight> lights,
-                                         std::span<Rgb> by_row, const Progress& progress) {
+Result<StaticSources> static_sources(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                     std::size_t moving, std::vector<DirectionalLight> lights,
+                                     std::span<Rgb> by_row, const Progress& progress) {
     const VertexRows rows(scene, geometry);
-    StandingSources result{moving, std::move(lights), {}};
+    StaticSources result{moving, std::move(lights), {}};
     const std::size_t words = result.words();
     result.lit.resize(rows.count() * words);
     const auto find = [&](std::size_t, std::size_t first, std::size_t end) {
@@ -254,7 +255,7 @@ Result<StandingSources> standing_sources(const ShadedScene& scene, const Shading
     return result;
 }
 
-Result<Done> move_in_sources(const StandingSources& sources, const ShadedScene& scene,
+Result<Done> move_in_sources(const StaticSources& sources, const ShadedScene& scene,
                              const ShadingGeometry& geometry, std::span<Rgb> by_row,
                              const Progress& progress) {
     if (sources.lights.empty()) return Done{};
@@ -298,17 +299,17 @@ Result<Done> move_in_sources(const StandingSources& sources, const ShadedScene& 
     return for_each_run(own, own + rows.vertices(sources.moving).size(), progress, add);
 }
 
-std::size_t SourceSights::bytes() const {
+std::size_t SourceVisibility::bytes() const {
     std::size_t sum = 0;
-    for (const std::vector<Sight>& block : blocks) sum += block.size() * sizeof(Sight);
+    for (const std::vector<VisibleFraction>& block : blocks) sum += block.size() * sizeof(VisibleFraction);
     return sum;
 }
 
-Result<SourceSights> source_sights(const ShadedScene& scene, const ShadingGeometry& geometry,
-                                   std::span<const LightSource> sources, std::span<Rgb> diffuse,
-                                   const Progress& progress) {
+Result<SourceVisibility> source_visibility(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                           std::span<const LightSource> sources, std::span<Rgb> diffuse,
+                                           const Progress& progress) {
     const VertexRows rows(scene, geometry);
-    SourceSights result;
+    SourceVisibility result;
     if (sources.empty()) return result;
     result.blocks.resize((rows.count() + run - 1) / run);
     const Result<Done> found =
@@ -316,7 +317,7 @@ Result<SourceSights> source_sights(const ShadedScene& scene, const ShadingGeomet
             const RowRun here(scene, rows, first, end);
             const std::size_t count = here.rows.size();
             for (const LightSource& source : sources) {
-                std::array<LitPart, run> lit;
+                std::array<VisibleLights, run> lit;
                 add_lit_parts(geometry.rays, source.lights, here.receivers, std::span(lit).first(count));
                 for (std::size_t k = 0; k < count; ++k) {
                     if (lit[k].irradiance == Rgb(0.0f)) continue;
@@ -331,13 +332,13 @@ Result<SourceSights> source_sights(const ShadedScene& scene, const ShadingGeomet
     return result;
 }
 
-Result<Done> add_source_highlights(const SourceSights& sights, const ShadedScene& scene,
-                                   const ShadingGeometry& geometry, std::span<Rgb> by_row,
-                                   const VertexMask* wanted, const Progress& progress) {
-    if (sights.blocks.empty()) return Done{};
+Result<Done> add_source_specular(const SourceVisibility& visibility, const ShadedScene& scene,
+                                 const ShadingGeometry& geometry, std::span<Rgb> by_row,
+                                 const VertexMask* wanted, const Progress& progress) {
+    if (visibility.blocks.empty()) return Done{};
     const VertexRows rows(scene, geometry);
     return for_each_run(0, rows.count(), progress, [&](std::size_t block, std::size_t, std::size_t) {
-        for (const auto& [row, light] : sights.blocks[block]) {
+        for (const auto& [row, light] : visibility.blocks[block]) {
             const InstanceVertex at = rows[row];
             if (wanted && !(*wanted)[at.instance][at.vertex]) continue;
             const ShadedInstance& instance = scene.instances[at.instance];

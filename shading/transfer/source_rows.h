@@ -44,7 +44,7 @@ private:
 };
 
 /// Visibility of some lights around all instances except a moving one.
-struct StandingSources {
+struct StaticSources {
     std::size_t moving = 0;                ///< The moving instance.
     std::vector<DirectionalLight> lights;  ///< Fixed.
     /// By row, one bit per light: the vertex faces it, and no other instance occludes it. Zero for rows of
@@ -60,9 +60,9 @@ struct StandingSources {
 ///
 /// errors  interrupted; the radiance is then unspecified.
 /// cost    that of add_source_light for all rows.
-Result<StandingSources> standing_sources(const ShadedScene& scene, const ShadingGeometry& geometry,
-                                         std::size_t moving, std::vector<DirectionalLight> lights,
-                                         std::span<Rgb> by_row, const Progress& progress = {});
+Result<StaticSources> static_sources(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                     std::size_t moving, std::vector<DirectionalLight> lights,
+                                     std::span<Rgb> by_row, const Progress& progress = {});
 
 /// Subtracts the light that the moving instance occludes in its current place, and adds the light of its own
 /// rows.
@@ -71,18 +71,19 @@ Result<StandingSources> standing_sources(const ShadedScene& scene, const Shading
 /// accuracy         that of add_clustered_light for its own rows; that of rays to each light for the others.
 /// errors           interrupted; the radiance is then unspecified.
 /// cost             nanoseconds per visible light; rays where the instance's bounding sphere may occlude it.
-Result<Done> move_in_sources(const StandingSources& sources, const ShadedScene& scene,
+Result<Done> move_in_sources(const StaticSources& sources, const ShadedScene& scene,
                              const ShadingGeometry& geometry, std::span<Rgb> by_row,
                              const Progress& progress = {});
 
 /// The visible fraction of each source at all vertices, for a moving eye: visibility is computed once.
-struct SourceSights {
+struct SourceVisibility {
     /// The visible fraction of a source at a vertex, as one light.
-    struct Sight {
+    struct VisibleFraction {
         std::uint32_t row;
         DirectionalLight light;
     };
-    std::vector<std::vector<Sight>> blocks;  ///< By 64 rows; rows with specular reflection, in their order.
+    std::vector<std::vector<VisibleFraction>>
+        blocks;  ///< By 64 rows; rows with specular reflection, in their order.
 
     std::size_t bytes() const;  ///< Memory. [bytes]
 };
@@ -90,17 +91,17 @@ struct SourceSights {
 /// Computes the visibility of sources, and adds their diffuse reflection to `diffuse`, by row.
 ///
 /// errors  interrupted.
-Result<SourceSights> source_sights(const ShadedScene& scene, const ShadingGeometry& geometry,
-                                   std::span<const LightSource> sources, std::span<Rgb> diffuse,
-                                   const Progress& progress = {});
+Result<SourceVisibility> source_visibility(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                           std::span<const LightSource> sources, std::span<Rgb> diffuse,
+                                           const Progress& progress = {});
 
 /// Adds the specular reflection of the visible sources, towards the scene's eye.
 ///
 /// accuracy  exact except that the visible fraction of each source counts as one direction: lobes that are
 ///           not much wider than a source appear slightly too sharp.
 /// cost      about 50 ns per visible source of a row.
-Result<Done> add_source_highlights(const SourceSights& sights, const ShadedScene& scene,
-                                   const ShadingGeometry& geometry, std::span<Rgb> by_row,
-                                   const VertexMask* wanted = nullptr, const Progress& progress = {});
+Result<Done> add_source_specular(const SourceVisibility& visibility, const ShadedScene& scene,
+                                 const ShadingGeometry& geometry, std::span<Rgb> by_row,
+                                 const VertexMask* wanted = nullptr, const Progress& progress = {});
 
 }  // namespace haarfield

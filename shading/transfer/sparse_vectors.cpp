@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "fields/wavelets/kept_by_energy.h"
+#include "fields/wavelets/largest_by_energy.h"
 
 namespace haarfield {
 
@@ -108,7 +108,7 @@ std::vector<std::uint32_t> largest_energies(std::span<const double> energies, fl
         return std::pair(energies[a], a) > std::pair(energies[b], b);
     };
     if (error > 0)
-        places.resize(kept_by_energy(
+        places.resize(largest_by_energy(
             std::span(places), std::accumulate(energies.begin(), energies.end(), 0.0) * squared(error),
             [&](std::uint32_t place) { return energies[place]; }, matters_more));
     std::ranges::sort(places, matters_more);

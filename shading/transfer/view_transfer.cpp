@@ -170,9 +170,9 @@ Result<ViewTransfer> view_transfer(const ShadedScene& scene, const ShadingGeomet
         progress);
     if (!lobes) return lobes.error();
     result.lobes = std::move(*lobes);
-    Result<SourceSights> sights = source_sights(scene, geometry, sources, result.diffuse, progress);
-    if (!sights) return sights.error();
-    result.sights = std::move(*sights);
+    Result<SourceVisibility> visible = source_visibility(scene, geometry, sources, result.diffuse, progress);
+    if (!visible) return visible.error();
+    result.sources = std::move(*visible);
     return result;
 }
 
@@ -197,7 +197,7 @@ Result<Done> shade_frame(const ViewTransfer& transfer, const ShadedScene& scene,
         add_interpolated_products(transfer.specular, transfer.lobes.lobes, highlights, by_row, progress.stop);
     if (!added) return added.error();
     if (const Result<Done> lit =
-            add_source_highlights(transfer.sights, scene, geometry, by_row, vertices, progress);
+            add_source_specular(transfer.sources, scene, geometry, by_row, vertices, progress);
         !lit)
         return lit.error();
     store_radiance(scene, geometry, by_row, radiance, vertices);

@@ -21,12 +21,12 @@ struct ViewTransfer {
     LobeVectors lobes;
     std::vector<VertexBrdf> materials;  ///< Of all entities, without normal and mirror direction.
     std::vector<Highlit> highlit;       ///< The rows of `specular` that are not empty.
-    SourceSights sights;                ///< Of concentrated light.
+    SourceVisibility sources;           ///< Of concentrated light.
 
     /// Memory. [bytes]
     std::size_t bytes() const {
         return specular.bytes() + diffuse.size() * sizeof(Rgb) + lobes.lobes.bytes() +
-               highlit.size() * sizeof(Highlit) + sights.bytes();
+               highlit.size() * sizeof(Highlit) + sources.bytes();
     }
 };
 

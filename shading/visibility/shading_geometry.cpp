@@ -228,18 +228,18 @@ bool is_below_horizon(const Occluder& coarse, const Placement& placement, const 
     return lies_below(coarse.bounds(), placement.point_to_turned(view.point), view.normal);
 }
 
-InstanceSight sight_of(const ShadedScene& scene, const ShadingGeometry& geometry, std::size_t instance,
-                       const VertexView& view) {
+InstanceOcclusion occlusion_of(const ShadedScene& scene, const ShadingGeometry& geometry,
+                               std::size_t instance, const VertexView& view) {
     const ShadingGeometry::Instance& seen = geometry.instances[instance];
     const ShadedInstance& placed = scene.instances[instance];
     const Vec3f to_middle = seen.middle - view.point;
     const float squared_distance = to_middle.length2(), reach = geometry.reach * seen.radius;
     if (!(squared_distance < reach * reach) || to_middle.dot(view.normal) <= -seen.radius ||
         is_below_horizon(geometry.occluders[instance].coarse(), placed.placement, view))
-        return {Sight::open};
+        return {OcclusionKind::open};
     const float share = squared_distance / (seen.nearer * seen.nearer);
-    if (share >= 1) return {Sight::distant};
-    if (seen.is_turned || !seen.polygons.empty()) return {Sight::exact, share};
+    if (share >= 1) return {OcclusionKind::distant};
+    if (seen.is_turned || !seen.polygons.empty()) return {OcclusionKind::exact, share};
 
     const VisibilityField& field = *scene.entities[placed.entity].field;
     const ShadingGeometry::Entity& prepared = geometry.entities[placed.entity];
@@ -249,7 +249,7 @@ InstanceSight sight_of(const ShadedScene& scene, const ShadingGeometry& geometry
     const float exact_distance = planar ? prepared.exact_on_ground : prepared.exact_around,
                 exact_share = from_centre.length2() / (exact_distance * exact_distance);
     // 0/0 is not below 1.
-    return {exact_share < 1 ? Sight::exact : Sight::sampled, exact_share};
+    return {exact_share < 1 ? OcclusionKind::exact : OcclusionKind::sampled, exact_share};
 }
 
 }  // namespace haarfield

@@ -101,21 +101,21 @@ FieldLookup field_lookup(const VisibilityField& field, const ShadedInstance& ins
 bool is_below_horizon(const Occluder& coarse, const Placement& placement, const VertexView& view);
 
 /// The representation by which a vertex evaluates an instance.
-enum class Sight : std::uint8_t {
+enum class OcclusionKind : std::uint8_t {
     open,     ///< None: out of reach, or below the vertex's horizon.
     exact,    ///< The occluder itself.
     sampled,  ///< Interpolated samples of its field.
     distant,  ///< Impostors.
 };
 /// The representation of an instance for a vertex.
-struct InstanceSight {
-    Sight sight;
-    /// For Sight::exact: the squared ratio of its distance to the distance within which it is exact.
+struct InstanceOcclusion {
+    OcclusionKind visibility;
+    /// For OcclusionKind::exact: the squared ratio of its distance to the distance within which it is exact.
     float distance = 0;
 };
 
 /// Returns the representation by which a vertex evaluates an instance.
-InstanceSight sight_of(const ShadedScene& scene, const ShadingGeometry& geometry, std::size_t instance,
-                       const VertexView& view);
+InstanceOcclusion occlusion_of(const ShadedScene& scene, const ShadingGeometry& geometry,
+                               std::size_t instance, const VertexView& view);
 
 }  // namespace haarfield

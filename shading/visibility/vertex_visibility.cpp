@@ -28,19 +28,19 @@ bool VertexVisibility::look(std::size_t instance, std::uint32_t vertex, const Ve
     clear(view);
     trees_.emplace_back();
     add_tree(geometry_.entities[placed.entity].visibility.local(vertex), 1);
-    return look_past_others(instance, view);
+    return add_occlusion_by_others(instance, view);
 }
 
 bool VertexVisibility::look(std::size_t instance, const SurfacePoint& point, const VertexView& view) {
     clear(view);
     rasterized_.push_back({&geometry_.occluders[instance].own(),
                            scene_.instances[instance].placement.rotate(point.sample), &view.normal});
-    return look_past_others(instance, view);
+    return add_occlusion_by_others(instance, view);
 }
 
-bool VertexVisibility::look_past_others(std::size_t instance, const VertexView& view) {
+bool VertexVisibility::add_occlusion_by_others(std::size_t instance, const VertexView& view) {
     for (const std::uint32_t i : geometry_.grid.near(view.point))
-        if (i != instance && i != without_ && !look_past(i, view)) return false;
+        if (i != instance && i != without_ && !add_occlusion_by(i, view)) return false;
     choose_candidates(view);
     is_made_ = !rasterized_.empty() || !distant_.empty();
     if (!is_made_) return true;
@@ -53,17 +53,17 @@ bool VertexVisibility::look_past_others(std::size_t instance, const VertexView& 
     return true;
 }
 
-bool VertexVisibility::look_past(std::uint32_t instance, const VertexView& view) {
-    const auto [sight, share] = sight_of(scene_, geometry_, instance, view);
-    if (sight == Sight::open) return true;
-    if (sight == Sight::distant) {
-        look_from_afar(instance, view);
+bool VertexVisibility::add_occlusion_by(std::uint32_t instance, const VertexView& view) {
+    const auto [visibility, share] = occlusion_of(scene_, geometry_, instance, view);
+    if (visibility == OcclusionKind::open) return true;
+    if (visibility == OcclusionKind::distant) {
+        add_impostor(instance, view);
         return true;
     }
     const ShadedInstance& other = scene_.instances[instance];
     const ShadingGeometry::Instance& seen = geometry_.instances[instance];
     const bool by_cones = !seen.polygons.empty();
-    if (sight == Sight::sampled || (!rasterizes_ && !by_cones && !seen.is_turned)) {
+    if (visibility == OcclusionKind::sampled || (!rasterizes_ && !by_cones && !seen.is_turned)) {
         look_up(other, view);
         return true;
     }
@@ -78,7 +78,7 @@ bool VertexVisibility::look_past(std::uint32_t instance, const VertexView& view)
     return true;
 }
 
-void VertexVisibility::look_from_afar(std::uint32_t instance, const VertexView& view) {
+void VertexVisibility::add_impostor(std::uint32_t instance, const VertexView& view) {
     if (geometry_.impostors[scene_.instances[instance].entity])
         distant_.push_back(instance);
     else
@@ -107,7 +107,7 @@ void VertexVisibility::choose_candidates(const VertexView& view) {
                   [](const Candidate& a, const Candidate& b) { return a.instance < b.instance; });
         for (auto farther = end; farther != candidates_.end(); ++farther)
             if (geometry_.instances[farther->instance].is_turned)
-                look_from_afar(farther->instance, view);
+                add_impostor(farther->instance, view);
             else
                 look_up(scene_.instances[farther->instance], view);
         candidates_.erase(end, candidates_.end());

@@ -1,7 +1,7 @@
 #pragma once
 /// The joint visibility of a vertex around its own and all other instances.
 
-#include "shading/visibility/seen_visibility.h"
+#include "shading/visibility/rasterized_visibility.h"
 #include "shading/visibility/shading_geometry.h"
 #include "shading/walk/vertex_shading.h"
 
@@ -41,9 +41,9 @@ public:
     bool look(std::size_t instance, std::uint32_t vertex, const VertexView& view);
 
     /// The visibility evaluated last; valid until the next evaluation.
-    VertexSight sight() const { return {trees_, cones_}; }
+    VisibilityProduct visibility() const { return {trees_, cones_}; }
 
-    /// The tree of `sight` that was rasterized at the vertex; null: none.
+    /// The tree of `visibility` that was rasterized at the vertex; null: none.
     const WideCubemap<std::uint8_t>* made() const { return is_made_ ? &seen_.faces() : nullptr; }
     /// The nodes of that tree.
     std::span<const WideNode<std::uint8_t>> made_nodes() const { return seen_.nodes(); }
@@ -51,17 +51,17 @@ public:
 private:
     /// An instance to be rasterized.
     struct Candidate {
-        float distance;  ///< See InstanceSight.
+        float distance;  ///< See InstanceOcclusion.
         std::uint32_t instance;
     };
 
     void clear(const VertexView& view);
-    bool look_past_others(std::size_t instance, const VertexView& view);
+    bool add_occlusion_by_others(std::size_t instance, const VertexView& view);
     /// Adds an instance as cones, samples or impostors, or to the candidates. Returns false if the vertex is
     /// inside it.
-    bool look_past(std::uint32_t instance, const VertexView& view);
+    bool add_occlusion_by(std::uint32_t instance, const VertexView& view);
     void look_up(const ShadedInstance& other, const VertexView& view);
-    void look_from_afar(std::uint32_t instance, const VertexView& view);
+    void add_impostor(std::uint32_t instance, const VertexView& view);
     void choose_candidates(const VertexView& view);
     void rasterize(std::uint32_t instance, const VertexView& view);
     void add_tree(const WideCubemap<std::uint8_t>& tree, float weight);
@@ -76,7 +76,7 @@ private:
     std::vector<Candidate> candidates_;
     std::vector<OccluderView> rasterized_;  ///< At the current vertex.
     std::vector<std::uint32_t> distant_;    ///< Instances evaluated by impostors.
-    SeenVisibility seen_;
+    RasterizedVisibility seen_;
     bool is_made_ = false;  ///< seen_ has a tree for the current vertex.
 };
 

@@ -19,8 +19,8 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using Floats = hn::CappedTag<float, wide_cells>;
-inline constexpr std::size_t cells_a_part = hn::MaxLanes(Floats());
-inline constexpr std::size_t parts = wide_cells / cells_a_part;
+inline constexpr std::size_t cells_per_part = hn::MaxLanes(Floats());
+inline constexpr std::size_t parts = wide_cells / cells_per_part;
 
 struct Cells {
     hn::Vec<Floats> part[parts];
@@ -34,7 +34,7 @@ HWY_INLINE Cells all_cells(float value) {
 
 HWY_INLINE Cells load_cells(const float* from) {
     Cells result;
-    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::LoadU(Floats(), from + i * cells_a_part);
+    for (std::size_t i = 0; i < parts; ++i) result.part[i] = hn::LoadU(Floats(), from + i * cells_per_part);
     return result;
 }
 
@@ -44,12 +44,12 @@ HWY_INLINE Cells load_cells(const std::uint8_t* from) {
     Cells result;
     for (std::size_t i = 0; i < parts; ++i)
         result.part[i] =
-            hn::ConvertTo(Floats(), hn::PromoteTo(words, hn::LoadU(bytes, from + i * cells_a_part)));
+            hn::ConvertTo(Floats(), hn::PromoteTo(words, hn::LoadU(bytes, from + i * cells_per_part)));
     return result;
 }
 
 HWY_INLINE void store_cells(const Cells& cells, float* to) {
-    for (std::size_t i = 0; i < parts; ++i) hn::StoreU(cells.part[i], Floats(), to + i * cells_a_part);
+    for (std::size_t i = 0; i < parts; ++i) hn::StoreU(cells.part[i], Floats(), to + i * cells_per_part);
 }
 
 HWY_INLINE Cells operator*(const Cells& a, const Cells& b) {
@@ -101,7 +101,7 @@ HWY_INLINE float first_cell(const Cells& values) {
 
 /// Returns one vector's portion of a mask of cells.
 HWY_INLINE hn::Mask<Floats> part_of(unsigned cells, std::size_t part) {
-    const std::uint64_t bits = cells >> (part * cells_a_part);
+    const std::uint64_t bits = cells >> (part * cells_per_part);
     std::uint8_t bytes[8];
     hwy::CopyBytes<8>(&bits, bytes);
     return hn::LoadMaskBits(Floats(), bytes);
@@ -135,7 +135,7 @@ HWY_INLINE unsigned bits_of(const hn::Mask<Floats>* masks) {
     for (std::size_t i = 0; i < parts; ++i) {
         std::uint8_t bytes[8] = {};
         hn::StoreMaskBits(Floats(), masks[i], bytes);
-        result |= (bytes[0] | unsigned(bytes[1]) << 8) << (i * cells_a_part);
+        result |= (bytes[0] | unsigned(bytes[1]) << 8) << (i * cells_per_part);
     }
     return result;
 }

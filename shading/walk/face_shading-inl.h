@@ -40,36 +40,36 @@ struct BlockDirections {
 
 /// Properties of a block, known from the cell of its parent.
 struct BlockAhead {
-    bool at_horizon = true;      ///< The horizon may cross the block; else the block lies above it.
-    bool may_be_covered = true;  ///< Nearby occluders may cover it partly.
-    unsigned highlights = ~0u;   ///< Bit mask of the lobes that may be nonzero in it.
-    float held_cosine = 0;       ///< See Reflected::holds_cosine; for blocks below level 1.
+    bool at_horizon = true;         ///< The horizon may cross the block; else the block lies above it.
+    bool may_be_covered = true;     ///< Nearby occluders may cover it partly.
+    unsigned specular_lobes = ~0u;  ///< Bit mask of the lobes that may be nonzero in it.
+    float held_cosine = 0;          ///< See Reflected::holds_cosine; for blocks below level 1.
 
-    bool is_plain() const { return !at_horizon && !may_be_covered && highlights == 0; }
+    bool is_plain() const { return !at_horizon && !may_be_covered && specular_lobes == 0; }
 };
 
 /// The properties of all blocks in the cells of a block.
 struct CellsAhead {
     unsigned at_horizon = 0, may_be_covered = 0;
-    std::array<unsigned, 2> highlights{};
+    std::array<unsigned, 2> specular_lobes{};
 };
 
 /// A BRDF over a block's cells, without its colours.
 struct ReflectedCells {
-    Cells cosine;      ///< Clamped.
-    Cells diffuse;     ///< The cosine used for diffuse reflection: see Reflected::holds_cosine.
-    Cells highlights;  ///< Specular lobes with their weights, if any.
-    Cells loss;        ///< Fraction that a metal absorbs from them.
-    bool has_highlights = false;
+    Cells cosine;          ///< Clamped.
+    Cells diffuse;         ///< The cosine used for diffuse reflection: see Reflected::holds_cosine.
+    Cells specular_lobes;  ///< Specular lobes with their weights, if any.
+    Cells loss;            ///< Fraction that a metal absorbs from them.
+    bool has_specular = false;
     unsigned open_above = 0;  ///< Cells above the horizon that nearby occluders do not cover partly.
 
-    ReflectedCells() : cosine(all_cells(0)), diffuse(cosine), highlights(cosine), loss(cosine) {}
+    ReflectedCells() : cosine(all_cells(0)), diffuse(cosine), specular_lobes(cosine), loss(cosine) {}
 };
 
 /// The cells of a block on which the light varies. Of these, the cells where the variation matters for
 /// cosines (LightPyramid::uneven) and for specular lobes.
 struct LitCells {
-    unsigned varying = 0, uneven = 0, beside_highlights = 0;
+    unsigned varying = 0, uneven = 0, beside_specular = 0;
 };
 
 /// Colours of the specular component, next to those of the diffuse component.
@@ -99,12 +99,12 @@ struct LitColours {
         if constexpr (separate) diffuse = head.diffuse;
         for (int c = 0; c < 3; ++c)
             diffuse[c] = colours[c] * (all_cells(vertex.brdf.diffuse[c]) * cells.diffuse);
-        if (cells.has_highlights)
+        if (cells.has_specular)
             for (int c = 0; c < 3; ++c) {
                 Cells colour = all_cells(vertex.brdf.specular[c]);
                 if (vertex.is_metallic)
                     colour = colour - colour * all_cells(vertex.brdf.metallic[c]) * cells.loss;
-                const Cells specular = colours[c] * (colour * cells.highlights);
+                const Cells specular = colours[c] * (colour * cells.specular_lobes);
                 head.value[c] = separate ? specular : head.value[c] + specular;
             }
         else if constexpr (separate) {
@@ -117,9 +117,9 @@ struct LitColours {
             add_unevenness(vertex, cells, index, uneven & cells.open_above, colours, diffuse);
         if (level == 0 || varying == 0) return {varying, uneven, varying};
         LitCells result{varying, uneven, 0};
-        if (cells.has_highlights)
-            result.beside_highlights =
-                varying & cells_above(cells.highlights * load_cells(light.deviation(index).data()),
+        if (cells.has_specular)
+            result.beside_specular =
+                varying & cells_above(cells.specular_lobes * load_cells(light.deviation(index).data()),
                                       vertex.negligible[std::size_t(level)] * light.mean_size());
         return result;
     }
@@ -155,12 +155,12 @@ struct PlainTerms {
         head.value[0] = cells.diffuse;
         head.used = 1;
         for (int term = 1; term < term_count; ++term) head.value[term] = all_cells(0);
-        if (!cells.has_highlights) return {};
-        head.value[1] = cells.highlights;
+        if (!cells.has_specular) return {};
+        head.value[1] = cells.specular_lobes;
         head.used = 2;
         if constexpr (term_count == 3)
             if (vertex.is_metallic) {
-                head.value[2] = cells.highlights - cells.highlights * cells.loss;
+                head.value[2] = cells.specular_lobes - cells.specular_lobes * cells.loss;
                 head.used = 3;
             }
         return {};
@@ -187,7 +187,8 @@ public:
 
         BlockAhead ahead(unsigned cell) const {
             BlockAhead result{(below.at_horizon >> cell & 1u) != 0, (below.may_be_covered >> cell & 1u) != 0,
-                              (below.highlights[0] >> cell & 1u) | (below.highlights[1] >> cell & 1u) << 1};
+                              (below.specular_lobes[0] >> cell & 1u) | (below.specular_lobes[1] >> cell & 1u)
+                                                                           << 1};
             if constexpr (Reflected::holds_cosine) result.held_cosine = held[cell];
             return result;
         }
@@ -203,7 +204,8 @@ public:
           across_(in_face_frame(vertex.across, int(face))),
           sides_(sides) {
         sides.clear();
-        for (const Vec3f& side : vertex.sight.cones.sides) sides.push_back(in_face_frame(side, int(face)));
+        for (const Vec3f& side : vertex.visibility.cones.sides)
+            sides.push_back(in_face_frame(side, int(face)));
     }
 
     /// Tests whether a face lies below a horizon.
@@ -213,7 +215,7 @@ public:
     }
 
     BlockAhead root() const {
-        return {true, !vertex_.sight.cones.end.empty(), (1u << vertex_.highlights().size()) - 1u, 0};
+        return {true, !vertex_.visibility.cones.end.empty(), (1u << vertex_.specular_lobes().size()) - 1u, 0};
     }
 
     HWY_INLINE Head operator()(int level, std::size_t face, std::size_t block, const Ahead& ahead) const {
@@ -248,21 +250,21 @@ public:
         const Cells spread = d.spread(), at_horizon = only(horizon, d.extent());
         const Cells cosine_deviation = square_root(spread * (all_cells(2) - spread)) + at_horizon;
         HeadErrors result;
-        Cells lobe = all_cells(0);
+        Cells bound = all_cells(0);
         const float specular_peak = std::max({specular.x, specular.y, specular.z});
         float constant = 0;  // Sum of the lobes with exponent 0.
-        for (std::size_t i = 0; i < vertex_.highlights().size(); ++i) {
-            const Highlight& highlight = vertex_.highlights()[i];
-            if (highlight.exponent == 0) {
-                constant += specular_peak * highlight.weight;
+        for (std::size_t i = 0; i < vertex_.specular_lobes().size(); ++i) {
+            const SpecularLobe& lobe = vertex_.specular_lobes()[i];
+            if (lobe.exponent == 0) {
+                constant += specular_peak * lobe.weight;
                 continue;
             }
             Cells most = all_cells(vertex_.varies);
-            if (ahead.highlights >> i & 1u) {
-                most = larger(lobe_cells(highlight, d, cosine, aligned), most);
-                result.unbounded |= cells_above(aligned, highlight.curved[at]);
+            if (ahead.specular_lobes >> i & 1u) {
+                most = larger(lobe_cells(lobe, d, cosine, aligned), most);
+                result.unbounded |= cells_above(aligned, lobe.curved[at]);
             }
-            lobe = multiply_add(all_cells(specular_peak * highlight.weight), most, lobe);
+            bound = multiply_add(all_cells(specular_peak * lobe.weight), most, bound);
         }
         if (ahead.may_be_covered) {
             Cells open = all_cells(1);
@@ -277,13 +279,13 @@ public:
                                  magnitude(load_cells(light.green.data())) +
                                  magnitude(load_cells(light.blue.data()));
         const Cells largest =
-            diffuse_peak * (larger(cosine, all_cells(0)) + all_cells(2 * vertex_.margin[at])) + lobe +
+            diffuse_peak * (larger(cosine, all_cells(0)) + all_cells(2 * vertex_.margin[at])) + bound +
             all_cells(constant);
         // An indicator function deviates by at most a half; its product with smaller weights deviates by
         // less.
         const Cells constant_deviation = vertex_.brdf.cosine_weighted ? all_cells(constant) * cosine_deviation
                                                                       : only(horizon, all_cells(constant));
-        const Cells deviation = diffuse_peak * cosine_deviation + lobe + constant_deviation;
+        const Cells deviation = diffuse_peak * cosine_deviation + bound + constant_deviation;
         result.deviation = light_deviation * largest + light_size * deviation;
         return result;
     }
@@ -297,7 +299,7 @@ private:
     HWY_INLINE void evaluate(int level, std::size_t face, std::size_t block, const Ahead& ahead,
                              Result& result) const {
         if constexpr (Reflected::holds_cosine)
-            if (level > 1 && !ahead.may_be_covered && ahead.highlights == 0) {
+            if (level > 1 && !ahead.may_be_covered && ahead.specular_lobes == 0) {
                 if constexpr (!is_last<Result>) {
                     result.held.fill(ahead.held_cosine);
                     result.below.at_horizon = all_sixteen;
@@ -343,21 +345,21 @@ private:
             if constexpr (!is_last<Result>) store_cells(cells.diffuse, result.held.data());
         }
         unsigned curved = 0;
-        if (ahead.highlights != 0) {
+        if (ahead.specular_lobes != 0) {
             CellsAhead below;
-            cells.has_highlights =
-                add_highlights(level, d, cosine, ahead.highlights, cells.highlights, curved, below);
+            cells.has_specular =
+                add_specular(level, d, cosine, ahead.specular_lobes, cells.specular_lobes, curved, below);
             if constexpr (!is_last<Result>) result.below = below;
         }
-        if (cells.has_highlights) {
-            cells.highlights =
-                cells.highlights *
+        if (cells.has_specular) {
+            cells.specular_lobes =
+                cells.specular_lobes *
                 (vertex_.brdf.cosine_weighted ? cells.cosine : share_above(d, cosine, horizon));
             if (vertex_.is_metallic) cells.loss = metallic_loss(cosine);
         }
         if (has_cones) {
             cells.diffuse = cells.diffuse * open;
-            cells.highlights = cells.highlights * open;
+            cells.specular_lobes = cells.specular_lobes * open;
         }
         if constexpr (!is_last<Result>)
             cells.open_above = not_below & ~(horizon | half_blocked | result.zero);
@@ -370,7 +372,7 @@ private:
             curved &= not_below;
             const unsigned reflecting = steep | curved;
             result.once = lit.varying | reflecting | half_blocked;
-            result.twice = (lit.uneven & not_below & ~cells.open_above) | (lit.beside_highlights & curved) |
+            result.twice = (lit.uneven & not_below & ~cells.open_above) | (lit.beside_specular & curved) |
                            ((lit.varying | reflecting) & half_blocked);
             result.below.at_horizon = horizon;
             result.below.may_be_covered = half_blocked;
@@ -386,20 +388,19 @@ private:
 
     /// Adds the specular lobes where they may be nonzero. Returns false if all are zero in the whole block.
     /// `curved`: the cells in which a lobe varies.
-    HWY_INLINE bool add_highlights(int level, const BlockDirections& d, const Cells& cosine,
-                                   unsigned may_be_in, Cells& sum, unsigned& curved,
-                                   CellsAhead& below) const {
+    HWY_INLINE bool add_specular(int level, const BlockDirections& d, const Cells& cosine, unsigned may_be_in,
+                                 Cells& sum, unsigned& curved, CellsAhead& below) const {
         const auto at = std::size_t(level);
         const Cells aligned = d.dot(mirror_);
         bool found = false;
-        for (std::size_t i = 0; i < vertex_.highlights().size(); ++i) {
+        for (std::size_t i = 0; i < vertex_.specular_lobes().size(); ++i) {
             if ((may_be_in >> i & 1u) == 0) continue;
-            const Highlight& highlight = vertex_.highlights()[i];
-            const unsigned near = cells_above(aligned, highlight.near[at]);
+            const SpecularLobe& lobe = vertex_.specular_lobes()[i];
+            const unsigned near = cells_above(aligned, lobe.near[at]);
             if (near == 0) continue;
-            below.highlights[i] = near;
-            sum = multiply_add(all_cells(highlight.weight), lobe_cells(highlight, d, cosine, aligned), sum);
-            curved |= cells_above(aligned, highlight.curved[at]);
+            below.specular_lobes[i] = near;
+            sum = multiply_add(all_cells(lobe.weight), lobe_cells(lobe, d, cosine, aligned), sum);
+            curved |= cells_above(aligned, lobe.curved[at]);
             found = true;
         }
         return found;
@@ -428,12 +429,12 @@ private:
     }
 
     /// Computes the mean of a lobe over the cells; see vertex_shading.h.
-    HWY_INLINE Cells lobe_cells(const Highlight& highlight, const BlockDirections& d, const Cells& cosine,
+    HWY_INLINE Cells lobe_cells(const SpecularLobe& lobe, const BlockDirections& d, const Cells& cosine,
                                 const Cells& aligned) const {
-        if (highlight.exponent == 0) return all_cells(1);
-        const Cells n = all_cells(highlight.exponent), one = all_cells(1);
-        const Cells energy = all_cells(1 / (highlight.exponent + 1));
-        if (!highlight.about_half_vector) {
+        if (lobe.exponent == 0) return all_cells(1);
+        const Cells n = all_cells(lobe.exponent), one = all_cells(1);
+        const Cells energy = all_cells(1 / (lobe.exponent + 1));
+        if (!lobe.about_half_vector) {
             const Cells m = n / (one + n * d.spread());
             return (m + one) * energy * exponential(m * logarithm_near_one(aligned));
         }
@@ -470,7 +471,7 @@ private:
         bool found = false;
         Cells blocked = all_cells(0);
         std::uint32_t first = 0;
-        for (const std::uint32_t end : vertex_.sight.cones.end) {
+        for (const std::uint32_t end : vertex_.visibility.cones.end) {
             const std::span<const Vec3f> sides(sides_.data() + first, end - first);
             first = end;
             if (level > 0) {

@@ -17,7 +17,7 @@ inline constexpr float lobe_varies = 4e-3f;
 inline constexpr float lobe_of_terms_varies = 0.03f;
 
 /// One of a vertex's specular lobes, and the directions in which it is evaluated.
-struct Highlight {
+struct SpecularLobe {
     float weight = 0, exponent = 1;  ///< Exponent 0: constant.
     bool about_half_vector = false;
     /// By level: cosines of the angle between mirror direction and centre of a cell. Above `near`, the lobe
@@ -64,7 +64,7 @@ private:
 struct PreparedVertex {
     const DirectionPyramid& directions;
     const VertexBrdf& brdf;
-    VertexSight sight;
+    VisibilityProduct visibility;
     float varies;  ///< Threshold of lobes: lobe_varies or lobe_of_terms_varies.
     bool is_metallic;
     Vec3f to_eye;
@@ -80,7 +80,7 @@ struct PreparedVertex {
     PreparedVertex(const ShadedVertex& vertex, int last_level, float lobes_vary = lobe_varies)
         : directions(vertex.directions),
           brdf(vertex.brdf),
-          sight(vertex.sight),
+          visibility(vertex.visibility),
           varies(lobes_vary),
           is_metallic(brdf.metallic != Rgb(0.0f)),
           to_eye(brdf.normal * (2 * brdf.normal.dot(brdf.mirror)) - brdf.mirror),
@@ -88,17 +88,16 @@ struct PreparedVertex {
         assert(last_level >= 0);
         if (brdf.specular != Rgb(0.0f)) {
             if (brdf.phong > 0)
-                highlights_[highlight_count_++] = {.weight = brdf.phong, .exponent = brdf.shininess};
+                specular_lobes_[specular_lobe_count_++] = {.weight = brdf.phong, .exponent = brdf.shininess};
             if (brdf.blinn > 0)
-                highlights_[highlight_count_++] = {
+                specular_lobes_[specular_lobe_count_++] = {
                     .weight = brdf.blinn, .exponent = brdf.blinn_exponent, .about_half_vector = true};
         }
-        for (std::size_t i = 0; i < highlight_count_; ++i)
-            highlights_[i].look_for(directions, last_level, varies);
+        for (std::size_t i = 0; i < specular_lobe_count_; ++i)
+            specular_lobes_[i].look_for(directions, last_level, varies);
         float energy = 0;  // Mean over the sphere; the half vector rotates half as far.
-        for (const Highlight& highlight : highlights())
-            energy += highlight.weight * (highlight.about_half_vector ? 4.0f : 1.0f) /
-                      (2 * (highlight.exponent + 1));
+        for (const SpecularLobe& lobe : specular_lobes())
+            energy += lobe.weight * (lobe.about_half_vector ? 4.0f : 1.0f) / (2 * (lobe.exponent + 1));
         for (int level = 0; level <= last_level; ++level) {
             margin[std::size_t(level)] = directions.sine(level);
             const auto cells = static_cast<float>(cubemap_faces << (4 * (level + 1)));
@@ -107,11 +106,13 @@ struct PreparedVertex {
     }
 
     /// Returns the lobes with nonzero weight.
-    std::span<const Highlight> highlights() const { return {highlights_.data(), highlight_count_}; }
+    std::span<const SpecularLobe> specular_lobes() const {
+        return {specular_lobes_.data(), specular_lobe_count_};
+    }
 
 private:
-    std::array<Highlight, 2> highlights_;
-    std::size_t highlight_count_ = 0;
+    std::array<SpecularLobe, 2> specular_lobes_;
+    std::size_t specular_lobe_count_ = 0;
 };
 
 }  // namespace haarfield

@@ -75,8 +75,8 @@ Rgb integral_with_light(const LightPyramid& light, std::span<const WeightedTrees
     return integral<3>(Light{light}, light.numbers(), factors, depth, memory);
 }
 
-float integral_alone(const BlockNumbers& numbers, std::span<const WeightedTrees<float>> factors, int depth,
-                     WalkMemory<float>& memory) {
+float integral_only(const BlockNumbers& numbers, std::span<const WeightedTrees<float>> factors, int depth,
+                    WalkMemory<float>& memory) {
     return integral<1>(One{}, numbers, factors, depth, memory);
 }
 
@@ -116,8 +116,8 @@ void product_with_light(const LightPyramid& light, std::span<const WeightedTrees
     write_product(Light{light}, light.numbers(), factors, depth, memory, blocks);
 }
 
-void product_alone(const BlockNumbers& numbers, std::span<const WeightedTrees<float>> factors, int depth,
-                   WalkMemory<float>& memory, std::vector<WaveletBlock<1>>& blocks) {
+void product_only(const BlockNumbers& numbers, std::span<const WeightedTrees<float>> factors, int depth,
+                  WalkMemory<float>& memory, std::vector<WaveletBlock<1>>& blocks) {
     write_product(One{}, numbers, factors, depth, memory, blocks);
 }
 
@@ -152,14 +152,14 @@ void prefetch_trees(std::span<const WeightedTrees<float>> factors) {
 }  // namespace
 
 HWY_EXPORT(integral_with_light);
-HWY_EXPORT(integral_alone);
+HWY_EXPORT(integral_only);
 HWY_EXPORT(product_with_light);
-HWY_EXPORT(product_alone);
+HWY_EXPORT(product_only);
 
 float product_integral(int face_size, std::span<const WeightedTrees<float>> factors, int depth,
                        WalkMemory<float>& memory) {
     memory.reserve(factors);
-    return HWY_DYNAMIC_DISPATCH(integral_alone)(BlockNumbers(face_size), factors, depth, memory);
+    return HWY_DYNAMIC_DISPATCH(integral_only)(BlockNumbers(face_size), factors, depth, memory);
 }
 
 Rgb product_integral(const LightPyramid& light, std::span<const WeightedTrees<float>> factors, int depth,
@@ -192,7 +192,7 @@ void function_product(const LightPyramid& light, std::span<const WeightedTrees<f
 void function_product(int face_size, std::span<const WeightedTrees<float>> factors, int depth,
                       WalkMemory<float>& memory, std::vector<WaveletBlock<1>>& product) {
     memory.reserve(factors);
-    HWY_DYNAMIC_DISPATCH(product_alone)(BlockNumbers(face_size), factors, depth, memory, product);
+    HWY_DYNAMIC_DISPATCH(product_only)(BlockNumbers(face_size), factors, depth, memory, product);
 }
 
 }  // namespace haarfield

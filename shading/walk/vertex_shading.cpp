@@ -87,7 +87,7 @@ void walk_faces(const Reflected& reflected, const PreparedVertex& vertex, const 
         while (face < cubemap_faces && FaceShading<Reflected>::is_dark(vertex.brdf.normal, face)) ++face;
         next = face;
         if (face == cubemap_faces) return;
-        of_next = list_factors(vertex.sight.trees, face, memory.next);
+        of_next = list_factors(vertex.visibility.trees, face, memory.next);
         prefetch_nodes(memory.next);
     };
     list_next(0);
@@ -105,7 +105,7 @@ void walk_faces(const Reflected& reflected, const PreparedVertex& vertex, const 
 
 Outgoing radiance(const LightPyramid& light, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory) {
     const Depth levels(vertex.depth, light.numbers().levels());
-    prefetch_faces(vertex.sight.trees);
+    prefetch_faces(vertex.visibility.trees);
     const PreparedVertex prepared(vertex, levels.levels - 1);
     if (vertex.brdf.specular == Rgb(0.0f)) {
         ChannelSums<3> sum;
@@ -118,13 +118,13 @@ Outgoing radiance(const LightPyramid& light, const ShadedVertex& vertex, WalkMem
 }
 
 /// Writes the product of the specular component, and sums the diffuse component.
-struct HighlightWriter : BlockWriter<3, true> {
-    using Leaves = LeavesOf<HighlightWriter>;
+struct SpecularWriter : BlockWriter<3, true> {
+    using Leaves = LeavesOf<SpecularWriter>;
 
     Cells diffuse[3];
 
-    HighlightWriter(const BlockNumbers& of_blocks, std::vector<WaveletBlock<3>>& to,
-                    const DetailWeights* details)
+    SpecularWriter(const BlockNumbers& of_blocks, std::vector<WaveletBlock<3>>& to,
+                   const DetailWeights* details)
         : BlockWriter{of_blocks, to, details} {
         for (Cells& channel : diffuse) channel = all_cells(0);
     }
@@ -153,7 +153,7 @@ template <class Writer, class Reflected>
 void write_product(const Reflected& reflected, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
                    Writer& writer) {
     const Depth levels(vertex.depth, writer.numbers.levels());
-    prefetch_faces(vertex.sight.trees);
+    prefetch_faces(vertex.visibility.trees);
     const PreparedVertex prepared(vertex, levels.levels - 1, lobe_of_terms_varies);
     writer.blocks.clear();
     walk_faces(reflected, prepared, levels, memory, writer);
@@ -166,10 +166,10 @@ double integrand(const LightPyramid& light, const ShadedVertex& vertex, const De
     return writer.blurred_energy;
 }
 
-HighlightIntegrand highlights(const LightPyramid& light, const ShadedVertex& vertex,
-                              const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
-                              std::vector<WaveletBlock<3>>& product) {
-    HighlightWriter writer(light.numbers(), product, detail);
+SpecularIntegrand specular_lobes(const LightPyramid& light, const ShadedVertex& vertex,
+                                 const DetailWeights* detail, WalkMemory<std::uint8_t>& memory,
+                                 std::vector<WaveletBlock<3>>& product) {
+    SpecularWriter writer(light.numbers(), product, detail);
     write_product(LitColours<true>{light}, vertex, memory, writer);
     return {writer.total(), writer.blurred_energy};
 }
@@ -200,39 +200,39 @@ namespace haarfield {
 
 HWY_EXPORT(radiance);
 HWY_EXPORT(integrand);
-HWY_EXPORT(highlights);
+HWY_EXPORT(specular_lobes);
 HWY_EXPORT(two_terms);
 HWY_EXPORT(three_terms);
 
 Outgoing outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex,
                            WalkMemory<std::uint8_t>& memory) {
-    memory.reserve(vertex.sight.trees);
+    memory.reserve(vertex.visibility.trees);
     return HWY_DYNAMIC_DISPATCH(radiance)(light, vertex, memory);
 }
 
 double radiance_integrand(const LightPyramid& light, const ShadedVertex& vertex,
                           WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
                           const DetailWeights* detail) {
-    memory.reserve(vertex.sight.trees);
+    memory.reserve(vertex.visibility.trees);
     return HWY_DYNAMIC_DISPATCH(integrand)(light, vertex, detail, memory, product);
 }
 
-HighlightIntegrand highlight_integrand(const LightPyramid& light, const ShadedVertex& vertex,
-                                       WalkMemory<std::uint8_t>& memory,
-                                       std::vector<WaveletBlock<3>>& product, const DetailWeights* detail) {
-    memory.reserve(vertex.sight.trees);
-    return HWY_DYNAMIC_DISPATCH(highlights)(light, vertex, detail, memory, product);
+SpecularIntegrand specular_integrand(const LightPyramid& light, const ShadedVertex& vertex,
+                                     WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
+                                     const DetailWeights* detail) {
+    memory.reserve(vertex.visibility.trees);
+    return HWY_DYNAMIC_DISPATCH(specular_lobes)(light, vertex, detail, memory, product);
 }
 
 void transfer_terms(const BlockNumbers& numbers, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
                     std::vector<WaveletBlock<2>>& product) {
-    memory.reserve(vertex.sight.trees);
+    memory.reserve(vertex.visibility.trees);
     HWY_DYNAMIC_DISPATCH(two_terms)(numbers, vertex, memory, product);
 }
 
 void transfer_terms(const BlockNumbers& numbers, const ShadedVertex& vertex, WalkMemory<std::uint8_t>& memory,
                     std::vector<WaveletBlock<3>>& product) {
-    memory.reserve(vertex.sight.trees);
+    memory.reserve(vertex.visibility.trees);
     HWY_DYNAMIC_DISPATCH(three_terms)(numbers, vertex, memory, product);
 }
 

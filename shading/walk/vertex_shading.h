@@ -11,8 +11,8 @@
 namespace haarfield {
 
 /// BRDF of a vertex. From incident radiance L it computes
-///     outgoing = int L [ diffuse max(0,N.w) + specular (1 - metallic (1 - F(N.w))) highlight c ] dw,
-///     highlight = phong max(0,R.w)^shininess + blinn max(0,N.H)^blinn_exponent.
+///     outgoing = int L [ diffuse max(0,N.w) + specular (1 - metallic (1 - F(N.w))) lobe c ] dw,
+///     lobe = phong max(0,R.w)^shininess + blinn max(0,N.H)^blinn_exponent.
 /// If the specular term is cosine-weighted, c is max(0,N.w), otherwise 1 above and 0 below the horizon. H and
 /// F are defined in material.h.
 struct VertexBrdf {
@@ -27,7 +27,7 @@ struct VertexBrdf {
 };
 
 /// The visibility of a vertex around all objects, as a product.
-struct VertexSight {
+struct VisibilityProduct {
     std::span<const WeightedTrees<std::uint8_t>> trees;  ///< Of its own entity and of other instances.
     BlockedCones cones;                                  ///< Occluders that are evaluated exactly.
 };
@@ -36,7 +36,7 @@ struct VertexSight {
 struct ShadedVertex {
     const DirectionPyramid& directions;  ///< Of faces of at least two texels (asserted).
     const VertexBrdf& brdf;
-    VertexSight sight;
+    VisibilityProduct visibility;
     int depth;  ///< As in product_integral, for lighting and visibility trees. Cosine and lobe follow.
 };
 
@@ -44,7 +44,7 @@ struct ShadedVertex {
 ///
 /// memory        of one thread, reused.
 /// accuracy      against plain sums over the texels of the same visibility and lighting: cosines 1e-3,
-///               highlights 1 % of their peak where lighting is constant over 4 x 4 texels or the walk stops
+///               specular lobes 1 % of their peak where lighting is constant over 4 x 4 texels or the walk stops
 ///               at them; 3 % if they are narrower than a texel (exponent 2000 about H at grazing view).
 /// cost          some microseconds; see product_integral. A vertex without specular reflection costs less.
 /// source        as product_integral. Cosine and lobe are evaluated where the walk comes, not stored: the
@@ -67,22 +67,21 @@ double radiance_integrand(const LightPyramid& light, const ShadedVertex& vertex,
                           WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
                           const DetailWeights* detail = nullptr);
 
-/// The results of highlight_integrand next to the function product.
-struct HighlightIntegrand {
+/// The results of specular_integrand next to the function product.
+struct SpecularIntegrand {
     Rgb diffuse;            ///< The diffuse component of outgoing_radiance.
     double blurred_energy;  ///< A bound on the energy that the product lacks.
 };
 
 /// Computes radiance_integrand of the specular component alone, and the diffuse radiance in the same
 /// traversal.
-HighlightIntegrand highlight_integrand(const LightPyramid& light, const ShadedVertex& vertex,
-                                       WalkMemory<std::uint8_t>& memory,
-                                       std::vector<WaveletBlock<3>>& product,
-                                       const DetailWeights* detail = nullptr);
+SpecularIntegrand specular_integrand(const LightPyramid& light, const ShadedVertex& vertex,
+                                     WalkMemory<std::uint8_t>& memory, std::vector<WaveletBlock<3>>& product,
+                                     const DetailWeights* detail = nullptr);
 
 /// Computes the terms of a vertex's response to light, times visibilities, each as a channel of a function
 /// product:
-///     t_0 = max(0,N.w),   t_1 = highlight c,   t_2 = highlight c F(N.w),
+///     t_0 = max(0,N.w),   t_1 = lobe c,   t_2 = lobe c F(N.w),
 /// without colours, so that
 ///     outgoing = int L [diffuse t_0 + specular (1 - metallic) t_1 + specular metallic t_2] dw.
 /// A product of two terms omits t_2; in a product of three, t_2 is zero if metallic is zero.

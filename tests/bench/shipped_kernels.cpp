@@ -44,7 +44,7 @@ public:
     }
     void multiply_highlights() {
         for_each([&](const ShadedVertex& vertex) {
-            const Rgb diffuse = highlight_integrand(*example_.light, vertex, memory_, product_).diffuse;
+            const Rgb diffuse = specular_integrand(*example_.light, vertex, memory_, product_).diffuse;
             return diffuse + integral_of(product_);
         });
     }
@@ -183,7 +183,7 @@ Rgb integral_of(std::span<const WaveletBlock<3>> product) {
 std::vector<ShippedKernel> shipped_kernels() {
     return {of_vertices("outgoing_radiance", &TurnedVertices::shade),
             of_vertices("radiance_integrand", &TurnedVertices::multiply),
-            of_vertices("highlight_integrand", &TurnedVertices::multiply_highlights),
+            of_vertices("specular_integrand", &TurnedVertices::multiply_highlights),
             of_room("scene_radiance", &Subject::shade, &Subject::shade),
             of_room("light_vectors", &Subject::make_light, &Subject::shade_light),
             of_room("light_frame", &Subject::shade_light, &Subject::shade_light),

@@ -23,7 +23,7 @@ struct ShippedKernel {
 /// Returns the kernels, by name:
 ///     outgoing_radiance    the product integral at a vertex
 ///     radiance_integrand   the product itself, in wavelets
-///     highlight_integrand  the product for the specular term only: vertex_shading.h
+///     specular_integrand  the product for the specular term only: vertex_shading.h
 ///     scene_radiance       the radiance of all vertices of a scene, with their visibility
 ///     light_vectors        just-in-time radiance transfer: computing the vectors
 ///     light_frame          and a frame with them; similarly:

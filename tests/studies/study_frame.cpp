@@ -42,7 +42,7 @@ void study_frame(std::size_t vertices) {
     const auto encoded = [&] { return scene_light(scene.environment, settings); };
     print_least("encoding 1024 x 512 pixels of light", [&] { encoded(); });
     const SceneLight light = encoded();
-    const auto print_frames = [&](const ShadingGeometry& geometry, const KeptVisibility* kept) {
+    const auto print_frames = [&](const ShadingGeometry& geometry, const CachedVisibility* kept) {
         for (const int depth : {full_depth, 5, 4, 3, 2}) {
             settings.depth = depth;
             print_least(depth == full_depth ? "  new light and view" : fmt::format("    at depth {}", depth),
@@ -61,9 +61,9 @@ void study_frame(std::size_t vertices) {
         const ShadingGeometry prepared = geometry();
         print_frames(prepared, nullptr);
         const auto keep = [&] {
-            return value_or_exit(KeptVisibility::make(scene, prepared, settings.kept_bytes));
+            return value_or_exit(CachedVisibility::make(scene, prepared, settings.kept_bytes));
         };
-        const KeptVisibility kept = keep();
+        const CachedVisibility kept = keep();
         print_least(fmt::format("  keeping what vertices see, {:.0f} MB", 1e-6 * double(kept.bytes())), keep);
         print_frames(prepared, &kept);
     }

@@ -123,8 +123,8 @@ Result<Done> add_field(const FieldJob& field, std::span<const SampleRun> known, 
     if (Result<Done> made = make_folder(field.library); !made) return made;
     const Result<LibraryField> added = library_field(
         field.library, entity.name, field.keys, field.unsealed,
-        [&](const KnownSamples& surroundings) {
-            KnownSamples all = surroundings;
+        [&](const PrecomputedSamples& surroundings) {
+            PrecomputedSamples all = surroundings;
             if (!known.empty()) all.runs = known;
             return precompute_field(entity.name, entity.mesh, *entity.occlusion, field.settings, progress,
                                     all);

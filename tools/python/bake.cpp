@@ -162,7 +162,7 @@ py::array seen(const BakedMesh& self) {
     const BakedInstance& instance = self.instance();
     if (instance.surfaces.empty()) return self.view(instance.radiance);
     std::vector<Rgb> radiance(instance.radiance.size());
-    for (std::size_t v = 0; v < radiance.size(); ++v) radiance[v] = seen_at(instance, v);
+    for (std::size_t v = 0; v < radiance.size(); ++v) radiance[v] = displayed_radiance(instance, v);
     return array_of(std::move(radiance));
 }
 
@@ -253,8 +253,8 @@ void add_baked_mesh(py::module_& module) {
     mesh.def_property_readonly(
         "over",
         [](const BakedMesh& self) -> py::object {
-            if (self.instance().over.empty()) return py::none();
-            return self.view(self.instance().over);
+            if (self.instance().added.empty()) return py::none();
+            return self.view(self.instance().added);
         },
         "(N, 3): specular radiance that is added to textured light; None if there is none.");
     mesh.def_property_readonly(

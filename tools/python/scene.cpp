@@ -20,7 +20,7 @@ std::shared_ptr<PythonScene> made_scene(toml::table tables, TablesOrigin origin)
 
 std::shared_ptr<PythonScene> opened(const std::filesystem::path& file, const py::object& changes) {
     toml::table tables = value_of(read_toml(file));
-    const auto given = std::make_shared<GivenFiles>();
+    const auto given = std::make_shared<FilesInMemory>();
     if (!changes.is_none()) change_tables(changes.cast<py::dict>(), tables, *given);
     return made_scene(std::move(tables), {file.string(), file.stem().string(), file.parent_path(), given});
 }
@@ -28,7 +28,7 @@ std::shared_ptr<PythonScene> opened(const std::filesystem::path& file, const py:
 std::shared_ptr<PythonScene> described(const py::dict& description, const std::string& name,
                                        const std::filesystem::path& folder) {
     toml::table tables;
-    const auto given = std::make_shared<GivenFiles>();
+    const auto given = std::make_shared<FilesInMemory>();
     change_tables(description, tables, *given);
     return made_scene(std::move(tables), {name, name, folder, given});
 }
@@ -95,7 +95,7 @@ Result<std::shared_ptr<const PreparedScene>> PythonScene::prepared(BakedVertices
 
 std::shared_ptr<PythonScene> PythonScene::changed(const py::dict& changes) const {
     toml::table tables = tables_;
-    const auto given = std::make_shared<GivenFiles>(*origin_.given);
+    const auto given = std::make_shared<FilesInMemory>(*origin_.given);
     change_tables(changes, tables, *given);
     TablesOrigin origin = origin_;
     origin.given = given;

@@ -36,7 +36,7 @@ public:
 
     const Scene& scene() const { return scene_; }
     const toml::table& tables() const { return tables_; }
-    const GivenFiles& given() const { return *origin_.given; }
+    const FilesInMemory& given() const { return *origin_.given; }
 
     /// Sets the options of fields, and discards cached preparations.
     void set_options(const SceneEntityOptions& options);

@@ -7,7 +7,7 @@
 #include "tools/python/images.h"
 #include "tools/python/options.h"
 #include "tools/python/scene.h"
-#include "tools/seen_session.h"
+#include "tools/textured_session.h"
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
@@ -19,8 +19,8 @@ namespace {
 constexpr double degree = pi / 180;
 
 /// Owner of the memory of radiance arrays: the session while its instances remain, then their last radiance.
-struct ShownRadiance {
-    std::shared_ptr<SeenSession> session;
+struct RadianceOwner {
+    std::shared_ptr<TexturedSession> session;
     SceneColours last;  ///< Set when instances were cloned or removed.
 };
 
@@ -33,16 +33,16 @@ public:
         : scene_(std::move(scene)),
           prepared_(std::move(prepared)),
           surfaces_(surfaces_of(*prepared_->entities)),
-          session_(std::make_shared<SeenSession>(
+          session_(std::make_shared<TexturedSession>(
               shaded_scene(prepared_->scene, *prepared_->entities, prepared_->light.environment), surfaces_,
               settings, transfer)),
-          shown_(std::make_shared<ShownRadiance>(session_, SceneColours())) {
+          shown_(std::make_shared<RadianceOwner>(session_, SceneColours())) {
         for (const Instance& instance : prepared_->scene.instances) names_.push_back(instance.name);
     }
 
     /// Runs a long call: transfer vectors or a commit.
     void do_long(const py::object& progress,
-                 const std::function<Result<Done>(SeenSession&, const Progress&)>& act) {
+                 const std::function<Result<Done>(TexturedSession&, const Progress&)>& act) {
         long_call<Done>(progress, [&](const Progress& watched) -> Result<Done> {
             const Turn turn(mutex_, watched);
             if (!turn) return Error{"", interrupted};
@@ -60,7 +60,7 @@ public:
 
     // Takes milliseconds: runs in this thread, without Python's lock.
     void frame(bool is_moving) {
-        const Result<Done> done = do_now([&](SeenSession& session) {
+        const Result<Done> done = do_now([&](TexturedSession& session) {
             return session.frame(is_moving ? FrameQuality::moving : FrameQuality::still);
         });
         value_of(done);
@@ -70,7 +70,7 @@ public:
     std::size_t clone(const py::object& instance, const std::string& name) {
         const std::size_t of = number_of(instance);
         let_go();
-        const std::size_t made = do_now([&](SeenSession& session) { return session.clone(of); });
+        const std::size_t made = do_now([&](TexturedSession& session) { return session.clone(of); });
         names_.push_back(name.empty() ? fmt::format("{}_copy_{}", names_[of], ++copies_) : name);
         return made;
     }
@@ -80,12 +80,12 @@ public:
         if (names_.size() == 1)
             throw py::value_error("this is the last instance; expected at least one instance in a session");
         let_go();
-        do_now([&](SeenSession& session) { session.remove(of); });
+        do_now([&](TexturedSession& session) { session.remove(of); });
         names_.erase(names_.begin() + static_cast<std::ptrdiff_t>(of));
     }
 
     py::list radiance() {
-        const auto instances = do_now([](SeenSession& session) {
+        const auto instances = do_now([](TexturedSession& session) {
             const SceneColours& radiance = session.radiance();
             return std::vector<std::span<const Rgb>>(radiance.begin(), radiance.end());
         });
@@ -105,13 +105,13 @@ public:
             Camera camera = prepared_->scene.camera;
             camera.position = session_->eye();
             std::vector<BakedInstance> instances = preview_instances(session_->scene(), session_->radiance());
-            std::vector<SeenRadiance> layers(instances.size());
+            std::vector<LayeredRadiance> layers(instances.size());
             for (std::size_t i = 0; i < instances.size(); ++i) {
                 const std::vector<Surface>& surfaces = surfaces_[session_->instances()[i].entity];
                 if (all_plain(surfaces)) continue;
                 layers[i] = layers_of(i);
-                instances[i].radiance = layers[i].under;
-                instances[i].over = layers[i].over;
+                instances[i].radiance = layers[i].textured;
+                instances[i].added = layers[i].added;
                 instances[i].surfaces = surfaces;
             }
             *image = preview_.draw(camera, instances, [&](const Vec3f& direction) {
@@ -124,10 +124,10 @@ public:
 
     /// The factor of the images, or what is added on top of them, by instance.
     py::list layer(bool is_over) {
-        const auto layers = do_now([&](SeenSession& session) {
-            std::vector<std::shared_ptr<SeenRadiance>> all;
+        const auto layers = do_now([&](TexturedSession& session) {
+            std::vector<std::shared_ptr<LayeredRadiance>> all;
             for (std::size_t i = 0; i < session.radiance().size(); ++i)
-                all.push_back(std::make_shared<SeenRadiance>(layers_of(i)));
+                all.push_back(std::make_shared<LayeredRadiance>(layers_of(i)));
             return all;
         });
         py::list arrays;
@@ -151,7 +151,7 @@ public:
             if (found == names_.end()) throw py::key_error("there is no instance \"" + name + "\"");
             lamp.looks_like = static_cast<std::size_t>(found - names_.begin());
         }
-        do_now([&](SeenSession& session) {
+        do_now([&](TexturedSession& session) {
             session.set_lamps(std::move(placed));
             scene_ = scene;
         });
@@ -166,7 +166,7 @@ public:
         material[py::str(name)] = changes;
         materials["materials"] = material;
         const std::shared_ptr<const PythonScene> scene = scene_->changed(materials);
-        const bool is_set = do_now([&](SeenSession&) {
+        const bool is_set = do_now([&](TexturedSession&) {
             if (!set_surfaces(scene->scene())) return false;
             scene_ = scene;
             return true;
@@ -177,14 +177,14 @@ public:
     }
 
     void turn_environment(const Rotation& rotation) {
-        do_now([&](SeenSession& session) {
+        do_now([&](TexturedSession& session) {
             session.turn_environment(rotation);
             background_turn_ = rotation;
         });
     }
 
     void commit(const py::object& progress) {
-        do_long(progress, [this](SeenSession& session, const Progress& watched) {
+        do_long(progress, [this](TexturedSession& session, const Progress& watched) {
             Result<Done> done = session.commit(watched);
             if (done) background_turn_ = {};  // now part of the scene's environment
             return done;
@@ -194,7 +194,8 @@ public:
     void place(const py::object& instance, const py::object& translate, const py::object& scale,
                const py::object& rotate) {
         const std::size_t of = number_of(instance);
-        Placement placement = do_now([&](SeenSession& session) { return session.instances()[of].placement; });
+        Placement placement =
+            do_now([&](TexturedSession& session) { return session.instances()[of].placement; });
         if (!translate.is_none()) placement.translate = vector(translate, "translate");
         if (!scale.is_none()) {
             placement.scale = scale.cast<float>();
@@ -203,7 +204,7 @@ public:
         }
         if (!rotate.is_none())
             placement.rotate = rotation_xyz(vector(rotate, "rotate") * static_cast<float>(degree));
-        do_now([&](SeenSession& session) { session.place(of, placement); });
+        do_now([&](TexturedSession& session) { session.place(of, placement); });
     }
 
     std::size_t number_of(const py::object& instance) const {
@@ -226,13 +227,13 @@ public:
     const std::vector<std::string>& names() const { return names_; }
 
 private:
-    SeenRadiance layers_of(std::size_t instance) const {
+    LayeredRadiance layers_of(std::size_t instance) const {
         const std::size_t entity = session_->instances()[instance].entity;
-        return seen_radiance(*session_->scene().entities[entity].mesh, surfaces_[entity],
-                             session_->outgoing(instance));
+        return layered_radiance(*session_->scene().entities[entity].mesh, surfaces_[entity],
+                                session_->outgoing(instance));
     }
 
-    /// Gives the session the materials of a description of its scene; false as SeenSession::set_materials.
+    /// Sets the materials of a description of the scene; false as TexturedSession::set_materials.
     bool set_surfaces(const Scene& scene) {
         const SceneEntities& entities = *prepared_->entities;
         std::vector<std::vector<Surface>> surfaces = surfaces_;
@@ -244,26 +245,27 @@ private:
         }
         if (!session_->set_materials(surfaces)) return false;
         for (std::size_t e = 0; e < surfaces.size(); ++e)
-            session_->set_emitters(e, std::ranges::any_of(surfaces[e], &Surface::glows)
-                                          ? emitters_of(seen_surface(entities.entities[e]->mesh), surfaces[e])
-                                          : std::vector<Emitter>());
+            session_->set_emitters(e,
+                                   std::ranges::any_of(surfaces[e], &Surface::glows)
+                                       ? emitters_of(visible_surface(entities.entities[e]->mesh), surfaces[e])
+                                       : std::vector<Emitter>());
         surfaces_ = std::move(surfaces);
         return true;
     }
 
     /// Gives the radiance to the arrays that refer to it, so that their values no longer change.
     void let_go() {
-        shown_->last = do_now([](SeenSession& session) { return session.take_radiance(); });
+        shown_->last = do_now([](TexturedSession& session) { return session.take_radiance(); });
         shown_->session.reset();
-        shown_ = std::make_shared<ShownRadiance>(session_, SceneColours());
+        shown_ = std::make_shared<RadianceOwner>(session_, SceneColours());
     }
 
     std::shared_ptr<const PythonScene> scene_;       ///< With the lamps and materials of the session.
     std::shared_ptr<const PreparedScene> prepared_;  ///< The session's pointers refer to it.
     std::vector<std::vector<Surface>> surfaces_;     ///< By entity.
     std::timed_mutex mutex_;
-    std::shared_ptr<SeenSession> session_;
-    std::shared_ptr<ShownRadiance> shown_;
+    std::shared_ptr<TexturedSession> session_;
+    std::shared_ptr<RadianceOwner> shown_;
     std::vector<std::string> names_;
     std::size_t copies_ = 0;
     Rotation background_turn_;  ///< Of the light, relative to the session's environment.
@@ -288,7 +290,7 @@ session: another one waits.)");
         "vary_light",
         [](PythonSession& self, const py::object& progress) {
             self.do_long(progress,
-                         [](SeenSession& of, const Progress& watched) { return of.vary_light(watched); });
+                         [](TexturedSession& of, const Progress& watched) { return of.vary_light(watched); });
         },
         py::arg("progress") = py::none(),
         "Computes the transfer vectors for frames with a rotating or replaced light.");
@@ -296,14 +298,14 @@ session: another one waits.)");
         "vary_eye",
         [](PythonSession& self, const py::object& progress) {
             self.do_long(progress,
-                         [](SeenSession& of, const Progress& watched) { return of.vary_eye(watched); });
+                         [](TexturedSession& of, const Progress& watched) { return of.vary_eye(watched); });
         },
         py::arg("progress") = py::none(), "Computes the transfer vectors for frames with a moving eye.");
     session.def(
         "vary_lamps",
         [](PythonSession& self, const py::object& progress) {
             self.do_long(progress,
-                         [](SeenSession& of, const Progress& watched) { return of.vary_lamps(watched); });
+                         [](TexturedSession& of, const Progress& watched) { return of.vary_lamps(watched); });
         },
         py::arg("progress") = py::none(),
         "Shades everything but the lamps once, so that frames follow set_lamps.");
@@ -311,7 +313,7 @@ session: another one waits.)");
         "vary_instance",
         [](PythonSession& self, const py::object& instance, const py::object& progress) {
             const std::size_t of = self.number_of(instance);
-            self.do_long(progress, [of](SeenSession& inside, const Progress& watched) {
+            self.do_long(progress, [of](TexturedSession& inside, const Progress& watched) {
                 return inside.vary_instance(of, watched);
             });
         },
@@ -340,7 +342,7 @@ session: another one waits.)");
                 image.pixels.emplace_back(array.data()[i], array.data()[i + 1], array.data()[i + 2]);
             clean_environment(image);
             self.turn_environment({});
-            self.do_now([&](SeenSession& of) { of.set_environment(std::move(image)); });
+            self.do_now([&](TexturedSession& of) { of.set_environment(std::move(image)); });
         },
         py::arg("pixels"),
         "Replaces the light by a lat-long image of radiance, (height, 2 height, 3). Resets the rotation.");
@@ -348,7 +350,7 @@ session: another one waits.)");
         "set_eye",
         [](PythonSession& self, const py::object& position) {
             const Vec3f eye = vector(position, "position");
-            self.do_now([&](SeenSession& of) { of.set_eye(eye); });
+            self.do_now([&](TexturedSession& of) { of.set_eye(eye); });
         },
         py::arg("position"), "Moves the eye, on which specular radiance depends, to (x, y, z) metres.");
     session.def("set_lamps", &PythonSession::set_lamps, py::arg("lamps"),
@@ -368,7 +370,7 @@ session: another one waits.)");
             if (!(about.length() > 0)) throw py::value_error("axis is (0, 0, 0); expected a direction");
             if (!std::isfinite(angle))
                 throw py::value_error("angle is not finite; expected a number of degrees");
-            self.do_now([&](SeenSession& inside) { inside.rotate(of, Vec3d(about), angle * degree); });
+            self.do_now([&](TexturedSession& inside) { inside.rotate(of, Vec3d(about), angle * degree); });
         },
         py::arg("instance"), py::arg("axis"), py::arg("angle"),
         "Rotates an instance further by degrees about an axis through its origin.");
@@ -398,7 +400,7 @@ removed; then they keep what they had. As in bakes, images do not multiply them:
     session.def_property_readonly(
         "matrices",
         [](PythonSession& self) {
-            const auto instances = self.do_now([](SeenSession& of) { return of.instances(); });
+            const auto instances = self.do_now([](TexturedSession& of) { return of.instances(); });
             py::list matrices;
             for (const ShadedInstance& instance : instances) matrices.append(matrix_of(instance.placement));
             return matrices;
@@ -408,7 +410,9 @@ removed; then they keep what they had. As in bakes, images do not multiply them:
                 "(height, width, 3): a quick picture from the eye, drawn without POV-Ray.");
     session.def_property_readonly(
         "transfer_bytes",
-        [](PythonSession& self) { return self.do_now([](SeenSession& of) { return of.transfer_bytes(); }); },
+        [](PythonSession& self) {
+            return self.do_now([](TexturedSession& of) { return of.transfer_bytes(); });
+        },
         "The memory of the transfer vectors, in bytes.");
     static constexpr auto varying = {OptionSet::frames, OptionSet::occlusion, OptionSet::lighting};
     py::options undocumented;

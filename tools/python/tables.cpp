@@ -48,7 +48,7 @@ LatLongImage environment_of(const py::array& pixels, const std::string& name) {
 }
 
 /// Returns a name that no given mesh or image has.
-std::string new_name(const std::string& place, const GivenFiles& given) {
+std::string new_name(const std::string& place, const FilesInMemory& given) {
     std::string name = place;
     for (int number = 2; names_of(given).contains(name); ++number) name = fmt::format("{} {}", place, number);
     return name;
@@ -57,7 +57,7 @@ std::string new_name(const std::string& place, const GivenFiles& given) {
 /// Converts Python values into tables.
 class TableWriter {
 public:
-    explicit TableWriter(GivenFiles& given) : given_(given) {}
+    explicit TableWriter(FilesInMemory& given) : given_(given) {}
 
     void change(const py::dict& changes, toml::table& table, const std::string& place) {
         for (const auto& [name, value] : changes) {
@@ -135,7 +135,7 @@ private:
         return name;
     }
 
-    GivenFiles& given_;
+    FilesInMemory& given_;
 };
 
 /// Returns the texels of a PNG image: linear, with alpha if present.
@@ -152,7 +152,7 @@ py::array texels_of(const std::string& bytes, const std::string& name) {
 }
 
 /// Returns the mesh or image that is given under a name; otherwise the text itself.
-py::object given_or_text(const std::string& key, const std::string& text, const GivenFiles& given) {
+py::object given_or_text(const std::string& key, const std::string& text, const FilesInMemory& given) {
     if (const auto mesh = given.meshes.find(text); key == "mesh" && mesh != given.meshes.end())
         return py::cast(ArrayMesh{{mesh->second, mesh->second->given()}});
     if (key != "image") return py::str(text);
@@ -164,7 +164,7 @@ py::object given_or_text(const std::string& key, const std::string& text, const 
     return py::str(text);
 }
 
-py::object object_of(const std::string& key, const toml::node& node, const GivenFiles& given) {
+py::object object_of(const std::string& key, const toml::node& node, const FilesInMemory& given) {
     if (const auto* table = node.as_table()) return dict_of(*table, given);
     if (const auto* text = node.as_string()) return given_or_text(key, text->get(), given);
     if (const auto* integer = node.as_integer()) return py::int_(integer->get());
@@ -179,7 +179,7 @@ py::object object_of(const std::string& key, const toml::node& node, const Given
 ArrayMesh mesh_of(const py::object& positions, const py::object& triangles, const py::object& normals,
                   const py::object& uvs, const py::object& colours, std::vector<std::string> materials,
                   const py::object& triangle_materials) {
-    GivenMesh mesh;
+    MeshInMemory mesh;
     mesh.positions = vectors<Vec3f>(positions, "positions");
     const auto count = static_cast<py::ssize_t>(mesh.positions.size());
     const auto corners = indices(triangles, "triangles", {any_length, 3}, mesh.positions.size());
@@ -197,16 +197,16 @@ ArrayMesh mesh_of(const py::object& positions, const py::object& triangles, cons
             indices(triangle_materials, "triangle_materials", {corners.shape(0)}, mesh.material_names.size());
         mesh.triangle_materials.assign(of.data(), of.data() + of.size());
     }
-    return {std::make_shared<const GivenMesh>(std::move(mesh))};
+    return {std::make_shared<const MeshInMemory>(std::move(mesh))};
 }
 
 }  // namespace
 
-void change_tables(const py::dict& changes, toml::table& tables, GivenFiles& given) {
+void change_tables(const py::dict& changes, toml::table& tables, FilesInMemory& given) {
     TableWriter(given).change(changes, tables, "");
 }
 
-py::dict dict_of(const toml::table& tables, const GivenFiles& given) {
+py::dict dict_of(const toml::table& tables, const FilesInMemory& given) {
     py::dict dict;
     for (const auto& [key, value] : tables) {
         const std::string name(key.str());

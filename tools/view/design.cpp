@@ -148,7 +148,7 @@ struct EditMaker {
         return Done{};
     }
 
-    Result<Done> operator()(const OwnMaterial& edit) {
+    Result<Done> operator()(const MakeMaterialEditable& edit) {
         Scene& scene = design.scene;
         Entity& entity = scene.entities[edit.entity];
         std::set<std::string> taken;

@@ -71,7 +71,7 @@ struct SetLamp {
     std::optional<Vec3f> position;  ///< None: unchanged.
 };
 /// Assigns a new material of the scene to a part of a model, starting as a copy of the model's own material.
-struct OwnMaterial {
+struct MakeMaterialEditable {
     std::size_t entity;  ///< In Scene::entities.
     std::string part;    ///< The material's name in the model.
     SceneMaterial material;
@@ -80,8 +80,9 @@ struct OwnMaterial {
 struct RestoreScene {
     Scene scene;
 };
-using Edit = std::variant<TurnLight, ChooseLight, MixLights, SetExposure, PlaceObject, CloneObject,
-                          DeleteObject, SetMaterial, MoveEye, SetSky, SetLamp, OwnMaterial, RestoreScene>;
+using Edit =
+    std::variant<TurnLight, ChooseLight, MixLights, SetExposure, PlaceObject, CloneObject, DeleteObject,
+                 SetMaterial, MoveEye, SetSky, SetLamp, MakeMaterialEditable, RestoreScene>;
 /// @}
 
 /// The inputs of radiance in which two designs differ.

@@ -76,7 +76,7 @@ Result<Done> LightTable::take(const Design& design) {
     return Done{};
 }
 
-MomentaryLight LightTable::momentary(const Design& design, bool few) const {
+GivenLight LightTable::momentary(const Design& design, bool few) const {
     const Rotation& turn = design.scene.environment.turn;
     const float share = second_share(design);
     std::vector<Rgb> texels;
@@ -92,7 +92,7 @@ MomentaryLight LightTable::momentary(const Design& design, bool few) const {
             std::ranges::transform(texels, turned, texels.begin(), std::plus<>());
         for (const LightSource& source : light->sources) {
             std::vector<DirectionalLight> of_source = source.lights;
-            if (few) of_source = few_lights(of_source, lights_while_moving);
+            if (few) of_source = reduced_lights(of_source, lights_while_moving);
             for (const DirectionalLight& one : of_source)
                 lights.push_back({turn(one.direction), one.irradiance * of});
         }

@@ -35,7 +35,7 @@ public:
     Result<Done> know(const EnvironmentDescription& light);
 
     /// @name Of the design that was taken last; share, turn and exposure may be others. @{
-    MomentaryLight momentary(const Design& design, bool few) const;  ///< cost: some 5 ms a light.
+    GivenLight momentary(const Design& design, bool few) const;  ///< cost: some 5 ms a light.
     const Environment& mixed(const Design& design);  ///< Not turned; kept until the share changes.
     /// The scene's exposure; if it is to be found, found_exposure of the mixture as it is turned. [stops]
     ///

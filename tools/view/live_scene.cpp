@@ -2,7 +2,7 @@
 
 #include "scenes/entity_surfaces.h"
 #include "scenes/scene_shading.h"
-#include "tools/view/seen_vertices.h"
+#include "tools/view/visible_vertices.h"
 
 #include <Imath/half.h>
 #include <tbb/blocked_range.h>
@@ -73,7 +73,7 @@ void LiveScene::take_materials(const Design& design) {
         entity.materials = materials_of(entity.surfaces);
         emitters_[e].clear();
         if (std::ranges::any_of(entity.surfaces, &Surface::glows))
-            emitters_[e] = emitters_of(seen_surface(entity.mesh), entity.surfaces);
+            emitters_[e] = emitters_of(visible_surface(entity.mesh), entity.surfaces);
     }
     material_stamp_ = design.material_stamp;
 }
@@ -148,7 +148,7 @@ void LiveScene::bring(const Design& design, const Variation& varying) {
 }
 
 void LiveScene::show_light(const Design& design, FrameQuality quality) {
-    const MomentaryLight light = lights_.momentary(design, quality == FrameQuality::moving);
+    const GivenLight light = lights_.momentary(design, quality == FrameQuality::moving);
     session_->show_light(light.smooth, light.lights);
 }
 
@@ -191,9 +191,9 @@ Result<Done> LiveScene::show(const Design& design, const Camera& window, FrameQu
     session_->set_occlusion(Occlusion::fields);
     if (by_light) show_light(design, quality);
     if (varied_.of == Variation::Of::eye && is_whole_) {
-        const VertexMask seen = seen_vertices(design, window, *entities_, ids_);
-        if (const Result<Done> done = session_->frame_of(seen, quality, progress); !done) return done;
-        take_colours(design, &seen);
+        const VertexMask visible = visible_vertices(design, window, *entities_, ids_);
+        if (const Result<Done> done = session_->frame_of(visible, quality, progress); !done) return done;
+        take_colours(design, &visible);
         return Done{};
     }
     if (const Result<Done> done = session_->frame(quality, progress); !done) return done;
@@ -243,36 +243,36 @@ void LiveScene::take_colours(const Design& design, const VertexMask* chosen) {
         const SceneEntity& entity = *entities_->entities[session_->instances()[i].entity];
         const std::vector<std::uint8_t>* mask = chosen ? &(*chosen)[i] : nullptr;
         if (all_plain(entity.surfaces)) {
-            store_halves(radiance[i], gain, mask, colours.under);
-            colours.over.clear();
+            store_halves(radiance[i], gain, mask, colours.textured);
+            colours.added.clear();
             continue;
         }
         std::vector<Outgoing> all = session_->outgoing(i);
         for (Outgoing& value : all) value = value * gain;
-        const SeenRadiance seen = seen_radiance(entity.mesh.fine, entity.surfaces, all);
-        store_halves(seen.under, 1, mask, colours.under);
-        if (seen.over.empty())
-            colours.over.clear();
+        const LayeredRadiance layered = layered_radiance(entity.mesh.fine, entity.surfaces, all);
+        store_halves(layered.textured, 1, mask, colours.textured);
+        if (layered.added.empty())
+            colours.added.clear();
         else
-            store_halves(seen.over, 1, mask, colours.over);
+            store_halves(layered.added, 1, mask, colours.added);
     }
 }
 
 Image LiveScene::picture(const Design& design, Preview& preview) {
     std::vector<BakedInstance> instances;
-    std::vector<std::vector<Rgb>> under, over;
+    std::vector<std::vector<Rgb>> textured, added_light;
     for (const std::uint32_t id : design.ids) {
         const auto known = colours_.find(id);
         assert(known != colours_.end());
-        under.push_back(colours_of(known->second.under));
-        over.push_back(colours_of(known->second.over));
+        textured.push_back(colours_of(known->second.textured));
+        added_light.push_back(colours_of(known->second.added));
     }
     for (std::size_t i = 0; i < design.ids.size(); ++i) {
         const SceneEntity& entity = *entities_->entities[design.entities[i]];
         BakedInstance& added = instances.emplace_back(
-            BakedInstance{"", &entity.mesh.fine, design.scene.instances[i].placement, under[i]});
+            BakedInstance{"", &entity.mesh.fine, design.scene.instances[i].placement, textured[i]});
         if (all_plain(entity.surfaces)) continue;
-        added.over = over[i];
+        added.added = added_light[i];
         added.surfaces = entity.surfaces;
     }
     const LatLongImage behind = image_with_suns(lights_.mixed(design));

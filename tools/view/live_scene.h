@@ -2,7 +2,7 @@
 /// The radiance of a design while it is edited: the one place of `view` that knows relighting sessions.
 
 #include "bridge/pictures/preview.h"
-#include "tools/seen_session.h"
+#include "tools/textured_session.h"
 #include "tools/view/design.h"
 #include "tools/view/light_table.h"
 
@@ -21,8 +21,8 @@ struct Variation {
 
 /// The displayed radiance at an object's vertices: three half floats per vertex. [W/(m^2 sr)]
 struct VertexColours {
-    std::vector<std::uint16_t> under;  ///< Multiplied by textures.
-    std::vector<std::uint16_t> over;   ///< Added after textures; empty if there is none.
+    std::vector<std::uint16_t> textured;  ///< Multiplied by textures.
+    std::vector<std::uint16_t> added;     ///< Added after textures; empty if there is none.
 };
 
 /// A scene's meshes and fields, and a relighting session. Occlusion by other objects is interpolated from
@@ -121,7 +121,7 @@ private:
     std::vector<std::vector<Emitter>> emitters_;       ///< By entities_.
     RenderSettings settings_;
     TransferSettings transfer_settings_;
-    std::optional<SeenSession> session_;
+    std::optional<TexturedSession> session_;
     std::vector<std::uint32_t> ids_;        ///< By the session's instances.
     std::vector<std::uint32_t> shown_ids_;  ///< The same when the colours were computed.
     LightTable lights_;

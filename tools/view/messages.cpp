@@ -227,7 +227,7 @@ Content lamp(MessageReader& reader) {
 }
 
 Content own_part(MessageReader& reader) {
-    OwnPart part{};
+    EditPartMaterial part{};
     for (const char* key : {"object", "part"}) reader.require(key);
     reader.take("object", part.object);
     reader.take("part", part.part);
@@ -235,7 +235,7 @@ Content own_part(MessageReader& reader) {
 }
 
 Content look(MessageReader& reader) {
-    Look look{};
+    SetView look{};
     for (const char* key : {"position", "target", "vertical_fov", "width", "height"}) reader.require(key);
     reader.take_three("position", look.camera.position, coordinates);
     reader.take_three("target", look.camera.target, coordinates);
@@ -264,7 +264,7 @@ Content selection(MessageReader& reader) {
 }
 
 Content shown(MessageReader& reader) {
-    Shown shown{};
+    FrameDisplayed shown{};
     reader.require("frame");
     reader.take("frame", shown.frame);
     return shown;

@@ -23,7 +23,7 @@ struct PartialPlace {
     std::optional<Rotation> rotate;
 };
 /// The view of the page, with the resolution and field of view of its window.
-struct Look {
+struct SetView {
     Camera camera;
 };
 /// The object that is likely to be edited next, or none.
@@ -33,7 +33,7 @@ struct Select {
 struct StepBack {};  ///< Undo.
 struct StepOn {};    ///< Redo.
 /// The page has displayed a frame and accepts the next.
-struct Shown {
+struct FrameDisplayed {
     std::uint32_t frame;
 };
 /// Saves into the opened file, or into a new file next to it.
@@ -46,7 +46,7 @@ struct StartTask {
 };
 struct CancelTask {};
 /// Assigns a new material of the scene to a part of a model.
-struct OwnPart {
+struct EditPartMaterial {
     std::uint32_t object;
     std::uint32_t part;  ///< Index in the list `entities`.
 };
@@ -54,9 +54,10 @@ struct Restore {};  ///< Restores the autosaved scene of an earlier session.
 struct Discard {};  ///< Deletes the autosaved scene.
 struct Steer {};    ///< The page takes over steering.
 
-using Content = std::variant<TurnLight, NamedLights, MixLights, SetExposure, PartialPlace, CloneObject,
-                             DeleteObject, SetMaterial, SetSky, SetLamp, OwnPart, Look, Select, StepBack,
-                             StepOn, Shown, Save, StartTask, CancelTask, Restore, Discard, Steer>;
+using Content =
+    std::variant<TurnLight, NamedLights, MixLights, SetExposure, PartialPlace, CloneObject, DeleteObject,
+                 SetMaterial, SetSky, SetLamp, EditPartMaterial, SetView, Select, StepBack, StepOn,
+                 FrameDisplayed, Save, StartTask, CancelTask, Restore, Discard, Steer>;
 
 /// A message of a page.
 struct Message {

@@ -84,7 +84,7 @@ std::string frame_bytes(const FrameHead& head, const Design& design,
     for (const std::uint32_t id : design.ids)
         if (const auto known = colours.find(id); known != colours.end()) {
             ++count;
-            size += 16 + 2 * (known->second.under.size() + known->second.over.size());
+            size += 16 + 2 * (known->second.textured.size() + known->second.added.size());
         }
     std::string bytes("HFF1");
     bytes.reserve(size);
@@ -97,10 +97,10 @@ std::string frame_bytes(const FrameHead& head, const Design& design,
         const auto known = colours.find(id);
         if (known == colours.end()) continue;
         append(bytes, id);
-        append(bytes, static_cast<std::uint32_t>(known->second.under.size() / 3));
-        append(bytes, std::uint32_t(!known->second.over.empty()));
-        append_halves(bytes, known->second.under);
-        append_halves(bytes, known->second.over);
+        append(bytes, static_cast<std::uint32_t>(known->second.textured.size() / 3));
+        append(bytes, std::uint32_t(!known->second.added.empty()));
+        append_halves(bytes, known->second.textured);
+        append_halves(bytes, known->second.added);
     }
     return bytes;
 }

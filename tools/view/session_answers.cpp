@@ -122,14 +122,14 @@ void ViewSession::tell_scene(PageId page) const {
 
 void ViewSession::tell_state() {
     const nlohmann::json message = state(false);
-    const bool is_new = !told_ || message.size() > 4 || told_undo_ != history_.can_undo() ||
-                        told_redo_ != history_.can_redo();
+    const bool is_new = !told_ || message.size() > 4 || sent_undo_ != history_.can_undo() ||
+                        sent_redo_ != history_.can_redo();
     if (!is_new) return;
     if (told_) audience_.tell_all(message_text(message));
     told_ = history_.now();
     has_stepped_ = false;
-    told_undo_ = history_.can_undo();
-    told_redo_ = history_.can_redo();
+    sent_undo_ = history_.can_undo();
+    sent_redo_ = history_.can_redo();
 }
 
 void ViewSession::show_colours(Exactness exactness) {
@@ -147,8 +147,8 @@ void ViewSession::tell_work(const char* doing, std::string_view stage, double sh
     {
         const std::lock_guard lock(mutex_);
         const auto now = Clock::now();
-        if (!is_end && now - told_work_ < work_period) return;
-        told_work_ = now;
+        if (!is_end && now - sent_work_ < work_period) return;
+        sent_work_ = now;
     }
     audience_.tell_all(message_text({{"type", "work"},
                                      {"doing", doing},
@@ -164,8 +164,8 @@ void ViewSession::tell_trouble(const Error& error) {
 }
 
 void ViewSession::tell_rest() {
-    if (told_rest_ == std::pair(last_message_, frame_)) return;
-    told_rest_ = {last_message_, frame_};
+    if (sent_still_ == std::pair(last_message_, frame_)) return;
+    sent_still_ = {last_message_, frame_};
     audience_.tell_all(message_text({{"type", "rest"}, {"message", last_message_}, {"frame", frame_}}));
 }
 

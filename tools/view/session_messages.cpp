@@ -47,7 +47,7 @@ void ViewSession::take_arrivals(std::deque<Arrival> arrivals) {
                 tell_scene(arrival.page);
                 tell_left_scene(arrival.page);
                 if (last_frame_) audience_.show(arrival.page, last_frame_);
-                told_rest_ = {};
+                sent_still_ = {};
                 if (pages_.size() > 1) break;
                 last_message_ = 0;  // the new page starts counting
                 last_head_ = {};
@@ -114,45 +114,46 @@ Result<Done> ViewSession::take_content(PageId page, const Message& message) {
         look_as_designed();
         return Done{};
     };
-    return std::visit(Overloads{
-                          [&](const TurnLight& edit) { return make_edit(edit, message, light); },
-                          [&](const MixLights& edit) { return make_edit(edit, message, light); },
-                          [&](const SetSky& edit) { return make_edit(edit, message, light); },
-                          [&](const SetExposure& edit) { return make_edit(edit, message, hand_); },
-                          [&](const SetMaterial& edit) { return make_edit(edit, message, nothing); },
-                          [&](const SetLamp& edit) { return make_edit(edit, message, nothing); },
-                          [&](const CloneObject& edit) { return make_edit(edit, message, nothing); },
-                          [&](const DeleteObject& edit) { return make_edit(edit, message, nothing); },
-                          [&](const OwnPart& part) { return own_part(part, message); },
-                          [&](const NamedLights& lights) { return take_lights(lights, message); },
-                          [&](const PartialPlace& place) { return take_place(place, message); },
-                          [&](const Look& look) { return take_look(look, message); },
-                          [&](const Select& selected) -> Result<Done> {
-                              if (selected.object && !place_of(history_.now(), *selected.object))
-                                  return Error{"", fmt::format("there is no object {}", *selected.object)};
-                              if (selected.object) likely_ = {Variation::Of::object, *selected.object};
-                              return Done{};
-                          },
-                          [&](const StepBack&) { return step(history_.undo()); },
-                          [&](const StepOn&) { return step(history_.redo()); },
-                          [&](const Save& file) { return save(page, file, message); },
-                          [&](const StartTask& task) { return start_task(page, task, message); },
-                          [&](const Restore&) { return restore(message); },
-                          [&](const Discard&) {
-                              decide_left_scene();
-                              return file_.autosave(nullptr);
-                          },
-                          [&](const CancelTask&) -> Result<Done> {
-                              tasks_.cancel();
-                              return Done{};
-                          },
-                          [&](const Steer&) -> Result<Done> {
-                              steer(page);
-                              return Done{};
-                          },
-                          [](const Shown&) -> Result<Done> { return Done{}; },  // see ViewSession::receive
-                      },
-                      message.content);
+    return std::visit(
+        Overloads{
+            [&](const TurnLight& edit) { return make_edit(edit, message, light); },
+            [&](const MixLights& edit) { return make_edit(edit, message, light); },
+            [&](const SetSky& edit) { return make_edit(edit, message, light); },
+            [&](const SetExposure& edit) { return make_edit(edit, message, hand_); },
+            [&](const SetMaterial& edit) { return make_edit(edit, message, nothing); },
+            [&](const SetLamp& edit) { return make_edit(edit, message, nothing); },
+            [&](const CloneObject& edit) { return make_edit(edit, message, nothing); },
+            [&](const DeleteObject& edit) { return make_edit(edit, message, nothing); },
+            [&](const EditPartMaterial& part) { return own_part(part, message); },
+            [&](const NamedLights& lights) { return take_lights(lights, message); },
+            [&](const PartialPlace& place) { return take_place(place, message); },
+            [&](const SetView& look) { return take_look(look, message); },
+            [&](const Select& selected) -> Result<Done> {
+                if (selected.object && !place_of(history_.now(), *selected.object))
+                    return Error{"", fmt::format("there is no object {}", *selected.object)};
+                if (selected.object) likely_ = {Variation::Of::object, *selected.object};
+                return Done{};
+            },
+            [&](const StepBack&) { return step(history_.undo()); },
+            [&](const StepOn&) { return step(history_.redo()); },
+            [&](const Save& file) { return save(page, file, message); },
+            [&](const StartTask& task) { return start_task(page, task, message); },
+            [&](const Restore&) { return restore(message); },
+            [&](const Discard&) {
+                decide_left_scene();
+                return file_.autosave(nullptr);
+            },
+            [&](const CancelTask&) -> Result<Done> {
+                tasks_.cancel();
+                return Done{};
+            },
+            [&](const Steer&) -> Result<Done> {
+                steer(page);
+                return Done{};
+            },
+            [](const FrameDisplayed&) -> Result<Done> { return Done{}; },  // see ViewSession::receive
+        },
+        message.content);
 }
 
 Result<Done> ViewSession::take_lights(const NamedLights& lights, const Message& message) {
@@ -185,7 +186,7 @@ void ViewSession::decide_left_scene() {
     for (const PageId page : pages_) tell_left_scene(page);
 }
 
-Result<Done> ViewSession::own_part(const OwnPart& part, const Message& message) {
+Result<Done> ViewSession::own_part(const EditPartMaterial& part, const Message& message) {
     const Design& now = history_.now();
     const std::optional<std::size_t> at = place_of(now, part.object);
     if (!at) return Error{"", fmt::format("unknown object {}", part.object)};
@@ -202,7 +203,7 @@ Result<Done> ViewSession::own_part(const OwnPart& part, const Message& message) 
         return Error{"",
                      "this part has the image or the vertex colours of its model, which a material of the "
                      "scene would replace"};
-    return make_edit(OwnMaterial{described, name, scene_material(surface)}, message, {});
+    return make_edit(MakeMaterialEditable{described, name, scene_material(surface)}, message, {});
 }
 
 Result<Done> ViewSession::take_place(const PartialPlace& place, const Message& message) {
@@ -216,7 +217,7 @@ Result<Done> ViewSession::take_place(const PartialPlace& place, const Message& m
                      place.rotate ? Variation{} : Variation{Variation::Of::object, place.object});
 }
 
-Result<Done> ViewSession::take_look(const Look& look, const Message& message) {
+Result<Done> ViewSession::take_look(const SetView& look, const Message& message) {
     window_ = look.camera;
     has_stepped_ = false;
     const Camera& now = history_.now().scene.camera;
@@ -226,7 +227,7 @@ Result<Done> ViewSession::take_look(const Look& look, const Message& message) {
     const MoveEye edit{has_moved ? look.camera.position : now.position,
                        has_turned ? look.camera.target : now.target};
     if (Result<Done> done = history_.make(edit, message.gesture); !done) return done;
-    if (has_moved && has_highlights_) likely_ = hand_ = {Variation::Of::eye, 0};
+    if (has_moved && has_specular_) likely_ = hand_ = {Variation::Of::eye, 0};
     return Done{};
 }
 

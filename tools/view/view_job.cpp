@@ -13,7 +13,7 @@ bool job_ends_for(const ViewJob& job, const Content& message, const std::optiona
     if (std::holds_alternative<TurnLight>(message) || std::holds_alternative<NamedLights>(message) ||
         std::holds_alternative<MixLights>(message))
         return ends_for({Of::light, 0});
-    if (const auto* look = std::get_if<Look>(&message))
+    if (const auto* look = std::get_if<SetView>(&message))
         return eye && !is_same_place(look->camera.position, *eye, look->camera) && ends_for({Of::eye, 0});
     if (const auto* place = std::get_if<PartialPlace>(&message)) {
         if (!place->rotate) return ends_for({Of::object, place->object});
@@ -25,7 +25,7 @@ bool job_ends_for(const ViewJob& job, const Content& message, const std::optiona
     if (std::holds_alternative<SetMaterial>(message) || std::holds_alternative<SetLamp>(message))
         return job.what != What::shade && job.what != What::recommit;
     return std::holds_alternative<CloneObject>(message) || std::holds_alternative<DeleteObject>(message) ||
-           std::holds_alternative<Restore>(message) || std::holds_alternative<OwnPart>(message) ||
+           std::holds_alternative<Restore>(message) || std::holds_alternative<EditPartMaterial>(message) ||
            std::holds_alternative<StepBack>(message) || std::holds_alternative<StepOn>(message);
 }
 

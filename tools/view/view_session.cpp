@@ -70,7 +70,7 @@ void ViewSession::receive(PageId page, std::string_view text) {
         audience_.tell(page, message_text(error_answer(message.error(), read_message_head(text))));
         return;
     }
-    if (std::holds_alternative<Shown>(message->content)) return audience_.shown(page);
+    if (std::holds_alternative<FrameDisplayed>(message->content)) return audience_.shown(page);
     bool is_flooded = false;
     {
         const std::lock_guard lock(mutex_);
@@ -92,7 +92,7 @@ void ViewSession::post(Arrival arrival) {
     const std::lock_guard lock(mutex_);
     if (ends(arrival, job_)) stop_job_.request_stop();
     if (arrival.message && arrival.page == steering_)
-        if (const auto* look = std::get_if<Look>(&arrival.message->content))
+        if (const auto* look = std::get_if<SetView>(&arrival.message->content))
             last_eye_ = look->camera.position;
     arrivals_.push_back(std::move(arrival));
     woken_.notify_all();
@@ -101,18 +101,18 @@ void ViewSession::post(Arrival arrival) {
 bool ViewSession::ends(const Arrival& arrival, const ViewJob& job) const {
     if (!arrival.message || arrival.page != steering_) return false;
     return job_ends_for(job, arrival.message->content,
-                        has_highlights_ ? std::optional(last_eye_) : std::nullopt);
+                        has_specular_ ? std::optional(last_eye_) : std::nullopt);
 }
 
-void ViewSession::take_highlights() {
-    has_highlights_ = std::ranges::any_of(live_.entities().entities, [](const auto& entity) {
+void ViewSession::take_specular() {
+    has_specular_ = std::ranges::any_of(live_.entities().entities, [](const auto& entity) {
         return std::ranges::any_of(entity->materials,
                                    [](const Material& material) { return material.specular != Rgb(0.0f); });
     });
 }
 
 void ViewSession::run(const std::stop_token& stop) {
-    take_highlights();
+    take_specular();
     if (const std::optional<Result<Scene>> left = file_.left_scene(); left && *left) left_ = **left;
     const std::stop_callback wake(stop, [this] { woken_.notify_all(); });
     while (!stop.stop_requested()) {
@@ -152,7 +152,7 @@ void ViewSession::run(const std::stop_token& stop) {
         if (!progress.stop.stop_requested()) {
             const Result<Done> done = guarded_work(job, progress);
             if (!done && done.error().what != interrupted) tell_trouble(done.error());
-            take_highlights();
+            take_specular();
         }
         const std::lock_guard lock(mutex_);
         job_ = {};
@@ -162,7 +162,7 @@ void ViewSession::run(const std::stop_token& stop) {
 bool ViewSession::is_shown(bool with_exposure) const {
     if (!shown_) return false;
     const DesignDifference found = difference(*shown_, history_.now());
-    return !found.scene() && !(found.eye && has_highlights_) && !(found.exposure && with_exposure);
+    return !found.scene() && !(found.eye && has_specular_) && !(found.exposure && with_exposure);
 }
 
 ViewJob ViewSession::next_job() const {
@@ -180,7 +180,7 @@ ViewJob ViewSession::next_job() const {
     if (exactness_ != Exactness::exact) return pause >= rest ? ViewJob{What::commit, {}} : ViewJob{};
     Variation next = likely_;
     if (next.of == Variation::Of::object && !place_of(now, next.object)) next = {Variation::Of::light, 0};
-    if (next.of == Variation::Of::eye && !has_highlights_) next = {Variation::Of::light, 0};
+    if (next.of == Variation::Of::eye && !has_specular_) next = {Variation::Of::light, 0};
     if (pause >= idle && !live_.follows(now, next)) return {What::likely, next};
     return {};
 }

@@ -83,8 +83,8 @@ private:
     Result<Done> make_edit(const Edit& edit, const Message& message, const Variation& hand);
     Result<Done> take_lights(const NamedLights& lights, const Message& message);
     Result<Done> take_place(const PartialPlace& place, const Message& message);
-    Result<Done> own_part(const OwnPart& part, const Message& message);
-    Result<Done> take_look(const Look& look, const Message& message);
+    Result<Done> own_part(const EditPartMaterial& part, const Message& message);
+    Result<Done> take_look(const SetView& look, const Message& message);
     void look_as_designed();
     Result<Done> save(PageId page, const Save& save, const Message& message);
     Result<Done> start_task(PageId page, const StartTask& task, const Message& message);
@@ -97,7 +97,7 @@ private:
 
     ViewJob next_job() const;
     bool ends(const Arrival& arrival, const ViewJob& job) const;
-    void take_highlights();
+    void take_specular();
     /// Runs work(), and turns exceptions into errors.
     Result<Done> guarded_work(const ViewJob& job, const Progress& progress);
     Result<Done> work(const ViewJob& job, const Progress& progress);
@@ -133,7 +133,7 @@ private:
     std::optional<Design> shown_;                ///< The design that the displayed colours belong to.
     Exactness exactness_ = Exactness::moving;
     std::optional<Design> told_;  ///< The state that the pages have.
-    bool told_undo_ = false, told_redo_ = false;
+    bool sent_undo_ = false, sent_redo_ = false;
     /// The design's camera differs from the last one that the steering page sent.
     bool has_stepped_ = false;
     std::optional<std::uint64_t> failed_light_;  ///< Stamp of a light with which work has failed.
@@ -141,17 +141,17 @@ private:
     MessageHead last_head_;  ///< Of the last applied message, for errors of the resulting work.
     Clock::time_point message_time_, last_input_;
     SharedBytes last_frame_;
-    std::pair<std::uint32_t, std::uint32_t> told_rest_;  ///< Message and frame.
+    std::pair<std::uint32_t, std::uint32_t> sent_still_;  ///< Message and frame.
     std::vector<std::pair<PageId, bool>> pictures_;  ///< Requested pictures, made when the colours are exact.
 
     // Shared by all threads.
-    std::atomic<bool> has_highlights_ = true;  ///< True if colours depend on the eye.
+    std::atomic<bool> has_specular_ = true;  ///< True if colours depend on the eye.
     mutable std::mutex mutex_;
     std::condition_variable_any woken_;
     std::deque<Arrival> arrivals_;
     ViewJob job_;                ///< The running job,
     std::stop_source stop_job_;  ///< and its stop source.
-    Clock::time_point told_work_;
+    Clock::time_point sent_work_;
     Vec3f last_eye_;       ///< In the messages that have arrived.
     PageId steering_ = 0;  ///< The page whose messages end jobs: the first of pages_.
 

@@ -30,25 +30,25 @@ bool is_same_file(const struct stat& a, const struct stat& b) {
 }
 
 /// The state of a claim file at one time.
-struct Sight {
+struct ClaimState {
     struct stat status {};
     std::string process;
 };
 
 /// Reads a claim; nothing if there is none.
-std::optional<Sight> seen_claim(const path& file) {
+std::optional<ClaimState> claim_state(const path& file) {
     const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (descriptor < 0) return std::nullopt;
-    Sight sight;
+    ClaimState state;
     char text[256];
     const ssize_t size = read(descriptor, text, sizeof text);
-    if (size > 0) sight.process.assign(text, static_cast<std::size_t>(size));
-    const bool known = fstat(descriptor, &sight.status) == 0;
+    if (size > 0) state.process.assign(text, static_cast<std::size_t>(size));
+    const bool known = fstat(descriptor, &state.status) == 0;
     close(descriptor);
-    return known ? std::optional(sight) : std::nullopt;
+    return known ? std::optional(state) : std::nullopt;
 }
 
-bool is_renewed(const Sight& before, const Sight& now) {
+bool is_renewed(const ClaimState& before, const ClaimState& now) {
     return !is_same_file(before.status, now.status) ||
            before.status.st_mtim.tv_sec != now.status.st_mtim.tv_sec ||
            before.status.st_mtim.tv_nsec != now.status.st_mtim.tv_nsec;
@@ -62,16 +62,16 @@ path own_name(const path& file) {
 }
 
 /// Removes a claim that is no longer renewed, but not one that has replaced it in the meantime.
-void remove_stale(const path& file, const Sight& stale) {
+void remove_stale(const path& file, const ClaimState& stale) {
     const path moved = own_name(file);
     if (std::rename(file.c_str(), moved.c_str()) != 0) return;
-    const std::optional<Sight> taken = seen_claim(moved);
-    if (taken && !is_same_file(taken->status, stale.status))
+    const std::optional<ClaimState> moved_state = claim_state(moved);
+    if (moved_state && !is_same_file(moved_state->status, stale.status))
         (void)!link(moved.c_str(), file.c_str());  // another process holds it: restore it
     unlink(moved.c_str());
 }
 
-enum class Attempt { made, taken, impossible };
+enum class Attempt { made, moved_state, impossible };
 
 /// Creates a claim. It appears with its content in one step or not at all, also on network file systems.
 Result<Attempt> make_claim(const path& file) {
@@ -84,7 +84,7 @@ Result<Attempt> make_claim(const path& file) {
     const int failure = written && link(own.c_str(), file.c_str()) == 0 ? 0 : written ? errno : ENOSPC;
     unlink(own.c_str());
     if (failure == 0) return Attempt::made;
-    if (failure == EEXIST) return Attempt::taken;
+    if (failure == EEXIST) return Attempt::moved_state;
     if (failure == EPERM || failure == ENOTSUP || failure == ENOSYS || failure == EMLINK)
         return Attempt::impossible;
     return system_error(file, "create it", failure);
@@ -94,7 +94,7 @@ Result<Attempt> make_claim(const path& file) {
 
 Result<std::optional<Claim>> Claim::on(const path& file, const Progress& progress,
                                        std::chrono::milliseconds patience) {
-    std::optional<Sight> last;
+    std::optional<ClaimState> last;
     Clock::time_point last_renewal = Clock::now();
     while (true) {
         const Result<Attempt> attempt = make_claim(file);
@@ -105,12 +105,12 @@ Result<std::optional<Claim>> Claim::on(const path& file, const Progress& progres
             if (descriptor < 0) return system_error(file, "open it", errno);
             return std::optional(Claim(file, descriptor));
         }
-        const std::optional<Sight> sight = seen_claim(file);
-        if (!sight) continue;  // released in the meantime
-        if (!last || is_renewed(*last, *sight)) last_renewal = Clock::now();
-        last = sight;
-        if (process_liveness(sight->process) == Liveness::ended || Clock::now() - last_renewal > patience) {
-            remove_stale(file, *sight);
+        const std::optional<ClaimState> state = claim_state(file);
+        if (!state) continue;  // released in the meantime
+        if (!last || is_renewed(*last, *state)) last_renewal = Clock::now();
+        last = state;
+        if (process_liveness(state->process) == Liveness::ended || Clock::now() - last_renewal > patience) {
+            remove_stale(file, *state);
             continue;
         }
         if (progress.stop.stop_requested()) return Error{file.string(), interrupted};
@@ -150,8 +150,8 @@ void remove_abandoned_claims(const path& folder) {
     for (std::filesystem::directory_iterator entry(folder, failed), end; !failed && entry != end;
          entry.increment(failed)) {
         if (entry->path().extension() != claim_ending) continue;
-        const std::optional<Sight> sight = seen_claim(entry->path());
-        if (sight && process_liveness(sight->process) == Liveness::ended) remove_stale(entry->path(), *sight);
+        const std::optional<ClaimState> state = claim_state(entry->path());
+        if (state && process_liveness(state->process) == Liveness::ended) remove_stale(entry->path(), *state);
     }
 }
 

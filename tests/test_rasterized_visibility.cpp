@@ -1,4 +1,4 @@
-#include "shading/visibility/seen_visibility.h"
+#include "shading/visibility/rasterized_visibility.h"
 
 #include <gtest/gtest.h>
 
@@ -12,12 +12,12 @@
 namespace haarfield {
 namespace {
 
-TEST(SeenVisibility, HoldsEveryTexelOfTheRasterizer) {
+TEST(RasterizedVisibility, HoldsEveryTexelOfTheRasterizer) {
     const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 20)),
                    box = make_occluder(box_mesh({-1, -1, -1}, {1, 2, 3}));
     const Vec3f up(0, 1, 0);
     for (const int size : {1, 2, 4, 8, 16, 32, 64, 128, 256}) {
-        SeenVisibility seen(size);
+        RasterizedVisibility seen(size);
         VisibilityRasterizer rasterizer(size);
         for (const Vec3f& point : {Vec3f(0.3f, 1.7f, -0.2f), Vec3f(5, 1, 1), Vec3f(0, -3, 0.4f)}) {
             for (const Vec3f* horizon : {static_cast<const Vec3f*>(nullptr), &up}) {
@@ -42,10 +42,10 @@ TEST(SeenVisibility, HoldsEveryTexelOfTheRasterizer) {
     }
 }
 
-TEST(SeenVisibility, MeansOfVaryingCellsAreThoseOfTheirChildren) {
+TEST(RasterizedVisibility, MeansOfVaryingCellsAreThoseOfTheirChildren) {
     const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 20));
     const OccluderView view{&sphere, {0.4f, 1.3f, -0.3f}};
-    SeenVisibility seen(64);
+    RasterizedVisibility seen(64);
     int checked = 0;
     const auto check = [&](const auto& self, const WideNode<std::uint8_t>* node) -> double {
         double sum = 0;
@@ -67,11 +67,11 @@ TEST(SeenVisibility, MeansOfVaryingCellsAreThoseOfTheirChildren) {
     EXPECT_GT(checked, 50);
 }
 
-TEST(SeenVisibility, HasTheSameBitsForAllInstructionSets) {
+TEST(RasterizedVisibility, HasTheSameBitsForAllInstructionSets) {
     const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 20));
     const OccluderView view{&sphere, {0.4f, 1.3f, -0.3f}};
     for (const int size : {2, 8, 32, 64}) {
-        SeenVisibility seen(size);
+        RasterizedVisibility seen(size);
         const auto nodes = [&] {
             seen(std::span(&view, 1));
             std::vector<std::array<std::uint32_t, wide_cells + 2>> copies;

@@ -1,4 +1,4 @@
-#include "fields/wavelets/kept_by_energy.h"
+#include "fields/wavelets/largest_by_energy.h"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ TEST(KeptByEnergy, IsTheFewestOfTheLargest) {
         for (double left = allowed; wanted > 0 && sorted[wanted - 1] <= left; --wanted)
             left -= sorted[wanted - 1];
 
-        const std::size_t kept = kept_by_energy(
+        const std::size_t kept = largest_by_energy(
             std::span(items), allowed, [](int item) { return double(item); }, std::greater<>());
         EXPECT_EQ(kept, wanted);
         std::sort(items.begin(), items.begin() + std::ptrdiff_t(kept), std::greater<>());
@@ -34,7 +34,7 @@ TEST(KeptByEnergy, IsTheFewestOfTheLargest) {
 
 TEST(KeptByEnergy, OfNothingIsNothing) {
     std::vector<double> none;
-    EXPECT_EQ(kept_by_energy(
+    EXPECT_EQ(largest_by_energy(
                   std::span(none), 1.0, [](double item) { return item; }, std::greater<>()),
               0u);
 }

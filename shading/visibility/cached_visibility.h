@@ -9,7 +9,7 @@
 namespace haarfield {
 
 /// Valid for the instances as placed at construction. The geometry must outlive it.
-class KeptVisibility {
+class CachedVisibility {
 public:
     /// Computes the visibility of each vertex that is not buried.
     ///
@@ -20,21 +20,21 @@ public:
     ///             texels]
     /// cost        from 1 us per vertex with fields to 50 us at contacts, in parallel on oneTBB.
     /// errors      interrupted.
-    static Result<KeptVisibility> make(const ShadedScene& scene, const ShadingGeometry& geometry,
-                                       std::size_t most_bytes, const Progress& progress = {});
+    static Result<CachedVisibility> make(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                         std::size_t most_bytes, const Progress& progress = {});
 
     /// Returns the cached visibility of a vertex, which the cached scene has (asserted). Null: not cached; no
     /// trees: the vertex sees nothing.
-    const VertexSight* find(std::size_t instance, std::uint32_t vertex) const {
-        assert(instance < sights_.size() && vertex < sights_[instance].size());
-        return sights_[instance][vertex];
+    const VisibilityProduct* find(std::size_t instance, std::uint32_t vertex) const {
+        assert(instance < products_.size() && vertex < products_[instance].size());
+        return products_[instance][vertex];
     }
 
     std::size_t bytes() const { return bytes_; }  ///< Including the 8 bytes per vertex.
 
 private:
-    std::vector<std::vector<const VertexSight*>> sights_;  ///< By instance and vertex.
-    std::vector<std::unique_ptr<std::byte[]>> memory_;     ///< Storage of the visibilities and their trees.
+    std::vector<std::vector<const VisibilityProduct*>> products_;  ///< By instance and vertex.
+    std::vector<std::unique_ptr<std::byte[]>> memory_;  ///< Storage of the visibilities and their trees.
     std::size_t bytes_ = 0;
 };
 

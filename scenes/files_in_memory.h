@@ -11,7 +11,7 @@
 namespace haarfield {
 
 /// Data in memory by the name under which a scene refers to it. Such a name is not looked up on disk.
-struct GivenFiles {
+struct FilesInMemory {
     std::map<std::filesystem::path, std::shared_ptr<const ModelFile>> meshes;  ///< For Entity::mesh.
     /// For SceneMaterial::image: the bytes of an image file, such as png_bytes returns.
     std::map<std::filesystem::path, std::shared_ptr<const std::string>> images;
@@ -20,13 +20,15 @@ struct GivenFiles {
 };
 
 /// Returns the names of all meshes, images and environments.
-std::set<std::string> names_of(const GivenFiles& given);
+std::set<std::string> names_of(const FilesInMemory& given);
 
 /// Returns the data that a scene supplies under a name; null if the name refers to a file.
-std::shared_ptr<const ModelFile> given_mesh(const Scene& scene, const std::filesystem::path& name);
-std::shared_ptr<const std::string> given_image(const Scene& scene,
-                                               const std::filesystem::path& name);  ///< As given_mesh.
-std::shared_ptr<const LatLongImage> given_environment(const Scene& scene,
-                                                      const std::filesystem::path& name);  ///< As given_mesh.
+std::shared_ptr<const ModelFile> mesh_in_memory(const Scene& scene, const std::filesystem::path& name);
+std::shared_ptr<const std::string> image_in_memory(
+    const Scene& scene,
+    const std::filesystem::path& name);  ///< As mesh_in_memory.
+std::shared_ptr<const LatLongImage> environment_in_memory(
+    const Scene& scene,
+    const std::filesystem::path& name);  ///< As mesh_in_memory.
 
 }  // namespace haarfield

@@ -11,9 +11,9 @@ namespace haarfield {
 ///
 /// accuracy  no truncation; texels and means are rounded to 1/255.
 /// cost      about 10 to 40 us per occluder of 5,000 triangles, and 3 us for the tree. [faces of 64 texels]
-class SeenVisibility {
+class RasterizedVisibility {
 public:
-    explicit SeenVisibility(int face_size);  ///< face_size: texels along an edge, is_face_size.
+    explicit RasterizedVisibility(int face_size);  ///< face_size: texels along an edge, is_face_size.
 
     /// Rasterizes the joint visibility of occluders, as VisibilityRasterizer::open_samples; 1 if there are
     /// none. Returns it by texel, face and row, to be modified by the caller. [1/255]

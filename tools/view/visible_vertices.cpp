@@ -1,4 +1,4 @@
-#include "tools/view/seen_vertices.h"
+#include "tools/view/visible_vertices.h"
 
 #include "scenes/camera_frame.h"
 
@@ -16,9 +16,9 @@ constexpr float beside = 1.1f;  ///< Half widths of the picture, with a margin.
 constexpr float least_cosine = -0.3f;
 
 /// The view frustum of a camera, with a margin.
-class Outlook {
+class ViewFrustum {
 public:
-    explicit Outlook(const Camera& camera) : eye_(camera.position) {
+    explicit ViewFrustum(const Camera& camera) : eye_(camera.position) {
         const CameraFrame frame = camera_frame(camera);
         forward_ = Vec3f(frame.forward);
         right_ = Vec3f(frame.right);
@@ -42,9 +42,9 @@ private:
 
 }  // namespace
 
-VertexMask seen_vertices(const Design& design, const Camera& camera, const SceneEntities& entities,
-                         std::span<const std::uint32_t> ids) {
-    const Outlook outlook(camera);
+VertexMask visible_vertices(const Design& design, const Camera& camera, const SceneEntities& entities,
+                            std::span<const std::uint32_t> ids) {
+    const ViewFrustum outlook(camera);
     VertexMask seen;
     for (const std::uint32_t id : ids) {
         const std::optional<std::size_t> place = place_of(design, id);

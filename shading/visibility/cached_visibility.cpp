@@ -1,4 +1,4 @@
-#include "shading/visibility/kept_visibility.h"
+#include "shading/visibility/cached_visibility.h"
 
 #include <tbb/enumerable_thread_specific.h>
 
@@ -73,19 +73,19 @@ std::span<T> copied(std::span<const T> values, std::byte*& place) {
 }
 
 /// Copies the visibility of a vertex; null: out of memory.
-const VertexSight* kept(const VertexVisibility& seen, PagedMemory& memory) {
-    const VertexSight looked = seen.sight();
-    const std::span<const VertexSight> sight(&looked, 1);
+const VisibilityProduct* kept(const VertexVisibility& seen, PagedMemory& memory) {
+    const VisibilityProduct looked = seen.visibility();
+    const std::span<const VisibilityProduct> visibility(&looked, 1);
     const std::span<const WideCubemap<std::uint8_t>> made(seen.made(), seen.made() ? 1 : 0);
     const std::span<const WideNode<std::uint8_t>> nodes =
         seen.made_nodes().subspan(0, seen.made() ? seen.made_nodes().size() : 0);
-    std::size_t bytes = room_for(sight) + room_for(looked.trees) + room_for(looked.cones.sides) +
+    std::size_t bytes = room_for(visibility) + room_for(looked.trees) + room_for(looked.cones.sides) +
                         room_for(looked.cones.end) + room_for(made) + room_for(nodes);
     for (const auto& factor : looked.trees) bytes += room_for(factor.parts);
     std::byte* place = memory.allocate(bytes);
     if (!place) return nullptr;
 
-    VertexSight& result = copied(sight, place)[0];
+    VisibilityProduct& result = copied(visibility, place)[0];
     const auto trees = copied(looked.trees, place);
     result = {trees, {copied(looked.cones.sides, place), copied(looked.cones.end, place)}};
     const auto cubemap = copied(made, place);
@@ -102,16 +102,16 @@ const VertexSight* kept(const VertexVisibility& seen, PagedMemory& memory) {
     return &result;
 }
 
-constexpr VertexSight sees_nothing{};
+constexpr VisibilityProduct no_visibility{};
 
 }  // namespace
 
-Result<KeptVisibility> KeptVisibility::make(const ShadedScene& scene, const ShadingGeometry& geometry,
-                                            std::size_t most_bytes, const Progress& progress) {
-    KeptVisibility result;
+Result<CachedVisibility> CachedVisibility::make(const ShadedScene& scene, const ShadingGeometry& geometry,
+                                                std::size_t most_bytes, const Progress& progress) {
+    CachedVisibility result;
     for (const ShadedInstance& instance : scene.instances) {
-        result.sights_.emplace_back(geometry.entities[instance.entity].order.size());
-        result.bytes_ += result.sights_.back().size() * sizeof(const VertexSight*);
+        result.products_.emplace_back(geometry.entities[instance.entity].order.size());
+        result.bytes_ += result.products_.back().size() * sizeof(const VisibilityProduct*);
     }
     struct Worker {
         VertexVisibility visibility;
@@ -127,7 +127,7 @@ Result<KeptVisibility> KeptVisibility::make(const ShadedScene& scene, const Shad
             return [&, worker = &workers.local()](std::size_t i, std::uint32_t v) {
                 if (worker->memory.is_full()) return;
                 const bool sees = worker->visibility.look(i, v, vertex_view(scene, scene.instances[i], v));
-                result.sights_[i][v] = sees ? kept(worker->visibility, worker->memory) : &sees_nothing;
+                result.products_[i][v] = sees ? kept(worker->visibility, worker->memory) : &no_visibility;
             };
         },
         "visibility", progress);

@@ -11,11 +11,11 @@ std::vector<std::vector<Surface>> surfaces_of(const SceneEntities& entities);
 
 /// A RelightSession, and a second one without the specular lobes of textured surfaces: see Surface. The
 /// second one exists only if the scene has such surfaces; then everything takes twice as long.
-class SeenSession {
+class TexturedSession {
 public:
     /// surfaces  by entity and material.
-    SeenSession(ShadedScene scene, std::span<const std::vector<Surface>> surfaces,
-                const RenderSettings& settings, const TransferSettings& transfer = {});
+    TexturedSession(ShadedScene scene, std::span<const std::vector<Surface>> surfaces,
+                    const RenderSettings& settings, const TransferSettings& transfer = {});
 
     /// @name As in RelightSession.
     /// @{

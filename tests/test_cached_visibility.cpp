@@ -1,4 +1,4 @@
-#include "shading/visibility/kept_visibility.h"
+#include "shading/visibility/cached_visibility.h"
 
 #include <gtest/gtest.h>
 
@@ -25,10 +25,10 @@ struct Prepared {
         geometry = std::move(*shading_geometry(room.scene, settings));
         light = scene_light(room.scene.environment, settings);
     }
-    SceneColours radiance(const KeptVisibility* kept = nullptr) const {
+    SceneColours radiance(const CachedVisibility* kept = nullptr) const {
         return total(*scene_radiance({room.scene, *geometry, *light, settings, kept}));
     }
-    std::size_t kept_vertices(const KeptVisibility& kept) const {
+    std::size_t kept_vertices(const CachedVisibility& kept) const {
         std::size_t count = 0;
         for (std::size_t i = 0; i < room.scene.instances.size(); ++i) {
             const std::size_t entity = room.scene.instances[i].entity;
@@ -57,7 +57,7 @@ INSTANTIATE_TEST_SUITE_P(Occlusion, KeptVisibilityBy,
 
 TEST_P(KeptVisibilityBy, RadianceHasTheSameBitsUnderNewLightAndFromANewEye) {
     Prepared prepared(GetParam());
-    const KeptVisibility kept = *KeptVisibility::make(prepared.room.scene, *prepared.geometry, plenty);
+    const CachedVisibility kept = *CachedVisibility::make(prepared.room.scene, *prepared.geometry, plenty);
     const SceneColours first = prepared.radiance(&kept);
     EXPECT_EQ(first, prepared.radiance());
     prepared.room.scene.environment = furnished::sky(2);
@@ -71,10 +71,10 @@ TEST_P(KeptVisibilityBy, RadianceHasTheSameBitsUnderNewLightAndFromANewEye) {
 TEST_P(KeptVisibilityBy, KeepsWhatThereIsRoomFor) {
     const Prepared prepared(GetParam());
     const auto kept_in = [&](std::size_t bytes) {
-        return *KeptVisibility::make(prepared.room.scene, *prepared.geometry, bytes);
+        return *CachedVisibility::make(prepared.room.scene, *prepared.geometry, bytes);
     };
     constexpr std::size_t room = 50'000;
-    const KeptVisibility all = kept_in(plenty), some = kept_in(room), none = kept_in(0);
+    const CachedVisibility all = kept_in(plenty), some = kept_in(room), none = kept_in(0);
     EXPECT_GT(prepared.kept_vertices(some), 10u);
     EXPECT_LT(prepared.kept_vertices(some), prepared.kept_vertices(all) / 2);
     EXPECT_LE(some.bytes(), room + none.bytes());
@@ -84,28 +84,28 @@ TEST_P(KeptVisibilityBy, KeepsWhatThereIsRoomFor) {
     EXPECT_EQ(prepared.radiance(&none), radiance);
 }
 
-TEST(KeptVisibility, KnowsWhatSeesNothing) {
+TEST(CachedVisibility, KnowsWhatSeesNothing) {
     const Prepared prepared(Occlusion::exact);
-    const KeptVisibility kept = *KeptVisibility::make(prepared.room.scene, *prepared.geometry, plenty);
+    const CachedVisibility kept = *CachedVisibility::make(prepared.room.scene, *prepared.geometry, plenty);
     const std::size_t inside = prepared.room.scene.instances.size() - 1;
     for (std::size_t i = 0; i <= inside; ++i) {
         int count = 0;
         for (const std::uint32_t v :
              prepared.geometry->entities[prepared.room.scene.instances[i].entity].order)
-            if (const VertexSight* sight = kept.find(i, v)) {
-                count += i == inside || !sight->trees.empty();
-                EXPECT_TRUE(i < inside || sight->trees.empty());
+            if (const VisibilityProduct* visibility = kept.find(i, v)) {
+                count += i == inside || !visibility->trees.empty();
+                EXPECT_TRUE(i < inside || visibility->trees.empty());
             }
         EXPECT_GT(count, 10) << i;
     }
 }
 
-TEST(KeptVisibility, CanBeInterrupted) {
+TEST(CachedVisibility, CanBeInterrupted) {
     const Prepared prepared(Occlusion::fields);
     std::stop_source stop;
     stop.request_stop();
-    const Result<KeptVisibility> kept =
-        KeptVisibility::make(prepared.room.scene, *prepared.geometry, plenty, {{}, stop.get_token()});
+    const Result<CachedVisibility> kept =
+        CachedVisibility::make(prepared.room.scene, *prepared.geometry, plenty, {{}, stop.get_token()});
     ASSERT_FALSE(kept);
     EXPECT_EQ(kept.error().what, interrupted);
 }

@@ -11,7 +11,7 @@ namespace haarfield {
 ///
 /// ids   the objects, in the order of the result.
 /// cost  about 2 ms for 200,000 vertices.
-VertexMask seen_vertices(const Design& design, const Camera& camera, const SceneEntities& entities,
-                         std::span<const std::uint32_t> ids);
+VertexMask visible_vertices(const Design& design, const Camera& camera, const SceneEntities& entities,
+                            std::span<const std::uint32_t> ids);
 
 }  // namespace haarfield

@@ -16,8 +16,8 @@ namespace haarfield {
 /// cost          linear on average: each step tests the less important half of the undecided items as a
 ///               whole, and drops it if its total energy is allowed.
 template <class Item, class EnergyOf, class MattersMore>
-std::size_t kept_by_energy(std::span<Item> items, double allowed, const EnergyOf& energy_of,
-                           const MattersMore& matters_more) {
+std::size_t largest_by_energy(std::span<Item> items, double allowed, const EnergyOf& energy_of,
+                              const MattersMore& matters_more) {
     auto kept = items.begin(), end = items.end();
     while (kept != end) {
         const auto middle = kept + (end - kept) / 2;

@@ -11,7 +11,7 @@
 namespace haarfield {
 
 /// Vertices and triangles. The attributes of vertices have one element per position, or none.
-struct GivenMesh {
+struct MeshInMemory {
     std::vector<Vec3f> positions;  ///< [m]
     std::vector<Vec3f> normals;    ///< One per position, of any length, or none. Zero: compute it.
     std::vector<Vec2f> uvs;        ///< One per position, or none.

@@ -1,4 +1,4 @@
-#include "shading/visibility/seen_visibility.h"
+#include "shading/visibility/rasterized_visibility.h"
 
 #include <algorithm>
 #include <cstring>
@@ -22,7 +22,7 @@ static_assert([] {
 
 }  // namespace
 
-SeenVisibility::SeenVisibility(int face_size)
+RasterizedVisibility::RasterizedVisibility(int face_size)
     : face_size_(face_size),
       rasterizer_(face_size),
       open_(std::size_t(cubemap_faces * face_size) * std::size_t(face_size)),
@@ -33,7 +33,7 @@ SeenVisibility::SeenVisibility(int face_size)
     }
 }
 
-std::span<std::uint8_t> SeenVisibility::texels(std::span<const OccluderView> views) {
+std::span<std::uint8_t> RasterizedVisibility::texels(std::span<const OccluderView> views) {
     if (views.empty()) {
         std::ranges::fill(open_, std::uint8_t(255));
     } else {
@@ -43,7 +43,7 @@ std::span<std::uint8_t> SeenVisibility::texels(std::span<const OccluderView> vie
     return open_;
 }
 
-const WideCubemap<std::uint8_t>& SeenVisibility::tree() {
+const WideCubemap<std::uint8_t>& RasterizedVisibility::tree() {
     const std::size_t texels = open_.size() / cubemap_faces;
     nodes_.clear();
     std::array<std::size_t, cubemap_faces + 1> root{};
@@ -62,7 +62,7 @@ const WideCubemap<std::uint8_t>& SeenVisibility::tree() {
 }
 
 /// Adds nodes by level, so that the children of a node are contiguous.
-void SeenVisibility::add_face(std::size_t face, std::span<const std::uint8_t> open) {
+void RasterizedVisibility::add_face(std::size_t face, std::span<const std::uint8_t> open) {
     sort_into_blocks(open, face_size_, blocks_);
     for (std::size_t level = upper_.size(); level-- > 0;) gather_squares(level);
     faces_[face].mean = mean_of(0, 0);
@@ -79,7 +79,7 @@ void SeenVisibility::add_face(std::size_t face, std::span<const std::uint8_t> op
 }
 
 /// Sums the squares of a level from those of the level below.
-void SeenVisibility::gather_squares(std::size_t level) {
+void RasterizedVisibility::gather_squares(std::size_t level) {
     const VisibilitySquares& below = squares(level + 1);
     VisibilitySquares& here = upper_[level];
     for (std::size_t path = 0; path < here.open.size(); ++path) {
@@ -96,7 +96,7 @@ void SeenVisibility::gather_squares(std::size_t level) {
 }
 
 /// Fills in a node above the last level and appends its children.
-void SeenVisibility::fill_node(std::size_t index, std::size_t level, std::size_t path) {
+void RasterizedVisibility::fill_node(std::size_t index, std::size_t level, std::size_t path) {
     WideNode<std::uint8_t> node;
     node.first_child = static_cast<std::uint32_t>(nodes_.size() - index);
     const VisibilitySquares& below = squares(level + 1);
@@ -111,7 +111,7 @@ void SeenVisibility::fill_node(std::size_t index, std::size_t level, std::size_t
     nodes_[index] = node;
 }
 
-float SeenVisibility::mean_of(std::size_t level, std::size_t path) {
+float RasterizedVisibility::mean_of(std::size_t level, std::size_t path) {
     const std::size_t cells = std::size_t(1) << (4 * (upper_.size() + 1 - level));
     return static_cast<float>(squares(level).open[path]) / static_cast<float>(255 * cells);
 }
