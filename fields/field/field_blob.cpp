@@ -46,9 +46,9 @@ constexpr std::size_t head_size = table_size + sizeof(std::uint64_t);
 
 using Sections = std::array<std::string_view, section_count>;
 
-/// Words of four bytes only, so that there is no padding.
+/// The section "record". It has words of four bytes only, so that the compiler adds no padding.
 struct FieldRecord {
-    std::array<std::uint32_t, 8> keys;  ///< Low words first; of the surroundings, of the whole.
+    std::array<std::uint32_t, 8> keys;  ///< FieldKeys: surroundings, whole; low words first.
     std::int32_t face_size, coefficients;
     float relative_l2_error;
     std::uint32_t planar_samples, spherical_samples;
@@ -117,7 +117,7 @@ std::size_t aligned(std::size_t offset) {
     return (offset + field_blob_alignment - 1) / field_blob_alignment * field_blob_alignment;
 }
 
-/// Bytes of a struct or of the elements of an array.
+/// The bytes of a struct, or of the elements of an array.
 template <class T>
 std::string_view bytes_of(const T& value) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -147,26 +147,27 @@ void set_name(char (&name)[size], std::string_view text) {
     std::memcpy(name, text.data(), text.size());
 }
 
-/// The header of a blob at the begin of some bytes, once its checksum holds.
+/// Returns the header of the blob at the start of some bytes, after verifying its checksum.
 Result<BlobHeader> checked_header(std::string_view bytes) {
     if (!bytes.starts_with(blob_magic))
         return Error{"", "the field's tables do not begin with " + std::string(blob_magic)};
     if (bytes.size() < head_size) return Error{"", "the field's tables are cut short"};
     const auto header = value_at<BlobHeader>(bytes, 0);
     if (header.version != field_blob_version)
-        return Error{"",
-                     fmt::format("the field has version {}; wanted {}", header.version, field_blob_version)};
+        return Error{
+            "", fmt::format("the field has version {}; expected {}", header.version, field_blob_version)};
     if (value_at<std::uint64_t>(bytes, table_size) != short_hash(bytes.substr(0, table_size)))
         return Error{"", "the checksum of the field's list of tables is wrong"};
     return header;
 }
 
-/// The blob's sections, once header, table and the checksums of the first `checked` sections hold.
+/// Returns the sections of a blob, after verifying its header and the checksums of the first `checked`
+/// sections.
 Result<Sections> checked_sections(std::string_view blob, std::size_t checked = section_count) {
     const Result<BlobHeader> header = checked_header(blob);
     if (!header) return header.error();
     if (header->sections != section_count || header->bytes != blob.size())
-        return Error{"", "the field's tables have another size or number than they say"};
+        return Error{"", "the size or number of the field's tables differs from that in their header"};
     Sections sections;
     std::uint64_t end = head_size;
     for (std::size_t s = 0; s < section_count; ++s) {
@@ -176,21 +177,21 @@ Result<Sections> checked_sections(std::string_view blob, std::size_t checked = s
         if (std::memcmp(section.name, name, sizeof name) != 0 || section.offset != aligned(end) ||
             section.offset > blob.size() || section.bytes > blob.size() - section.offset)
             return Error{
-                "", fmt::format("table \"{}\" of the field is not where it should be", section_names[s])};
+                "", fmt::format("table \"{}\" of the field is not at its expected place", section_names[s])};
         if (blob.substr(end, section.offset - end).find_first_not_of('\0') != std::string_view::npos)
             return Error{"",
-                         fmt::format("something lies before table \"{}\" of the field", section_names[s])};
+                         fmt::format("unexpected bytes before table \"{}\" of the field", section_names[s])};
         sections[s] = blob.substr(section.offset, section.bytes);
         if (s < checked && short_hash(sections[s]) != section.hash)
             return Error{"",
                          fmt::format("the checksum of table \"{}\" of the field is wrong", section_names[s])};
         end = section.offset + section.bytes;
     }
-    if (end != blob.size()) return Error{"", "something follows the last of the field's tables"};
+    if (end != blob.size()) return Error{"", "unexpected bytes after the last table of the field"};
     return sections;
 }
 
-/// Copies a section's elements; false if it ends within one.
+/// Copies the elements of a section. Returns false if the section ends within an element.
 template <class T>
 bool read_values(std::string_view bytes, std::vector<T>& values) {
     if (bytes.size() % sizeof(T) != 0) return false;
@@ -199,7 +200,7 @@ bool read_values(std::string_view bytes, std::vector<T>& values) {
     return true;
 }
 
-/// Likewise, but in place if they are aligned.
+/// Like read_values, but refers to elements that are aligned in memory instead of copying them.
 template <class T>
 bool read_table(std::string_view bytes, const std::shared_ptr<const void>& owner, SharedArray<T>& table) {
     if (bytes.size() % sizeof(T) == 0 && reinterpret_cast<std::uintptr_t>(bytes.data()) % alignof(T) == 0) {
@@ -217,7 +218,7 @@ Result<VisibilityField> described_field(const Sections& sections) {
     VisibilityField field;
     field.entity = sections[entity];
     if (sections[record].size() != sizeof(FieldRecord))
-        return Error{"", fmt::format("table \"record\" of the field has {} bytes; wanted {}",
+        return Error{"", fmt::format("table \"record\" of the field has {} bytes; expected {}",
                                      sections[record].size(), sizeof(FieldRecord))};
     apply_record(value_at<FieldRecord>(sections[record], 0), field);
     return field;

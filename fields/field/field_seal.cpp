@@ -56,12 +56,12 @@ Result<FieldSeal> read_field_seal(std::string_view file) {
     const std::uint64_t before = file.size() - sizeof seal;
     std::memcpy(&seal, file.data() + before, sizeof seal);
     if (seal.version != seal_version)
-        return Error{"", fmt::format("the seal has version {}; wanted {}", seal.version, seal_version)};
+        return Error{"", fmt::format("the seal has version {}; expected {}", seal.version, seal_version)};
     if (seal.hash != seal_hash(seal)) return Error{"", "the seal is damaged"};
     if (seal.file_bytes != file.size())
-        return Error{"", fmt::format("{} bytes long; sealed with {}", file.size(), seal.file_bytes)};
+        return Error{"", fmt::format("{} bytes long; the seal expects {}", file.size(), seal.file_bytes)};
     if (seal.blob_offset > before || seal.blob_bytes > before - seal.blob_offset)
-        return Error{"", "the seal says that the field's tables lie outside of the file"};
+        return Error{"", "the field's tables are outside the file, according to the seal"};
     return FieldSeal{seal.blob_offset, seal.blob_bytes, {seal.content[0], seal.content[1]}};
 }
 

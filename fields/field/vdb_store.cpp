@@ -23,14 +23,15 @@ namespace vdb = openvdb;
 
 constexpr const char* blob_name = "haarfield_blob";
 
-/// The blob, and where in the file it came to lie.
+/// The blob, and its offset in the file, which is known after writing.
 struct PlacedBlob {
     std::string bytes;
     std::size_t offset = 0;
 };
 
-/// The blob as grid metadata, between zeros that put it where it can be read in place. Other programs skip
-/// the type and keep the bytes. All copies share the blob, because OpenVDB copies grids to write them.
+/// The blob as grid metadata. Zeros before it align it in the file, so that it can be read in place. Other
+/// programs do not know the type and preserve the bytes. All copies refer to one blob, because OpenVDB copies
+/// grids before it writes them.
 class BlobMetadata final : public vdb::Metadata {
 public:
     explicit BlobMetadata(std::shared_ptr<PlacedBlob> blob) : blob_(std::move(blob)) {}
@@ -61,8 +62,7 @@ private:
     std::shared_ptr<PlacedBlob> blob_;
 };
 
-/// OpenVDB's own writer, for any stream that can seek; io::File writes to files only and does not tell of a
-/// full disk.
+/// OpenVDB's writer for any seekable stream. io::File writes to files only and does not report a full disk.
 class StreamArchive : public vdb::io::Archive {
 public:
     using vdb::io::Archive::write;
@@ -86,7 +86,7 @@ vdb::Coord spherical_place(const SphericalSampler& sampler, std::int64_t i) {
                  i % sampler.azimuths);
 }
 
-/// Bricks of 8^3, in rows of 16 and layers of 16 rows.
+/// Returns the voxel of vertex i: bricks of 8^3 voxels, in rows of 16 bricks and layers of 16 rows.
 vdb::Coord local_place(std::int64_t i) {
     return coord((i >> 6 & 7) | (i >> 9 & 15) << 3, (i >> 3 & 7) | (i >> 13 & 15) << 3,
                  (i & 7) | (i >> 17) << 3);
@@ -105,17 +105,19 @@ std::string_view bytes_of(const std::vector<T>& values) {
     return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-/// By how much voxels must grow for OpenVDB to take their map: it refuses those of less than some 3e-15 m^3.
-/// What is tenths of millimetres small is seen larger by viewers; the field itself is in the blob.
+/// Returns the factor by which voxels must grow so that OpenVDB accepts their transform. It rejects volumes
+/// below about 3e-15 m^3. Viewers therefore show entities of a few tenths of a millimetre too large. The
+/// field in the blob is unchanged.
 double needed_growth(const vdb::Vec3d& voxel) {
     constexpr double smallest = 1e-14;
     const double volume = voxel.x() * voxel.y() * voxel.z();
     return volume < smallest ? std::cbrt(smallest / volume) : 1;
 }
 
-/// A map that stretches index space over a box, from the lower corner of voxel 0 to the upper of the last.
+/// Returns a transform that maps index space to a box, from the lower corner of voxel 0 to the upper corner
+/// of the last voxel.
 vdb::math::Transform::Ptr box_transform(const Bounds& bounds, const vdb::Coord& last) {
-    const double shortest = std::max(1e-3 * bounds.radius(), 1e-6);  // a flat entity has a volume here
+    const double shortest = std::max(1e-3 * bounds.radius(), 1e-6);  // gives flat entities a volume
     vdb::Vec3d scale, centre;
     for (int k = 0; k < 3; ++k) {
         const double extent = std::max(double(bounds.upper[k]) - bounds.lower[k], shortest);
@@ -127,7 +129,7 @@ vdb::math::Transform::Ptr box_transform(const Bounds& bounds, const vdb::Coord& 
         std::make_shared<vdb::math::ScaleTranslateMap>(scale, centre));
 }
 
-/// A grid of handles, the i-th at place(i).
+/// Returns a grid with handle i at the voxel place(i).
 template <class Place>
 vdb::GridBase::Ptr handle_grid(const char* name, const char* schema, const Bounds& bounds,
                                const std::vector<std::int32_t>& handles, const Place& place) {
@@ -154,17 +156,17 @@ vdb::GridBase::Ptr pool_grid(const std::shared_ptr<PlacedBlob>& blob, const Boun
     return grid;
 }
 
-/// Voxels of which less than this part of the directions is blocked are left out, so that viewers show a
-/// hull that follows the entity.
+/// Minimum blocked fraction of directions of an active voxel. Viewers then show a hull that follows the
+/// entity.
 constexpr float least_occlusion = 0.1f;
 
-/// The grids for viewers: how open it is, and which way.
+/// Returns the two grids for viewers: ambient_visibility and open_direction.
 std::array<vdb::GridBase::Ptr, 2> ambient_grids(const VisibilityField& field) {
     const AmbientVisibility volume = ambient_visibility(field);
     const auto open = vdb::FloatGrid::create(1.0f);
     const auto direction = vdb::Vec3SGrid::create(vdb::Vec3s(0.0f));
     open->setGridClass(vdb::GRID_FOG_VOLUME);
-    direction->setVectorType(vdb::VEC_CONTRAVARIANT_RELATIVE);  // turns with the grid
+    direction->setVectorType(vdb::VEC_CONTRAVARIANT_RELATIVE);  // vectors rotate with the grid
     const auto transform = vdb::math::Transform::createLinearTransform(
         double(volume.voxel_size) * needed_growth(vdb::Vec3d(volume.voxel_size)));
     transform->postTranslate(vdb::Vec3d(volume.origin.x, volume.origin.y, volume.origin.z));
@@ -192,11 +194,11 @@ std::array<vdb::GridBase::Ptr, 2> ambient_grids(const VisibilityField& field) {
     return {open, direction};
 }
 
-/// A file begins with u64 magic, u32 version of the format, u32 major and u32 minor version of the library,
-/// u8 whether it can be sought in, and a random number as text.
+/// Offsets in the header of an OpenVDB file: u64 magic, u32 version of the format, u32 major and u32 minor
+/// version of the library, u8 flag for seekable files, and a random UUID as text.
 constexpr std::size_t version_offset = 8, version_size = 12, uuid_offset = 21, uuid_size = 36;
 
-/// Replaces the number by one made from the content; false if the header is not what we know.
+/// Replaces the UUID by one computed from the content. Returns false if there is no UUID at its offset.
 bool number_by_content(std::string& bytes) {
     if (bytes.size() < uuid_offset + uuid_size) return false;
     const auto is_dash = [](std::size_t i) { return i == 8 || i == 13 || i == 18 || i == 23; };
@@ -206,7 +208,7 @@ bool number_by_content(std::string& bytes) {
         c = '0';
     }
     std::string uuid = content_hash(bytes).hex();
-    uuid[12] = '8';  // version 8: made by an own rule
+    uuid[12] = '8';  // version 8: custom
     uuid[16] = '8';
     for (const std::size_t dash : {8u, 13u, 18u, 23u}) uuid.insert(dash, 1, '-');
     bytes.replace(uuid_offset, uuid_size, uuid);

@@ -3,13 +3,14 @@
 namespace haarfield {
 namespace {
 
-constexpr float unit = 1.0f / (1 << 24);  // of the 24 bits that a float in [0, 1) can hold
+constexpr float unit = 1.0f / (1 << 24);  // a float has 24 significant bits
 
 }  // namespace
 
 std::array<std::uint32_t, 2> sobol_digits(std::uint32_t index) {
-    // Bit k of the index turns over the digits of its direction numbers: in the first dimension digit k + 1
-    // alone, in the second those of (1 + x)^k modulo 2, row k of Pascal's triangle.
+    // Bit k of the index flips the digits of direction number k. In the first dimension this is digit k + 1
+    // only. In the second dimension these are the coefficients of (1 + x)^k modulo 2, row k of Pascal's
+    // triangle.
     std::uint32_t x = 0, y = 0;
     for (std::uint32_t first = 1u << 31, second = 1u << 31; index != 0;
          index >>= 1, first >>= 1, second ^= second >> 1)

@@ -5,7 +5,9 @@
 namespace haarfield {
 namespace {
 
-/// direction  in the entity's frame.
+/// Converts Embree's hit to a SurfaceHit of instance 0.
+///
+/// direction  in the frame of the entity.
 SurfaceHit surface_hit(const RTCRayHit& ray, const Vec3f& direction) {
     return {0, ray.hit.primID, ray.hit.u, ray.hit.v, ray.ray.tfar, outwards(ray).dot(direction) > 0};
 }

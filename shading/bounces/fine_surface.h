@@ -1,5 +1,5 @@
 #pragma once
-/// The fine meshes of a scene, for rays that ask what they meet.
+/// Nearest hits of rays with the fine meshes of a scene.
 
 #include <optional>
 
@@ -7,36 +7,35 @@
 
 namespace haarfield {
 
-/// Where a ray meets a fine mesh: the corners of the triangle weigh 1 - u - v, u and v.
+/// The intersection of a ray with a fine mesh.
 struct SurfaceHit {
     std::uint32_t instance = 0, triangle = 0;
-    float u = 0, v = 0;
-    float distance = 0;    ///< From the ray's origin. [m]
-    bool is_back = false;  ///< It is met from behind.
+    float u = 0, v = 0;    ///< Barycentric coordinates of the second and third corners.
+    float distance = 0;    ///< From the origin of the ray. [m]
+    bool is_back = false;  ///< True if the ray hits the back of the triangle.
 
-    std::array<float, 3> weights() const { return {1 - u - v, u, v}; }  ///< Of the triangle's corners.
+    std::array<float, 3> weights() const { return {1 - u - v, u, v}; }  ///< Returns those of all corners.
 };
 
-/// The instances of a scene, as finely as they are baked. Safe to share between threads while nothing is
-/// placed.
+/// The fine meshes of all instances of a scene, for ray queries. Threads may share it while none calls place.
 class FineSurface {
 public:
-    /// cost  some 0.3 us a triangle of the fine meshes.
+    /// cost  about 0.3 us per triangle of the fine meshes.
     explicit FineSurface(const ShadedScene& scene);
 
-    /// The instances as they stand now.
+    /// Updates the placements of the instances.
     void place(const ShadedScene& scene) { triangles_.place(scene); }
 
-    /// The first thing that a ray in the world meets.
+    /// Returns the nearest hit of a ray in the world.
     ///
-    /// from       off the surface that it belongs to.
+    /// from       offset from the surface that the ray leaves.
     /// direction  unit length.
-    /// cost       some 0.2 us.
+    /// cost       about 0.2 us.
     std::optional<SurfaceHit> first_hit(const ShadedScene& scene, const Vec3f& from,
                                         const Vec3f& direction) const;
 
-    /// The point of the entity's own surface right below one beside it, in the entity's frame; of the hit the
-    /// instance is left 0.
+    /// Projects a point near an entity's surface onto this surface, along -normal. Arguments are in the frame
+    /// of the entity. `instance` of the hit is 0.
     std::optional<SurfaceHit> below(std::size_t entity, const Vec3f& from, const Vec3f& normal) const;
 
 private:

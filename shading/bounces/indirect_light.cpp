@@ -48,7 +48,7 @@ Result<BouncedLight> bounced_light(const LightTransport& transport, std::span<co
     result.radiance.assign(direct.begin(), direct.end());
     std::vector<Rgb> last(direct.begin(), direct.end());
     std::vector<Rgb> arriving;
-    constexpr std::size_t run = 4096;  // rows that are summed up together, whatever the threads
+    constexpr std::size_t run = 4096;  // rows per partial sum, so that sums do not depend on threads
     struct Shares {
         double sum = 0;
         std::size_t lit = 0;
@@ -58,8 +58,8 @@ Result<BouncedLight> bounced_light(const LightTransport& transport, std::span<co
     while (result.bounces < settings.most) {
         if (progress.stop.stop_requested()) return Error{"", interrupted};
         arriving = transport.irradiance(last);
-        // What the bounce adds to a row, relative to all that it has then: so that a dark room counts as much
-        // as the sunny street before it.
+        // Contributions are relative to the radiance of the row, so that a dark room has the same weight as
+        // the sunny street in front of it.
         tbb::parallel_for(std::size_t(0), shares.size(), [&](std::size_t r) {
             shares[r] = {};
             for (std::size_t row = r * run, end = std::min(last.size(), row + run); row < end; ++row) {
@@ -86,7 +86,7 @@ Result<BouncedLight> bounced_light(const LightTransport& transport, std::span<co
         before = added;
     }
     if (result.bounces == 0 || result.bounces == settings.most) return result;
-    // What is left out is much like the last bounce.
+    // The further bounces have nearly the distribution of the last one.
     const float rest = static_cast<float>(factor / (1 - factor));
     for (std::size_t row = 0; row < last.size(); ++row) {
         result.irradiance[row] += arriving[row] * rest;

@@ -14,12 +14,12 @@ namespace haarfield {
 namespace {
 
 constexpr std::size_t most_neighbours = 8;
-constexpr float smoothed_share = 0.07f;  ///< Of the distance from which light comes: how far it is smoothed.
-constexpr float same_surface = 0.95f;    ///< Cosine between normals.
+constexpr float smoothed_share = 0.07f;  ///< Smoothing radius / distance to the hit surfaces.
+constexpr float same_surface = 0.95f;    ///< Minimum cosine between the normals of neighbours.
 constexpr double wanted_certainty = 0.02;
 constexpr int most_directions = 4096;
 
-/// A number in [0, 1) that looks random.
+/// Returns a pseudo-random number in [0, 1), a hash of x.
 ///
 /// source  the finalizer of MurmurHash3, by Austin Appleby.
 float scattered(std::uint64_t x) {
@@ -37,7 +37,8 @@ LightTransport::Neighbours LightTransport::neighbours(const ShadedEntity& entity
                                                       std::span<const std::uint32_t> order) {
     const Mesh& mesh = *entity.mesh;
     const std::vector<std::uint8_t>& buried = entity.occlusion->samples().buried;
-    // Vertices at one place, where materials or normals part, are one site. Sites are numbered by position.
+    // A site is a position. It has several vertices where materials or normals differ. Sites are sorted by
+    // position.
     std::vector<std::uint32_t> by_position(order.size());
     std::iota(by_position.begin(), by_position.end(), 0u);
     const auto place_of = [&](std::uint32_t v) {
@@ -101,7 +102,7 @@ Result<Done> LightTransport::shoot(const ShadedScene& scene, const ShadingGeomet
                                    const Progress& progress) {
     const VertexRows rows(scene, geometry);
     const std::vector<std::vector<std::uint32_t>> place = row_places(scene, geometry);
-    // Appends what a row meets.
+    // Traces the rays of a row and appends its entries to `sources`.
     const auto shoot_row = [&](std::size_t row, std::uint32_t count, std::vector<std::uint32_t>& sources) {
         const InstanceVertex at = rows[row];
         nearness_[row] = 0;
@@ -111,7 +112,7 @@ Result<Done> LightTransport::shoot(const ShadedScene& scene, const ShadingGeomet
         const Vec3f normal = instance.placement.direction_to_world(entity.mesh->normals[at.vertex]),
                     from = instance.placement.point_to_world(entity.occlusion->samples().points[at.vertex]);
         const Axes<Vec3f> axes = axes_across(normal);
-        // The same for an instance whatever others there are, and in whatever order.
+        // Numbers start at each instance, so that its directions do not depend on the other instances.
         const std::uint64_t first_number = (row - rows.first(at.instance)) * count;
         double nearness = 0;
         for (std::uint32_t k = 0; k < count; ++k) {
@@ -194,7 +195,8 @@ void LightTransport::find_steps() {
     for (const Run& run : runs_) {
         const std::vector<float>& squares = neighbours_[run.entity].square_distance;
         for (std::size_t place = 0; place < squares.size(); ++place) {
-            // A step spreads what is there by half of the neighbours' distance, squares of which add up.
+            // A step spreads light with half of the squared distance to the neighbours as its variance, and
+            // variances of steps add up.
             const float nearness = nearness_[run.first + place],
                         square = squares[place] * run.square_scale * nearness * nearness;
             steps_[run.first + place] =
@@ -207,7 +209,7 @@ void LightTransport::find_steps() {
 
 std::vector<std::uint16_t> LightTransport::wanted_directions(std::span<const Rgb> radiance,
                                                              std::span<const Rgb> reflectance) const {
-    // How many times as many directions each row would need.
+    // Required directions of each row, divided by its present directions.
     std::vector<float> lacking(directions_.size(), 0.0f);
     for (const Run& run : runs_)
         tbb::parallel_for(std::size_t(0), neighbours_[run.entity].end.size(), [&](std::size_t k) {
@@ -223,8 +225,7 @@ std::vector<std::uint16_t> LightTransport::wanted_directions(std::span<const Rgb
                          variance = std::max(0.0, squares / count - mean * mean) / count,
                          share = pi * double(luminance(reflectance[row])),
                          whole = double(luminance(radiance[row]));
-            // What is averaged over a disc grows with its area, and a step with the mean square of the
-            // distance.
+            // Smoothing averages over a disc, whose area is proportional to the number of steps.
             const double averaged = 1 + 2.0 * steps_[row];
             if (whole > 0)
                 lacking[row] =
@@ -305,7 +306,7 @@ void LightTransport::smooth(std::vector<Rgb>& irradiance, int most_steps) const 
                     values[k] = (mixed[k] + sum / static_cast<float>(end - first)) * 0.5f;
                 }
             });
-            // Who was not mixed is the same already.
+            // Rows that this step did not average are equal in both arrays.
             tbb::parallel_for(tbb::blocked_range<std::size_t>(0, steps.size(), 4096), [&](const auto& range) {
                 for (std::size_t k = range.begin(); k != range.end(); ++k) mixed[k] = values[k];
             });

@@ -1,11 +1,12 @@
 #pragma once
-/// How light goes from surface to surface: a sparse matrix, made by rays.
+/// The transport of diffuse light between surfaces, as a sparse matrix that is computed with rays.
 ///
-/// The irradiance of a vertex by what its surroundings send back is
+/// The indirect irradiance of a vertex with normal N is
 ///     E = int B(w) (N.w) dw  =~  pi/K sum_k B(hit_k),
-/// over K directions with the density of the cosine: what a direction meets is a row's entry, and one that
-/// meets nothing, or a back, is none. Hits are snapped to a corner of their triangle, drawn by its weight, so
-/// that an entry is a vertex and no more. Rows whose sum is uncertain have more directions than others.
+/// where B is the diffuse radiance of the surface in direction w. The K directions have the density of the
+/// cosine. Each ray that hits the front of a surface is an entry in the row of the vertex. An entry is only
+/// the index of a vertex: a corner of the hit triangle, chosen at random with its barycentric weight. Rows
+/// whose sum is uncertain have more directions.
 
 #include "fields/base/progress.h"
 #include "fields/base/result.h"
@@ -14,89 +15,93 @@
 
 namespace haarfield {
 
-/// The matrix, and what smooths its products. Rows are those of VertexRows.
+/// The matrix, and the smoothing of irradiance over surfaces. Rows are those of VertexRows.
 class LightTransport {
 public:
-    /// Shoots the rays.
+    /// Traces the rays of all rows.
     ///
-    /// directions  K, of each row; a power of two, at most 4096 (asserted). Those of rows that follow each
-    ///             other fill each other's gaps: see sobol_point.
-    /// accuracy    the same bits for any number of threads.
-    /// cost        some 0.2 us a ray, on all of oneTBB's threads; 4 bytes a hit.
+    /// directions  K, the number per row; a power of two, at most 4096 (asserted). The directions of
+    ///             consecutive rows fill each other's gaps; see sobol_point.
+    /// accuracy    bit-identical for any number of threads.
+    /// cost        about 0.2 us per ray, on all of oneTBB's threads; 4 bytes per hit.
     /// errors      interrupted.
     static Result<LightTransport> make(const ShadedScene& scene, const ShadingGeometry& geometry,
                                        const FineSurface& surface, int directions,
                                        const Progress& progress = {});
 
-    /// Gives rows more directions, up to 4096, where these surfaces' light would be uncertain by more than a
-    /// fiftieth of the row's radiance even when it is smoothed; the most uncertain ones if that were more
-    /// than as many rays again as there are.
+    /// Adds directions, up to 4096, to rows whose indirect radiance has a standard error of more than 2 % of
+    /// the row's radiance after smoothing. If this requires more rays than the matrix has so far, the number
+    /// of directions is reduced everywhere, so that only the most uncertain rows get more.
     ///
-    /// scene, geometry, surface  as before.
-    /// radiance                  by row, with what was reflected; reflectance: albedo / pi.
-    /// errors                    interrupted; then the transport is of no use.
+    /// scene, geometry, surface  those of make().
+    /// radiance                  diffuse radiance by row, direct and indirect. [W/(m^2 sr)]
+    /// reflectance               diffuse albedo / pi, by row. [1/sr]
+    /// errors                    interrupted; the transport must then be discarded.
     Result<Done> refine(const ShadedScene& scene, const ShadingGeometry& geometry, const FineSurface& surface,
                         std::span<const Rgb> radiance, std::span<const Rgb> reflectance,
                         const Progress& progress = {});
 
-    static constexpr int most_smoothing_steps = 24;  ///< As many as smooth() ever takes.
+    static constexpr int most_smoothing_steps = 24;  ///< Maximum number of steps of smooth().
 
-    /// Irradiance by row that diffuse surfaces of such radiance shed on each other. [W/m^2]
+    /// Returns the irradiance of all rows by the diffuse radiance of all rows. [W/m^2]
     ///
-    /// radiance  by row.
-    /// cost      some nanosecond a hit, on all of oneTBB's threads.
+    /// radiance  by row. [W/(m^2 sr)]
+    /// cost      about 1 ns per hit, on all of oneTBB's threads.
     std::vector<Rgb> irradiance(std::span<const Rgb> radiance) const;
 
-    /// The same of every other row, in half of the time; the others stay as they are.
+    /// Updates the irradiance of every other row, in half the time of irradiance().
     ///
-    /// first       0 or 1: of which rows.
-    /// irradiance  by row.
+    /// first       0 for the even rows, 1 for the odd rows.
+    /// irradiance  by row. [W/m^2]
     void update_irradiance(std::span<const Rgb> radiance, std::size_t first, std::span<Rgb> irradiance) const;
 
-    /// Takes the mean with neighbours on the same surface, as far as a fifteenth of the distance from which
-    /// the light comes (the harmonic mean over the directions): light that comes from afar changes slowly.
+    /// Averages irradiance over neighbouring vertices of the same surface. The radius is about a fifteenth of
+    /// the distance to the hit surfaces (harmonic mean over the directions), because distant light varies
+    /// slowly over a surface.
     ///
-    /// steps  at most so many: each reaches as far as a row's nearest neighbours.
-    /// cost   some ten nanoseconds a row and step.
+    /// steps  maximum number of steps. A step averages each row with its nearest neighbours.
+    /// cost   about 10 ns per row and step.
     void smooth(std::vector<Rgb>& irradiance, int steps = most_smoothing_steps) const;
 
-    /// Whether a row has no entries: nothing sends it light.
+    /// True if no ray of the row hits a surface, so that the row receives no indirect light.
     bool is_empty(std::size_t row) const { return nearness_[row] == 0; }
 
-    std::size_t bytes() const;  ///< Memory. [bytes]
+    std::size_t bytes() const;  ///< Returns the memory that the matrix occupies. [bytes]
 
 private:
     static constexpr std::size_t block_rows = 64;
-    /// Rows that follow each other.
+    /// The entries of consecutive rows.
     struct Block {
-        std::vector<std::uint32_t> sources;           ///< Rows that are hit, of one row after the other.
-        std::array<std::uint32_t, block_rows> end{};  ///< Of each row's.
+        std::vector<std::uint32_t> sources;           ///< Hit rows, ordered by the row that they light.
+        std::array<std::uint32_t, block_rows> end{};  ///< End of each row's entries in `sources`.
     };
-    /// Of an entity, whose instances share it: vertices beside each other, in the entity's order.
+    /// The neighbours of an entity's vertices, which all its instances share. A place is an index into the
+    /// entity's ShadingGeometry::Entity::order.
     struct Neighbours {
-        std::vector<std::uint32_t> end;  ///< Of each place's.
-        std::vector<std::uint32_t> place;
-        std::vector<float> square_distance;  ///< Mean, by place. [m^2]
+        std::vector<std::uint32_t> end;      ///< End of each vertex's neighbours in `place`, by place.
+        std::vector<std::uint32_t> place;    ///< Places of the neighbours.
+        std::vector<float> square_distance;  ///< Mean squared distance to the neighbours, by place. [m^2]
     };
+    /// The rows of one instance.
     struct Run {
-        std::size_t first, entity;  ///< Row; entity.
-        float square_scale;         ///< Of the placement.
+        std::size_t first, entity;  ///< First row; index of the entity.
+        float square_scale;         ///< Squared scale of the placement.
     };
     static Neighbours neighbours(const ShadedEntity& entity, std::span<const std::uint32_t> order);
     Result<Done> shoot(const ShadedScene& scene, const ShadingGeometry& geometry, const FineSurface& surface,
                        std::span<const std::uint16_t> directions, const Progress& progress);
     void find_steps();
-    /// Of rows  first, first + stride, first + 2 stride  and so on.
+    /// Computes the irradiance of the rows first, first + stride, first + 2 stride ...
     void gather(std::span<const Rgb> radiance, std::size_t first, std::size_t stride,
                 std::span<Rgb> irradiance) const;
     std::vector<std::uint16_t> wanted_directions(std::span<const Rgb> radiance,
                                                  std::span<const Rgb> reflectance) const;
 
     std::vector<Block> blocks_;
-    std::vector<std::uint16_t> directions_;  ///< By row.
+    std::vector<std::uint16_t> directions_;  ///< Number of directions, by row.
     std::vector<float>
-        nearness_;  ///< By row: mean over the directions of 1 / distance; 0: nothing is met. [1/m]
-    std::vector<std::uint8_t> steps_;     ///< By row: how often it is mixed with its neighbours.
+        nearness_;  ///< By row: mean of 1 / distance over the directions; 0 for those without hit. [1/m]
+    std::vector<std::uint8_t> steps_;     ///< Number of smoothing steps, by row.
     std::vector<Neighbours> neighbours_;  ///< By entity.
     std::vector<Run> runs_;               ///< By instance.
 };

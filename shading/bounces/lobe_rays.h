@@ -1,22 +1,22 @@
 #pragma once
-/// Rays by which specular lobes gather indirect light.
+/// Rays along which specular lobes gather indirect light.
 
 #include "shading/bounces/cosine_directions.h"
 #include "shading/walk/vertex_shading.h"
 
 namespace haarfield {
 
-inline constexpr std::uint32_t lobe_rays = 24;  ///< Of a lobe.
+inline constexpr std::uint32_t lobe_rays = 24;  ///< Rays per lobe.
 
 /// A ray of a lobe.
 struct LobeRay {
     Vec3f direction;     ///< Unit length, above the surface.
-    float weight;        ///< Of the radiance along the ray, without VertexBrdf::specular.
-    float metallic = 0;  ///< 1 - F of metals: the colour is 1 - VertexBrdf::metallic times this.
+    float weight;        ///< Factor of the radiance along the ray; does not contain VertexBrdf::specular.
+    float metallic = 0;  ///< 1 - F of metals. Their colour is 1 - VertexBrdf::metallic * metallic.
 };
 
-/// Calls `visit(ray)` for the rays of a BRDF's specular lobes. They are distributed with the density of the
-/// lobe, by the same points for all BRDFs.
+/// Calls `visit(ray)` for each ray of a BRDF's specular lobes. The density of the rays is that of the lobe.
+/// All BRDFs use the same points of Sobol's sequence.
 template <class Visit>
 void visit_lobe_rays(const VertexBrdf& brdf, const Visit& visit) {
     if (brdf.specular == Rgb(0.0f)) return;
