@@ -12,7 +12,7 @@ struct BounceRays {
     LightTransport transport;  ///< Not refined.
 };
 
-/// Shoots the rays of indirect light.
+/// Traces the rays of indirect light.
 ///
 /// before  null, or the rays of the same entities in other placements: data that depends on entities alone is
 ///         shared.
@@ -22,7 +22,7 @@ Result<BounceRays> bounce_rays(const ShadedScene& scene, const ShadingGeometry& 
                                const RenderSettings& settings, const Progress& progress = {},
                                const BounceRays* before = nullptr);
 
-/// Multiplies diffuse radiance by row by the tints of the surfaces.
+/// Multiplies the diffuse radiance of each row by the tint of its surface.
 std::vector<Rgb> tinted_rows(const ShadedScene& scene, const VertexRows& rows, std::vector<Rgb> diffuse);
 
 /// Computes the indirect light of a scene.
@@ -30,7 +30,7 @@ std::vector<Rgb> tinted_rows(const ShadedScene& scene, const VertexRows& rows, s
 /// direct    a shading by direct light alone, with the bounces in its settings.
 /// radiance  of that shading; its diffuse component is used.
 /// rays      of the scene with its instances in place.
-/// cost      up to as many further rays, and a pass over their hits for each bounce.
+/// cost      at most the cost of bounce_rays again, and a pass over all hits for each bounce.
 /// errors    interrupted.
 Result<IndirectLight> scene_indirect_light(const PointShading& direct, const SceneRadiance& radiance,
                                            const BounceRays& rays, const Progress& progress = {});
@@ -41,7 +41,7 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Sce
 /// Computes the direct radiance first, then the indirect light.
 Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Progress& progress = {});
 
-/// scene_radiance with indirect light, if the settings ask for bounces.
+/// Computes scene_radiance, with indirect light if the settings have bounces.
 ///
 /// direct    as above.
 /// indirect  is set to the scene's indirect light; empty if there are no bounces or the sharing is partial.

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double middle_weight = 0.75, corner_weight = 1.0 / 12;
 
-/// The triangles' middles; none where a triangle is buried or has no area.
+/// Returns the middles of the triangles; none if a triangle is buried or has no area.
 std::vector<std::optional<SurfacePoint>> middles_of(const Mesh& mesh, const LocalSampler& sampler) {
     std::vector<std::optional<SurfacePoint>> middles(mesh.triangles.size());
     tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(middles.size()), [&](std::uint32_t t) {
@@ -44,7 +44,8 @@ std::vector<Outgoing> fitted(RadiantMesh& shaded, std::span<std::optional<Outgoi
     const auto count = static_cast<Eigen::Index>(mesh.positions.size());
     double total_area = 0;
     for (const auto& triangle : mesh.triangles) total_area += area(mesh, triangle);
-    // Keeps vertices of no triangle with area where they are, and moves no other by more than rounding.
+    // This term preserves the radiance of vertices that no triangle with area has. Its effect on other
+    // vertices is below rounding.
     const double kept = 1e-9 * std::max(total_area, 1e-30) / static_cast<double>(count);
     std::vector<Eigen::Triplet<double>> entries;
     Eigen::MatrixXd wanted(count, channels), start(count, channels);

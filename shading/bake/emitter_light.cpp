@@ -6,8 +6,8 @@
 namespace haarfield {
 namespace {
 
-/// Patches that shed less of a point's light, over the mean of them, have no ray, but the mean visibility of
-/// the others; as those have that are more than EmitterCut::most.
+/// Fraction of the mean irradiance per patch below which a patch has no shadow ray. Its visibility is then
+/// the mean visibility of the patches with rays. The same applies to patches beyond EmitterCut::most.
 constexpr float negligible = 0.02f;
 
 /// Widens the specular lobes by the solid angle of a patch.
@@ -33,7 +33,7 @@ Outgoing radiance_by(const EmitterPatch& patch, const VertexBrdf& brdf) {
     return radiance;
 }
 
-/// Lights one receiver after the other; keeps its memory.
+/// Computes the emitters' light at receivers one at a time. Reuses its memory.
 class Receiver {
 public:
     Receiver(const ShadowRays& rays, const EmitterTree& emitters, const EmitterCut& cut)

@@ -17,7 +17,7 @@
 namespace haarfield {
 namespace {
 
-/// Errors of several points, and what they are relative to.
+/// Collects the errors of points and the radiance that they are relative to.
 class ErrorSum {
 public:
     void add(const Rgb& found, const Rgb& exact, const Rgb& oracle) {
@@ -106,11 +106,11 @@ std::vector<BudgetEntry> budget_entries(const std::vector<OracleRadiances>& radi
     return entries;
 }
 
-/// Paths are followed until their irradiance is as certain as this, or so many of them.
+/// Relative standard deviation at which path tracing of a vertex ends, and the largest number of paths.
 constexpr double path_certainty = 0.01;
 constexpr std::uint32_t most_paths = 65536;
 
-/// Adds what bounces to the vertices, and its errors to the entries: before the last, which is of everything.
+/// Adds indirect light to the vertices, and its errors to the entries. The total stays the last entry.
 Result<Done> add_bounces(const ShadedScene& scene, const OracleContext& context, ErrorBudget& budget,
                          const Progress& progress) {
     const PointShading direct{scene, context.geometry, context.baked_light, context.settings};

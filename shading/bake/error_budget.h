@@ -1,5 +1,5 @@
 #pragma once
-/// What each approximation of a bake costs, one at a time, against the dense oracle.
+/// The error budget: the error of each approximation of a bake alone, against the dense oracle.
 
 #include <algorithm>
 #include <cmath>
@@ -9,51 +9,52 @@
 
 namespace haarfield {
 
-/// One approximation's error over some points.
+/// The error of one approximation over a set of points.
 struct BudgetEntry {
     std::string name, meaning;
-    std::size_t points = 0;    ///< Where it acts.
+    std::size_t points = 0;    ///< Number of points that the approximation affects.
     double relative_rmse = 0;  ///< RMS of the error over all points / RMS of the oracle's radiance.
-    double relative_99 = 0;    ///< 99 % of all points err by at most this: magnitudes, relative to the RMS.
+    double relative_99 = 0;    ///< 99th percentile of the magnitude of the error / RMS radiance.
     double bias = 0;           ///< Mean error / mean of the oracle's radiance.
-    double noise = 0;          ///< Standard error of a random oracle, relative as `relative_rmse`.
+    double noise = 0;          ///< Standard error of a random oracle / RMS radiance.
 
-    /// The estimate of relative_rmse for an oracle without noise: the squares of both errors add up.
+    /// Estimates relative_rmse for an oracle without noise, because the squares of both errors add up.
     double without_noise() const {
         return std::sqrt(std::max(0.0, relative_rmse * relative_rmse - noise * noise));
     }
 };
 
-/// A vertex, its radiance by the finest oracle, and by the bake; with light that bounces, if there are
-/// bounces: of it the diffuse part.
+/// A measured vertex. If the settings have bounces, radiance includes the diffuse component of indirect
+/// light.
 struct BudgetVertex {
     std::uint32_t instance = 0, vertex = 0;
-    Rgb exact{0.0f}, baked{0.0f};  ///< [W/(m^2 sr)]
+    Rgb exact{0.0f}, baked{0.0f};  ///< By the finest oracle, and by the bake. [W/(m^2 sr)]
     Rgb direct{0.0f};              ///< The direct light of `baked`. [W/(m^2 sr)]
-    Rgb deviation{0.0f};           ///< Standard deviation of `exact`, where paths have found it.
+    Rgb deviation{0.0f};           ///< Standard deviation of `exact` by path tracing. [W/(m^2 sr)]
 };
 
-/// What the approximations of a bake cost.
+/// The errors of all approximations of a bake.
 struct ErrorBudget {
-    std::vector<BudgetEntry> entries;    ///< Each approximation alone; last all of them together.
-    std::vector<BudgetVertex> vertices;  ///< That were measured; the worst first.
-    /// Of these, those whose radiance errs by more than a fifth of what it is, plus a hundredth of its root
-    /// mean square over all of them, plus three standard deviations.
+    std::vector<BudgetEntry> entries;    ///< Each approximation alone; the last entry has all of them.
+    std::vector<BudgetVertex> vertices;  ///< The measured vertices, in descending order of their error.
+    /// Vertices with an error above the sum of three terms: a fifth of their radiance, a hundredth of the RMS
+    /// radiance of all vertices, and three standard deviations.
     std::vector<BudgetVertex> wrong;
 };
 
-/// Measures at random vertices that are not buried, the same ones each time.
+/// Measures the errors at random unburied vertices, which are the same for each call.
 ///
-/// alone       the oracle with one part exchanged, less the oracle: visibility as the field's truncation
-///             leaves it, or interpolated between exact samples; the lighting's truncated wavelets; lobes and
-///             cosines as the walk evaluates them; a lesser depth. Resolution and coarse meshes the other way
-///             round: the oracle, less a finer one (four times the texels along an edge, at most 256), or one
-///             with the original meshes. Bounces: those of the settings, and none at all, against paths
-///             (path_tracer.h); the first error includes what direct light errs where it is reflected.
-/// originals   the mesh of each of the scene's entities as it was read: what of it blocks light.
+/// Most approximations replace one component of the oracle; the error is the difference from the oracle. Such
+/// components are truncated visibility, interpolated visibility, truncated lighting, lobes and cosines over
+/// cells, and the traversal depth. The errors of the resolution and of coarse meshes are the differences
+/// between the oracle and a finer one: with four times the texels along an edge (at most 256), or with the
+/// original meshes. Bounces, and their absence, are compared with path tracing (path_tracer.h). The error of
+/// bounces includes that of the reflected direct light.
+///
+/// originals   the original mesh of each entity: its occluder.
 /// settings    of the bake.
-/// vertices    how many; all there are if these are fewer.
-/// cost        some 20 ms a vertex, and up to 200 more for paths where light is hard to find, on all of
+/// vertices    number of vertices; all if there are fewer.
+/// cost        about 20 ms per vertex. Path tracing adds up to 200 ms where light is hard to find. On all of
 ///             oneTBB's threads; the result does not depend on their number.
 /// errors      interrupted.
 Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh* const> originals,
@@ -64,17 +65,17 @@ Result<ErrorBudget> error_budget(const ShadedScene& scene, std::span<const Mesh*
 /// splitting of light into sources with the bake and its oracle. `noise` is the standard error of the rays,
 /// from eight independent estimates per vertex.
 ///
-/// vertices  of error_budget.
-/// samples   of each vertex.
-/// cost      some 0.2 us a sample.
+/// vertices  ErrorBudget::vertices.
+/// samples   number per vertex.
+/// cost      about 0.2 us per sample.
 /// errors    interrupted.
 Result<BudgetEntry> ray_difference(const ShadedScene& scene, std::span<const BudgetVertex> vertices,
                                    std::uint32_t samples, const Progress& progress = {});
 
-/// What interpolating between the vertices costs: the oracle's radiance at the corners, interpolated, less
-/// the oracle at the point. Buried points are left out.
+/// Measures the error of interpolation between vertices: the interpolated radiance of the oracle at the
+/// corners of a triangle, minus the radiance of the oracle at the point. Buried points are left out.
 ///
-/// cost    four times the oracle's a point.
+/// cost    four evaluations of the oracle per point.
 /// errors  interrupted.
 Result<BudgetEntry> interpolation_error(const ShadedScene& scene, std::span<const MeshPoint> points,
                                         const RenderSettings& settings, const Progress& progress = {});

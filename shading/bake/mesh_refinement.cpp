@@ -23,30 +23,30 @@ float difference(const Outgoing& of, const Outgoing& from) {
     return std::abs(a.x - b.x) + std::abs(a.y - b.y) + std::abs(a.z - b.z);
 }
 
-/// The middle of an edge, on all its sides.
+/// The shaded middle of an edge, on all its sides.
 struct Middle {
-    float error = not_shaded;        ///< The largest of the sides'.
-    std::vector<Outgoing> radiance;  ///< By EdgeBisection::sides; and where it was seen from:
-    LocalSamples samples;
+    float error = not_shaded;        ///< The largest error of all sides.
+    std::vector<Outgoing> radiance;  ///< By EdgeBisection::sides.
+    LocalSamples samples;            ///< By EdgeBisection::sides.
 };
 
-/// An instance at work.
+/// An instance during refinement.
 struct RefinedInstance {
     EdgeBisection bisection;
     std::vector<Outgoing> radiance;
     LocalSamples samples;
     std::vector<Middle> middles;  ///< By edge.
     float scale;
-    double shortest;  ///< Edges below twice this are not split. [m], of the entity
+    double shortest;  ///< Edges below twice this length are not split, in the entity's frame. [m]
 
     bool is_shaded(std::uint32_t edge) const { return middles[edge].error != not_shaded; }
     double length(std::uint32_t edge) const { return std::sqrt(bisection.squared_length(edge)); }
     bool can_be_split(std::uint32_t edge) const { return length(edge) >= 2 * shortest; }
 
-    /// What a split gains: the error times the edge's length in the world. [m]
+    /// Returns the priority of a split: the error times the edge's length in the world. [m]
     double gain(std::uint32_t edge) const { return double(middles[edge].error) * length(edge) * scale; }
 
-    /// Equal lengths go by number, so that neighbours agree.
+    /// Returns the longest edge; of equal ones that with the smallest index, so that neighbours agree.
     std::uint32_t longest_edge(std::uint32_t triangle) const {
         const auto& edges = bisection.edges_of(triangle);
         return *std::max_element(edges.begin(), edges.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -73,7 +73,7 @@ public:
             if (const Result<Done> shaded = shade_middles(new_candidates()); !shaded) return shaded.error();
             const std::vector<InstanceEdge> splits = best_splits();
             is_done = splits.empty();
-            // what has to be split along with the chosen ones
+            // Shades the longer edges that must be split before the chosen ones.
             if (const Result<Done> shaded = shade_middles(unshaded(splits)); !shaded) return shaded.error();
             split(splits);
             if (progress_.report) progress_.report("refining", vertices_, wanted_.vertex_budget);
@@ -114,13 +114,13 @@ private:
         mean_ = static_cast<float>(sum / static_cast<double>(std::max<std::size_t>(vertices_, 1)));
     }
 
-    /// The error of a value that was found between two others, whose mean would be taken for it.
+    /// Returns the relative error of the interpolated radiance at a shaded point.
     float error(const Outgoing& found, const Outgoing& interpolated) const {
         const float size = channel_sum(interpolated) + mean_;
         return size > 0 ? difference(found, interpolated) / size : 0;
     }
 
-    /// Edges that are to be looked at, and have not been.
+    /// Returns the edges whose middles must be shaded and have not been.
     std::vector<InstanceEdge> new_candidates() const {
         std::vector<InstanceEdge> candidates;
         for (std::size_t i = 0; i < instances_.size(); ++i) {
@@ -150,7 +150,7 @@ private:
 
     Result<Done> shade_middles(const std::vector<InstanceEdge>& edges) {
         struct SideMiddle {
-            std::optional<SurfacePoint> point;  ///< None if it is buried.
+            std::optional<SurfacePoint> point;  ///< Absent if the middle is buried.
             Outgoing interpolated;
         };
         std::vector<std::vector<SideMiddle>> middles(edges.size());
@@ -184,8 +184,8 @@ private:
         return Done{};
     }
 
-    /// The edges of this round, and with each the longer ones of its triangles that have to be split before
-    /// it; as many as the budget allows.
+    /// Returns the edges to be split in this round, as many as the budget allows. Each brings along the
+    /// longer edges of its triangles, which must be split before it.
     std::vector<InstanceEdge> best_splits() const {
         std::vector<InstanceEdge> beyond;
         double largest = 0;
@@ -228,7 +228,7 @@ private:
         return chosen;
     }
 
-    /// Longer edges first.
+    /// Splits the edges, the longest first.
     void split(std::vector<InstanceEdge> edges) {
         std::stable_sort(edges.begin(), edges.end(), [&](const InstanceEdge& a, const InstanceEdge& b) {
             const double length_a = instances_[a.instance].bisection.squared_length(a.edge),
@@ -239,7 +239,7 @@ private:
         for (const auto [i, edge] : edges) {
             RefinedInstance& instance = instances_[i];
             if (!instance.bisection.split(edge)) {
-                instance.middles[edge].error = 0;  // as exact as it can be
+                instance.middles[edge].error = 0;  // cannot be split further
                 continue;
             }
             const Middle middle = std::exchange(instance.middles[edge], {});
@@ -259,7 +259,7 @@ private:
     const Progress& progress_;
     std::vector<RefinedInstance> instances_;
     std::size_t vertices_ = 0;
-    float mean_ = 0;  ///< Radiance of the vertices at the start, added over the channels.
+    float mean_ = 0;  ///< Mean radiance of the start vertices, summed over the channels.
     Refinement result_;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Meshes with the radiance of their vertices, an instance's own each, beside the fine meshes of entities.
+/// Meshes of single instances with the radiance of their vertices, in place of the fine meshes of entities.
 
 #include <optional>
 
@@ -7,49 +7,47 @@
 
 namespace haarfield {
 
-/// In the frame of the instance's entity.
+/// The mesh of an instance with radiance, in the frame of its entity.
 struct RadiantMesh {
     Mesh mesh;
     std::vector<Outgoing> radiance;  ///< By vertex. [W/(m^2 sr)]
-    LocalSamples samples;            ///< Origins of the rays of its vertices.
+    LocalSamples samples;            ///< Sample points of the vertices.
 };
 
-/// A mesh whose vertices can be shaded, in the frame of the instance's entity; both outlive its use.
+/// A mesh whose vertices can be shaded, in the frame of the instance's entity. Its pointers must outlive it.
 struct SampledMesh {
     const Mesh* mesh = nullptr;
-    const LocalSamples* samples = nullptr;  ///< Of its vertices.
+    const LocalSamples* samples = nullptr;  ///< Sample points of the vertices.
 };
 
-/// Where a point of a surface is shaded.
+/// Returns a point of a mesh with its sample point.
 ///
-/// triangles  those of the mesh that the point lies on, or between.
-/// returns    nothing if all of them are buried in other pieces of the entity.
+/// triangles  the triangles that contain the point.
+/// returns    nothing if all of these triangles are buried in other pieces of the entity.
 std::optional<SurfacePoint> point_on(const Mesh& mesh, std::span<const std::uint32_t> triangles,
                                      const Vec3f& position, const Vec3f& normal, const LocalSampler& sampler);
 
-/// Shades the vertices of meshes that are no entity's fine mesh, as scene_radiance does those that are; by
-/// instance.
+/// Shades the vertices of meshes that replace the fine meshes of entities. Returns a mesh per instance.
 ///
-/// meshes  one per entity, of its surface.
+/// meshes  by entity: other meshes of the same surface.
 /// cost    see point_radiance.
 /// errors  interrupted.
 Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std::span<const Mesh> meshes,
                                                const Progress& progress = {});
 
-/// Shades vertices of meshes that are given by instance: the entity's fine mesh with its samples, or any
-/// other of its surface.
+/// Shades vertices of a mesh per instance: the fine mesh of its entity, or another mesh of the same surface.
 ///
-/// wanted   by instance and vertex; empty: all. Of the others radiance is 0.
-/// returns  by instance and vertex, as scene_radiance does where the meshes are the fine ones.
+/// wanted   the vertices to be shaded, by instance and vertex; empty: all. The radiance of others is 0.
+/// returns  by instance and vertex. For fine meshes the result is that of scene_radiance.
 /// cost     see point_radiance.
 /// errors   interrupted.
 Result<SceneRadiance> vertex_radiance(const PointShading& shading, std::span<const SampledMesh> meshes,
                                       const VertexMask& wanted, const Progress& progress = {});
 
-/// Returns values of points, in their order.
+/// A function that returns the values of points, in their order.
 using PointRadiance = std::function<Result<std::vector<Outgoing>>(std::span<const InstancePoint>)>;
 
-/// Evaluates a function at the vertices of meshes; otherwise as vertex_radiance.
+/// Evaluates a function at the vertices of meshes, with the arguments of vertex_radiance.
 Result<SceneRadiance> vertex_values(const ShadedScene& scene, std::span<const SampledMesh> meshes,
                                     const VertexMask& wanted, const PointRadiance& radiance_of);
 

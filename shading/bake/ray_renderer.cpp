@@ -11,14 +11,14 @@
 namespace haarfield {
 namespace {
 
-/// How many samples each technique has.
+/// The number of samples of each technique.
 struct Counts {
     std::uint32_t environment = 0, emitters = 0, cosine = 0, phong = 0, blinn = 0;
 };
 
 enum Technique : std::uint32_t { by_environment, by_emitters, by_cosine, by_phong, by_blinn };
 
-/// Light takes twice as many as each term of the BRDF.
+/// Divides the samples: each light technique gets twice as many as each term of the BRDF.
 Counts counts_of(const RayScene& rays, const VertexBrdf& brdf, std::uint32_t samples) {
     Counts counts;
     const bool shines = brdf.specular != Rgb(0.0f);
@@ -35,13 +35,13 @@ Counts counts_of(const RayScene& rays, const VertexBrdf& brdf, std::uint32_t sam
     return counts;
 }
 
-/// Sums what rays carry that nothing blocks, sixteen at a time.
+/// Sums the contributions of unoccluded rays, in packets of sixteen.
 class RayBatch {
 public:
     RayBatch(const ShadowRays& rays, const Vec3f& from) : rays_(rays) { from_.fill(from); }
 
     void add(const LightSample& light, const Components<Vec3d>& contribution) {
-        constexpr float horizon = 1e6f;  // further than any scene is large [m]
+        constexpr float horizon = 1e6f;  // larger than any scene [m]
         ends_[size_] = from_[0] + light.direction * std::min(light.distance, horizon);
         contributions_[size_] = contribution;
         if (++size_ == ShadowRays::packet) trace();
@@ -68,7 +68,7 @@ private:
     Components<Vec3d> sum_;
 };
 
-/// Integrates over the directions above one point.
+/// Estimates the integral over the directions above one point.
 class PointIntegral {
 public:
     PointIntegral(const RayScene& rays, const VertexBrdf& brdf, const Vec3f& from, std::uint32_t samples)
@@ -115,7 +115,9 @@ private:
         for (std::uint32_t i = 0; i < count; ++i) use(points(i));
     }
 
-    /// densities  of all techniques that sample the direction, each times its count.
+    /// Adds a sample by the balance heuristic.
+    ///
+    /// densities  sum over the techniques that sample the direction: density times number of samples.
     void add(const LightSample& light, double densities) {
         if (!(densities > 0)) return;
         const auto contribution =
@@ -123,7 +125,7 @@ private:
         if (contribution != Components<Vec3d>()) batch_.add(light, contribution);
     }
 
-    /// A direction that the BRDF sampled: light from far away, and from the nearest emitter.
+    /// Adds the light from a direction that the BRDF sampled: distant light, and that of the nearest emitter.
     void add_direction(const Vec3f& direction) {
         if (!(brdf_.normal.dot(direction) > 0)) return;
         const double by_brdf = brdf_density(direction);

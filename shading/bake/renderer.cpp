@@ -120,7 +120,8 @@ Result<SceneRadiance> scene_radiance(const PointShading& shading, const Progress
             [&]() -> VertexRunVisitor {
                 return [&, shader = std::make_shared<PointShader>(shading)](
                            std::size_t instance, std::span<const std::uint32_t> vertices) {
-                    // Runs are shaded as wholes, so that it does not matter who shades them.
+                    // Runs are shaded as a whole, so that results do not depend on the process that shades
+                    // them.
                     for (const std::uint32_t vertex : vertices) {
                         if (progress.stop.stop_requested()) return;
                         shader->add(instance, vertex);

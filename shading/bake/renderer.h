@@ -11,18 +11,17 @@
 
 namespace haarfield {
 
-/// A material, seen from the eye; material.h has both conventions.
+/// Returns the BRDF of a material at a vertex, for both conventions of material.h.
 VertexBrdf vertex_brdf(const Material& material, const VertexView& view);
 
 /// Computes the outgoing radiance towards the eye, by instance and vertex of its fine mesh. [W/(m^2 sr)]
 ///
-/// Tints of entities are not applied. Vertices that face away from the eye get the radiance that they would
-/// show at grazing view: the highlight's mirror direction is taken with the view vector's component into the
-/// surface removed. Buried vertices (LocalSamples::buried) take the mean of their nearest unburied
-/// neighbours.
+/// Tints of entities are not applied. Vertices that face away from the eye get their radiance at grazing
+/// view: the view direction is projected to the tangent plane before it is mirrored (mirrored_view). Buried
+/// vertices (LocalSamples::buried) get the mean of their nearest unburied neighbours.
 ///
-/// cost    some 10 us per vertex if fields give the occlusion by other instances, and 40 us if near
-///         occluders are rasterized; on all of oneTBB's threads. The result does not depend on their number.
+/// cost    about 10 us per vertex if occlusion by other instances comes from fields, 40 us if near occluders
+///         are rasterized; on all of oneTBB's threads. The result does not depend on their number.
 /// errors  interrupted.
 Result<SceneRadiance> scene_radiance(const ShadedScene& scene, const RenderSettings& settings,
                                      const Progress& progress = {});

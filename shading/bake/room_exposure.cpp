@@ -23,7 +23,7 @@ constexpr int reflections = 3;
 constexpr double albedo = 0.5;            // of all surfaces, for light that they reflect
 constexpr float relative_offset = 1e-4f;  // of the distance that a ray has travelled
 
-/// A point off the surface, on the side from which a ray came.
+/// A point of a surface, offset to the side from which a ray came.
 struct RoomPoint {
     Vec3f from, normal;
 };
@@ -48,7 +48,7 @@ public:
         return open >= fewest_open;
     }
 
-    /// Splits the environment into what shadow rays and what paths sample.
+    /// Splits the environment into sources, for shadow rays, and smooth light, for paths.
     void split_environment() {
         SplitLight split = split_light(scene_.environment);
         smooth_ = std::move(split.smooth);
@@ -66,7 +66,7 @@ public:
         return RoomPoint{from + direction * distance + normal * (relative_offset * distance), normal};
     }
 
-    /// The luminance of white paint in the environment's light.
+    /// Returns the luminance of white paint in the light of the environment.
     double white_luminance(const RoomPoint& point, std::uint32_t seed) const {
         std::mt19937 random(seed);
         const auto number = [&random] { return float(random() >> 8) / float(1 << 24); };
@@ -88,7 +88,7 @@ public:
         return sum / paths;
     }
 
-    /// The luminance of white paint in the light of the lamps, without shadows.
+    /// Returns the luminance of white paint in the light of the lamps, without shadows.
     double lamp_luminance(const RoomPoint& point) const {
         double sum = 0;
         for (const Lamp& lamp : scene_.lamps) {
@@ -99,9 +99,9 @@ public:
         return sum;
     }
 
-    /// The luminance of white paint in the light of the emitters.
+    /// Returns the luminance of white paint in the light of the emitters.
     double emitter_luminance(const RoomPoint& point) const {
-        constexpr float before = 1 - 1e-3f;  // the emitter itself
+        constexpr float before = 1 - 1e-3f;  // excludes the emitter itself
         std::vector<EmitterPatch> patches;
         find_patches(emitters_, point.from, point.normal, {}, patches);
         double irradiance = 0;
@@ -115,7 +115,7 @@ public:
     }
 
 private:
-    /// Of a surface that reflects all of it, from one light of the sources.
+    /// Estimates the luminance of a surface of albedo 1 by one randomly chosen light of the sources.
     double source_luminance(const RoomPoint& point, double drawn) const {
         const std::optional<SourceChoice::Chosen> chosen = sources_.choose(drawn);
         const double cosine = chosen ? double(point.normal.dot(chosen->light.direction)) : 0;

@@ -7,17 +7,19 @@
 
 namespace haarfield {
 
-/// The stops by which a camera in a room needs more of the environment than automatic_exposure gives: as much
-/// as lets white paint (albedo 0.8) not exceed 1 in luminance at nine tenths of the visible points. Lamps and
-/// emitters count with their light there, but leave the environment at least a sixteenth. Returns 0 if the
-/// eye is outdoors, which is where at least a quarter of all directions is open, and where no light of the
-/// environment arrives.
+/// Returns the stops to add to automatic_exposure for a camera in a room. [stops]
+///
+/// White paint (albedo 0.8) then does not exceed luminance 1 at nine tenths of the visible points. The light
+/// of lamps and emitters at a point counts, but leaves the environment at least a sixteenth of the luminance.
+/// The result is 0 if no light of the environment arrives, or if the eye is outdoors: at least a quarter of
+/// all directions are unoccluded.
 ///
 /// scene       `eye` is the camera's position; the environment is exposed.
-/// directions  of the picture's pixels, or of a few of them.
+/// directions  of all or a few pixels of the picture.
 /// returns     0 to 20.
-/// accuracy    some 0.1 stops: surfaces reflect one half, three times, but not the light of lamps and
-///             emitters. The same for meshes of any subdivision, and for any number of threads.
+/// accuracy    about 0.1 stops. Surfaces have albedo 0.5, and light of the environment is reflected up to
+///             three times. Light of lamps and emitters is not reflected. The result does not depend on the
+///             subdivision of meshes or on the number of threads.
 /// cost        2,048 paths for each direction if the eye is in a room; 1,024 rays otherwise.
 float room_exposure(const ShadedScene& scene, std::span<const Vec3f> directions);
 

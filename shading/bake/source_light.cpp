@@ -9,7 +9,7 @@
 namespace haarfield {
 namespace {
 
-/// Calls `act` with each receiver and light that nothing stands between, and that face each other.
+/// Calls `act` with each receiver and each light that it faces and that is not occluded from it.
 template <class Act>
 void for_each_lit(const ShadowRays& rays, std::span<const DirectionalLight> lights,
                   std::span<const SourceReceiver> receivers, const Act& act) {

@@ -282,8 +282,8 @@ private:
         return radiance(context_.exact_pyramid, {{&factor, 1}, {}}, depth).total();
     }
 
-    /// Adds concentrated light. The oracles use every part of it; `sources` alone uses the bake's directions.
-    /// Emitters are treated alike; lamps are the same in all.
+    /// Adds concentrated light and local light. Oracles use every part of the sources and fine patches of the
+    /// emitters; `sources` and `baked` use those of the bake. The light of lamps is the same for all.
     void add_sources(OracleRadiances& result) const {
         const ShadowRays& rays = context_.geometry.rays;
         const Material& material = entity_->materials[point_.material];

@@ -17,23 +17,24 @@ namespace haarfield {
 /// cost         about 20 ms for 1024 x 512 pixels.
 float automatic_exposure(const Environment& environment);
 
-/// Light from one direction: of a local light, which has its exposure already, or a part of an environment.
+/// Light from one direction: that of a local light, whose exposure is fixed, or a part of an environment.
 struct ExposedLight {
     Vec3d direction;        ///< Towards the light; unit length.
     double irradiance = 0;  ///< Luminance, on a surface that faces the light. [W/m^2]
 };
 
-/// The light of an environment as automatic_exposure uses it: from the mean directions of 64 x 32 cells, and
-/// from its suns.
+/// Returns the light of an environment for automatic_exposure: one direction for each of 64 x 32 cells, and
+/// one for each sun.
 std::vector<ExposedLight> gathered_light(const Environment& environment);
 
-/// The same with local lights: the ball, lit by them and by the exposed environment, shines nowhere brighter
-/// than 1. The environment has at least a sixteenth of that to itself, however bright the local lights are.
+/// Returns the largest exposure of the environment at which the sphere, lit by environment and local lights,
+/// does not exceed luminance 1. The environment alone may always reach a sixteenth of this luminance, however
+/// bright the local lights are. [stops]
 float automatic_exposure(const Environment& environment, std::span<const ExposedLight> local);
 
-/// The same for light that was gathered before: of one environment, or of several that are mixed.
+/// Returns the exposure for the gathered_light of one environment, or of several that are mixed. [stops]
 ///
-/// cost  1 us a light.
+/// cost  1 us per light.
 float automatic_exposure(std::span<const ExposedLight> environment, std::span<const ExposedLight> local);
 
 }  // namespace haarfield

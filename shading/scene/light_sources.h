@@ -33,12 +33,12 @@ struct LightSource {
 /// fewer directions show as steps in penumbrae. A bright pixel is split before its source is divided into
 /// directions: a single direction would cast a hard shadow.
 struct SourceRule {
-    double threshold = 100;      ///< A source consists of pixels above so many times the environment's mean
-                                 ///< luminance,
-    double least_share = 0.002;  ///< in regions with at least this fraction of its light above their
-                                 ///< surroundings.
-    int least_lights = 4;        ///< The number of directions is the largest of this,
-    double fraction_per_light = 0.005;       ///< share / this,
+    double threshold = 100;             ///< A source consists of pixels above this multiple of the mean
+                                        ///< luminance of the environment,
+    double least_share = 0.002;         ///< in regions with at least this fraction of its light above their
+                                        ///< surroundings.
+    int least_lights = 4;               ///< The number of directions is the largest of this,
+    double fraction_per_light = 0.005;  ///< share / this,
     double solid_angle_of_a_light = 1.5e-4;  ///< and solid_angle / this, [sr]
     int most_lights = 256;                   ///< but at most this.
     /// A pixel is split into squares until each has at most this fraction of the environment's light

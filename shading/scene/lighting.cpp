@@ -14,11 +14,12 @@ namespace {
 
 // The solid angle in which a pixel and a texel overlap has a closed form; energy is distributed accordingly.
 //
-// By symmetry, a task is one octant of the longitudes on one hemisphere: theta, from 0 to 45 degrees, is the
-// angle from the axis of a side face, to one side. In units of the cube's half edge, a point is either on the
-// side face, at `height` above the equator, or on the cap (+y or -y), where `forward` and `sideways` are its
-// distances from the pole along the axis and across it. Let s be the sine of the absolute latitude. Between
-// two meridians, the solid angle below a curve s(theta) is the integral of s. The edges of a texel are
+// By symmetry, a task is one octant of the longitudes on one hemisphere. theta, from 0 to 45 degrees, is the
+// angle from the axis of a side face, to one side. Coordinates are in units of the cube's half edge. A point
+// on the side face has a `height` above the equator. A point on the cap (+y or -y) has the distances
+// `forward` and `sideways` from the pole, along the axis and perpendicular to it. Let s be the sine of the
+// absolute latitude. Between two meridians, the solid angle below a curve s(theta) is the integral of s. The
+// edges of a texel are
 //
 //     height = h:    s = h / sqrt(h^2 + 1 / cos^2 theta),   integral of s = asin(h sin theta / sqrt(1 + h^2))
 //     forward = f:   s = 1 / sqrt(1 + f^2 / cos^2 theta),   integral of s = asin(sin theta / sqrt(1 + f^2))

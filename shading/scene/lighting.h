@@ -1,10 +1,12 @@
 #pragma once
 /// Environment light as wavelets.
 ///
-/// The solid angle enters here, and nowhere else: a texel of the lighting holds
-///     radiance (mean over the texel) * solid angle * size^2,
-/// so that the product integral of the lighting with other functions over the unit square of each face, added
-/// over the six faces, is their integral over the sphere. [W/m^2]
+/// No other factor contains the solid angle. The value of a texel of the lighting is
+///
+///     radiance (mean over the texel) * solid angle * size^2.   [W/m^2]
+///
+/// The product integral of the lighting with other functions covers the unit square of each face. Its sum
+/// over the six faces is therefore the integral over the sphere.
 
 #include <stop_token>
 

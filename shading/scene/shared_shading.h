@@ -1,5 +1,5 @@
 #pragma once
-/// Loops over points that several processes share: each shades some of the points, and one joins the results.
+/// Loops over points, divided among processes: each process shades some of the points, and one joins them.
 
 #include <functional>
 #include <span>

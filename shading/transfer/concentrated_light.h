@@ -3,10 +3,12 @@
 /// constant.
 ///
 /// For a cell c of 1/16 of a face's edge, a vertex with normal N and visibility V of the cell receives
+///
 ///     int_c L V (N.w) dw  =  V [ mean(L) int_c N.w  +  N.D ],     D = int_c (L - mean(L)) (w - mean(w)) dw.
-/// The vectors contain the first term. A sun away from the centre of its cell lights all vertices of one
-/// orientation too much or too little. The second term corrects this: V follows from the vectors, which
-/// contain V (N.mean(w)).
+///
+/// The vectors contain the first term only. With this term alone, a sun away from the centre of its cell
+/// lights all vertices of one orientation too much or too little. The second term corrects this. V is
+/// computed from the vectors, which contain V (N.mean(w)).
 
 #include "shading/transfer/grouped_columns.h"
 

@@ -47,7 +47,7 @@ struct GroupedColumns {
     std::vector<float> scale;             ///< By group: the factor of value times step. [f]
 
     GroupedColumns() = default;
-    /// Builds columns from entries by group, most_groups at most (asserted), and their indices.
+    /// Builds columns from the entries of at most most_groups groups (asserted) and their indices.
     ///
     /// cost  one pass to count and one to write.
     GroupedColumns(int face_size, std::span<const std::uint32_t> indices, std::span<const GroupEntry> entries,

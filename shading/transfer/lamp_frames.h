@@ -18,13 +18,13 @@ public:
     /// returns  whether the light of lamps and emitters has changed.
     Result<bool> update(const ShadedScene& scene, const ShadingGeometry& geometry, const Progress& progress);
 
-    /// Discards everything: an instance has moved.
+    /// Discards all cached radiance. Call it after an instance has moved.
     void forget();
 
     /// Adds the light of all lamps, in their colours, to the radiance of vertices.
     ///
-    /// vertices  which; null: all.
-    /// cost      1 ns a vertex and lamp.
+    /// vertices  the vertices to be updated; null: all.
+    /// cost      1 ns per vertex and lamp.
     void add_to(SceneColours& radiance, const VertexMask* vertices) const;
 
     /// Returns true if lamps and emitters emit no light.
@@ -33,7 +33,7 @@ public:
     /// Returns the diffuse radiance by all lamps, with their colours, and by emitters.
     SceneColours diffuse(const ShadedScene& scene) const;
 
-    std::size_t bytes() const;  ///< Memory: 24 per vertex and lamp.
+    std::size_t bytes() const;  ///< Memory: 24 bytes per vertex and lamp. [bytes]
 
 private:
     struct Kept {

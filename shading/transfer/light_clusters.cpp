@@ -11,8 +11,8 @@ namespace {
 constexpr std::size_t most_tried = 4;
 constexpr float negligible_highlight = 2e-4f;  ///< Relative to the lobe's peak.
 
-/// Moves the light nearest to the axis to the front, followed by lights that are each farthest from those
-/// before.
+/// Moves the light nearest to the axis to the front. After it come lights that are each farthest from all
+/// those before.
 void put_tried_first(LightCluster& cluster) {
     std::vector<DirectionalLight>& lights = cluster.lights;
     cluster.tried = std::min(most_tried, lights.size());
@@ -69,7 +69,7 @@ void cut(std::span<DirectionalLight> lights, float size, std::vector<LightCluste
     cut({others, lights.end()}, size, clusters);
 }
 
-/// The specular term of a receiver, and the directions in which it matters.
+/// The specular term of a receiver, and the directions in which it is not negligible.
 struct Highlights {
     VertexBrdf brdf;  ///< Without the diffuse term.
     float least = 2;  ///< Cosine to the mirror direction below which the term is negligible; above 1: no

@@ -30,12 +30,12 @@ struct MotionTransfer {
     StaticSources sources;              ///< The sources and their visibility.
     std::vector<Viewpoint> viewpoints;  ///< Of the rows that are not empty.
     SparseVectorBlocks occlusions;      ///< occlusion_vectors of its field.
-    /// Radiance of its own vertices before it moves, in the quality used during motion but for all vertices.
-    /// By vertex.
+    /// Radiance of the moving instance before it moves, by vertex. The quality is that of
+    /// FrameQuality::moving, but all vertices are shaded.
     std::vector<Rgb> own;
-    std::vector<std::uint8_t> left_out;  ///< Of these vertices, 1 for those that are not shaded during
+    std::vector<std::uint8_t> left_out;  ///< By vertex of the moving instance: 1 if it is not shaded during
                                          ///< motion.
-    BuriedFill fill;                     ///< Fills the changes at these vertices.
+    BuriedFill fill;                     ///< Fills in the changes at left-out vertices.
     LightPyramid light;
 
     /// Memory. [bytes]

@@ -54,7 +54,7 @@ public:
           settings_(settings),
           visibility_(scene, geometry, settings.occlusion != Occlusion::fields, without) {}
 
-    /// Sets the current vertex. Returns false if it sees nothing.
+    /// Sets the current vertex. Returns false if it is inside another instance and therefore black.
     bool look_from(const InstanceVertex& vertex);
 
     /// BRDF of the current vertex; may be changed for subsequent products.

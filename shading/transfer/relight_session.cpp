@@ -551,7 +551,7 @@ Result<Done> RelightSession::find_irradiance(LightFrames& frames, FrameQuality q
     const LightTransport& transport = *frames.transport;
     const bool may_lag = quality == FrameQuality::moving && inputs_.settings.bounces.most == any_bounces;
     const double change = may_lag ? relative_change(frames.direct, last.direct) : INFINITY;
-    // In the first frame the irradiance is that of rays which have been refined since.
+    // Before the first frame, `last` has the irradiance of fewer rays: vary_light() refines them afterwards.
     const bool by_halves = change < step && last.frames > 0;
     const auto outgoing = [&] {
         frames.sent.resize(frames.direct.size());

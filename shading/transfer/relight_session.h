@@ -50,16 +50,17 @@ public:
     /// errors  interrupted.
     Result<Done> prepare(const Progress& progress = {});
 
-    /// @name What varies
-    /// Computes the transfer vectors with which frames follow one kind of change, in about a second per
-    /// 200,000 vertices. They are valid until anything else changes.
+    /// @name Variable inputs
+    /// Each function computes the transfer vectors for frames in which one input varies, in about a second
+    /// per 200,000 vertices. The vectors are valid until any other input changes.
     /// @{
 
-    /// The light. The vectors are pruned for lights like the present one; a light with more detail is
-    /// reproduced less exactly. Show a mixture of the lights that are to come before the call.
+    /// Prepares for variable light. The vectors are pruned for lights similar to the present one; a light
+    /// with more detail is reproduced less exactly. For several lights, show a mixture of them before the
+    /// call.
     Result<Done> vary_light(const Progress& progress = {});
-    Result<Done> vary_eye(const Progress& progress = {});  ///< The eye.
-    /// The lamps. Everything else is shaded once, in full.
+    Result<Done> vary_eye(const Progress& progress = {});  ///< Prepares for a moving eye.
+    /// Prepares for variable lamps. All other light is shaded once, in full.
     Result<Done> vary_lamps(const Progress& progress = {});
     /// Prepares for variable translation and scale of an instance.
     Result<Done> vary_instance(std::size_t instance, const Progress& progress = {});
@@ -74,13 +75,14 @@ public:
     ///
     /// cost    encoding in the next call that needs it, about 0.1 s for 1024 x 512 pixels.
     void set_environment(Environment environment);
-    /// Replaces the light by one that is encoded already, until the environment is set or rotated: for mixing
-    /// and dimming many times a second. commit() bakes the environment, not this light.
+    /// Replaces the environment in frames by a light in coefficients, until the environment is set or
+    /// rotated. This is for mixing and dimming many times per second. commit() bakes the environment, not
+    /// this light.
     void show_light(DenseCoefficients light, std::vector<DirectionalLight> lights = {});
     /// Rotates the environment, relative to the one that was set.
     void turn_environment(const Rotation& rotation);
-    /// Replaces the lamps: dims, colours, moves, switches them. Frames follow whatever varies, at the cost of
-    /// LampFrames: of lamps that have changed more than their colour.
+    /// Replaces the lamps: dims, colours, moves or switches them. Frames include the new lamps, whichever
+    /// kind of change the vectors are for. The cost is that of LampFrames.
     ///
     /// lamps  their shapes are instances of this scene.
     void set_lamps(std::vector<Lamp> lamps);
@@ -106,24 +108,25 @@ public:
     void rotate(std::size_t instance, const Vec3d& axis, double angle);
     /// @}
 
-    /// True if frame() can follow: the transfer vectors are valid for the scene as it is.
+    /// True if frame() is possible: the transfer vectors are valid for the current scene.
     bool has_vectors() const;
 
-    /// Computes radiance as it is now, by the transfer vectors.
+    /// Computes the radiance of the current scene with the transfer vectors.
     ///
     /// errors  interrupted; there are no valid vectors.
     Result<Done> frame(FrameQuality quality = FrameQuality::still, const Progress& progress = {});
 
-    /// Computes radiance of some vertices only, such as those in view, bit-identical to a whole frame. The
-    /// radiance of other vertices is of no use, unless they were chosen since the last change.
+    /// Computes the radiance of some vertices only, such as those in view. It is bit-identical to that of a
+    /// whole frame. The radiance of other vertices is outdated, unless they were chosen since the last
+    /// change.
     ///
     /// cost    while the eye varies, that of the chosen vertices; otherwise that of all.
     Result<Done> frame_of(VertexMask vertices, FrameQuality quality = FrameQuality::still,
                           const Progress& progress = {});
 
-    /// Computes radiance as it is now, in full: that of scene_radiance. The visibility at vertices is cached
-    /// (RenderSettings::kept_bytes) until an instance changes, or, with Occlusion::automatic, the environment
-    /// is set, so that the next commit is faster.
+    /// Computes the radiance of the current scene in full, as scene_radiance does. The visibility at vertices
+    /// is cached (RenderSettings::kept_bytes), so that the next commit is faster. The cache is valid until an
+    /// instance changes or, with Occlusion::automatic, the environment is set.
     ///
     /// errors  interrupted.
     Result<Done> commit(const Progress& progress = {});
@@ -131,11 +134,11 @@ public:
     /// True if the last frame lacks indirect light in specular reflections, because the eye has moved.
     bool lacks_reflections() const { return lacks_reflections_; }
 
-    /// The radiance of the last frame or commit. An instance's values stay in one place in memory until
-    /// instances are cloned or removed, or the radiance is taken.
+    /// Returns the radiance of the last frame or commit. The memory of an instance's values does not move
+    /// until instances are cloned or removed, or take_radiance() is called.
     const SceneColours& radiance() const { return radiance_; }
 
-    /// Moves the radiance out of the session, in the memory where it is. The next frame or commit allocates.
+    /// Moves the radiance out of the session without copying it. The next frame or commit allocates memory.
     SceneColours take_radiance() { return std::exchange(radiance_, {}); }
 
     /// Returns the memory of the transfer vectors. [bytes]
@@ -149,48 +152,48 @@ private:
         SceneColours reflected;    ///< Diffuse radiance by indirect light; empty: none.
         std::vector<Rgb> diffuse;  ///< By row: diffuse radiance by all light, tinted; empty: none.
     };
-    /// What varies: the light.
+    /// The state of frames in which the light varies.
     struct LightFrames {
         LightTransfer transfer;
         std::optional<LightTransport>
             transport;                  ///< Refined for the light of the vectors; if there are bounces.
         std::vector<Rgb> reflectances;  ///< row_reflectances.
-        /// Of the last frame, by row.
+        /// Results of the last frame, by row.
         struct LastFrame {
             std::vector<Rgb> direct;     ///< Diffuse radiance by direct light. [W/(m^2 sr)]
             std::vector<Rgb> arriving;   ///< Irradiance by all bounces. [W/m^2]
             std::vector<Rgb> reflected;  ///< Specular radiance by indirect light. [W/(m^2 sr)]
-            std::size_t frames = 0;      ///< The number of frames.
+            std::size_t frames = 0;      ///< Number of frames so far.
         };
         LastFrame last;
-        /// Buffers.
+        /// Buffers, reused by all frames.
         std::vector<Rgb> radiance, direct, sent, irradiance;
 
         std::size_t bytes() const { return transfer.bytes(); }
     };
-    /// What varies: the eye.
+    /// The state of frames in which the eye moves.
     struct EyeFrames {
         ViewTransfer transfer;
         Bounced indirect;
 
         std::size_t bytes() const { return transfer.bytes(); }
     };
-    /// What varies: an instance.
+    /// The state of frames in which an instance moves.
     struct MotionFrames {
         MotionTransfer transfer;
-        std::vector<ShadedInstance> instances;  ///< When the vectors were made.
-        SceneColours indirect;                  ///< Radiance by indirect light at rest; empty: none.
+        std::vector<ShadedInstance> instances;  ///< The instances for which the vectors were computed.
+        SceneColours indirect;                  ///< Radiance by indirect light before motion; empty: none.
 
         std::size_t bytes() const { return transfer.bytes(); }
     };
-    /// What varies: the lamps. Radiance by all other light.
+    /// The state of frames in which the lamps vary: the radiance by all other light.
     struct OtherLight {
         SceneColours radiance;
 
         std::size_t bytes() const { return 0; }
     };
 
-    /// Frees what the inputs have made invalid.
+    /// Frees data that is invalid for the current inputs.
     void drop_outdated();
     void adapt_geometry();
     Result<const ShadingGeometry*> current_geometry(const Progress& progress);

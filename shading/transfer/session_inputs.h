@@ -12,7 +12,7 @@
 
 namespace haarfield {
 
-/// A light that is encoded already.
+/// A light as coefficients, which replaces the environment.
 struct GivenLight {
     DenseCoefficients smooth;              ///< The environment minus its sources.
     std::vector<DirectionalLight> lights;  ///< The lights of the sources.
@@ -28,7 +28,8 @@ enum class SessionInput : std::uint8_t {
     materials,
     instances,
     eye,
-    exact_distances,  ///< How far objects are rasterized: changes with the environment if that is automatic.
+    exact_distances,  ///< Distances within which objects are rasterized; with Occlusion::automatic they
+                      ///< change with the environment.
 };
 
 /// By SessionInput: the number of changes so far.
@@ -46,7 +47,7 @@ struct SessionInputs {
     /// Returns the number of changes of an input.
     std::uint64_t version(SessionInput input) const { return versions[std::size_t(input)]; }
 
-    /// Replaces an input, if the value is another. Values without a comparison are always replaced.
+    /// Replaces an input unless the value is equal. Values of types without == are always replaced.
     template <class T>
     void set(SessionInput input, T& place, T value) {
         if constexpr (requires { place == value; })
@@ -67,12 +68,12 @@ public:
     /// See above.
     const T* find(const SessionInputs& now) const { return is_current(now) ? &*value_ : nullptr; }
 
-    /// Returns the value, whatever has changed since; null if there is none.
+    /// Returns the value even if inputs have changed since; null if there is none.
     T* last() { return value_ ? &*value_ : nullptr; }
     /// See above.
     const T* last() const { return value_ ? &*value_ : nullptr; }
 
-    /// Stores a value that was computed from the inputs as they are.
+    /// Stores a value that was computed from the current inputs.
     T& store(T value, const SessionInputs& now) {
         value_ = std::move(value);
         versions_ = {now.version(from)...};

@@ -21,8 +21,8 @@ public:
     /// Adds the light of sources to each row's radiance.
     ///
     /// rays      of the scene for which the rows were made.
-    /// quality   moving: if three or more neighbours of a vertex all see a cluster, or none does, the vertex
-    ///           is assumed to be the same.
+    /// quality   moving: if a cluster is visible from three or more neighbours of a vertex, or from none of
+    ///           them, the same is assumed for the vertex.
     /// diffuse   by row: also receives the diffuse component; or empty.
     /// accuracy  that of add_clustered_light.
     /// errors    interrupted; the radiance is then unspecified.
@@ -64,11 +64,13 @@ Result<StaticSources> static_sources(const ShadedScene& scene, const ShadingGeom
                                      std::size_t moving, std::vector<DirectionalLight> lights,
                                      std::span<Rgb> by_row, const Progress& progress = {});
 
-/// Subtracts the light that the moving instance occludes in its current place, and adds the light of its own
-/// rows.
+/// Subtracts the light that the moving instance occludes in its current place, and adds the light of the rows
+/// of this instance.
 ///
-/// scene, geometry  as before, except for the instance's placement; rays are placed alike.
-/// accuracy         that of add_clustered_light for its own rows; that of rays to each light for the others.
+/// scene, geometry  those of static_sources, except for the instance's placement; rays are placed in the same
+///                  way.
+/// accuracy         that of add_clustered_light for the instance's rows; that of rays to each light for
+///                  others.
 /// errors           interrupted; the radiance is then unspecified.
 /// cost             nanoseconds per visible light; rays where the instance's bounding sphere may occlude it.
 Result<Done> move_in_sources(const StaticSources& sources, const ShadedScene& scene,

@@ -18,7 +18,7 @@
 
 namespace haarfield {
 
-/// Number of functions stored side by side: one vector of so many floats per coefficient.
+/// Number of functions stored side by side, as one vector of floats per coefficient.
 inline constexpr std::size_t columns = 8;
 
 /// Three channels by column.

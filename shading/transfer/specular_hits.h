@@ -8,16 +8,17 @@
 
 namespace haarfield {
 
-/// The surface points that the rays of the vertices' specular lobes hit: those of IndirectLight::highlights.
-/// A frame multiplies the hits by the diffuse radiance of that moment. Rows are those of VertexRows.
+/// The surface points that the rays of the vertices' specular lobes hit. The rays are those of
+/// IndirectLight::outgoing. Each frame multiplies the hits by its diffuse radiance. Rows are those of
+/// VertexRows.
 class SpecularHits {
 public:
     /// Traces the rays towards the scene's eye.
     ///
     /// surface  placed like the scene.
-    /// wanted   vertices whose reflections will be asked for; null: all.
-    /// cost     some 5 us per specular vertex and lobe, on all of oneTBB's threads; 20 bytes a hit, at most
-    ///          24 hits a lobe.
+    /// wanted   vertices with reflections; null: all.
+    /// cost     about 5 us per specular vertex and lobe, on all of oneTBB's threads; 20 bytes per hit, at
+    ///          most 24 hits per lobe.
     /// errors   interrupted.
     static Result<SpecularHits> make(const ShadedScene& scene, const ShadingGeometry& geometry,
                                      const FineSurface& surface, const VertexMask* wanted = nullptr,
@@ -31,9 +32,9 @@ public:
     ///
     /// radiance   diffuse outgoing radiance, by row. [W/(m^2 sr)]
     /// reflected  by row. [W/(m^2 sr)]
-    /// accuracy   that of IndirectLight::highlights. Buried corners of triangles do not contribute; the
-    ///            weights of the other corners are scaled.
-    /// cost       some 10 ns a hit, on all of oneTBB's threads.
+    /// accuracy   that of IndirectLight::outgoing. Buried corners of triangles do not contribute; the weights
+    ///            of the other corners are scaled.
+    /// cost       about 10 ns per hit, on all of oneTBB's threads.
     void reflect(std::span<const Rgb> radiance, std::span<Rgb> reflected, std::size_t first = 0,
                  std::size_t stride = 1) const;
 
@@ -45,7 +46,7 @@ private:
     struct Hit {
         std::array<std::uint32_t, 3> rows;      ///< Of the corners.
         std::array<std::uint16_t, 2> fraction;  ///< Weights of the second and third corner, times 65,535.
-        float weight;                           ///< Of the direction.
+        float weight;                           ///< LobeRay::weight.
     };
     struct Row {
         std::uint32_t row;

@@ -12,8 +12,8 @@ namespace {
 
 constexpr float lobe_error = 2e-3f;  ///< Relative error of truncating the lobes.
 
-/// Fraction of the error for vectors and for lobes, each. Their errors add linearly: where a lobe meets a
-/// small light, their coefficients are correlated.
+/// Fraction of the allowed error for the vectors, and for the lobes. The two errors add linearly, because
+/// their coefficients are correlated where a lobe points to a small light.
 constexpr float factor_share = 0.5f;
 
 struct ViewContext {

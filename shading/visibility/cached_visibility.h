@@ -23,8 +23,8 @@ public:
     static Result<CachedVisibility> make(const ShadedScene& scene, const ShadingGeometry& geometry,
                                          std::size_t most_bytes, const Progress& progress = {});
 
-    /// Returns the cached visibility of a vertex, which the cached scene has (asserted). Null: not cached; no
-    /// trees: the vertex sees nothing.
+    /// Returns the visibility of a vertex of the cached scene (asserted): null if it is not cached, without
+    /// trees if the vertex is inside another instance.
     const VisibilityProduct* find(std::size_t instance, std::uint32_t vertex) const {
         assert(instance < products_.size() && vertex < products_[instance].size());
         return products_[instance][vertex];

@@ -11,8 +11,8 @@
 namespace haarfield {
 namespace {
 
-// Directions are the cells of an octahedral map: the octahedron |x| + |y| + |z| = 1 seen from above, with its
-// lower half folded outwards to the corners of the square.
+// Directions are the cells of an octahedral map: the octahedron |x| + |y| + |z| = 1 viewed from above, with
+// its lower half folded outwards to the corners of the square.
 
 constexpr int map_size = 24;
 constexpr std::size_t directions = std::size_t(map_size) * map_size;

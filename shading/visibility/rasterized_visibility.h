@@ -28,7 +28,7 @@ public:
         return tree();
     }
 
-    /// The tree made last.
+    /// Returns the tree that was computed last.
     const WideCubemap<std::uint8_t>& faces() const { return faces_; }
     std::span<const WideNode<std::uint8_t>> nodes() const { return nodes_; }  ///< All nodes of that tree.
 

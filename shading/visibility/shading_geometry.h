@@ -41,14 +41,14 @@ struct ShadingGeometry {
     struct Instance {
         std::vector<ConvexPolygon> polygons;  ///< Entity::polygons, rotated.
         bool is_turned;
-        Vec3f middle;          ///< Of its sphere, in the world. [m]
-        float radius, nearer;  ///< Of the sphere; and beyond this distance it is seen by its impostors. [m]
+        Vec3f middle;          ///< Centre of its bounding sphere, in the world. [m]
+        float radius, nearer;  ///< Radius of this sphere; distance from which impostors replace it. [m]
     };
     std::vector<Instance> instances;
     std::vector<std::optional<Impostors>> impostors;  ///< By entity; for entities viewed from far enough.
     InstanceGrid grid;                                ///< Finds the instances that may occlude a point.
     ShadowRays rays;                                  ///< For concentrated light.
-    std::optional<double> openness;                   ///< See adapt_to_light; once it was needed.
+    std::optional<double> openness;                   ///< See adapt_to_light; computed when it is needed.
     /// @}
 
     /// Returns the orders by entity; see visit_vertices.
@@ -84,8 +84,8 @@ void adapt_to_light(const ShadedScene& scene, const RenderSettings& settings, do
 Result<Done> place_instances(const ShadedScene& scene, ShadingGeometry& geometry,
                              const Progress& progress = {});
 
-/// Where a vertex looks up what it sees past an instance: samples of its field, which must be one of the
-/// instance as it is turned.
+/// The samples of an instance's field that a vertex interpolates. The field must be computed for the
+/// instance's rotation.
 struct FieldLookup {
     bool planar;  ///< True: samples of the planar sampler, for vertices on the instance's ground plane; else
                   ///< of the spherical one.

@@ -18,8 +18,7 @@ public:
     /// Largest number of points per call.
     static constexpr std::size_t packet = 16;
     static constexpr std::size_t no_instance = ~std::size_t(0);  ///< The index of no instance.
-    /// Final fraction of the way to a nearby light in which nothing blocks it: excludes the surface of the
-    /// light.
+    /// Final fraction of a ray to a nearby light in which occluders are ignored, such as the light's surface.
     static constexpr float last_part = 1e-4f;
 
     /// Builds the triangles of all entities, and the scene of the instances.
@@ -44,10 +43,10 @@ public:
     /// Tests one point against a distant light.
     bool is_blocked(const Vec3f& point, const Vec3f& direction) const;
 
-    /// Tests which of at most 16 points are occluded from places in the scene, except by last_part of the
-    /// way.
+    /// Tests which of at most 16 points are occluded from places in the scene. Occluders in the last_part of
+    /// a ray are ignored.
     ///
-    /// ends  ends of the rays by point; nothing behind them counts.
+    /// ends  ends of the rays, by point. Occluders behind them are ignored.
     /// cost  as for distant light.
     std::uint16_t blocked_from(std::span<const Vec3f> points, std::uint16_t wanted,
                                std::span<const Vec3f> ends, std::size_t without = no_instance) const;

@@ -20,7 +20,7 @@ class VertexVisibility {
 public:
     static constexpr std::size_t no_instance = ~std::size_t(0);  ///< The index of no instance.
 
-    /// rasterizes  false: as Occlusion::fields, whichever mode the geometry was made for.
+    /// rasterizes  false: evaluates as with Occlusion::fields, for any mode of the geometry.
     /// without     an instance to be ignored.
     VertexVisibility(const ShadedScene& scene, const ShadingGeometry& geometry, bool rasterizes = true,
                      std::size_t without = no_instance)
@@ -31,7 +31,7 @@ public:
           seen_(geometry.face_size) {}
 
     /// Evaluates the visibility at a point of an instance. Returns false if the point is inside another
-    /// instance and sees nothing.
+    /// instance, where all directions are blocked.
     ///
     /// point  in the entity's frame; `view` is its view.
     bool look(std::size_t instance, const SurfacePoint& point, const VertexView& view);
@@ -40,12 +40,12 @@ public:
     /// local visibility unless the instance is rotated.
     bool look(std::size_t instance, std::uint32_t vertex, const VertexView& view);
 
-    /// The visibility evaluated last; valid until the next evaluation.
+    /// Returns the visibility that was evaluated last; valid until the next evaluation.
     VisibilityProduct visibility() const { return {trees_, cones_}; }
 
-    /// The tree of `visibility` that was rasterized at the vertex; null: none.
+    /// Returns the tree of `visibility` that was rasterized at the vertex; null: none.
     const WideCubemap<std::uint8_t>* made() const { return is_made_ ? &seen_.faces() : nullptr; }
-    /// The nodes of that tree.
+    /// Returns the nodes of that tree.
     std::span<const WideNode<std::uint8_t>> made_nodes() const { return seen_.nodes(); }
 
 private:

@@ -84,7 +84,7 @@ void add_cones(std::span<const ConvexPolygon> polygons, const Vec3f& point, Bloc
     for (const ConvexPolygon& polygon : polygons) {
         const float height = (point - polygon.corners[0]).dot(polygon.normal);
         if (height == 0 || (height < 0 && !polygon.two_sided)) continue;
-        // Seen from its front, the polygon's corners run clockwise about the direction of view.
+        // Viewed from its front, the polygon's corners run clockwise about the view direction.
         const float inwards = height > 0 ? -1.0f : 1.0f;
         const std::size_t count = polygon.corners.size();
         for (std::size_t i = 0; i < count; ++i) {

@@ -28,7 +28,7 @@ struct VertexBrdf {
 
 /// The visibility of a vertex around all objects, as a product.
 struct VisibilityProduct {
-    std::span<const WeightedTrees<std::uint8_t>> trees;  ///< Of its own entity and of other instances.
+    std::span<const WeightedTrees<std::uint8_t>> trees;  ///< Around its entity and other instances.
     BlockedCones cones;                                  ///< Occluders that are evaluated exactly.
 };
 
@@ -37,29 +37,31 @@ struct ShadedVertex {
     const DirectionPyramid& directions;  ///< Of faces of at least two texels (asserted).
     const VertexBrdf& brdf;
     VisibilityProduct visibility;
-    int depth;  ///< As in product_integral, for lighting and visibility trees. Cosine and lobe follow.
+    int depth;  ///< As in product_integral. Cosines and lobes are evaluated on the cells of this depth.
 };
 
 /// Computes the outgoing radiance of a vertex, both components in one traversal.
 ///
 /// memory        of one thread, reused.
-/// accuracy      against plain sums over the texels of the same visibility and lighting: cosines 1e-3,
-///               specular lobes 1 % of their peak where lighting is constant over 4 x 4 texels or the walk stops
-///               at them; 3 % if they are narrower than a texel (exponent 2000 about H at grazing view).
+/// accuracy      against plain sums over the texels of the same visibility and lighting: 1e-3 for cosines.
+///               For specular lobes it is 1 % of their peak where lighting is constant over 4 x 4 texels or
+///               the walk stops at them, and 3 % if a lobe is narrower than a texel (exponent 2000 about H at
+///               grazing view).
 /// cost          some microseconds; see product_integral. A vertex without specular reflection costs less.
-/// source        as product_integral. Cosine and lobe are evaluated where the walk comes, not stored: the
-///               mean of a cosine over a cell is the cosine of the mean direction; a lobe cos^n averaged over
-///               a cell that spreads by s is about cos^m of the cell's middle, with 1/m = 1/n + s and the
-///               same energy (variances of narrow functions add when they are convolved). The lobe about H is
-///               taken so in H, where a cell spreads by s / 4 in the plane of incidence, and by
-///               s / (2 V.H)^2 across it, V the view direction.
+/// source        as product_integral. Cosine and lobe are not stored but evaluated at the cells of the walk.
+///               The mean of a cosine over a cell is the cosine of the mean direction. The mean of a lobe
+///               cos^n over a cell whose directions have variance s is approximated by cos^m at the cell's
+///               middle, with 1/m = 1/n + s and the same energy, because the variances of narrow functions
+///               add under convolution. For the lobe about H the approximation is made in H. There the
+///               variance is s / 4 in the plane of incidence, and s / (2 V.H)^2 perpendicular to it, where V
+///               is the view direction.
 Outgoing outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex,
                            WalkMemory<std::uint8_t>& memory);
 
-/// The function whose integral is the total of outgoing_radiance: lighting times BRDF times visibilities, per
-/// channel, as a function product (wavelet_blocks.h). `product` is overwritten, its memory reused; faces that
-/// are dark have no block. Highlights below 3 % of their peak are held constant over cells where neither
-/// lighting nor visibility varies.
+/// Computes the function whose integral is the total of outgoing_radiance: lighting times BRDF times
+/// visibilities, per channel, as a function product (wavelet_blocks.h). `product` is overwritten, and its
+/// memory reused. Dark faces have no block. Specular lobes below 3 % of their peak are constant over cells
+/// where neither lighting nor visibility varies.
 ///
 /// detail   null: complete. Else negligible details may be omitted: blocks below cells whose mean is kept.
 /// returns  a bound on the energy of the omitted details, with the weights of `detail`.
