@@ -45,7 +45,6 @@ private:
 class ByteSource {
 public:
     /// Refers to the bytes, which must outlive the source.
-    /// The bytes must outlive it.
     explicit ByteSource(std::string_view bytes) : rest_(bytes) {}
 
     bool is_good() const { return good_; }  ///< True if no read has failed.

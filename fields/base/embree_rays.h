@@ -91,7 +91,7 @@ inline std::optional<RTCRayHit> nearest_hit(RTCScene scene, const RTCRay& ray) {
     return result;
 }
 
-/// Returns the normal of the hit triangle in the frame of its own mesh: outwards, of any length.
+/// Returns the outward normal of the hit triangle in the frame of its mesh, of any length.
 inline Vec3f outwards(const RTCRayHit& ray) {
     return Vec3f(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z);
 }

@@ -20,8 +20,8 @@ std::string plain_name(std::string_view name);
 /// Returns the extension of a file name in lower case, including the dot.
 std::string lower_ending(const std::filesystem::path& file);
 
-/// Returns `name`, or if it is taken, the first free one of `name_2`, `name_3` ... Adds the result to
-/// `taken`.
+/// Returns `name`, or if `taken` contains it, the first of `name_2`, `name_3` ... that `taken` does not
+/// contain. Adds the result to `taken`.
 ///
 /// before, after  the text around the number.
 std::string unique_name(const std::string& name, std::set<std::string>& taken, std::string_view before = "_",

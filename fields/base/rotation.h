@@ -50,8 +50,8 @@ float degrees(float radians);
 /// Returns the rotation about x, then y, then z: the key `rotate` of scene files. [degrees]
 Rotation rotation_of_degrees(const Vec3f& angles);
 
-/// Returns angles for rotation_of_degrees. They reproduce the rotation exactly if it was made of an angle
-/// about one axis, of at most half a turn, or by as_degrees; otherwise within 1e-6.
+/// Returns angles for rotation_of_degrees. They reproduce the rotation within 1e-6. They reproduce it exactly
+/// if it is a result of as_degrees, or a rotation about x, y or z by at most half a turn.
 Vec3f degrees_xyz(const Rotation& rotation);
 
 /// Returns a rotation within 1e-6 of this one that degrees_xyz reproduces exactly.

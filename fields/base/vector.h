@@ -51,8 +51,6 @@ struct Axes {
 };
 
 /// Returns two unit vectors that form an orthonormal frame with a unit direction.
-
-/// Completes a unit vector to an orthonormal frame.
 template <class V>
 Axes<V> axes_across(const V& direction) {
     using Number = decltype(direction.x);

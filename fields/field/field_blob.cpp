@@ -213,7 +213,7 @@ bool read_table(std::string_view bytes, const std::shared_ptr<const void>& owner
     return true;
 }
 
-/// The field without its tables.
+/// Returns the field without handles and pool.
 Result<VisibilityField> described_field(const Sections& sections) {
     VisibilityField field;
     field.entity = sections[entity];

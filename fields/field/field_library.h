@@ -55,7 +55,7 @@ struct LibraryEntry {
 };
 
 /// Lists all files of a folder that end in `.vdb`, by name, except those of other programs, which contain no
-/// field. Reads and verifies only the head of each; verify_field does the rest.
+/// field. Reads and verifies only the head of each file; verify_field verifies all of it.
 ///
 /// errors  there is no such folder.
 Result<std::vector<LibraryEntry>> library_entries(const std::filesystem::path& folder);

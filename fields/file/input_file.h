@@ -18,7 +18,6 @@ public:
     static Result<InputFile> open(const std::filesystem::path& file);
 
     /// Takes ownership of the file.
-    /// Takes over the open file.
     InputFile(InputFile&& other) noexcept : descriptor_(other.descriptor_) { other.descriptor_ = -1; }
     InputFile& operator=(InputFile&&) = delete;
     ~InputFile();

@@ -1,9 +1,9 @@
 #pragma once
 /// Files of named sections with a checksum, which one process writes for another.
 ///
-///     "HAARPART"  u32 version  u32 sections                                     16 bytes
-///     sections x { u64 bytes of the name  u64 bytes  name  bytes }
-///     u64[2] XXH3-128 of all that before                                        16 bytes
+///     "HAARPART"  u32 version  u32 number of sections                           16 bytes
+///     for each section { u64 bytes of the name  u64 bytes  name  bytes }
+///     u64[2] XXH3-128 of all bytes before                                       16 bytes
 ///
 /// All numbers are little endian.
 

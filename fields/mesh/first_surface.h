@@ -14,8 +14,7 @@ namespace haarfield {
 /// A BVH of triangles. Safe to share between threads.
 class FirstSurface {
 public:
-    /// A hit on a triangle.
-    /// The first intersection of a ray.
+    /// The first intersection of a ray with a triangle.
     struct Hit {
         std::uint32_t triangle;
         bool is_front;  ///< True if the ray hits the front.

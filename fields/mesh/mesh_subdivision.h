@@ -8,7 +8,7 @@ namespace haarfield {
 
 /// Splits edges at their midpoints, longest first, until there are `vertices` vertices. Then continues
 /// through edges of the same length (0.1 %), up to a tenth more vertices, so that a regular shape gets a
-/// regular mesh. A mesh that has as many vertices already is not changed.
+/// regular mesh. A mesh with at least `vertices` vertices is not changed.
 ///
 /// A split divides every triangle at the edge, also across seams where only positions are shared, so that
 /// there are no new T-junctions. The normal of a new vertex is the normalised mean of the normals at its

@@ -78,7 +78,6 @@ struct FaceGatherer {
             listed += static_cast<std::int32_t>(count);
     }
 
-    /// Sets the uv of the last vertex, unless it is out of range.
     /// Sets the uv of the last vertex. Coordinates that are too large are ignored.
     void set_uv(const Vec2f& uv) {
         // At larger coordinates, a float cannot distinguish adjacent texels.
@@ -86,7 +85,6 @@ struct FaceGatherer {
         mapped[mesh.vertex_materials.back()] = true;
         if (std::abs(uv.x) <= farthest && std::abs(uv.y) <= farthest) mesh.uvs.back() = uv;
     }
-    /// Sets the colour of the last vertex, clamped to [0, 1].
     /// Sets the colour of the last vertex, clamped to [0, 1]. NaN becomes 0.
     void set_colour(const Rgb& colour) {
         const auto clean = [](float channel) { return channel >= 0 ? std::min(channel, 1.0f) : 0.0f; };

@@ -23,7 +23,6 @@ namespace haarfield {
 class PovrayText {
 public:
     /// Refers to the text, which must outlive the reader.
-    /// The text must outlive it.
     explicit PovrayText(std::string_view text) : text_(text) { skip_blanks(); }
 
     bool at_end() const { return at_ == text_.size(); }           ///< True if no text remains.

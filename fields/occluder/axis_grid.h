@@ -32,8 +32,7 @@ struct LongTriangles {
         std::uint32_t next;                 ///< The first node after this subtree, in depth-first order.
         std::uint32_t first, count;         ///< Triangles of a leaf; count is 0 for inner nodes.
 
-        /// Tests whether a point is inside the box and the strip.
-        /// True if the box and the strip contain a point.
+        /// True if both the box and the strip contain a point.
         bool may_contain(double across, double up) const;
     };
     std::vector<Node> nodes;              ///< In depth-first order.
