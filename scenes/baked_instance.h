@@ -34,8 +34,8 @@ struct BakedInstance {
 /// Returns an instance of a scene as it is displayed.
 ///
 /// mesh      the fine mesh of the entity, or another one of its surface.
-/// radiance  by vertex; empty: `layers` keeps its values.
-/// layers    receives the radiance with its textures apart. It must outlive the result.
+/// radiance  by vertex; empty: `layers` remains unchanged.
+/// layers    receives the radiance, separated from the textures. It must outlive the result.
 BakedInstance baked_instance(const Instance& instance, const SceneEntity& entity, const Mesh& mesh,
                              std::span<const Outgoing> radiance, LayeredRadiance& layers);
 

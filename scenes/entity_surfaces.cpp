@@ -10,7 +10,7 @@
 namespace haarfield {
 namespace {
 
-/// Returns the name of the scene's material that replaces a material of the file; empty: none does.
+/// Returns the name of the scene's material that replaces a material of the file; empty if there is none.
 const std::string& scene_material(const Entity& entity, const std::string& name) {
     const auto mapped = entity.materials.find(name);
     return mapped != entity.materials.end() ? mapped->second : entity.material;

@@ -26,7 +26,7 @@ Result<Done> check_finite(const Image& image, const std::string& where) {
     return Done{};
 }
 
-/// Gives the error of an encoder its place.
+/// Adds the place to the error of an encoder.
 Result<std::string> named(Result<std::string> bytes, const std::string& where) {
     if (!bytes) return Error{where, bytes.error().what};
     return bytes;
@@ -64,7 +64,7 @@ Result<Done> check_shape(const Image& image, const std::string& where) {
     return check_finite(image, where);
 }
 
-constexpr double memory_per_decoded = 9;  // of bytes: as floats, and as an Image
+constexpr double memory_per_decoded = 9;  // bytes per decoded byte: floats, and the Image
 
 /// Converts the answer of a reader process, which is untrusted.
 Result<Image> image_from_answer(std::string_view answer, const std::string& where) {
@@ -90,7 +90,7 @@ Result<Image> guarded_image(std::string_view bytes, const std::string& where) {
         if (!decode) return Error{where, "no reader process reads images: haarfield-reader was not found"};
         try {
             return decode(bytes, where);
-        } catch (const std::exception& error) {  // memory; libraries', on some damaged files
+        } catch (const std::exception& error) {  // out of memory; damaged files, by libraries
             return Error{where, exception_message(error)};
         }
     }

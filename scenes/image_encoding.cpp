@@ -17,7 +17,7 @@
 namespace haarfield {
 namespace {
 
-/// The state of an encoder that libpng's callbacks see.
+/// The state of an encoder, for libpng's callbacks.
 struct PngOutput {
     std::string bytes;
     std::string failure;
@@ -34,7 +34,8 @@ void add_bytes(png_structp png, png_bytep bytes, png_size_t count) {
     static_cast<PngOutput*>(png_get_io_ptr(png))->bytes.append(reinterpret_cast<const char*>(bytes), count);
 }
 
-/// Encodes rows; false after an error. Holds no object that a jump would leave undestroyed.
+/// Encodes rows. Returns false after an error. Has no local objects with destructors, because libpng reports
+/// errors by longjmp.
 bool write_rows(png_structp png, png_infop info, const png_byte* rows, std::size_t row_bytes, int width,
                 int height, int bits, int channels) {
     if (setjmp(png_jmpbuf(png)) != 0) return false;

@@ -16,16 +16,16 @@ inline constexpr const char* error_attribute = "haarfield:relative_error";
 /// Encodes texels of 8 bits, sRGB, as PNG.
 ///
 /// texels    row by row from the top, 3 or 4 channels each (asserted).
-/// errors    what libpng says, with an empty `where`.
+/// errors    those of libpng, with an empty `where`.
 Result<std::string> encoded_png(std::span<const std::uint8_t> texels, int width, int height);
 
 /// Encodes linear RGB texels of 16 bits as PNG.
 Result<std::string> encoded_png(std::span<const std::uint16_t> texels, int width, int height);
 
-/// Encodes linear texels as OpenEXR with half floats and ZIP compression. Equal pictures become equal files.
+/// Encodes linear texels as OpenEXR with half floats and ZIP compression. Equal pictures give equal bytes.
 ///
 /// values  row by row from the top, 3 or 4 channels each (asserted); within the range of half floats.
-/// errors  what OpenEXR says, with an empty `where`.
+/// errors  those of OpenEXR, with an empty `where`.
 Result<std::string> encoded_exr(std::span<const float> values, int width, int height,
                                 std::optional<float> relative_error);
 

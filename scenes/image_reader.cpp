@@ -26,21 +26,23 @@ std::string open_image_error(std::string words) {
     return words.empty() ? "unknown error" : words;
 }
 
-/// Integer formats hold sRGB; only these have a code value of 1.
+/// True for integer formats, which are sRGB-encoded. Floating point is linear.
 bool is_encoded(const OIIO::ImageSpec& spec) {
     return spec.format == OIIO::TypeDesc::UINT8 || spec.format == OIIO::TypeDesc::UINT16;
 }
 
-/// As read_image asks for them.
+/// Returns OpenImageIO's options for read_image.
 OIIO::ImageSpec reading_options() {
     OIIO::ImageSpec wanted;
-    wanted.attribute("oiio:UnassociatedAlpha", 1);  // or OpenImageIO would multiply by alpha
+    wanted.attribute("oiio:UnassociatedAlpha", 1);  // otherwise OpenImageIO multiplies by alpha
     return wanted;
 }
 
-constexpr std::uint64_t always_decoded = std::uint64_t{1} << 24;  // pixels that need no reason
+constexpr std::uint64_t always_decoded = std::uint64_t{1} << 24;  // pixels, for any size of the file
 
-/// file_bytes  how many the file has.
+/// Decodes an image.
+///
+/// file_bytes  size of the file.
 Result<Image> image_from(OIIO::ImageInput& input, std::size_t file_bytes, const std::string& where) {
     const OIIO::ImageSpec spec = input.spec();
     const bool has_alpha = spec.alpha_channel >= 0;
@@ -71,7 +73,7 @@ Result<Image> image_from(OIIO::ImageInput& input, std::size_t file_bytes, const 
         return Error{where, open_image_error(input.geterror())};
     if (input.has_error()) return Error{where, open_image_error(input.geterror())};
 
-    // An EXR's data window may be smaller or larger than the picture: what it lacks is black background.
+    // The data window of an EXR may be smaller or larger than the picture. Missing pixels are background.
     Image image{spec.full_width, spec.full_height, {}, {}};
     if (const float error = spec.get_float_attribute(error_attribute, -1); error >= 0)
         image.relative_error = error;
@@ -79,7 +81,7 @@ Result<Image> image_from(OIIO::ImageInput& input, std::size_t file_bytes, const 
     image.pixels.resize(pixels, Rgb(0, 0, 0));
     if (has_alpha) image.coverage.resize(pixels, 0.0f);
     const bool encoded = is_encoded(spec);
-    std::array<int, 3> channel{0, 0, 0};  // of each colour: all but alpha, in the file's order
+    std::array<int, 3> channel{0, 0, 0};  // index of each colour's channel: those of the file, without alpha
     for (int c = 0, next = 0; c < spec.nchannels && next < (colours == 1 ? 1 : 3); ++c)
         if (c != spec.alpha_channel) channel[next++] = c;
     if (colours == 1) channel[1] = channel[2] = channel[0];
@@ -103,8 +105,8 @@ Result<Image> image_from(OIIO::ImageInput& input, std::size_t file_bytes, const 
     return image;
 }
 
-/// A file's bytes, and nothing beside them: OpenImageIO's own reader of memory goes to where a BMP file says
-/// that its pixels are, before the first byte if that is negative.
+/// The bytes of a file in memory, with checked offsets. A BMP file may declare a negative offset of its
+/// pixels, at which OpenImageIO's reader would read before the first byte.
 class FileBytes : public OIIO::Filesystem::IOMemReader {
 public:
     using IOMemReader::IOMemReader;

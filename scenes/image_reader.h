@@ -6,10 +6,10 @@
 
 namespace haarfield {
 
-/// Reads images, for serve_reader_process and fork_reader_process.
+/// Returns the task that reads images, for serve_reader_process and fork_reader_process.
 ReaderTask image_reader_task();
 
-/// Lets this process read images where it has no reader process and allow_unsandboxed_readers() was called.
+/// Lets this process read images if it has no reader process and allow_unsandboxed_readers() was called.
 void read_images_in_this_process();
 
 }  // namespace haarfield

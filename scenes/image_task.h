@@ -9,16 +9,16 @@
 
 namespace haarfield {
 
-/// The name of the task. Another number whenever ImageHead or the data behind it change.
+/// The name of the task. The number increases whenever ImageHead or the data after it change.
 inline constexpr std::string_view image_task = "image 1";
 
 /// The head of an answer. The pixels and the coverage follow.
 struct ImageHead {
     std::int32_t width, height;
-    float relative_error;  ///< Less than 0: none.
+    float relative_error;  ///< Image::relative_error; less than 0: none.
 };
 
-/// The largest factor between a file and its decoded pixels: a file that is compressed better is a trap.
+/// The largest accepted ratio of decoded bytes to bytes of a file, which prevents decompression bombs.
 inline constexpr double most_decoded = 2000;
 
 /// Returns the error of a file that is not an image in a known format.
@@ -27,7 +27,7 @@ Error not_an_image(const std::string& where);
 /// Decodes an image file's bytes in this process.
 using ImageDecoder = Result<Image> (*)(std::string_view bytes, const std::string& where);
 
-/// The decoder of this process; null unless it called read_images_in_this_process().
+/// Returns the decoder of this process; null unless it called read_images_in_this_process().
 std::atomic<ImageDecoder>& image_decoder();
 
 }  // namespace haarfield

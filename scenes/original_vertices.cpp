@@ -262,8 +262,8 @@ private:
 };
 
 /// Returns the light of a mesh with texture coordinates. Each vertex averages the baked vertices with its
-/// material, because an image multiplies the light of its own material only. Without such vertices, it
-/// averages all.
+/// material, because an image multiplies the light of one material only. Without such vertices, it averages
+/// all baked vertices.
 template <class ValueAt>
 std::vector<Rgb> mapped_light(const Mesh& mesh, std::span<const std::uint32_t> mesh_listed,
                               std::span<const Share> shares, const Mesh& baked, const ValueAt& value_at) {

@@ -26,12 +26,12 @@ struct OriginalBake {
 /// value of the front. Radiance is the displayed radiance, multiplied by the colour of an image there.
 ///
 /// A vertex without a baked triangle has only degenerate or duplicate faces, or none. It gets the value of
-/// the baked vertices at its position, on the side of its own faces. If there are none, its radiance and
-/// passes are 0. Normals follow the same rules, with (0, 1, 0) as the default. Vertices with non-finite
-/// coordinates move to the origin.
+/// the baked vertices at its position on the side to which its faces point. Without such vertices, its
+/// radiance and passes are 0. Normals follow the same rules, with (0, 1, 0) as the default. Vertices with
+/// non-finite coordinates move to the origin.
 ///
 /// entities     prepared with SceneEntityOptions::original_vertices (asserted).
-/// instances    a bake of the entities' fine meshes. Both must outlive the result.
+/// instances    a bake of the entities' fine meshes. Entities and instances must outlive the result.
 /// with_images  false: `textured` and `textured_meshes` stay empty.
 OriginalBake original_bake(const SceneEntities& entities, std::span<const BakedInstance> instances,
                            bool with_images);

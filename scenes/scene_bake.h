@@ -1,5 +1,5 @@
 #pragma once
-/// Bakes a scene: shades it as its surfaces require, ready to be written.
+/// Bakes a scene: shades its vertices and separates radiance from textures, for pictures and files.
 
 #include "scenes/baked_instance.h"
 #include "scenes/scene_entities.h"
@@ -9,33 +9,35 @@
 
 namespace haarfield {
 
-/// How direct light is integrated. All add the same indirect light.
+/// The method of integrating direct light. Indirect light is the same for all methods.
 enum class Evaluator {
     tree,   ///< Wavelet product integrals.
     dense,  ///< Plain sums over texels, slow.
     rays,   ///< Monte Carlo integration.
 };
 
-/// How colours of vertices are chosen.
+/// The method of computing the colours of vertices.
 enum class BakedColours {
     sampled,  ///< The radiance at the vertices.
     fitted,   ///< See fit_radiance.
 };
 
-/// How a bake shades.
+/// The settings of a bake, besides RenderSettings.
 struct BakeOptions {
     Evaluator evaluator = Evaluator::tree;
-    std::optional<float> refine;  ///< RefinementSettings::tolerance; none: at the fine meshes' vertices.
+    std::optional<float> refine;               ///< RefinementSettings::tolerance; none: no refinement.
     std::optional<std::size_t> vertex_budget;  ///< With `refine`; none: usual_vertex_budget.
     BakedColours colours = BakedColours::sampled;
-    std::vector<std::string> passes;  ///< Of pass_names.
-    std::uint32_t samples = 1024;     ///< At each vertex, by Evaluator::rays.
+    std::vector<std::string> passes;  ///< Members of pass_names.
+    std::uint32_t samples = 1024;     ///< Samples per vertex, for Evaluator::rays.
 };
 
 /// Returns the names of all passes: diffuse, indirect, irradiance, occlusion, own-shadow, specular.
 std::vector<std::string> pass_names();
 
-/// Refuses passes that are not known and options that exclude each other.
+/// Checks options.
+///
+/// errors  unknown passes; options that exclude each other.
 Result<Done> check_bake(const BakeOptions& options);
 
 /// Returns the larger of RefinementSettings' default and 1.5 times the number of vertices of the models'
@@ -79,7 +81,7 @@ struct BakedScene {
 
 /// Shades a scene.
 ///
-/// scene, entities  must outlive the result. `shaded` must be made from them.
+/// scene, entities  must outlive the result. `shaded` is their shaded_scene.
 /// options          must pass check_bake (asserted).
 /// sharing          null: this process shades all points. If it is partial, the result must not be used.
 /// errors           interrupted.

@@ -135,7 +135,7 @@ Result<Done> take_mesh(const Scene& scene, const Entity& description, const Shap
     if (is_less) imported->mesh = with_shared_vertices(imported->mesh, wanted);
     if (shape != Shape()) {
         imported->mesh = shaped_mesh(std::move(imported->mesh), shape);
-        leave_out_bad_triangles(imported->mesh, imported->findings);  // Triangles that rounding made
+        leave_out_bad_triangles(imported->mesh, imported->findings);  // Rounding can make triangles
                                                                       // degenerate.
     }
     Result<PreparedMesh> prepared = prepare_mesh(std::move(*imported), preparation, progress);

@@ -67,7 +67,8 @@ Result<Environment> described_environment(const Scene& scene, std::vector<std::s
 
 namespace {
 
-/// The place that is to be exposed well: the camera's target, or the mean place of all instances.
+/// Returns the place that determines the exposure: the camera's target, or the mean position of all
+/// instances.
 Vec3d exposed_place(const Scene& scene) {
     Vec3d place(scene.camera.target);
     if (scene.finds_camera && !scene.instances.empty()) {
@@ -78,12 +79,12 @@ Vec3d exposed_place(const Scene& scene) {
     return place;
 }
 
-/// What the emitters of a scene shed on a place, without shadows.
+/// Returns the light of a scene's emitters at a place, without shadows.
 std::vector<ExposedLight> emitted_light(const ShadedScene& scene, const Vec3d& place) {
     const EmitterTree emitters = scene_emitters(scene);
     std::vector<ExposedLight> result;
     std::vector<EmitterPatch> patches;
-    for (const float up : {1.0f, -1.0f}) {  // a half of all directions at a time
+    for (const float up : {1.0f, -1.0f}) {  // the upper and the lower hemisphere
         find_patches(emitters, Vec3f(place), Vec3f(0, up, 0), {}, patches);
         for (const EmitterPatch& patch : patches)
             result.push_back({Vec3d(patch.direction), double(luminance(patch.facing))});

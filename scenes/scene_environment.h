@@ -32,12 +32,11 @@ Result<Environment> described_environment(const Scene& scene, std::vector<std::s
 /// light  rotated, not exposed.
 float found_exposure(const Scene& scene, const Environment& light);
 
-/// The local lights of a scene at the place that found_exposure exposes.
+/// Returns the local lights of a scene at the place for which found_exposure exposes.
 std::vector<ExposedLight> local_lights(const Scene& scene);
 
-/// The stops that the exposure of a scene's light needs in addition to found_exposure, because its camera
-/// stands in a room (room_exposure), or because surfaces emit light there (at most four fewer). 0 if the
-/// scene names its exposure.
+/// Returns the stops to add to found_exposure: those of room_exposure if the camera is in a room, and at most
+/// four fewer if surfaces emit light there. 0 if the scene sets its exposure. [stops]
 ///
 /// light  exposed.
 float entity_stops(const Scene& scene, const SceneEntities& entities, const Environment& light);

@@ -14,8 +14,8 @@ struct SceneImport {
     bool whole = false;  ///< Creates one entity per file, regardless of its parts.
     bool z_up = false;   ///< The models' z axis points up: they are rotated about x so that it becomes y.
     double unit = 1;     ///< Length of a model's unit. [m], > 0.
-    /// If set, replaces `unit`: all models are scaled alike so that the longest side of their common box has
-    /// this length. [m], > 0.
+    /// If set, replaces `unit`: all models are scaled by one factor so that the longest side of their common
+    /// box has this length. [m], > 0.
     std::optional<double> size{};
     bool floor = false;        ///< Adds a floor below the models that extends to the horizon.
     bool keep_places = false;  ///< Leaves models of several files where their files place them.

@@ -45,8 +45,8 @@ struct Surface {
 /// Exponents are clamped to [1, 1000] (metallic) and [1, 2000] (phong).
 Surface surface_of(const MeshMaterial& material);
 
-/// The displayed radiance of a mesh's vertices: `textured` is to be multiplied by the surfaces' textures, `added`
-/// is added unchanged. Without a texture, `textured` is the total.
+/// The displayed radiance of vertices, in two layers. Textures multiply `textured`; `added` is then added
+/// unchanged. Without a texture, `textured` is the total.
 struct LayeredRadiance {
     std::vector<Rgb> textured;
     std::vector<Rgb> added;  ///< One per vertex; empty if no surface needs it.

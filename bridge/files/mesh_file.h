@@ -24,10 +24,14 @@ Result<Done> write_baked_ply(const std::filesystem::path& file, std::span<const 
 
 /// Writes a table of all vertices in world coordinates as CSV text, atomically.
 ///
-/// The first line names the columns: instance (its name, quoted if necessary), vertex (counted from 0 in each
-/// instance, in the order of write_baked_ply), x y z, nx ny nz, radiance_r radiance_g radiance_b (linear,
-/// unclamped), and the passes, named as in write_baked_ply. Numbers have the fewest digits that restore the
-/// same floats.
+/// The first line names the columns:
+/// - instance: its name, quoted if necessary.
+/// - vertex: counted from 0 in each instance, in the order of write_baked_ply.
+/// - x y z, nx ny nz.
+/// - radiance_r radiance_g radiance_b: linear, unclamped.
+/// - the passes, named as in write_baked_ply.
+///
+/// Numbers have the fewest digits that restore the same floats.
 ///
 /// errors  as write_baked_scene.
 /// cost    about 110 bytes per vertex.

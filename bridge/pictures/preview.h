@@ -16,14 +16,14 @@ namespace haarfield {
 
 /// Returns the instances of a scene, without images. The arguments must outlive the result.
 ///
-/// radiance  by instance; empty: for Preview::points alone, which reads none.
+/// radiance  by instance; empty for Preview::points, which reads no radiance.
 std::vector<BakedInstance> preview_instances(const ShadedScene& scene, const SceneColours& radiance = {});
 
 /// Returns the radiance from a direction of any length but zero. Called from many threads at once.
 using Background = std::function<Rgb(const Vec3f& direction)>;
 
-/// Called with the vertices whose radiance is read next, which may include earlier ones. Returns false if the
-/// radiance will not be available.
+/// A function that is called before radiance is read, with the vertices whose radiance is read next. These
+/// may include earlier ones. It returns false if the radiance is not available.
 using BeforeReading = std::function<bool(const VertexMask&)>;
 
 /// Renders instances by primary rays, with radiance interpolated over the triangles, like POV-Ray renders a
@@ -40,9 +40,9 @@ public:
     ///
     /// before_reading  if given, called twice on this thread between ray casting and shading: with the
     ///                 vertices that are visible at the pixels' centres, and with those that the further rays
-    ///                 hit. The radiance of these vertices must be valid only afterwards, and may have moved.
-    ///                 The radiance of other vertices is not read. If the function returns false, the picture
-    ///                 is empty.
+    ///                 hit. The radiance of these vertices must be valid when the function returns; it may
+    ///                 have moved in memory. The radiance of other vertices is not read. If the function
+    ///                 returns false, the picture is empty.
     ///
     /// cost  about 30 ms for 640 x 480 pixels on two cores; for a new mesh, about 0.1 s per 100,000
     ///       triangles.

@@ -7,7 +7,7 @@ namespace haarfield {
 
 /// The number of lights and their distribution.
 struct LightDomeOptions {
-    int lights = 1024;  ///< At most so many; >= 8 (asserted).
+    int lights = 1024;  ///< Maximum number of lights; >= 8 (asserted).
     /// Fraction of the importance, in [0, 1], that is distributed by solid angle instead of energy. At 0 a
     /// dim sky next to a sun would become a single light with a visible shadow.
     double uniform_share = 0.35;

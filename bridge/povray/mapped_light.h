@@ -14,14 +14,14 @@ namespace haarfield {
 /// vertices). A ray that passes through such a triangle continues as one ray instead of three.
 class MappedLight {
 public:
-    /// mesh        has uvs (asserted).
-    /// triangles   indices of the triangles, at least one (asserted).
-    /// textured       by vertex: the light that images multiply. Without an image, all of the light.
-    /// added        by vertex: light that is added after the image; or empty.
-    /// object      prefix of all names. OBJECT_Finish must be declared.
-    /// stem        stem of the atlas files.
-    /// accuracy    image coordinates are exact to 2^-17 of one tile plus twice the extent of the largest
-    ///             triangle. Light is stored as half floats. Above 32,500 the interpolation is too dark.
+    /// mesh       has uvs (asserted).
+    /// triangles  indices of the triangles, at least one (asserted).
+    /// textured   by vertex: the light that images multiply. Without an image, all of the light.
+    /// added      by vertex: light that is added after the image; or empty.
+    /// object     prefix of all names. OBJECT_Finish must be declared.
+    /// stem       stem of the atlas files.
+    /// accuracy   image coordinates are exact to 2^-17 of one tile plus twice the extent of the largest
+    ///            triangle. Light is stored as half floats. Above 32,500 the interpolation is too dark.
     MappedLight(const Mesh& mesh, std::span<const std::uint32_t> triangles, std::span<const Colour> textured,
                 std::span<const Colour> added, const std::string& object, const std::string& stem);
 

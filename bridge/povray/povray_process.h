@@ -21,8 +21,8 @@ struct PovrayOptions {
     /// black. The rendered rows are bit-identical to those of the whole picture if both numbers are multiples
     /// of 32, or if last_row is the height: POV-Ray decides by blocks of 32 rows which pixels get more rays.
     int first_row = 0, last_row = 0;
-    /// POV-Ray is ended if it reports no progress for so long. [s] It reports parsing and pixels, but nothing
-    /// while it builds the meshes' hierarchies at the end of parsing.
+    /// POV-Ray is ended if it reports no progress for this time. It reports parsing and pixels, but nothing
+    /// while it builds the hierarchies of meshes at the end of parsing. [s]
     double patience = 600;
 };
 

@@ -25,14 +25,14 @@ struct ReferencePicture {
 ///                   both sets: with specular lobes of shininess 200 and 256 lights, the error was 0.8 to 1.5
 ///                   times the estimate (five pictures compared with pictures of 4,000 and 6,000 lights).
 /// scene             the scene file. Bounces are gathered under reduced_lights_of_bounces, because
-///                   the cost of radiosity grows with the number of lights and indirect light is smooth. Each set then
-///                   takes three runs: the direct light of all lights, and the light of the few with and
-///                   without bounces.
-/// emitters          Lamps close to a surface light it in small spots, which radiosity's fixed directions hit
-///                   or miss in both sets alike. Therefore the bounces of emitters are gathered under lamps
-///                   in the first half, and from the emitting surfaces themselves, without lamps, in the
-///                   second (two more runs). There, radiosity errs for small emitters. Direct light comes
-///                   from lamps in both halves.
+///                   the cost of radiosity grows with the number of lights and indirect light is smooth. Each
+///                   set then requires three runs: the direct light of all lights, and the light of the few
+///                   with and without bounces.
+/// emitters          Lamps close to a surface light it in small spots. The fixed directions of radiosity hit
+///                   or miss the same spots in both sets. Therefore the bounces of emitters are gathered
+///                   under lamps in the first half, and from the emitting surfaces themselves, without lamps,
+///                   in the second (two more runs). There, radiosity errs for small emitters. Direct light
+///                   comes from lamps in both halves.
 /// progress, errors  those of run_povray.
 Result<ReferencePicture> rendered_reference(const ReferenceFiles& scene, const PovrayOptions& options = {},
                                             const Progress& progress = {});
@@ -40,8 +40,6 @@ Result<ReferencePicture> rendered_reference(const ReferenceFiles& scene, const P
 /// Renders one of the two pictures of a reference.
 ///
 /// set               0 or 1: the set of lights.
-///
-/// set               0 or 1: the lights.
 /// progress, errors  those of run_povray.
 Result<RenderedScene> rendered_half(const ReferenceFiles& scene, std::size_t set,
                                     const PovrayOptions& options = {}, const Progress& progress = {});

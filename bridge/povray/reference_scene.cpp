@@ -34,7 +34,7 @@ float diffuse_share(const Material& material) {
 
 /// Returns a pigment of one colour, or of an image times the colour.
 ///
-/// is_opaque  true: the image lets nothing through, regardless of its alpha.
+/// is_opaque  true: the image is opaque, regardless of its alpha.
 std::string pigment_text(const Rgb& colour, const TextureFile* image, bool is_opaque) {
     if (!image) return fmt::format("rgb {}", povray_vector(colour));
     if (colour == Rgb(1.0f)) return is_opaque ? image->opaque : image->pigment;
@@ -107,7 +107,7 @@ std::string tinted_texture(const Material& material, const PovraySpecular& highl
 /// Returns everything but the specular lobes that an image tints.
 ///
 /// share     factor of emission, diffuse term and specular lobes.
-/// is_mixed  true: the image lets nothing through, regardless of its alpha.
+/// is_mixed  true: the image is opaque, regardless of its alpha.
 std::string base_texture(const Surface& surface, const Rgb& colour, const PovraySpecular& highlights,
                          float share, const TextureFile* image, bool is_mixed) {
     const Material& material = surface.material;
@@ -392,7 +392,7 @@ std::string dome_light(const DirectionalLight& light, double distance) {
         place.x, place.y, place.z, colour.x, colour.y, colour.z);
 }
 
-/// Returns the baked objects, which only radiosity sees.
+/// Returns the baked objects, which are visible to radiosity only.
 std::string baked_text(const ReferenceBounces& bounces, double world_scale) {
     std::string text;
     for (const ReferenceBounces::BakedObject& baked : bounces.baked)
@@ -534,7 +534,7 @@ Result<ReferenceFiles> write_reference_scene(const std::filesystem::path& folder
                         is_shape_of_a_lamp(lamps, i) ? " no_shadow" : "", povray_identifier(instance.name));
     }
     text += "\n" + objects + baked_text(bounces, files.world_scale) + "\n";
-    // Baked objects emit their light whichever lights are on.
+    // Baked objects emit their light for any selection of lights.
     files.has_bounces = bounces.limit > 0 && bounces.baked.empty();
 
     const double distance = std::max(1e4, 8 * extent * files.world_scale);  // outside of everything

@@ -64,9 +64,9 @@ struct ReferenceBounces {
         std::filesystem::path include;
         std::string name;
     };
-    /// If not empty, these objects emit their light once, instead of bounces from the scene's own objects:
-    /// the picture then shows what a correct bake must contain. Each object stands at the place of its
-    /// original.
+    /// If not empty, these objects emit their baked light, and this light is gathered once instead of bounces
+    /// between the scene's objects. The picture then shows what a correct bake must contain. Each object is
+    /// at the place of its original.
     std::vector<BakedObject> baked{};
 };
 
@@ -92,9 +92,9 @@ struct ReferenceFiles {
 /// lights      maximum number of both domes together, >= 16 (asserted). A black environment has none.
 /// emitters    represented in each set by as many lamps as its dome has lights, half of them placed for the
 ///             points that the camera shows: emitter_lamps.
-/// lamps       the same light_sources in addition to both sets, formula by formula. An object that a lamp
-///             looks like casts no shadow from any light, because POV-Ray has no finer control; if there are
-///             other lights, a warning says so.
+/// lamps       become POV-Ray's light_sources, in addition to both sets. The object that shows the shape of a
+///             lamp (Lamp::looks_like) casts no shadow from any light, because POV-Ray has no finer control.
+///             A warning reports this if there are other lights.
 /// materials   POV-Ray's own terms: `diffuse`, `phong` and `phong_size`, `specular` (blinn) and `roughness`,
 ///             `metallic`, which are exact in the povray convention. In the physical convention the specular
 ///             lobe is scaled by (n+2)/2 and lacks the cosine, with a warning. A coloured specular lobe is

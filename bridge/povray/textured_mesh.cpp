@@ -61,7 +61,7 @@ void part_cut_outs(Mesh& mesh, const std::vector<bool>& is_cut_out, float distan
         if (moves[v]) mesh.positions[v] += mesh.normals[v] * distance;
 }
 
-/// The distinct looks, numbered in order of occurrence.
+/// The distinct appearances of corners, numbered in order of occurrence.
 class Looks {
 public:
     std::uint32_t number_of(const CornerAppearance& look) {

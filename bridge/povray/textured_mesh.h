@@ -31,8 +31,8 @@ bool maps_light(std::span<const Rgb> textured, std::span<const Rgb> added);
 /// texels than its coordinates can resolve (8,192) has constant light in that case, as slivers always have.
 ///
 /// surfaces  by the mesh's materials. With a texture, the mesh has uvs (asserted).
-/// textured     one per vertex, finite: the light that images multiply. Without an image, all of the light.
-/// added      specular light that is added; one per vertex, finite, or none.
+/// textured  one per vertex, finite: the light that images multiply. Without an image, all of the light.
+/// added     specular light that is added; one per vertex, finite, or none.
 /// files     the files of the textures.
 /// maps_all  true: the light of all triangles is stored in images; see maps_light.
 /// object    prefix of all names. OBJECT_Finish must be declared: `finish { emission 1 ambient 0 diffuse 0

@@ -142,7 +142,7 @@ Shell lathe(const Profile& profile, int segments) {
 }
 
 Shell board(const Board& shape, const Profile& edge) {
-    // The outline, from +x towards -z: counter-clockwise seen from above.
+    // The outline, from +x towards -z: counter-clockwise as viewed from above.
     struct OutlinePoint {
         Vec2d centre, out;  // x and z: of the corner's circle or of the side; direction away from it.
         int column, row;    // Of the adjacent point of the inner grid.
