@@ -12,8 +12,9 @@
 
 namespace haarfield {
 
-/// Refuses texts without a number_in. The message says what was found and which range was wanted; --help
-/// shows the range.
+/// Returns a validator that rejects texts without a number_in. Its message has the text and the expected
+/// range;
+/// --help shows the range.
 CLI::Validator number_check(const Range& range, bool whole);
 
 /// The type of an option's number: that of a list's elements, or of an optional value.

@@ -79,8 +79,8 @@ Result<PlannedScene> opened(const std::string& file, InputHashes& hashes) {
 /// Sets the number of parts of a job, and the cost of each.
 void divide(const JobCost& cost, std::size_t most, const PlanOptions& options, int threads, PlanJob& job) {
     const double whole = cost.work / threads, setup = cost.setup / threads;
-    // Every part repeats the setup, which takes at most a tenth of its time, unless the number of parts is
-    // given.
+    // Every part repeats the setup. Unless the number of parts is given, parts are so long that the setup
+    // takes at most a tenth of their time.
     const double share = std::max(options.task_seconds - setup, 10 * setup);
     double parts = std::ceil(whole / std::max(share, 1e-3));
     if (options.tasks > 0) parts = options.tasks;

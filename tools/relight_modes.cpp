@@ -67,7 +67,7 @@ RelightMode fading_lights(RelightStage& stage) {
             .change = show};
 }
 
-/// Orbits the target counter-clockwise as seen from above.
+/// Orbits the target, counter-clockwise as viewed from above.
 RelightMode orbiting_eye(RelightStage& stage) {
     return {.name = "orbit",
             .prepare = [&](const Progress& progress) { return stage.session->vary_eye(progress); },

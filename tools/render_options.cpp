@@ -53,7 +53,7 @@ RenderOption choice(RenderOption row, std::vector<std::string> words, Member of)
     return row;
 }
 
-/// An option that is a bool, or an enumerator of which 1 stands for true.
+/// An option that is a bool, or an enumerator in which 1 represents true.
 template <class Member>
 RenderOption flag(RenderOption row, Member of) {
     row.is_flag = true;

@@ -16,12 +16,12 @@ namespace haarfield {
 
 struct SceneOptions {
     std::string scene;        ///< The file.
-    std::string environment;  ///< Instead of the scene's own, if not empty.
-    std::string exposure;     ///< Instead of the scene's own, if not empty: a number, or `auto`. [stops]
-    std::vector<float> view;  ///< Instead of the camera's position, if not empty: x, y, z. [m]
-    bool frame = false;       ///< The camera's place is found, whatever the scene says.
-    int antialiasing = 3;     ///< As PovrayOptions has it.
-    double patience = PovrayOptions().patience;  ///< Likewise. [s]
+    std::string environment;  ///< If not empty, replaces the scene's environment.
+    std::string exposure;     ///< If not empty, replaces the scene's exposure: a number, or `auto`. [stops]
+    std::vector<float> view;  ///< If not empty, replaces the camera's position: x, y, z. [m]
+    bool frame = false;       ///< True: scene_camera places the camera, even if the scene does.
+    int antialiasing = 3;     ///< PovrayOptions::antialiasing.
+    double patience = PovrayOptions().patience;  ///< PovrayOptions::patience. [s]
 };
 
 /// Adds SCENE.
@@ -30,48 +30,50 @@ void add_scene_option(CLI::App& command, SceneOptions& options);
 /// Adds --environment, --exposure, --view and --frame.
 void add_view_options(CLI::App& command, SceneOptions& options);
 
-/// Adds --antialiasing and --povray-patience, too.
+/// Adds the options of add_view_options, --antialiasing and --povray-patience.
 void add_picture_options(CLI::App& command, SceneOptions& options);
 
-/// Reads the scene and applies the options: those of the camera, if it is to be found, in place_camera.
+/// Reads the scene and applies the options. If the camera is to be found, place_camera applies those of the
+/// camera.
 Result<Scene> opened_scene(const SceneOptions& options);
 
-/// Finds the scene's camera if it is to be found; warns where it sees nothing, and of what it is inside. The
-/// report's `camera`; a line on stdout if it was found.
+/// Places the scene's camera if it is to be found, and prints its position. Prints the camera_troubles as
+/// warnings. Adds `camera` to the report.
 Result<Done> place_camera(Scene& scene, const SceneEntities& entities, const SceneOptions& options,
                           CommandContext& context);
 
-/// The scene's light: read or made, cleaned (with a warning that counts), turned and exposed. Into the
-/// report's `environments` goes where it is from, and its exposure; onto stdout, if that is found.
+/// Returns the scene_environment. Prints its warnings, and its exposure if that was found. Adds the origin
+/// and the exposure to the report's `environments`.
 Result<Environment> opened_environment(const Scene& scene, CommandContext& context);
 
-/// Adds entity_stops to the exposure of a light, in the report's `environments`, too; prints a line if there
-/// are any. Returns the stops.
+/// Adds entity_stops to the exposure of a light and to that in the report's `environments`. Prints the stops
+/// unless they are 0, and returns them.
 ///
-/// number  of the light in the report.
+/// number  index of the light in the report.
 float expose_room(const Scene& scene, const SceneEntities& entities, Environment& environment,
                   CommandContext& context, std::size_t number = 0);
 
 /// Returns the options with which POV-Ray renders a scene.
 PovrayOptions povray_options(const Scene& scene, const SceneOptions& options, const CommandContext& context);
 
-/// Says where a picture is, what POV-Ray said, and that much of it is clipped, if so; into the report go
-/// `image`, `clipped_share`, and `povray`: the times of all runs together, and the command line of the last.
+/// Prints the file of a picture and POV-Ray's warnings. Warns if a large fraction of the picture clips. Adds
+/// `image`, `clipped_share` and `povray` to the report: the total times of all runs, and the command line of
+/// the last run.
 ///
 /// objects  the picture, with coverage.
 void report_picture(const std::filesystem::path& exr, const Image& objects, std::span<const PovrayRun> runs,
                     CommandContext& context);
 
-/// write_with_background and report_picture.
+/// Calls write_with_background, then report_picture.
 Result<Done> write_picture(const std::filesystem::path& exr, const Image& objects,
                            const std::filesystem::path& scene, std::span<const PovrayRun> runs,
                            const PovrayOptions& povray, CommandContext& context);
 
-/// Returns the scene's name for POV-Ray's files: other characters than those of plain_name become `_`, and
-/// long names end with a checksum.
+/// Returns the scene's name for POV-Ray's files: its plain_name. Long names are shortened and end with a
+/// checksum.
 std::string file_stem(const Scene& scene);
 
-/// Adds --allow-unsealed, as every command that reads fields has it.
+/// Adds --allow-unsealed, for commands that read fields.
 void add_unsealed_option(CLI::App& command, bool& allow_unsealed);
 
 /// Adds the options of some sets. The choices must outlive the command.
@@ -80,24 +82,24 @@ void add_render_options(CLI::App& command, RenderChoices& choices, std::initiali
 /// Adds --fields and the options of OptionSet::fields.
 void add_field_options(CLI::App& command, RenderChoices& choices);
 
-/// The options of entities, with the default of the folder of fields.
+/// Returns the options of entities. If no folder of fields was chosen, it is `fields` in the output folder.
 SceneEntityOptions entity_options(const RenderChoices& choices, const std::filesystem::path& output);
 
-/// prepare_scene_entities, with warnings, messages and the report's `fields`; a line for each on stdout.
+/// Calls prepare_scene_entities. Prints its warnings and a line per field, and adds `fields` to the report.
 Result<SceneEntities> opened_entities(const Scene& scene, const RenderChoices& choices,
                                       const std::filesystem::path& output, CommandContext& context);
 
-/// original_entities, with warnings.
+/// Calls original_entities and prints its warnings.
 Result<SceneEntities> opened_originals(const Scene& scene, CommandContext& context);
 
 /// A scene for POV-Ray's ray tracer.
 struct TracedScene {
     Environment environment;
-    SceneEntities entities;                    ///< As their files have them.
-    std::vector<ReferenceInstance> instances;  ///< Of these.
+    SceneEntities entities;                    ///< original_entities.
+    std::vector<ReferenceInstance> instances;  ///< reference_instances of these entities.
 };
 
-/// Opens what a reference needs, and finds the scene's camera.
+/// Reads the meshes and the light for a reference, and places the scene's camera.
 Result<TracedScene> opened_for_tracing(Scene& scene, const SceneOptions& options, CommandContext& context);
 
 }  // namespace haarfield

@@ -1,5 +1,5 @@
 #pragma once
-/// A relighting session that knows the specular radiance on top of textures.
+/// A relighting session that separates specular radiance from the light that textures multiply.
 
 #include "scenes/scene_entities.h"
 #include "shading/transfer/relight_session.h"
@@ -9,8 +9,9 @@ namespace haarfield {
 /// The surfaces of each entity of a scene.
 std::vector<std::vector<Surface>> surfaces_of(const SceneEntities& entities);
 
-/// A RelightSession, and a second one without the specular lobes of textured surfaces: see Surface. The
-/// second one exists only if the scene has such surfaces; then everything takes twice as long.
+/// Two relighting sessions: one with all materials, and one without the specular lobes of textured surfaces
+/// (Surface::has_separate_specular). The specular radiance is their difference. The second session exists
+/// only if the scene has such surfaces, and doubles the time of all calls.
 class TexturedSession {
 public:
     /// surfaces  by entity and material.
@@ -49,8 +50,8 @@ public:
     bool lacks_reflections() const { return all_.lacks_reflections(); }
     /// @}
 
-    /// Replaces the materials of all entities. Nothing happens, and it returns false, if the second session
-    /// would be missing or superfluous.
+    /// Replaces the materials of all entities. Returns false and does nothing if the new materials need the
+    /// second session and it does not exist, or the reverse.
     bool set_materials(std::span<const std::vector<Surface>> surfaces);
 
     /// Returns the radiance of an instance. The specular component is zero where no texture needs it.

@@ -8,9 +8,13 @@
 ///     parallel.sh         runs the tasks without a good result with GNU parallel
 ///     job.sh              a job of either script: loads modules or enters a container, and runs tasks
 ///     logs/, submitted/   logs of jobs; the tasks of each submission
+///
+/// Results of tasks and joins:
+///
 ///     parts/K.part        the result of task K (task_part.h)
 ///     parts/K.claim       exists while a process runs task K (claim.h)
 ///     parts/K.failed      the reason of the last failure of task K
+///
 ///     fields/, results/   the results of joins, unless other folders are given
 
 #include "fields/base/result.h"

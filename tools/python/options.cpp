@@ -14,7 +14,7 @@ std::string keyword_of(const RenderOption& row) {
     return keyword;
 }
 
-/// True if None stands for no value, or for `auto`.
+/// True if None is valid and represents no value, or `auto`.
 bool accepts_none(const RenderOption& row) {
     return row.is_optional || (row.range && !row.words.empty());
 }

@@ -66,7 +66,7 @@ private:
 std::shared_ptr<const PreparedScene> prepare(PythonScene& scene, const py::object& progress,
                                              BakedVertices vertices = BakedVertices::fine);
 
-/// A placement as a matrix of four rows that stands before columns.
+/// Returns a placement as a matrix of four rows, which multiplies column vectors.
 py::array matrix_of(const Placement& placement);
 
 /// Adds open, scene and Scene to the module. Separate files add the methods for pictures and light.

@@ -122,7 +122,8 @@ public:
         return pixels_of(image);
     }
 
-    /// The factor of the images, or what is added on top of them, by instance.
+    /// Returns a layer of the displayed radiance by instance: the factor of the images, or the summand after
+    /// it.
     py::list layer(bool is_over) {
         const auto layers = do_now([&](TexturedSession& session) {
             std::vector<std::shared_ptr<LayeredRadiance>> all;
@@ -233,7 +234,8 @@ private:
                                 session_->outgoing(instance));
     }
 
-    /// Sets the materials of a description of the scene; false as TexturedSession::set_materials.
+    /// Sets the materials of a changed description of the scene. Returns the result of
+    /// TexturedSession::set_materials.
     bool set_surfaces(const Scene& scene) {
         const SceneEntities& entities = *prepared_->entities;
         std::vector<std::vector<Surface>> surfaces = surfaces_;
@@ -253,7 +255,7 @@ private:
         return true;
     }
 
-    /// Gives the radiance to the arrays that refer to it, so that their values no longer change.
+    /// Moves the radiance to the arrays that refer to it, so that their values no longer change.
     void let_go() {
         shown_->last = do_now([](TexturedSession& session) { return session.take_radiance(); });
         shown_->session.reset();

@@ -12,7 +12,7 @@
 namespace haarfield {
 namespace {
 
-constexpr std::size_t most_known = 4;   ///< Each takes about 2 MB for directions, and its image.
+constexpr std::size_t most_known = 4;   ///< Cached lights, of about 2 MB each and the image.
 constexpr int lights_while_moving = 4;  ///< Per source.
 
 /// Returns a key that identifies a light.

@@ -13,11 +13,11 @@ namespace haarfield {
 
 /// A light that can be rotated in every frame.
 struct EncodedLight {
-    Environment environment;             ///< As its file has it, cleaned; neither turned nor exposed.
-    TurnableLight smooth;                ///< What wavelets serve of it,
-    std::vector<LightSource> sources;    ///< and what rays do.
-    float automatic_exposure = 0;        ///< [stops]
-    std::vector<ExposedLight> gathered;  ///< For the exposure of mixtures, and with lamps.
+    Environment environment;             ///< As in its file, cleaned; neither rotated nor exposed.
+    TurnableLight smooth;                ///< The smooth light, for wavelets.
+    std::vector<LightSource> sources;    ///< The sources, for shadow rays.
+    float automatic_exposure = 0;        ///< Exposure of this light alone. [stops]
+    std::vector<ExposedLight> gathered;  ///< gathered_light, for exposures of mixtures and with lamps.
 };
 
 /// Reads and encodes lights, and caches the most recent ones.
@@ -28,18 +28,22 @@ public:
     /// Selects the light or the two lights of a design.
     ///
     /// cost    0.5 s for a new light of 1024 x 512 pixels.
-    /// errors  of its files; the previous light then remains selected.
+    /// errors  those of the light's files; the previous light then remains selected.
     Result<Done> take(const Design& design);
 
     /// Reads and encodes a light that may be selected next.
     Result<Done> know(const EnvironmentDescription& light);
 
-    /// @name Of the design that was taken last; share, turn and exposure may be others. @{
-    GivenLight momentary(const Design& design, bool few) const;  ///< cost: some 5 ms a light.
-    const Environment& mixed(const Design& design);  ///< Not turned; kept until the share changes.
-    /// The scene's exposure; if it is to be found, found_exposure of the mixture as it is turned. [stops]
+    /// @name Light of the selected design
+    /// The share, rotation and exposure of the argument may differ from those of the selected design.
+    /// @{
+
+    /// Returns the rotated and mixed light in coefficients, not exposed. cost: about 5 ms per light.
+    GivenLight momentary(const Design& design, bool few) const;
+    const Environment& mixed(const Design& design);  ///< Not rotated; cached until the share changes.
+    /// Returns the scene's exposure, or if it is to be found, found_exposure of the rotated mixture. [stops]
     ///
-    /// cost  some 3 ms for a mixture, or with lamps.
+    /// cost  about 3 ms for a mixture, or with lamps.
     float exposure(const Design& design) const;
     /// @}
 
@@ -48,7 +52,7 @@ private:
                                                         const std::optional<AnalyticSky>& sky);
 
     RenderSettings settings_;
-    /// The most recent last.
+    /// Cached lights by light_key, the most recent last.
     std::vector<std::pair<std::string, std::shared_ptr<const EncodedLight>>> known_;
     std::shared_ptr<const EncodedLight> first_, second_;
     std::optional<std::uint64_t> taken_;  ///< Design::light_stamp.

@@ -163,7 +163,7 @@ bool LiveScene::follows(const Design& design, const Variation& variation) const 
 Result<Done> LiveScene::vary(const Design& design, const Variation& variation, const Progress& progress) {
     varied_ = {};
     is_whole_ = false;
-    // An object that varies comes to its place later: the indirect light at rest is that of the last commit.
+    // A varying object is moved later, because indirect light at rest is that of the last commit.
     bring(design, variation);
     session_->set_occlusion(Occlusion::fields);
     Result<Done> done = Done{};

@@ -25,11 +25,11 @@ struct VertexColours {
     std::vector<std::uint16_t> added;     ///< Added after textures; empty if there is none.
 };
 
-/// A scene's meshes and fields, and a relighting session. Occlusion by other objects is interpolated from
-/// fields for vectors, frames and quick shading. For what is displayed at rest, it is that of `bake`.
+/// A scene's meshes and fields, and a relighting session. For vectors, frames and quick shading, occlusion by
+/// other objects is interpolated from fields. For the display at rest, it is that of `bake`.
 ///
-/// One thread drives it. A call that takes a Progress and is interrupted, or fails, may be repeated; the
-/// colours are then those of before.
+/// One thread drives it. If a call with a Progress fails or is interrupted, the colours remain unchanged, and
+/// the call may be repeated.
 class LiveScene {
 public:
     /// settings  those of `bake`.
@@ -64,10 +64,10 @@ public:
     Result<Done> show(const Design& design, const Camera& window, FrameQuality quality,
                       const Progress& progress);
 
-    /// Shades in full, with occlusion by fields. Takes about a second.
+    /// Shades in full, with occlusion by fields. cost: about a second.
     Result<Done> shade(const Design& design, const Progress& progress);
 
-    /// Shades with the result of `bake` for the design's file.
+    /// Shades in full. The result is that of `bake` for the design's file.
     Result<Done> commit(const Design& design, const Progress& progress);
 
     /// True if a commit finds cached visibility: no object has moved since the last commit.
@@ -88,10 +88,10 @@ public:
     /// True if the colours lack indirect light in specular reflections, because the eye moves.
     bool lacks_reflections() const { return session_ && session_->lacks_reflections(); }
 
-    /// The colours by id: those of the last of these calls, for the objects that it knew.
+    /// Returns the colours of the last call, by the ids of the objects of its design.
     const std::map<std::uint32_t, VertexColours>& colours() const { return colours_; }
 
-    /// The exposure of a design, automatic or given, after take_light. [stops]
+    /// Returns the exposure of a design, automatic or given. Requires take_light. [stops]
     float exposure(const Design& design) const;
 
     LightTable& lights() { return lights_; }
@@ -109,7 +109,7 @@ private:
     /// varying  what stays as it is in the session: the light, or the place of an object.
     void bring(const Design& design, const Variation& varying);
     void bring_objects(const Design& design, const Variation& varying);
-    /// Sets what is divided by the gain of the exposure, since the colours are multiplied by it.
+    /// Sets lamps and emitters, divided by the gain of the exposure, by which colours are multiplied.
     void bring_own_light(const Design& design);
     bool has_emitters() const;
     void show_light(const Design& design, FrameQuality quality);

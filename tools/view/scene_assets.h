@@ -33,9 +33,9 @@ struct FrameHead {
     float milliseconds = 0;  ///< From the arrival of that message to the frame.
 };
 
-/// Returns a frame: "HFF1", the four values of the head, and the number of objects. For each object: its id,
-/// number of vertices, and 1 or 0 for specular colours; then three half floats per vertex, padded to 4 bytes,
-/// and as many for specular colours.
+/// Returns a frame: "HFF1", the four values of the head, and the number of objects. For each object follow
+/// its id, its number of vertices, and 1 if it has added colours, otherwise 0. Then follow three half floats
+/// per vertex, padded to 4 bytes, and if there are added colours, the same number of half floats for these.
 std::string frame_bytes(const FrameHead& head, const Design& design,
                         const std::map<std::uint32_t, VertexColours>& colours);
 

@@ -30,7 +30,7 @@ SceneMaterial scene_material(const Surface& surface) {
     return material;
 }
 
-/// A visitor of a variant, made of one function for each alternative.
+/// A visitor of a variant, composed of one function for each alternative.
 template <class... Functions>
 struct Overloads : Functions... {
     using Functions::operator()...;

@@ -14,7 +14,7 @@ namespace haarfield {
 
 struct TaskSettings {
     RenderChoices render;          ///< Of a bake; for a reference see reference_bounces.
-    std::filesystem::path output;  ///< A folder for each task goes below.
+    std::filesystem::path output;  ///< The parent of each task's folder.
     int threads = 1;
 };
 
