@@ -45,14 +45,14 @@ struct ShadedVertex {
 /// memory        of one thread, reused.
 /// accuracy      against plain sums over the texels of the same visibility and lighting: 1e-3 for cosines.
 ///               For specular lobes it is 1 % of their peak where lighting is constant over 4 x 4 texels or
-///               the walk stops at them, and 3 % if a lobe is narrower than a texel (exponent 2000 about H at
-///               grazing view).
+///               the walk stops at them. It is 3 % if a lobe is narrower than a texel (exponent 2000 about H
+///               at grazing view).
 /// cost          some microseconds; see product_integral. A vertex without specular reflection costs less.
 /// source        as product_integral. Cosine and lobe are not stored but evaluated at the cells of the walk.
 ///               The mean of a cosine over a cell is the cosine of the mean direction. The mean of a lobe
-///               cos^n over a cell whose directions have variance s is approximated by cos^m at the cell's
-///               middle, with 1/m = 1/n + s and the same energy, because the variances of narrow functions
-///               add under convolution. For the lobe about H the approximation is made in H. There the
+///               cos^n over a cell whose directions have variance s is about cos^m at the cell's middle, with
+///               1/m = 1/n + s and the same energy: the variances of narrow functions add under
+///               convolution. For the lobe about H the approximation is made in H. There the
 ///               variance is s / 4 in the plane of incidence, and s / (2 V.H)^2 perpendicular to it, where V
 ///               is the view direction.
 Outgoing outgoing_radiance(const LightPyramid& light, const ShadedVertex& vertex,
