@@ -161,12 +161,12 @@ materials.wood = { diffuse = [0.4, 0.2, 0.1], specular = [0.2, 0.2, 0.2], shinin
 AffineInstances::Prepared* AffineInstances::affine = nullptr;
 AffineInstances::Prepared* AffineInstances::world = nullptr;
 
-TEST_F(AffineInstances, TheOracleSeesThemAsMeshesMadeByHand) {
+TEST_F(AffineInstances, EqualHandMadeMeshesForTheOracle) {
     expect_same(total(*dense_scene_radiance(affine->shaded, settings())),
                 total(*dense_scene_radiance(world->shaded, settings())), 1e-3f);
 }
 
-TEST_F(AffineInstances, AreBakedAsTheOracleBakesMeshesMadeByHand) {
+TEST_F(AffineInstances, BakesAgreeWithTheOracleOnHandMadeMeshes) {
     expect_same(total(*scene_radiance(affine->shaded, settings())),
                 total(*dense_scene_radiance(world->shaded, settings())), 4e-3f);
 }
@@ -189,7 +189,7 @@ TEST_F(AffineInstances, MoveInASession) {
     expect_same(frame, wanted, 0.04f);
 }
 
-TEST_F(AffineInstances, TheRayTracerIsGivenMeshesMadeByHand) {
+TEST_F(AffineInstances, ReferenceScenesContainTheHandMadeMeshes) {
     for (std::size_t i = 0; i < affine->scene.instances.size(); ++i) {
         const Mesh &a = affine->entities.of_instance(i).mesh.original,
                    &b = world->entities.of_instance(i).mesh.original;

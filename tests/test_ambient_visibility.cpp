@@ -36,7 +36,7 @@ TEST(AmbientVisibility, MeanOverDirectionsIsTheSumOfTexelsTimesSolidAngles) {
     }
 }
 
-TEST(AmbientVisibility, OfASphereIsWhatItsConeLeavesOpen) {
+TEST(AmbientVisibility, OfASphereIsOneMinusItsCone) {
     const float radius = 0.5f;
     const Vec3f centre(1, 2, 3);
     const PreparedMesh mesh = prepared_as_is(sphere_mesh(centre, radius, 16));

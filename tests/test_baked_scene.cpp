@@ -53,7 +53,7 @@ PovrayOptions options_for(const Camera& camera) {
 }
 
 /// Also at a millimetre an edge, where POV-Ray would need the small-triangle cure.
-TEST(BakedScene, VertexColoursComeBackFromPovray) {
+TEST(BakedScene, PovrayReproducesVertexColours) {
     for (float size : {1.0f, 0.004f}) {
         const TestFolder folder;
         const int cells = 4, resolution = 40;
@@ -140,7 +140,7 @@ TEST(BakedScene, CameraAndBackgroundAgreeWithOurs) {
         }
 }
 
-TEST(BakedScene, AnIncludeServesASceneOfOnesOwn) {
+TEST(BakedScene, AnIncludeWorksInAUsersScene) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 1);
     const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.25f, 0.5f, 0.75f));
@@ -171,7 +171,7 @@ TEST(BakedScene, AnIncludeServesASceneOfOnesOwn) {
     EXPECT_EQ(image->pixels[8 * 4 + 6], Rgb(0.25f, 0.5f, 0.75f));
 }
 
-TEST(BakedScene, LeavesTheLightsTexturesAndCameraOfASceneOfOnesOwnAlone) {
+TEST(BakedScene, AnIncludeChangesNoLightsTexturesOrCameraOfAUsersScene) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 1);
     const Rgb baked(0.25f, 0.5f, 0.75f);
@@ -212,7 +212,7 @@ TEST(BakedScene, LeavesTheLightsTexturesAndCameraOfASceneOfOnesOwnAlone) {
     EXPECT_GT(of_the_square, 20);
 }
 
-TEST(BakedScene, SharesEqualColoursAndClampsWhatAPictureCanNotHold) {
+TEST(BakedScene, SharesEqualColoursAndClampsTheirRange) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 2);
     std::vector<Rgb> radiance(mesh.positions.size(), Rgb(0.5f, 0.5f, 0.5f));
@@ -229,7 +229,7 @@ TEST(BakedScene, SharesEqualColoursAndClampsWhatAPictureCanNotHold) {
     EXPECT_EQ(text.find("-0,"), std::string::npos);
 }
 
-TEST(BakedScene, RefusesWhatPovrayWouldShowWronglyAndWritesNothing) {
+TEST(BakedScene, RefusesInvalidInstancesAndWritesNothing) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 1);
     const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(1, 1, 1));
@@ -270,7 +270,7 @@ TEST(BakedScene, RefusesWhatPovrayWouldShowWronglyAndWritesNothing) {
     EXPECT_TRUE(folder.files().empty());
 }
 
-TEST(BakedScene, AnIncludeIsAMeshThatReadMeshTakes) {
+TEST(BakedScene, ReadMeshReadsAnInclude) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 4);
     std::vector<Rgb> radiance(mesh.positions.size());
@@ -503,7 +503,7 @@ TEST(BakedFilesForOthers, RefusePassesThatDoNotFitOrAreNotFinite) {
     EXPECT_TRUE(folder.files().empty());
 }
 
-TEST(BakedFilesForOthers, RefuseWhatIsNotFiniteAndWriteNothing) {
+TEST(BakedFilesForOthers, RefuseNonFiniteValuesAndWriteNothing) {
     const TestFolder folder;
     const Mesh mesh = upright_square_mesh(1, 1);
     const std::vector<Rgb> radiance(mesh.positions.size(), Rgb(NAN, 0, 0));

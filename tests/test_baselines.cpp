@@ -152,7 +152,7 @@ TEST(Harmonics, ProductIsThatOfTheFunctionsWhereTheOrderSuffices) {
     }
 }
 
-TEST(SceneIntegrals, AllMethodsAgreeWithTheTexelSumsOfWhatTheyMultiply) {
+TEST(SceneIntegrals, AllMethodsAgreeWithTheSumsOverTheirTexels) {
     for (const int functions : {3, 6, 7}) {
         const TexelIntegrals texels = texel_integrals(32, 20);
         const TreeIntegrals trees = tree_integrals(texels, functions, {60, 40});

@@ -12,7 +12,7 @@
 namespace haarfield {
 namespace {
 
-TEST(BlockedCones, RectanglesBecomeOnePolygonHoweverTheyAreCut) {
+TEST(BlockedCones, RectanglesBecomeOnePolygonForAnyTriangulation) {
     for (const int cells : {1, 2, 3, 5}) {
         const auto polygons = convex_polygons(make_occluder(square_mesh(2, 0, cells)));
         ASSERT_EQ(polygons.size(), 1u) << cells;
@@ -31,7 +31,7 @@ TEST(BlockedCones, BoxesBecomeSixOneSidedPolygons) {
     }
 }
 
-TEST(BlockedCones, DoNotMergeWhatIsNotConvexTogether) {
+TEST(BlockedCones, NonConvexUnionsAreNotMerged) {
     // An L of three squares.
     Mesh mesh;
     const float corners[][2] = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
@@ -53,7 +53,7 @@ TEST(BlockedCones, DoNotMergeWhatIsNotConvexTogether) {
         }
 }
 
-TEST(BlockedCones, ConesBlockWhatTheRasterizerBlocks) {
+TEST(BlockedCones, BlockTheSameDirectionsAsTheRasterizer) {
     const Mesh meshes[] = {square_mesh(2, 0, 2), box_mesh({-1, -1, -1}, {1, 2, 3}),
                            box_mesh({-0.2f, 0, -4}, {0.2f, 0.1f, 4})};
     const Vec3f points[] = {

@@ -108,7 +108,7 @@ TEST(Bounces, BowlUnderAUniformSkyHasItsClosedForm) {
     }
 }
 
-TEST(Bounces, PathsFindTheSame) {
+TEST(Bounces, AgreeWithPathTracing) {
     Bouncing bowl(bowl_mesh(48), matte(0.8f));
     const PathTracer tracer(bowl.scene, bowl.surface(), bowl.geometry().rays);
     const EntityOcclusion& occlusion = *bowl.scene.entities[0].occlusion;
@@ -125,7 +125,7 @@ TEST(Bounces, PathsFindTheSame) {
     EXPECT_NEAR(mean / (pi * (2.0 / 3 / 0.8 - 0.5)), 1, 0.01);
 }
 
-TEST(Bounces, NoneIsDirectLightAlone) {
+TEST(Bounces, ZeroBouncesAreDirectLightOnly) {
     Bouncing bowl(bowl_mesh(12), matte(0.5f));
     std::optional<IndirectLight> indirect;
     const SceneLight light = scene_light(bowl.scene.environment, bouncing(0));
@@ -135,7 +135,7 @@ TEST(Bounces, NoneIsDirectLightAlone) {
     EXPECT_FALSE(indirect);
 }
 
-TEST(Bounces, BacksAndOtherObjectsInTheWayAreDark) {
+TEST(Bounces, BacksAndOccludersSendNoLight) {
     // A square above another one: the back of the upper one blocks light from below.
     Bouncing scene(square_mesh(2, 0, 4), matte(0.5f));
     scene.scene.instances.push_back({0, {{0, 1, 0}}});  // faces up, so that its back is visible from below
@@ -157,7 +157,7 @@ TEST(Bounces, EveryOtherRowIsUpdated) {
     }
 }
 
-TEST(Bounces, PointsHaveWhatTheirTrianglesCornersHave) {
+TEST(Bounces, PointsInterpolateTheCornersOfTheirTriangles) {
     Bouncing bowl(bowl_mesh(16), matte(0.5f));
     BouncedLight bounced;
     const std::vector<Rgb> values(bowl.geometry().entities[0].order.size(), Rgb(2.0f, 3.0f, 4.0f));
@@ -171,7 +171,7 @@ TEST(Bounces, PointsHaveWhatTheirTrianglesCornersHave) {
     }
 }
 
-TEST(Bounces, SmoothingKeepsWhatIsEvenAndContacts) {
+TEST(Bounces, SmoothingPreservesUniformLightAndContacts) {
     // A floor with a wall on it: the light from the wall changes quickly at its foot.
     Bouncing scene(joined_meshes(square_mesh(2, 0, 16), box_mesh({-1, 0, -0.1f}, {1, 1, 0.1f}, 16)),
                    matte(0.5f));
@@ -193,7 +193,7 @@ TEST(Bounces, SmoothingKeepsWhatIsEvenAndContacts) {
     }
 }
 
-TEST(Bounces, HighlightsShowTheirSurroundings) {
+TEST(Bounces, SpecularLobesReflectTheirSurroundings) {
     // At the centre of a wall of a box that emits uniformly: int cos^n / pi = 2 / (n + 1) along the normal.
     Bouncing furnace(inside_out(box_mesh({-1, -1, -1}, {1, 1, 1}, 4)), matte(0.5f));
     BouncedLight bounced;
@@ -222,7 +222,7 @@ TEST(Bounces, HighlightsShowTheirSurroundings) {
     }
 }
 
-TEST(Bounces, DiffusePartIsTheRadianceOfDullMaterials) {
+TEST(Bounces, DiffuseComponentIsTheRadianceOfDiffuseMaterials) {
     Material material = glossy(20, LobeConvention::povray);
     material.diffuse = Rgb(0.3f, 0.4f, 0.5f);
     Bouncing shining(bowl_mesh(12), material);
@@ -238,7 +238,7 @@ TEST(Bounces, DiffusePartIsTheRadianceOfDullMaterials) {
         EXPECT_LE((found[0][v] - wanted[0][v]).length(), 1e-3f * wanted[0][v].length()) << v;
 }
 
-TEST(Bounces, SameBitsWithAnyNumberOfThreads) {
+TEST(Bounces, AreBitIdenticalForAnyNumberOfThreads) {
     Bouncing bowl(bowl_mesh(24), matte(0.7f));
     const auto radiance_by = [&](std::size_t threads) {
         return with_threads(threads, [&] { return total(*scene_radiance(bowl.scene, bouncing())); });
@@ -248,7 +248,7 @@ TEST(Bounces, SameBitsWithAnyNumberOfThreads) {
     EXPECT_EQ(radiance_by(8), wanted);
 }
 
-TEST(Bounces, EndWhenTheyAreInterrupted) {
+TEST(Bounces, CanBeInterrupted) {
     Bouncing bowl(bowl_mesh(24), matte(0.7f));
     std::stop_source stop;
     stop.request_stop();

@@ -46,8 +46,8 @@ struct Prepared {
 
 constexpr std::size_t plenty = std::size_t(1) << 30;
 
-class KeptVisibilityBy : public testing::TestWithParam<Occlusion> {};
-INSTANTIATE_TEST_SUITE_P(Occlusion, KeptVisibilityBy,
+class CachedVisibilityBy : public testing::TestWithParam<Occlusion> {};
+INSTANTIATE_TEST_SUITE_P(Occlusion, CachedVisibilityBy,
                          testing::Values(Occlusion::fields, Occlusion::exact, Occlusion::automatic),
                          [](const auto& test) {
                              return test.param == Occlusion::fields  ? "Fields"
@@ -55,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(Occlusion, KeptVisibilityBy,
                                                                      : "Automatic";
                          });
 
-TEST_P(KeptVisibilityBy, RadianceHasTheSameBitsUnderNewLightAndFromANewEye) {
+TEST_P(CachedVisibilityBy, RadianceIsBitIdenticalForNewLightAndANewEye) {
     Prepared prepared(GetParam());
     const CachedVisibility kept = *CachedVisibility::make(prepared.room.scene, *prepared.geometry, plenty);
     const SceneColours first = prepared.radiance(&kept);
@@ -68,7 +68,7 @@ TEST_P(KeptVisibilityBy, RadianceHasTheSameBitsUnderNewLightAndFromANewEye) {
     EXPECT_NE(first, second);
 }
 
-TEST_P(KeptVisibilityBy, KeepsWhatThereIsRoomFor) {
+TEST_P(CachedVisibilityBy, StoresAsManyVerticesAsMemoryAllows) {
     const Prepared prepared(GetParam());
     const auto kept_in = [&](std::size_t bytes) {
         return *CachedVisibility::make(prepared.room.scene, *prepared.geometry, bytes);
@@ -84,7 +84,7 @@ TEST_P(KeptVisibilityBy, KeepsWhatThereIsRoomFor) {
     EXPECT_EQ(prepared.radiance(&none), radiance);
 }
 
-TEST(CachedVisibility, KnowsWhatSeesNothing) {
+TEST(CachedVisibility, HasNoTreesInsideOtherInstances) {
     const Prepared prepared(Occlusion::exact);
     const CachedVisibility kept = *CachedVisibility::make(prepared.room.scene, *prepared.geometry, plenty);
     const std::size_t inside = prepared.room.scene.instances.size() - 1;

@@ -18,7 +18,7 @@ namespace {
 using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 
-TEST(Claim, OneAtATime) {
+TEST(Claim, IsHeldByOneProcessAtATime) {
     const TestFolder folder;
     std::atomic<int> holders = 0, turns = 0;
     std::vector<std::thread> threads;
@@ -39,7 +39,7 @@ TEST(Claim, OneAtATime) {
     EXPECT_EQ(folder.files(), std::vector<std::string>());
 }
 
-TEST(Claim, WaitingSaysSoAndEndsWhenAskedTo) {
+TEST(Claim, WaitingReportsProgressAndCanBeInterrupted) {
     const TestFolder folder;
     const auto held = Claim::on(folder / "work.claim");
     ASSERT_TRUE(held && *held);
@@ -58,7 +58,7 @@ TEST(Claim, WaitingSaysSoAndEndsWhenAskedTo) {
     EXPECT_NE(said.find("waiting"), std::string::npos) << said;
 }
 
-TEST(Claim, OfAKilledProcessIsTakenAtOnceOrRemoved) {
+TEST(Claim, OfAKilledProcessIsReplacedAtOnceOrRemoved) {
     const TestFolder folder;
     for (const char* name : {"a.claim", "b.claim"}) {
         const pid_t child = fork();

@@ -19,7 +19,7 @@ void fill(CoefficientEnergies& energies, std::uint32_t seed, std::size_t blocks,
         }
 }
 
-TEST(CoefficientEnergies, MarksWhatCannotBeLeftOut) {
+TEST(CoefficientEnergies, MarksTheCoefficientsToKeep) {
     for (const float size : {1e-12f, 1.0f, 1e12f})
         for (const double error : {0.3, 0.02, 1e-4}) {
             CoefficientEnergies energies;
@@ -53,7 +53,7 @@ TEST(CoefficientEnergies, MarksWhatCannotBeLeftOut) {
         }
 }
 
-TEST(CoefficientEnergies, MarksTheSameWhateverCameBefore) {
+TEST(CoefficientEnergies, MarksDoNotDependOnEarlierCalls) {
     for (const double before : {0.0, 1e-9, 0.5, 1.0}) {
         CoefficientEnergies fresh, used;
         fill(used, 11, 40, 1e5f);
@@ -65,7 +65,7 @@ TEST(CoefficientEnergies, MarksTheSameWhateverCameBefore) {
     }
 }
 
-TEST(CoefficientEnergies, MarksAllThatIsNotZeroIfNothingMayBeLeftOut) {
+TEST(CoefficientEnergies, MarksAllNonzeroCoefficientsIfNoErrorIsAllowed) {
     CoefficientEnergies energies;
     energies.clear(1);
     energies.energy[0] = {0, 1e-30f, 2, 0, 1};

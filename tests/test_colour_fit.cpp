@@ -62,7 +62,7 @@ TEST(ColourFit, HasTheLeastSquaredErrorAndNoMeanError) {
         }
 }
 
-TEST(ColourFit, IsNeverNegativeAndHasTheSameBitsForAnyNumberOfThreads) {
+TEST(ColourFit, IsNonNegativeAndBitIdenticalForAnyNumberOfThreads) {
     const LitBox lit;
     std::vector<std::vector<RadiantMesh>> results;
     for (const std::size_t threads : {1u, 3u}) {

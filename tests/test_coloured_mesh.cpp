@@ -51,7 +51,7 @@ Image picture_of(const Mesh& mesh, std::span<const Rgb> colours, ColourStorage s
     return rendered->image;
 }
 
-TEST(ColouredMesh, LooksTheSameHoweverItsColoursAreStored) {
+TEST(ColouredMesh, LooksTheSameForEveryColourStorage) {
     for (const float half_edge : {1.0f, 0.004f}) {
         const TestFolder folder;
         const Mesh mesh = wavy_mesh(half_edge);

@@ -287,12 +287,12 @@ TEST_F(Commands, WholeNumbersHaveNoFractions) {
     }
 }
 
-TEST_F(Commands, WhatRoundsToAnExcludedEndIsRefused) {
+TEST_F(Commands, NumbersThatRoundToAnExcludedEndAreRefused) {
     EXPECT_EQ(run({"bake", "missing", "-o", "out", "--visibility-error", "0.9999"}).code, 1);
     EXPECT_EQ(run({"bake", "missing", "-o", "out", "--visibility-error", "0.9999999999"}).code, 2);
 }
 
-TEST_F(Commands, BadInputExitsWithOneAndSaysWhere) {
+TEST_F(Commands, BadInputExitsWithOneAndNamesThePlace) {
     write_scene();
     std::ofstream(folder_ / "broken.toml") << "[camera\n";
     std::ofstream(folder_ / "broken.vdb") << "no field";
@@ -320,7 +320,7 @@ TEST_F(Commands, BadInputExitsWithOneAndSaysWhere) {
     EXPECT_EQ(report("report.json").value("exit_code", 0), 1);
 }
 
-TEST_F(Commands, ABoxOnAFloorLooksAsItsReference) {
+TEST_F(Commands, ABakeAgreesWithItsReference) {
     write_scene();
     const std::vector<std::string> bake{"bake", "room.toml", "-o", "out",      "--face-size",
                                         "32",   "--threads", "2",  "--report", "out/baked.json"};
@@ -404,7 +404,7 @@ TEST_F(Commands, ABoxOnAFloorLooksAsItsReference) {
     EXPECT_NE(refused.err.find("PSNR"), std::string::npos);
 }
 
-TEST_F(Commands, ABudgetSaysWhatIsApproximatedAndWhetherTheOracleIsRight) {
+TEST_F(Commands, ABudgetListsApproximationsAndChecksTheOracle) {
     write_scene();
     // Its folder has no fields to be made for.
     const Outcome outcome =
@@ -594,7 +594,7 @@ TEST_F(Commands, ViewMovesTheCameraAndDenseAgreesWithTree) {
     EXPECT_NE(text_of(folder_ / "tree/room_Box.inc"), text_of(folder_ / "dense/room_Box.inc"));
 }
 
-TEST_F(Commands, ACameraIsFoundWhereTheSceneHasNoneOrWhereItIsAskedFor) {
+TEST_F(Commands, TheCameraIsPlacedIfTheSceneHasNoneOrOnRequest) {
     write_scene();
     const auto camera_of = [&](std::vector<std::string> arguments) {
         arguments.insert(arguments.end(), {"-o", "out", "--report", "report.json"});
@@ -627,7 +627,7 @@ TEST_F(Commands, ACameraIsFoundWhereTheSceneHasNoneOrWhereItIsAskedFor) {
               "the camera is inside box; if that is a room, add faces = \"inwards\" to [entities.box]");
 }
 
-TEST_F(Commands, QuietSaysOnlyWhatJsonAsksFor) {
+TEST_F(Commands, QuietPrintsOnlyJson) {
     write_scene();
     ASSERT_EQ(run({"precompute", "room.toml", "-o", "out", "--face-size", "16", "--quiet"}).code, 0);
     const std::string box = haarfield::field_of(folder_ / "out/fields", "box");
@@ -650,7 +650,7 @@ TEST_F(Commands, QuietSaysOnlyWhatJsonAsksFor) {
     EXPECT_NE(run({"info", "missing.vdb", "--quiet"}).err, "");
 }
 
-TEST_F(Commands, BakeAndReferenceFindTheSameExposureAndSayWhatIsClipped) {
+TEST_F(Commands, BakeAndReferenceFindTheSameExposureAndReportClipping) {
     write_scene();
     const auto made = [&](std::vector<std::string> arguments, const std::string& exposure) {
         arguments.insert(arguments.end(), {"room.toml", "-o", "out", "--report", "report.json"});
@@ -678,7 +678,7 @@ TEST_F(Commands, BakeAndReferenceFindTheSameExposureAndSayWhatIsClipped) {
     EXPECT_EQ(made(bake, "").first["environments"][0]["exposure"], 0);
 }
 
-TEST_F(Commands, CtrlCEndsABakeWithNothingHalfWritten) {
+TEST_F(Commands, CtrlCEndsABakeWithoutPartialFiles) {
     write_scene(/*fine_vertices=*/1'000'000);
     for (const int signal : {SIGINT, SIGTERM}) {
         const pid_t child = start({"bake", "room.toml", "-o", "out"});
@@ -701,7 +701,7 @@ TEST_F(Commands, CtrlCEndsABakeWithNothingHalfWritten) {
 }
 
 /// HAARFIELD_KILLS in the environment: how many, instead of six.
-TEST_F(Commands, AKilledPrecomputeLeavesWholeFieldsAndTheNextOneGoesOn) {
+TEST_F(Commands, AKilledPrecomputeLeavesCompleteFieldsAndCanBeContinued) {
     write_scene();
     const std::vector<std::string> precompute{"precompute", "room.toml", "--face-size", "32", "-o"};
     const auto into = [&](const char* output) {

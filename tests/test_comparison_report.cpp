@@ -27,7 +27,7 @@ std::size_t occurrences(const std::string& text, const std::string& part) {
     return count;
 }
 
-TEST(ComparisonReport, IsOneFileWithAllThatItShows) {
+TEST(ComparisonReport, IsOneSelfContainedFile) {
     const TestFolder folder;
     const Image image = ball(64, 48, 0.1f), reference = ball(64, 48, 0);
     const Result<ImageDifference> difference = image_difference(image, reference);

@@ -68,7 +68,7 @@ Vec3d inner_product(std::span<const float> texels, const SelectedCoefficients& f
     return sum;
 }
 
-TEST(ConcentratedLight, IsWhatCosinesHeldOverCellsLack) {
+TEST(ConcentratedLight, IsTheErrorOfCosinesThatAreConstantOverCells) {
     double largest_without = 0;
     for (int trial = 0; trial < 12; ++trial) {
         const Rotation turn = rotation_about({1, 2, -1}, 0.5 * trial);
@@ -93,7 +93,7 @@ TEST(ConcentratedLight, IsWhatCosinesHeldOverCellsLack) {
     EXPECT_GT(largest_without, 5e-3);
 }
 
-TEST(ConcentratedLight, IsNotThereWhereLightIsEven) {
+TEST(ConcentratedLight, IsEmptyForUniformLight) {
     EXPECT_TRUE(Sky().sources().empty());
     constexpr int small = 16;  // cells are texels
     std::vector<Rgb> texels(cubemap_faces * small * small, Rgb(0.1f));

@@ -20,7 +20,7 @@ bool is_on_axis(const Vec3f& p) {
     return std::hypot(p.x, p.z) < 1e-4f;
 }
 
-TEST(CrossedVertices, EachSideHasItsOwn) {
+TEST(CrossedVertices, EachSideHasASeparateVertex) {
     const Mesh sheets = crossing_sheets(4);
     Mesh fine = sheets;
     EXPECT_EQ(split_crossed_vertices(fine, sheets), 2u * 5u);

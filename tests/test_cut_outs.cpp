@@ -72,7 +72,7 @@ Mesh card(int cells = 1) {
     return mesh;
 }
 
-TEST(CutOuts, LeaveWhatIsAtLeastHalfOpaque) {
+TEST(CutOuts, KeepAreasThatAreAtLeastHalfOpaque) {
     std::mt19937 random(3);
     std::size_t inside = 0, asked = 0;
     for (unsigned seed = 0; seed < 12; ++seed) {
@@ -119,7 +119,7 @@ TEST(CutOuts, LeaveWhatIsAtLeastHalfOpaque) {
     EXPECT_LT(inside, asked - 500);
 }
 
-TEST(CutOuts, HangTogetherAcrossASaddleIfThatIsOpaque) {
+TEST(CutOuts, AreConnectedAcrossOpaqueSaddles) {
     for (const bool is_joined : {false, true}) {
         OpacityMap map{6, 6, std::vector<std::uint8_t>(36, is_joined ? 40 : 0)};
         map.opacity[2 * 6 + 2] = map.opacity[3 * 6 + 3] = is_joined ? 255 : 215;
@@ -146,7 +146,7 @@ TEST(CutOuts, HaveTheAreaOfTheOpaqueTexels) {
     EXPECT_NEAR(area(without_cut_outs(card(), std::vector{disc(1500)}, 100000)) / (4 * pi * 0.09), 1, 0.002);
 }
 
-TEST(CutOuts, AreCoarserWhereThereMayBeFewTriangles) {
+TEST(CutOuts, AreCoarserWithFewerTriangles) {
     std::size_t last = SIZE_MAX;
     for (const std::size_t most : {1000u, 100u, 60u}) {
         const Mesh cut = without_cut_outs(card(), std::vector{disc(400)}, most);
@@ -158,7 +158,7 @@ TEST(CutOuts, AreCoarserWhereThereMayBeFewTriangles) {
     EXPECT_LE(without_cut_outs(card(), std::vector{disc(400)}, 1).triangles.size(), 32u) << "16 for each";
 }
 
-TEST(CutOuts, OfAFineGridAreThereOnAverage) {
+TEST(CutOuts, OfAFineGridFollowItsMeanOpacity) {
     for (const bool is_dense : {false, true}) {
         OpacityMap grid{16, 16, std::vector<std::uint8_t>(256, is_dense ? 255 : 0)};
         for (int y = 0; y < 8; ++y)
@@ -169,7 +169,7 @@ TEST(CutOuts, OfAFineGridAreThereOnAverage) {
     }
 }
 
-TEST(CutOuts, LeaveAloneWhatIsOpaque) {
+TEST(CutOuts, LeaveOpaqueTrianglesUnchanged) {
     Mesh mesh = joined_meshes(card(10), box_mesh({2, 0, 0}, {3, 1, 1}));
     mesh.uvs.resize(mesh.positions.size());
     mesh.material_names = {"card", "box"};
@@ -187,7 +187,7 @@ TEST(CutOuts, LeaveAloneWhatIsOpaque) {
     EXPECT_EQ(cut_out_triangles(mesh, {}), std::vector<std::uint8_t>(mesh.triangles.size(), 0));
 }
 
-TEST(CutOuts, AnImageOnALineIsThereOrNot) {
+TEST(CutOuts, DegenerateMappingsKeepOrRemoveATriangle) {
     Mesh mesh = card();
     for (Vec2f& uv : mesh.uvs) uv = {0.5f, 0.5f};
     EXPECT_EQ(area(without_cut_outs(mesh, std::vector{disc(64)}, 1000)), 4);
@@ -195,7 +195,7 @@ TEST(CutOuts, AnImageOnALineIsThereOrNot) {
     EXPECT_EQ(area(without_cut_outs(mesh, std::vector{disc(64)}, 1000)), 0);
 }
 
-TEST(CutOuts, SameInputSameBits) {
+TEST(CutOuts, AreDeterministic) {
     const OpacityMap map = opacity_map(clouds(60, 50, 4));
     const Mesh once = without_cut_outs(card(), std::vector{map}, 2000);
     std::vector<std::vector<double>> elsewhere;  // changes the addresses of later allocations
@@ -212,7 +212,7 @@ PreparedMesh prepared(const Mesh& mesh, const MeshPreparation& wanted) {
     return std::move(*made);
 }
 
-TEST(CutOuts, ArePreparedForWhatBlocksLightAndNotForWhatIsSeen) {
+TEST(CutOuts, ApplyToOccludersAndNotToTheFineMesh) {
     Mesh mesh = joined_meshes(card(2), sphere_mesh({0, -3, 0}, 1, 40));
     mesh.uvs.resize(mesh.positions.size());
     mesh.material_names = {"card", "ball"};
@@ -269,7 +269,7 @@ Mesh sheet_of_squares(bool whole) {
     return mesh;
 }
 
-TEST(CutOuts, CastTheShadowsOfWhatTheyLeave) {
+TEST(CutOuts, CastTheShadowsOfTheRemainingArea) {
     const Texture texture = chequers(4, 16);
     const ExampleScene cut = over_floor(prepared(sheet_of_squares(true), {0, 0, {opacity_map(texture)}})),
                        modelled = over_floor(prepared(sheet_of_squares(false), {})),
@@ -303,7 +303,7 @@ TEST(CutOuts, CastTheShadowsOfWhatTheyLeave) {
     EXPECT_GT(above, 100u);
 }
 
-TEST(CutOuts, OfWhichNothingIsLeftAreLitAndBlockNoLight) {
+TEST(CutOuts, WithoutRemainingAreaAreLitAndBlockNoLight) {
     Texture clear = chequers(4, 4);
     for (auto& texel : clear.texels) texel[3] = 0;
     const PreparedMesh sheet = prepared(sheet_of_squares(true), {0, 0, {opacity_map(clear)}});

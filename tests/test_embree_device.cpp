@@ -67,7 +67,7 @@ OwnedScene slowly_built_scene(const EmbreeDevice& device) {
     return scene;
 }
 
-TEST(EmbreeDevice, ThreadsThatBuildEnterNoOtherPartOfTheLoopAround) {
+TEST(EmbreeDevice, ThreadsThatBuildEnterNoOtherIterationOfTheEnclosingLoop) {
     std::atomic<int> entered_again = 0, built = 0;
     with_threads(8, [&] {
         const EmbreeDevice device;

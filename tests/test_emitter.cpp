@@ -44,7 +44,7 @@ Vec3d irradiance_of(const EmitterTree& tree, const Vec3f& point, const Vec3f& no
     return sum;
 }
 
-TEST(Emitter, ADiscShedsWhatItsFormFactorSays) {
+TEST(Emitter, TheIrradianceOfADiscFollowsItsFormFactor) {
     const float radius = 0.5f;
     for (const int corners : {400, 4000})
         for (const float height : {0.002f, 0.05f, 0.3f, 1.0f, 4.0f, 50.0f}) {
@@ -60,7 +60,7 @@ TEST(Emitter, ADiscShedsWhatItsFormFactorSays) {
 
 /// The corner of a rectangle a x b at height h above the point, parallel and at right angles (textbook form
 /// factors).
-TEST(Emitter, ARectangleShedsWhatItsFormFactorSays) {
+TEST(Emitter, TheIrradianceOfARectangleFollowsItsFormFactor) {
     for (const auto& [a, b, h] :
          {std::tuple(0.4, 0.3, 0.5), std::tuple(1.0, 1.0, 0.01), std::tuple(3.0, 0.1, 2.0)}) {
         const float x = float(a), z = float(b), y = float(h);
@@ -89,7 +89,7 @@ TEST(Emitter, ARectangleShedsWhatItsFormFactorSays) {
 
 /// A sphere has the form factor of a disc that faces the point: E = pi L sin^2 of its angular radius, if it
 /// is completely above the horizon.
-TEST(Emitter, ABallShedsWhatItsSolidAngleSays) {
+TEST(Emitter, TheIrradianceOfABallFollowsItsSolidAngle) {
     for (const int segments : {16, 64})
         for (const float distance : {0.3f, 1.0f, 6.0f}) {
             const Mesh ball = sphere_mesh({0, distance, 0}, 0.2f, segments);
@@ -153,7 +153,7 @@ struct GlowingSquare : ExampleScene {
     }
 };
 
-TEST(Emitter, ANeedleShedsWhatItsPiecesDoByLambertsFormula) {
+TEST(Emitter, TheIrradianceOfANeedleIsThatOfItsPieces) {
     constexpr int pieces = 500;
     constexpr float length = 2, width = 5e-6f;
     std::vector<Emitter> needle;
@@ -177,7 +177,7 @@ TEST(Emitter, ANeedleShedsWhatItsPiecesDoByLambertsFormula) {
         }
 }
 
-TEST(Emitter, LightsOthersInTheBakeAsPovraysLampsDo) {
+TEST(Emitter, LightsSurfacesAsPovraysLampsDo) {
     const GlowingSquare example;
     const SceneColours tree = example.radiance(), dense = example.dense();
     double error = 0, energy = 0;
@@ -230,7 +230,7 @@ TEST(Emitter, LightsOthersInTheBakeAsPovraysLampsDo) {
     EXPECT_LT(std::sqrt(difference / light), 0.01);
 }
 
-TEST(Emitter, LampsOfPovrayCarryItsPower) {
+TEST(Emitter, PovraysLampsHaveItsPower) {
     const std::vector<Emitter> ball = emitters_of(sphere_mesh({0, 0, 0}, 0.2f, 32));
     const EmitterTree tree = emitter_tree(ball);
     const Vec3d exact = irradiance_of(tree, Vec3f(0.1f, 2, 0), Vec3f(0, -1, 0), fine_emitter_cut);

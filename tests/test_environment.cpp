@@ -26,7 +26,7 @@ Vec3d energy(const LatLongImage& image) {
     return sum;
 }
 
-TEST(CleanEnvironment, MendsAndCountsChannels) {
+TEST(CleanEnvironment, RepairsAndCountsInvalidChannels) {
     const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
     LatLongImage image{2, 2, {Rgb(1, -2, 3), Rgb(inf, nan, -inf), Rgb(0, 7, -0.0f), Rgb(nan, inf, 0.5f)}};
     const EnvironmentFindings findings = clean_environment(image);
@@ -36,7 +36,7 @@ TEST(CleanEnvironment, MendsAndCountsChannels) {
     EXPECT_EQ(image.pixels, expected);
 }
 
-TEST(CleanEnvironment, LeavesACleanImageAsItIs) {
+TEST(CleanEnvironment, LeavesAValidImageUnchanged) {
     LatLongImage image = noise_image(8, 4, 1);
     const std::vector<Rgb> before = image.pixels;
     const EnvironmentFindings findings = clean_environment(image);
@@ -51,7 +51,7 @@ TEST(CleanEnvironment, MakesAnImageWithoutFiniteValuesBlack) {
     EXPECT_EQ(image.pixels[0], Rgb(0, 0, 0));
 }
 
-TEST(TurnedEnvironment, TakesPlusZToPlusXInAQuarterTurn) {
+TEST(TurnedEnvironment, RotatesPlusZToPlusXInAQuarterTurn) {
     // A bright pixel next to +z. A quarter turn must move it next to +x.
     LatLongImage image{64, 32, std::vector<Rgb>(64 * 32, Rgb(0.0f))};
     const std::size_t row = 10, column = 34;

@@ -56,7 +56,7 @@ std::map<std::string, BudgetEntry> by_name(const ErrorBudget& budget) {
     return entries;
 }
 
-TEST(ErrorBudget, WhatIsNotApproximatedCostsNothing) {
+TEST(ErrorBudget, ExactComponentsHaveNoError) {
     const auto entries = by_name(room().budget(room().settings()));
     ASSERT_EQ(entries.size(), 11u);
     EXPECT_EQ(entries.at("sources").relative_rmse, 0) << "there are none";
@@ -95,7 +95,7 @@ TEST(ErrorBudget, EachApproximationShowsInItsOwnEntryOnly) {
     expect_only(by_name(*error_budget(room().scene, others, room().settings(), 60)), "coarse mesh");
 }
 
-TEST(ErrorBudget, ChargesFieldsWhereTheyAreLookedUp) {
+TEST(ErrorBudget, FieldsHaveAnErrorWhereTheyAreInterpolated) {
     const Room coarse(40), fine(3000);
     const auto few = by_name(coarse.budget(coarse.settings(), 200)),
                many = by_name(fine.budget(fine.settings(), 200));
@@ -106,7 +106,7 @@ TEST(ErrorBudget, ChargesFieldsWhereTheyAreLookedUp) {
     }
 }
 
-TEST(ErrorBudget, ChargesNoFieldForWhatIsSeenExactly) {
+TEST(ErrorBudget, FieldsHaveNoErrorForExactOccluders) {
     RenderSettings exact = room().settings();
     exact.occlusion = Occlusion::exact;
     const auto looked_up = by_name(room().budget(room().settings())), seen = by_name(room().budget(exact));

@@ -21,14 +21,14 @@ std::string message_of(const Act& act) {
     return "no exception";
 }
 
-TEST(ExceptionMessage, MissingMemoryIsNamedInWords) {
+TEST(ExceptionMessage, OutOfMemoryIsReportedInWords) {
     EXPECT_EQ(message_of([] { throw std::bad_alloc(); }), "not enough memory");
     EXPECT_EQ(message_of([] { throw std::bad_array_new_length(); }), "not enough memory");
     EXPECT_EQ(message_of([] { std::vector<int>().resize(std::numeric_limits<std::size_t>::max()); }),
               "not enough memory");
 }
 
-TEST(ExceptionMessage, OthersKeepTheirWordsButNoPrefixOfALibrary) {
+TEST(ExceptionMessage, OtherMessagesLoseOnlyThePrefixOfALibrary) {
     EXPECT_EQ(message_of([] { throw std::runtime_error("words"); }), "words");
     for (const char* text : {"{", "", "{\"a\":1}"}) {
         const std::string message = message_of([&] { nlohmann::json::parse(text).at("b"); });

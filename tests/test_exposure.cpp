@@ -39,7 +39,7 @@ double brightest_white(const LatLongImage& image) {
     return brightest;
 }
 
-TEST(AutomaticExposure, MakesTheBrightestPlaceOfAWhiteBallOne) {
+TEST(AutomaticExposure, MakesTheBrightestPointOfAWhiteSphereOne) {
     const auto lamp = [](const Vec3d& towards, double size, float bright) {
         return [=](const Vec3d& d) {
             return Rgb(d.dot(towards.normalized()) > 1 - size ? bright : 0.1f) * Rgb(1, 0.7f, 0.4f);
@@ -78,7 +78,7 @@ TEST(AutomaticExposure, CountsDiscsAsTheirPixelsWould) {
     EXPECT_LT(found, alone - 0.5f);
 }
 
-TEST(AutomaticExposure, FollowsTheLightStopByStopAndNotItsTurns) {
+TEST(AutomaticExposure, FollowsTheBrightnessAndNotTheRotation) {
     const Environment light = sky_environment(AnalyticSky(), 256);
     const float found = automatic_exposure(light);
     EXPECT_NEAR(automatic_exposure(turned_environment(light, 0, 3)), found - 3, 1e-4);
@@ -86,7 +86,7 @@ TEST(AutomaticExposure, FollowsTheLightStopByStopAndNotItsTurns) {
         EXPECT_NEAR(automatic_exposure(turned_environment(light, turn, 0)), found, 0.02) << turn;
 }
 
-TEST(AutomaticExposure, LeavesDarknessAloneAndStaysInItsRange) {
+TEST(AutomaticExposure, IsZeroWithoutLightAndStaysInItsRange) {
     EXPECT_EQ(automatic_exposure(image_of(16, [](const Vec3d&) { return Rgb(0, 0, 0); })), 0);
     EXPECT_EQ(automatic_exposure(Environment()), 0);
     EXPECT_EQ(automatic_exposure(image_of(16, [](const Vec3d&) { return Rgb(1e30f, 0, 0); })), -60);

@@ -25,7 +25,7 @@ Words words_in(const std::string& text) {
     return {std::istream_iterator<std::string>(stream), {}};
 }
 
-TEST_F(FarmTest, JoinedIsUndividedByteForByte) {
+TEST_F(FarmTest, JoinedResultsEqualUndividedOnes) {
     write_scene();
     const std::string
         bake = "--face-size 16 --bounces 0 --antialiasing 2 --pass own-shadow,occlusion --format ply,glb",
@@ -58,7 +58,7 @@ TEST_F(FarmTest, JoinedIsUndividedByteForByte) {
     }
 }
 
-TEST_F(FarmTest, SixtyFourTasksMakeWhatOneDoes) {
+TEST_F(FarmTest, SixtyFourTasksEqualOne) {
     write_scene();
     const std::string bake = "--face-size 16 --bounces 0 --no-render --colours fitted";
     expect_done({"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16",
@@ -124,7 +124,7 @@ TEST_F(FarmTest, TasksThatRunTogetherAreEachSkippedOnceTheyAreDone) {
     EXPECT_EQ(state.value("failed", 0), 4) << state;
 }
 
-TEST_F(FarmTest, WhatCanNotBeDividedIsOneTask) {
+TEST_F(FarmTest, IndivisibleWorkIsOneTask) {
     write_scene();
     expect_done({"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16",
                  "--refine", "0.1", "--vertex-budget", "500", "--no-render"});
@@ -137,7 +137,7 @@ TEST_F(FarmTest, WhatCanNotBeDividedIsOneTask) {
     expect_same_files("plan/results/room", "whole");
 }
 
-TEST_F(FarmTest, KilledTasksAreDoneAgainAndLeaveNothingHalf) {
+TEST_F(FarmTest, KilledTasksAreRepeatedAndLeaveNoPartialFiles) {
     write_scene();
     expect_done(
         {"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "32", "--no-render"});
@@ -174,7 +174,7 @@ TEST_F(FarmTest, KilledTasksAreDoneAgainAndLeaveNothingHalf) {
     expect_same_files("plan/fields", "whole_fields");
 }
 
-TEST_F(FarmTest, JoinNamesWhatIsMissingOrDamagedAndWorkMendsIt) {
+TEST_F(FarmTest, JoinNamesMissingAndDamagedResultsAndWorkRepairsThem) {
     write_scene();
     expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "2", "--bake-options",
                  "--face-size 16 --bounces 0 --no-render"});
@@ -218,7 +218,7 @@ TEST_F(FarmTest, JoinNamesWhatIsMissingOrDamagedAndWorkMendsIt) {
     EXPECT_EQ(run({"join", "plan"}).code, 1);
 }
 
-TEST_F(FarmTest, AnInstructionSetIsKeptAndOneThatIsMissingRefused) {
+TEST_F(FarmTest, TheInstructionSetIsStoredAndAMissingOneIsRefused) {
     write_scene();
     const Outcome unknown = run({"plan", "room.toml", "-o", "none", "--instructions", "SVE9"});
     EXPECT_EQ(unknown.code, 1);
@@ -237,7 +237,7 @@ TEST_F(FarmTest, AnInstructionSetIsKeptAndOneThatIsMissingRefused) {
     expect_same_files("plan_3/fields", "plan_1/fields");
 }
 
-TEST_F(FarmTest, ManyProcessesFillOneLibraryAndEachFieldIsGoodWheneverItIsThere) {
+TEST_F(FarmTest, ManyProcessesFillOneLibraryWithCompleteFieldsOnly) {
     for (const int scene : {0, 1, 2, 3})
         write_scene(fmt::format("room_{}", scene), 200, scene < 3 ? 1.0f : 0.5f);  // two boxes, one floor
     const auto precompute = [](int scene) {
@@ -333,7 +333,7 @@ TEST_F(FarmTest, GnuParallelRunsAPlanAndDoesLostAndDamagedTasksAgain) {
     expect_same_files("a plan's/results/room", "whole");
 }
 
-TEST_F(FarmTest, WhatEveryTaskDoesIsEstimatedToBeATenthOfItAtMost) {
+TEST_F(FarmTest, TheSetupIsAtMostATenthOfTheEstimatedTaskTime) {
     write_scene("large", 3000000);
     // Estimated, of the bake: its parts, and what all of them take. [s]
     const auto bake = [&](const std::string& plan, const Words& division) {

@@ -54,7 +54,7 @@ TEST(FarmPlan, IsReadAsItWasWritten) {
     EXPECT_EQ(task.part, 0u);
 }
 
-TEST(FarmPlan, ValuesOfAnotherKindOrBeyondTheirRangeAreRefused) {
+TEST(FarmPlan, ValuesOfAWrongTypeOrOutOfRangeAreRefused) {
     using Json = nlohmann::ordered_json;
     const Json wrong = Json::parse(R"([
         ["/format", 1, "has format 1"], ["/format", "2", "has format string"], ["/format", 1e300, "has format"],
@@ -94,7 +94,7 @@ TEST(FarmPlan, ValuesOfAnotherKindOrBeyondTheirRangeAreRefused) {
     }
 }
 
-TEST(FarmPlan, WithoutAKeyOrCutShortIsRefused) {
+TEST(FarmPlan, MissingKeysAndTruncatedPlansAreRefused) {
     const std::vector<std::string> keys{"format",  "version",      "id",           "folder", "instructions",
                                         "threads", "task_seconds", "join_seconds", "stages", "jobs"},
         of_jobs{"arguments", "division", "inputs",       "instance",
@@ -111,7 +111,7 @@ TEST(FarmPlan, WithoutAKeyOrCutShortIsRefused) {
     }
 }
 
-TEST(FarmStatus, WhatIsNotDoneTakesWhatItsKindTookAndNodesShareIt) {
+TEST(FarmStatus, OpenTasksAreEstimatedFromFinishedOnesAndDividedAmongNodes) {
     const FarmPlan plan = example_plan();
     std::vector<TaskStatus> states(plan.task_count());
     const auto finish = [&](std::size_t task, double seconds, double cpu_seconds) {
@@ -142,7 +142,7 @@ TEST(FarmStatus, WhatIsNotDoneTakesWhatItsKindTookAndNodesShareIt) {
     EXPECT_EQ(simulated_seconds(plan, seconds, left, 3, 0), 2);
 }
 
-TEST(TaskList, IsAscendingWithEachTaskOnceAndAsShortAsItCanBe) {
+TEST(TaskList, IsSortedUniqueAndShortest) {
     for (const auto& [text, shortest] :
          {std::pair("0", "0"), std::pair("0-9,12", "0-9,12"), std::pair("12,0-4,3-9,12-12", "0-9,12"),
           std::pair("1,2,3,5", "1-3,5"), std::pair("19,18", "18-19")}) {
@@ -154,7 +154,7 @@ TEST(TaskList, IsAscendingWithEachTaskOnceAndAsShortAsItCanBe) {
     EXPECT_EQ(listed_tasks("0-19,0-19,5-19,0-19,0-19,0-19", 20)->size(), 20u);
 }
 
-TEST(TaskList, OtherTextsAndTasksThatThePlanLacksAreRefused) {
+TEST(TaskList, InvalidTextsAndUnknownTasksAreRefused) {
     for (const char* text : {"", ",", "1,", ",1", "-", "1-", "-1", "1--2", "1-2-3", "a", "1 ", " 1", "+1",
                              "1.5", "0x1", "99999999999999999999"}) {
         EXPECT_FALSE(is_task_list(text)) << text;
@@ -170,7 +170,7 @@ TEST(TaskList, OtherTextsAndTasksThatThePlanLacksAreRefused) {
     }
 }
 
-TEST(TaskBatches, HoldEachTaskToRunOnceAreOfOneStageAndNoMoreThanAskedFor) {
+TEST(TaskBatches, ContainEachOpenTaskOnceByStageWithinTheLimit) {
     const FarmPlan plan = example_plan();
     std::vector<TaskStatus> states(plan.task_count());
     states[0].state = states[8].state = TaskState::done;
@@ -199,7 +199,7 @@ TEST(TaskBatches, HoldEachTaskToRunOnceAreOfOneStageAndNoMoreThanAskedFor) {
     EXPECT_FALSE(task_batches(plan, states, 1, 2)) << "three stages";
 }
 
-TEST(FarmStatus, ResultsOfAnotherLengthAreDamagedAndChangedOnesOnceVerified) {
+TEST(FarmStatus, ResultsOfAWrongLengthOrChecksumAreDamaged) {
     const TestFolder folder;
     std::filesystem::create_directories(folder / "parts");
     const FarmPlan plan = example_plan();
@@ -225,7 +225,7 @@ TEST(FarmStatus, ResultsOfAnotherLengthAreDamagedAndChangedOnesOnceVerified) {
 }
 
 // Sealed, but by another program: it tells less, and is no other task's.
-TEST(FarmPlan, HeadsOfResultsOfAnotherKindAreNoReasonToStop) {
+TEST(FarmPlan, UnknownHeadsOfResultsAreIgnored) {
     const TestFolder folder;
     std::filesystem::create_directories(folder / "parts");
     const FarmPlan plan = example_plan();

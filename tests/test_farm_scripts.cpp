@@ -68,7 +68,7 @@ done
     }
 };
 
-TEST_F(FarmScripts, SubmitNoMoreAndNoLongerArraysThanSlurmAccepts) {
+TEST_F(FarmScripts, SubmitArraysWithinTheLimitsOfSlurm) {
     expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "12", "--threads", "2", "--bake-options",
                  "--face-size 16 --no-render"});
     ASSERT_EQ(task_count("plan"), 37u);
@@ -137,7 +137,7 @@ TEST_F(FarmScripts, PassOnThatReadersMayBeUnsandboxed) {
     }
 }
 
-TEST_F(FarmScripts, RunTheHookAndSubmitOnlyWhatHasNoGoodResult) {
+TEST_F(FarmScripts, RunTheHookAndSubmitOnlyTasksWithoutAGoodResult) {
     expect_done(
         {"bake", "room.toml", "-o", "whole", "--fields", "whole_fields", "--face-size", "16", "--no-render"});
     expect_done({"plan", "room.toml", "-o", "plan", "--tasks", "6", "--hook",

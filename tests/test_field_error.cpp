@@ -33,7 +33,7 @@ VisibilityField open_field(VisibilityField field) {
     return field;
 }
 
-TEST(FieldError, IsOneWhereTheFieldKnowsOfNoOcclusion) {
+TEST(FieldError, IsOneWhereTheFieldHasNoOcclusion) {
     const PreparedMesh mesh = example_mesh();
     const EntityOcclusion occlusion(mesh);
     const FieldError error = field_error(open_field(field_of(mesh, occlusion, 0, 100)), occlusion);
@@ -41,7 +41,7 @@ TEST(FieldError, IsOneWhereTheFieldKnowsOfNoOcclusion) {
     EXPECT_NEAR(error.spherical.relative, 1, 1e-6);
 }
 
-TEST(FieldError, OfASphereThatIsMissingIsItsSolidAngleToThatOfTheRest) {
+TEST(FieldError, OfAMissingSphereFollowsItsSolidAngle) {
     const PreparedMesh mesh = prepared_as_is(sphere_mesh({0, 0, 0}, 1, 40));
     const EntityOcclusion occlusion(mesh);
     const VisibilityField field = open_field(field_of(mesh, occlusion, 0, 0));
@@ -60,7 +60,7 @@ TEST(FieldError, OfASphereThatIsMissingIsItsSolidAngleToThatOfTheRest) {
     }
 }
 
-TEST(FieldError, InsideARoomIsToTheLittleThatIsOpen) {
+TEST(FieldError, InsideARoomIsRelativeToTheVisibility) {
     // Walls of a room that is open on one side, viewed from its centre.
     Mesh walls = box_mesh({-1, -1, -1}, {1, 1, 1});
     for (auto& triangle : walls.triangles) std::swap(triangle[0], triangle[1]);

@@ -43,7 +43,7 @@ TEST(FieldFile, EqualFieldsMakeEqualFiles) {
     EXPECT_NE(text_of(folder / "a.vdb").substr(21, 36), text_of(folder / "b.vdb").substr(21, 36));
 }
 
-TEST(FieldFile, SummaryCountsWhatIsInTheFile) {
+TEST(FieldFile, SummaryCountsTheContent) {
     const TestFolder folder;
     const VisibilityField field = random_field(5, 700);
     ASSERT_TRUE(write_field(field, folder / "example.vdb"));
@@ -99,7 +99,7 @@ TEST(FieldFile, RefusesAFileWithAChangedByte) {
     }
 }
 
-TEST(FieldFile, RefusesWhatIsNoField) {
+TEST(FieldFile, RefusesOtherFiles) {
     const TestFolder folder;
     expect_refused(folder / "missing.vdb", "missing file");
     expect_refused(folder.path(), "folder");
@@ -116,7 +116,7 @@ TEST(FieldFile, RefusesWhatIsNoField) {
     expect_refused(folder / "example.vdb", "lone seal");
 }
 
-TEST(FieldFile, TakesAFileWithoutASealOnlyWhereAllowed) {
+TEST(FieldFile, ReadsUnsealedFilesOnlyIfAllowed) {
     const TestFolder folder;
     const path file = folder / "unsealed.vdb";
     const VdbFile whole = *vdb_file(example_field());
@@ -277,7 +277,7 @@ TEST(FieldFile, ForgedTablesAreRefusedOrHarmless) {
     EXPECT_LT(refused, 500);
 }
 
-TEST(FieldFile, GridsArePassedOverInReadingAndComparedInVerifying) {
+TEST(FieldFile, GridsAreIgnoredInReadingAndComparedInVerifying) {
     const TestFolder folder;
     const path file = folder / "forged.vdb";
     const VisibilityField field = random_field(13, 100);

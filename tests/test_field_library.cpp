@@ -29,7 +29,7 @@ Result<LibraryField> taken(const path& folder, const VisibilityField& field, int
     });
 }
 
-TEST(FieldLibrary, FindsAFieldByWhatItDependsOnWhateverItsName) {
+TEST(FieldLibrary, FindsAFieldByItsKeysUnderAnyName) {
     const TestFolder folder;
     const VisibilityField chair = named_field("chair", 1), other = named_field("chair", 2);
     int made = 0;
@@ -53,7 +53,7 @@ TEST(FieldLibrary, FindsAFieldByWhatItDependsOnWhateverItsName) {
     EXPECT_FALSE(has_library_field(folder.path(), named_field("chair", 3).keys, Unsealed::refused));
 }
 
-TEST(FieldLibrary, GivesSurroundingsThatAreKnown) {
+TEST(FieldLibrary, PassesKnownSurroundings) {
     const TestFolder folder;
     const VisibilityField coarse = named_field("lamp", 4);
     int made = 0;
@@ -79,7 +79,7 @@ TEST(FieldLibrary, GivesSurroundingsThatAreKnown) {
     EXPECT_FALSE(field->reused);
 }
 
-TEST(FieldLibrary, RemakesADamagedOrWronglyNamedFileInItsPlace) {
+TEST(FieldLibrary, ReplacesDamagedAndWronglyNamedFiles) {
     const TestFolder folder;
     const VisibilityField chair = named_field("chair", 1);
     int made = 0;
@@ -123,7 +123,7 @@ TEST(FieldLibrary, ManyThreadsMakeAFieldOnce) {
     EXPECT_EQ(folder.files().size(), 1u);
 }
 
-TEST(FieldLibrary, ListsWhatIsThereAndWhatCanNotBeRead) {
+TEST(FieldLibrary, ListsFieldsAndUnreadableFiles) {
     const TestFolder folder;
     EXPECT_FALSE(library_entries(folder / "missing"));
     int made = 0;
@@ -158,7 +158,7 @@ TEST(FieldLibrary, AUseIsNoted) {
     EXPECT_GT(std::filesystem::last_write_time(file), long_ago + hours(999));
 }
 
-TEST(FieldLibrary, PruningTakesWhatWasUsedLeastRecently) {
+TEST(FieldLibrary, PruningRemovesTheLeastRecentlyUsed) {
     const Clock::time_point now = Clock::now();
     std::vector<LibraryEntry> entries;
     for (const int age : {5, 50, 1, 500})

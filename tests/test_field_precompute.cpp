@@ -219,7 +219,7 @@ TEST(FieldKeys, ChangeWithMeshAndSettings) {
     EXPECT_EQ(keys.whole.hex().size(), 32u);
 }
 
-TEST(FieldPrecompute, OfPartsIsTheUndividedFieldBitForBit) {
+TEST(FieldPrecompute, OfPartsIsBitIdenticalToTheUndividedField) {
     const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
     const EntityOcclusion occlusion(mesh);
     const FieldSettings settings{16, 0, 0.1f, 150, 150};
@@ -238,7 +238,7 @@ TEST(FieldPrecompute, OfPartsIsTheUndividedFieldBitForBit) {
     }
 }
 
-TEST(FieldPrecompute, TakesTheSurroundingsOfAnotherFineMesh) {
+TEST(FieldPrecompute, ReusesTheSurroundingsOfAnotherFineMesh) {
     const PreparedMesh mesh = prepared_as_is(box_mesh({0, 0, 0}, {1, 1, 1}, 4));
     PreparedMesh finer = mesh;
     finer.fine = box_mesh({0, 0, 0}, {1, 1, 1}, 7);

@@ -89,7 +89,7 @@ TEST(Furniture, EveryPartIsClosedAndFacesOutwards) {
     }
 }
 
-TEST(Furniture, TheRoomIsDarkButForItsWindow) {
+TEST(Furniture, LightEntersTheRoomOnlyThroughItsWindow) {
     const Mesh mesh = room_mesh();
     const SurfaceRays rays(mesh.positions, mesh.triangles);
     const Vec3f eye(-0.4f, 1.2f, 0.3f);

@@ -63,7 +63,7 @@ TEST_F(HostileSurroundings, UntrustedFilesAreRefusedWithoutASandboxUnlessAllowed
     EXPECT_EQ(run("$H info box.obj > /dev/null"), 0) << messages();
 }
 
-TEST_F(HostileSurroundings, NamesAreNoStatementsOfPovrayAndNoPlacesElsewhere) {
+TEST_F(HostileSurroundings, NamesAreNeverPovrayStatementsOrPathsElsewhere) {
     const std::string evil = "a\"b'{}$(touch sneaked)`touch sneaked` \xc3\xa9 #declare x=1; sphere{0,9}";
     write_text(folder / ("in/" + evil + ".obj"), "mtllib " + evil + ".mtl\no ../../x\nusemtl " + evil + "\n" +
                                                      box + "usemtl ../up\nf 1 2 3\n" + "usemtl " +
@@ -173,7 +173,7 @@ TEST_F(HostileSurroundings, LittleMemoryIsAnErrorOrEnough) {
 }
 #endif
 
-TEST_F(HostileSurroundings, WithoutPovrayTheBakeIsThereAndTheErrorSaysWhatIsMissing) {
+TEST_F(HostileSurroundings, WithoutPovrayTheBakeIsWrittenAndTheErrorNamesPovray) {
     EXPECT_EQ(run("PATH=/nonexistent; $H bake s.toml -o ../out"), 1);
     EXPECT_NE(messages().find("expected POV-Ray 3.7"), std::string::npos) << messages();
     EXPECT_TRUE(content("out").contains("s.pov"));
@@ -183,7 +183,7 @@ TEST_F(HostileSurroundings, WithoutPovrayTheBakeIsThereAndTheErrorSaysWhatIsMiss
     EXPECT_NE(messages().find("reported nothing for 0.5 s"), std::string::npos) << messages();
 }
 
-TEST_F(HostileSurroundings, EightProcessesInOneFolderLeaveWhatOneLeaves) {
+TEST_F(HostileSurroundings, EightProcessesInOneFolderLeaveTheFilesOfOne) {
     ASSERT_EQ(run("$H bake s.toml -o ../one --no-render"), 0) << messages();
     EXPECT_EQ(run("for i in 1 2 3 4 5 6 7 8; do $H bake s.toml -o ../eight --no-render & p=\"$p $!\"; done\n"
                   "for i in $p; do wait $i || exit 1; done"),
@@ -199,7 +199,7 @@ TEST_F(HostileSurroundings, ThreadsChangeNoByteOfWhatIsWritten) {
     for (const char* other : {"t2", "t3", "t8"}) EXPECT_EQ(content("t1"), content(other)) << other;
 }
 
-TEST_F(HostileSurroundings, AFileThatTakesItsReaderDownIsAnErrorWithItsName) {
+TEST_F(HostileSurroundings, AFileThatCrashesItsReaderIsAnErrorWithItsName) {
     // A valid GLB chunk, with JSON nested so deeply that a recursive parser's stack overflows.
     std::string json(4000000, '[');
     const auto number = [](std::size_t value) {

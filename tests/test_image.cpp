@@ -41,7 +41,7 @@ TEST(Image, ExrKeepsRadianceAndCoverageToHalfPrecision) {
     }
 }
 
-TEST(Image, ExrKeepsTheErrorThatItsMakerEstimates) {
+TEST(Image, ExrKeepsTheEstimatedError) {
     const TestFolder folder;
     Image image = random_image(3, 2, true, 1);
     ASSERT_TRUE(write_image(image, folder / "a.exr"));
@@ -213,7 +213,7 @@ TEST(Image, AnEnvironmentIsTwiceAsWideAsHigh) {
     EXPECT_FALSE(read_environment_image(folder / "bad.exr"));
 }
 
-TEST(ClippedShare, CountsWhatObjectsCoverAndIsBrighterThanOneInAChannel) {
+TEST(ClippedShare, CountsCoveredPixelsThatAreBrighterThanOne) {
     const Image image{3,
                       2,
                       {Rgb(9, 9, 9), Rgb(0.5f, 0.55f, 0.5f), Rgb(0.9f, 0.2f, 1.1f), Rgb(1, 1, 1),

@@ -146,7 +146,7 @@ TEST(ImageDifference, FlipForgivesNoiseThatTheEyeAverages) {
     EXPECT_GT(coarse->flip, 0.25);
 }
 
-TEST(ImageDifference, CountsOnlyWhatBothImagesAndTheMaskCover) {
+TEST(ImageDifference, CountsOnlyPixelsThatBothImagesAndTheMaskCover) {
     Image image = constant_image(4, 1, Rgb(1, 1, 1)), reference = constant_image(4, 1, Rgb(1, 1, 1));
     image.coverage = {1, 1, 0.4f, 1};
     reference.coverage = {1, 0, 1, 1};
@@ -166,7 +166,7 @@ TEST(ImageDifference, CountsOnlyWhatBothImagesAndTheMaskCover) {
     EXPECT_NEAR(without_mask->rmse, std::sqrt(32.0), 1e-9);
 }
 
-TEST(ImageDifference, RefusesWhatCanNotBeCompared) {
+TEST(ImageDifference, RefusesIncomparableImages) {
     const Image image = constant_image(4, 2, Rgb(1, 1, 1));
     EXPECT_FALSE(image_difference(image, constant_image(2, 4, Rgb(1, 1, 1))));
     ImageDifferenceOptions options;

@@ -81,7 +81,7 @@ private:
     VisibilityRasterizer rasterizer_{size};
 };
 
-TEST(Impostors, HideWhatTheOccluderDoesFromAnywhere) {
+TEST(Impostors, OccludeAsTheOccluderDoesFromAllDirections) {
     const Rotation turned = rotation_xyz({0.4f, 1.1f, -0.3f});
     const std::pair<Mesh, float> seen_meshes[] = {{box_mesh({-1, 0, -1}, {1, 2, 1}), 1}, {chair(), 0.4f}};
     for (const auto& [mesh, share] : seen_meshes)
@@ -118,7 +118,7 @@ TEST(Impostors, ChangeContinuouslyWithTheDistance) {
     EXPECT_LT(largest, 1.5e-3);
 }
 
-TEST(Impostors, HideNothingFromWithin) {
+TEST(Impostors, OccludeNothingInsideTheirSphere) {
     const Occluder box = make_occluder(box_mesh({-1, -1, -1}, {1, 1, 1}));
     const Impostors impostors = *Impostors::make(box, size);
     std::vector<std::uint8_t> open(cubemap_faces * size * size, 200);

@@ -42,7 +42,7 @@ std::vector<std::pair<std::string, std::string>> errors_of_readers(const path& f
     return errors;
 }
 
-TEST(InputFile, EveryReaderNamesTheTypeOfWhatIsNoRegularFile) {
+TEST(InputFile, EveryReaderNamesTheTypeOfIrregularFiles) {
     const TestFolder folder;
     ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
     std::filesystem::create_symlink(folder / "pipe", folder / "link");

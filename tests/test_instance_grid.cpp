@@ -10,7 +10,7 @@
 namespace haarfield {
 namespace {
 
-TEST(InstanceGrid, FindsEverySphereRoundAPointInOrder) {
+TEST(InstanceGrid, FindsEverySphereAroundAPointInOrder) {
     std::mt19937 random(7);
     const auto place = [&] { return uniform(random, -20.0f, 20.0f); };
     for (const int count : {0, 1, 3, 1000}) {

@@ -167,7 +167,7 @@ bool throws_into_the_picture(const Lamp& lamp) {
     return lamp.position.x < -1.2f;
 }
 
-TEST(Lamp, EachKindShedsWhatPovrayComputes) {
+TEST(Lamp, EachKindLightsAsPovrayDoes) {
     const WallAndPost wall(false);
     for (const auto& [name, lamp] : lamps()) {
         const Image image = picture(wall, lamp);
@@ -245,7 +245,7 @@ TEST(Lamp, PlacesOfAnAreaHaveWeightsThatAddUpToOne) {
 }
 
 /// The shape of a light (looks_like) does not shadow it, but shadows all others.
-TEST(Lamp, WhatItLooksLikeCastsNoShadowOfIt) {
+TEST(Lamp, ItsShapeCastsNoShadowOfItsLight) {
     WallAndPost example(true);
     Lamp bulb = lamp_at(LampKind::point, example.scene.instances[1].placement.translate + Vec3f(0, 0, 0.1f),
                         Vec3f(0.0f));

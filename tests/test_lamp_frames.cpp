@@ -90,7 +90,7 @@ TEST(LampFrames, LampsAreDimmedColouredMovedAndSwitchedFromFrameToFrame) {
     EXPECT_EQ(session.radiance(), room.fresh_bake(session)) << "in all bits";
 }
 
-TEST(LampFrames, FollowWhateverElseVaries) {
+TEST(LampFrames, FollowEachOtherVariableInput) {
     const LampLitRoom room;
     RenderSettings settings = room.settings;
     RelightSession session(room.scene, settings, {0.001f});

@@ -136,7 +136,7 @@ TEST_F(LampReader, ReadsEveryKeyInItsUnitAndTheWriterWritesIt) {
     EXPECT_FALSE(read(things)) << "neither lamps nor environment";
 }
 
-TEST_F(LampReader, SaysWhatIsWrong) {
+TEST_F(LampReader, ErrorsNameTheDefect) {
     const auto says = [&](const std::string& from, const std::string& to, const std::string& wanted) {
         EXPECT_NE(message_with(from, to).find(wanted), std::string::npos)
             << to << ": " << message_with(from, to);

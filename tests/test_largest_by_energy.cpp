@@ -10,7 +10,7 @@
 namespace haarfield {
 namespace {
 
-TEST(KeptByEnergy, IsTheFewestOfTheLargest) {
+TEST(LargestByEnergy, IsTheFewestOfTheLargest) {
     std::mt19937 random(7);
     for (int round = 0; round < 200; ++round) {
         // Integers, so that sums are exact in any order; with ties.
@@ -32,7 +32,7 @@ TEST(KeptByEnergy, IsTheFewestOfTheLargest) {
     }
 }
 
-TEST(KeptByEnergy, OfNothingIsNothing) {
+TEST(LargestByEnergy, OfNothingIsNothing) {
     std::vector<double> none;
     EXPECT_EQ(largest_by_energy(
                   std::span(none), 1.0, [](double item) { return item; }, std::greater<>()),

@@ -62,7 +62,7 @@ double relative_rmse(const SceneColours& found, const SceneColours& wanted) {
     return relative_rmse(all_found, all_wanted);
 }
 
-TEST(LightClusters, PartTheLightsIntoCones) {
+TEST(LightClusters, DivideLightsIntoCones) {
     const PostUnderSuns example;
     const std::vector<DirectionalLight> lights = example.lights();
     for (const float angle : {0.01f, 0.06f, 0.3f}) {
@@ -89,7 +89,7 @@ TEST(LightClusters, PartTheLightsIntoCones) {
     EXPECT_TRUE(light_clusters({}).empty());
 }
 
-TEST(LightClusters, ShedTheLightOfAllRays) {
+TEST(LightClusters, LightAsAllRaysDo) {
     const PostUnderSuns example;
     ShadowRays rays;
     rays.build(example.scene);
@@ -108,7 +108,7 @@ TEST(LightClusters, ShedTheLightOfAllRays) {
     EXPECT_GT(relative_rmse(found_diffuse, wanted), 0.05);  // there is a specular part
 }
 
-TEST(LightClusters, ShedTheLightThatIsPartlyBelowTheHorizon) {
+TEST(LightClusters, IncludeLightThatIsPartlyBelowTheHorizon) {
     const PostUnderSuns example;
     ShadowRays rays;
     rays.build(example.scene);
@@ -129,7 +129,7 @@ TEST(LightClusters, ShedTheLightThatIsPartlyBelowTheHorizon) {
     }
 }
 
-TEST(LightClusters, TellAndBelieveWhatIsSeen) {
+TEST(LightClusters, ReportAndReuseVisibility) {
     const PostUnderSuns example;
     ShadowRays rays;
     rays.build(example.scene);

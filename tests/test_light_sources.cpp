@@ -61,13 +61,13 @@ TEST(LightSources, KeepTheEnergyOfTheEnvironment) {
     expect_near(by_lights, wanted, 1e-5, "lights");
 }
 
-TEST(LightSources, LeaveTheLevelOfWhatSurroundsThem) {
+TEST(LightSources, LeaveTheLevelOfTheirSurroundings) {
     const SplitLight split = split_light({lamps_and_sun(), {}});
     for (const Rgb& left : split.smooth.pixels)
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(left[c], 0.5f, 1e-3f);
 }
 
-TEST(LightSources, AreFoundByThemselvesWithTheirShares) {
+TEST(LightSources, AreSeparateRegionsWithTheirShares) {
     const LatLongImage image = lamps_and_sun();
     const SplitLight split = split_light({image, {}});
     ASSERT_EQ(split.sources.size(), 3u);  // from the top: the sun, then the lamps
@@ -105,7 +105,7 @@ TEST(LightSources, AreNeitherFoundInEvenLightNorInFaintSparks) {
                     .sources.empty());
 }
 
-TEST(LightSources, AreCutAsFinelyAsTheRuleAsks) {
+TEST(LightSources, AreDividedAsTheRuleRequires) {
     const Environment environment{even_image(), {{Vec3f(0.6f, 0.8f, 0), 0.02f, Rgb(1)}}};
     const double share = 1 / (4 * pi * 0.5 + 1), solid_angle = 2 * pi * (1 - std::cos(0.02));
     const auto count = [&](const SourceRule& rule) {
@@ -154,7 +154,7 @@ TEST(LightSources, DimPixelsStayWhole) {
     EXPECT_EQ(split_light({image, {}}, rule).sources.at(0).parts.size(), 1000u);
 }
 
-TEST(LightSources, FewLightsStandForMany) {
+TEST(LightSources, FewLightsApproximateManyParts) {
     std::vector<DirectionalLight> parts;
     for (int i = 0; i < 20; ++i)
         for (int k = 0; k < 5; ++k)
@@ -217,7 +217,7 @@ TEST(SunDisc, KeepsItsEnergyInAnImage) {
     expect_near(energy(image_with_suns(environment)), Vec3d(3, 2, 1), 1e-4, "image");
 }
 
-TEST(SkyEnvironment, IsTheSkyImageWithItsSunApart) {
+TEST(SkyEnvironment, IsTheSkyImageWithASeparateSun) {
     for (const double elevation : {0.0, 5.0, 40.0}) {
         AnalyticSky sky;
         sky.sun_elevation = float(elevation * pi / 180);

@@ -104,7 +104,7 @@ TEST_F(ListedMeshes, OfAPartOfAnObjFileKeepTheFilesNumbers) {
 }
 
 /// Objects that are continued, changing materials, n-gons, vertices at equal positions.
-TEST_F(ListedMeshes, AreFollowedThroughAnyObjFile) {
+TEST_F(ListedMeshes, KeepTheirNumbersForAnyObjFile) {
     for (unsigned seed = 0; seed < 20; ++seed) {
         std::mt19937 random(seed);
         std::string text;
@@ -138,7 +138,7 @@ TEST_F(ListedMeshes, AreFollowedThroughAnyObjFile) {
     }
 }
 
-TEST_F(ListedMeshes, StandWhereTheFilePlacesThem) {
+TEST_F(ListedMeshes, AreWhereTheFilePlacesThem) {
     const std::string mesh2 =
         "#declare A = mesh2 { vertex_vectors { 4, <0,0,0>, <1,0,0>, <0,1,0>, <7,7,7> } face_indices { 1, "
         "<0,1,2> } }\nobject { A scale <-1, 1, 1> translate <5, 0, 0> }\nobject { A }\n";
@@ -190,7 +190,7 @@ TEST_F(ListedMeshes, OfNodesHaveTheVerticesOfEach) {
 }
 
 /// An upright sheet, so that its back is visible.
-TEST_F(ListedMeshes, NumbersEndWhereVerticesAreMade) {
+TEST_F(ListedMeshes, CreatedVerticesHaveNoNumbers) {
     const ModelFile model = opened("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
     Result<ImportedMesh> imported = read_mesh(model, {}, {});
     ASSERT_TRUE(imported);

@@ -67,7 +67,7 @@ TEST(Mesh2File, NormalsAndUvsWithoutIndicesGoWithTheVertices) {
     EXPECT_EQ(mesh.normals.at(2), Vec3f(0, 0, -1));
 }
 
-TEST(Mesh2File, NumbersAndVectorsAreWhatPovrayTakesThemFor) {
+TEST(Mesh2File, NumbersAndVectorsHavePovraysMeaning) {
     const Mesh2 mesh = mesh_of(
         "vertex_vectors { 9 <-1.5, +2, - .5>, -1.5*x, y*2 z, 2*<1,-2,3>, -<1,2,3>*2, 7, <1e3 1E-3 0>, "
         "<1e999,-1e999,1e-999> } face_indices{1 <0,1.0,2>}");
@@ -124,7 +124,7 @@ TEST(Mesh2File, NormalsStayAtRightAnglesAndMirroredFacesAreTurned) {
     }
 }
 
-TEST(Mesh2File, MeshesStandWhereObjectsPlaceThem) {
+TEST(Mesh2File, MeshesAreWhereObjectsPlaceThem) {
     const Mesh2File file =
         file_of("#declare DATAa =\nmesh2 { " + triangle + " }\n#local b = mesh2 { " + triangle + " }\n" +
                 "mesh2 { " + triangle + " translate x }\n" +
@@ -150,7 +150,7 @@ TEST(Mesh2File, MeshesStandWhereObjectsPlaceThem) {
     }
 }
 
-TEST(Mesh2File, WhatIsDeclaredAndNowherePlacedStandsAsDeclared) {
+TEST(Mesh2File, UnplacedMeshesAreReadAsDeclared) {
     // The structure of files that PoseRay writes.
     const Mesh2File file =
         file_of("#declare a_ = mesh2 { " + triangle + " }\n#declare b_ = mesh2 { " + triangle +
@@ -171,7 +171,7 @@ TEST(Mesh2File, WhatIsDeclaredAndNowherePlacedStandsAsDeclared) {
     EXPECT_EQ(again.placed.size(), 2u);
 }
 
-TEST(Mesh2File, GuardsCommentsStringsAndTexturesInAMeshArePassedOver) {
+TEST(Mesh2File, GuardsCommentsStringsAndTexturesInAMeshAreSkipped) {
     const std::string guarded =
         "// mesh2 { }\n/* mesh2 { /* nested */ } */\n#version 3.7;\n#include \"mesh2 {.inc\"\n"
         "#if (version < 3.7) #version 3.5; #end\n#ifndef (Done)\n#declare Done = 1;\n"
@@ -262,7 +262,7 @@ TEST(Mesh2File, CutShortIsAnError) {
         EXPECT_FALSE(read_mesh2(std::string_view(whole).substr(0, size))) << size;
 }
 
-TEST(Mesh2File, CountsAndNestingAreNoWayToTakeMemory) {
+TEST(Mesh2File, CountsAndNestingCannotExhaustMemory) {
     EXPECT_NE(message_of("mesh2 { vertex_vectors { 4000000000, <0,0,0> } }").find("too short"),
               std::string::npos);
     EXPECT_NE(message_of(std::string(100000, '{') + "mesh2 {" + triangle + "}").find("too deep"),

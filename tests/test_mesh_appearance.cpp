@@ -66,7 +66,7 @@ TEST_F(MeshAppearance, MtlSaysKdKsNsAndImages) {
     EXPECT_EQ(read.coloured, (std::vector<bool>{false, false}));
 }
 
-TEST_F(MeshAppearance, VerticesPartWhereTheImageDoes) {
+TEST_F(MeshAppearance, VerticesAreSplitAtSeamsOfTheImage) {
     const ImportedMesh read = squares();
     EXPECT_EQ(read.mesh.positions.size(), 12u);
     const Mesh image_only = with_shared_vertices(read.mesh, {{true, false}, {false, false}});
@@ -116,7 +116,7 @@ TEST_F(MeshAppearance, TexturesStayInPlaceOnTheWayToTheFineMesh) {
     EXPECT_TRUE(has_back);
 }
 
-TEST_F(MeshAppearance, ImagesAreTakenFromBesideTheFileOnly) {
+TEST_F(MeshAppearance, ImagesAreReadOnlyFromTheDirectoryOfTheFile) {
     std::filesystem::create_directories(folder / "models/textures");
     write_png(random_texture(2, 2), folder / "outside.png");
     write_png(random_texture(2, 2), folder / "models/textures/below.png");
@@ -289,7 +289,7 @@ TEST_F(MeshAppearance, PlyColoursAreLinear) {
     EXPECT_TRUE(read_mesh(folder / "b.ply")->mesh.colours.empty());
 }
 
-TEST_F(MeshAppearance, ScenesTakeWhatTheFileSaysAndOverrideByName) {
+TEST_F(MeshAppearance, ScenesUseTheFilesMaterialsAndReplaceThemByName) {
     squares();
     Scene scene;
     Entity entity;

@@ -180,13 +180,13 @@ TEST(Subdivision, InterpolatesNormalsAndKeepsMaterials) {
     }
 }
 
-TEST(Subdivision, LeavesAFineMeshAsItIs) {
+TEST(Subdivision, LeavesAFineMeshUnchanged) {
     const Mesh mesh = sphere(8, 16);
     EXPECT_EQ(subdivided(mesh, 10).triangles, mesh.triangles);
     EXPECT_EQ(subdivided(mesh, 0).triangles, mesh.triangles);
 }
 
-TEST(Subdivision, SplitsEveryTriangleRoundANonManifoldEdge) {
+TEST(Subdivision, SplitsEveryTriangleAtANonManifoldEdge) {
     const std::vector<Vec3f> p{{0, 0, 0}, {0, 4, 0}, {1, 0, 0}, {-1, 0, 1}, {-1, 0, -1}};
     const Mesh fan = faceted(p, {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}});
     const Mesh fine = subdivided(fan, 400);
@@ -281,7 +281,7 @@ TEST(MeshPreparation, AnOpenPieceFacesAsItsNormalsDo) {
     EXPECT_EQ(ready.findings.open_components, 1u);
 }
 
-TEST(MeshPreparation, PartsTheSidesOfASheetWithoutThickness) {
+TEST(MeshPreparation, SeparatesTheSidesOfASheetWithoutThickness) {
     // A square that is modelled from above and from below, cut along different diagonals, and a separate
     // square.
     const std::vector<Vec3f> p{{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1},
@@ -304,7 +304,7 @@ TEST(MeshPreparation, PartsTheSidesOfASheetWithoutThickness) {
     for (const Vec3f& position : ready.original.positions) EXPECT_EQ(position.y, 0);
 }
 
-TEST(MeshPreparation, LeavesSolidsAsTheyAre) {
+TEST(MeshPreparation, LeavesSolidsUnchanged) {
     Mesh touching = box({0, 0, 0}, {1, 1, 1});
     append_mesh(touching, box({0.25f, 1, 0.25f}, {0.75f, 2, 0.75f}));
     EXPECT_EQ(prepared(touching, {500, 0}).findings.parted_vertices, 0u);
@@ -333,7 +333,7 @@ TEST(MeshPreparation, FindsAPieceThatIntersectsItself) {
     EXPECT_FALSE(prepared(apart, {0, 0}).findings.self_intersecting);
 }
 
-TEST(MeshPreparation, SameInputSameBits) {
+TEST(MeshPreparation, IsDeterministic) {
     const Mesh mesh = sphere(20, 40);
     const PreparedMesh first = prepared(mesh, {3000, 300}), second = prepared(mesh, {3000, 300});
     EXPECT_EQ(first.fine.positions, second.fine.positions);

@@ -144,7 +144,7 @@ TEST(MeshReader, ZeroNormalsAreComputed) {
     for (const Vec3f& n : one.mesh.normals) EXPECT_NEAR(n.z, 1, 1e-6);
 }
 
-TEST(MeshReader, MaterialsPartVertices) {
+TEST(MeshReader, VerticesAreSplitBetweenMaterials) {
     const ImportedMesh two = read("two.obj",
                                   "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl oak\nf 1 2 3\n"
                                   "usemtl fabric\nf 1 3 4\n");
@@ -222,7 +222,7 @@ TEST(MeshReader, NodesOfGltfAreTransformedAndMirroredOnesStillFaceOutwards) {
     EXPECT_NEAR(one.mesh.normals[0].z, 1, 1e-6);
 }
 
-TEST(MeshReader, RefusesWhatIsNoMesh) {
+TEST(MeshReader, RefusesOtherFiles) {
     const std::filesystem::path missing = std::filesystem::path(testing::TempDir()) / "no-such.obj";
     const Result<ImportedMesh> nothing = read_mesh(missing);
     ASSERT_FALSE(nothing);
@@ -266,7 +266,7 @@ TEST(MeshReader, AFileCutShortAnywhereIsAnErrorOrAMesh) {
         }
 }
 
-TEST(MeshFindings, SummaryTellsOnlyWhatIsNotNormal) {
+TEST(MeshFindings, SummaryNamesOnlyAnomalies) {
     MeshFindings findings;
     findings.components = 3;
     findings.duplicate_vertices = 16;

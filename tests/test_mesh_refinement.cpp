@@ -123,7 +123,7 @@ TEST(MeshRefinement, HoldsItsToleranceInTheMiddleOfEveryLongestEdge) {
     }
 }
 
-TEST(MeshRefinement, VerticesAreSeenFromWhereTheyWereShaded) {
+TEST(MeshRefinement, SamplePointsAreThoseOfTheShading) {
     const LitBox lit;
     const Refinement refined = *refined_radiance(lit.shading, {0.05f, 3000}, lit.radiant(4));
     std::vector<SampledMesh> meshes;
@@ -195,7 +195,7 @@ TEST(MeshRefinement, LeavesNoCracks) {
         }
 }
 
-TEST(MeshRefinement, GivesTheSameBitsForAnyNumberOfThreads) {
+TEST(MeshRefinement, IsBitIdenticalForAnyNumberOfThreads) {
     const LitBox lit;
     std::vector<Refinement> results;
     for (const std::size_t threads : {1u, 3u}) {

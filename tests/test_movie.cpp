@@ -100,7 +100,7 @@ TEST_F(MovieTest, FollowsLinksWritesToPipesAndRefusesDirectories) {
     EXPECT_EQ(files().size(), 4u) << "nothing else is left";
 }
 
-TEST_F(MovieTest, SaysWhenThereIsNoEncoder) {
+TEST_F(MovieTest, ReportsAMissingEncoder) {
     const auto written =
         write_movie(folder / "frame_%04d.png", 24, folder / "spin.mp4", 24, {}, "no-such-ffmpeg");
     ASSERT_FALSE(written);
@@ -108,7 +108,7 @@ TEST_F(MovieTest, SaysWhenThereIsNoEncoder) {
     EXPECT_TRUE(files().empty());
 }
 
-TEST_F(MovieTest, PassesOnItsWordsAndLeavesNothing) {
+TEST_F(MovieTest, ReportsItsMessagesAndLeavesNothing) {
     const std::string encoder =
         program("for last; do :; done; echo half > \"$last\"; echo 'Unknown encoder' >&2; exit 1\n");
     const auto written = write_movie(folder / "frame_%04d.png", 24, folder / "spin.mp4", 24, {}, encoder);

@@ -16,7 +16,7 @@ TEST(NumberOption, TakesDecimalNumbersOfTheRange) {
     EXPECT_EQ(number_in(range, "-2.0001"), std::nullopt);
 }
 
-TEST(NumberOption, TakesNothingElse) {
+TEST(NumberOption, RefusesAllOtherTexts) {
     const Range range{-1e300, 1e300};
     for (const char* text : {"",      "-",      "+",  ".",  "e",  "nan",  "NaN", "inf", "-inf", "infinity",
                              "1e999", "-1e999", "1x", "1 ", " 1", "0x10", "1,5", "1e",  "--1",  "1\n"})

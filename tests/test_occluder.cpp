@@ -24,7 +24,7 @@ TEST(Occluder, ClosedOutwardPiecesAreOneSidedAndAllOthersTwoSided) {
     EXPECT_EQ(make_occluder(one_flipped).one_sided(), 0u);
 }
 
-TEST(Occluder, WhatIsDerivedFollowsTheTriangles) {
+TEST(Occluder, DerivedDataFollowTheTriangles) {
     Occluder occluder = make_occluder(box_mesh({-1, 0, -1}, {1, 2, 1}));
     ASSERT_GT(occluder.edges().one_sided_clusters, 0u);
     OccluderTriangles changed = occluder.source();

@@ -8,7 +8,7 @@ namespace haarfield {
 namespace {
 
 /// A ball on a floor, rendered by the oracle and by POV-Ray.
-TEST(OracleCheck, AgreesWithPovrayAndSeesIfItDoesNot) {
+TEST(OracleCheck, AgreesWithPovrayAndDetectsDisagreement) {
     ExampleScene example;
     example.scene.instances = {
         {example.add_entity(square_mesh(6, 0), matte(0.6f)), {}},

@@ -92,7 +92,7 @@ TEST_F(OriginalVertices, OfACubeHaveTheMeanOfItsSides) {
     EXPECT_TRUE(first.passes[0].is_scalar);
 }
 
-TEST_F(OriginalVertices, HaveTheBitsOfTheVertexThatWasBaked) {
+TEST_F(OriginalVertices, AreBitIdenticalToTheBakedVertex) {
     prepare({"0 0 0", "1 0 0", "1 0 1", "0 0 1"}, {"4 3 2 1 0"});
     ASSERT_EQ(fine().positions.size(), 4u);
     const auto value = [](std::uint32_t v) { return Rgb(0.1f * float(v) + 0.7f, 1 / (3.0f + float(v)), 7); };
@@ -102,7 +102,7 @@ TEST_F(OriginalVertices, HaveTheBitsOfTheVertexThatWasBaked) {
 }
 
 /// Two adjacent quads with duplicated common vertices.
-TEST_F(OriginalVertices, ThatAreAlikeHaveTheLightOfOnePlace) {
+TEST_F(OriginalVertices, ThatAreEqualHaveEqualLight) {
     prepare({"0 0 0", "1 0 0", "1 0 1", "0 0 1", "1 0 0", "2 0 0", "2 0 1", "1 0 1"},
             {"4 3 2 1 0", "4 7 6 5 4"});
     const OriginalBake bake =
@@ -141,7 +141,7 @@ TEST_F(OriginalVertices, OfASheetHaveItsFront) {
 
 /// Vertex 4 is unused, and 5 is used only by a degenerate face. So is 6, but at the position of vertex 2. 7
 /// is not finite.
-TEST_F(OriginalVertices, WithoutATriangleHaveWhatLiesThereOrNothing) {
+TEST_F(OriginalVertices, WithoutATriangleHaveTheValueAtTheirPositionOrNone) {
     prepare({"0 0 0", "1 0 0", "1 0 1", "0 0 1", "9 9 9", "5 5 5", "1 0 1", "nan 0 0"},
             {"4 3 2 1 0", "3 5 5 5", "3 6 6 6", "3 7 0 1"});
     const OriginalBake bake = baked([&](std::uint32_t v) { return Rgb(float(v) + 1); });
@@ -261,7 +261,7 @@ protected:
     SceneEntities entities;
 };
 
-TEST_F(TexturedOriginalVertices, HaveImagesAndLightApartInFilesWithImages) {
+TEST_F(TexturedOriginalVertices, SeparateLightFromImagesInFilesWithImages) {
     const SceneEntity& entity = *entities.entities[0];
     const Mesh& fine = entity.mesh.fine;
     std::vector<Rgb> light;

@@ -94,7 +94,7 @@ TEST(ParallelLoop, EntersNoBodyOrReportAgainWhileItWaitsForNestedLoops) {
     EXPECT_EQ(entered_again, 0);
 }
 
-TEST(ParallelLoop, TellsHowFarItIs) {
+TEST(ParallelLoop, ReportsItsProgress) {
     Progress progress;
     std::vector<std::uint64_t> told;
     progress.report = [&](std::string_view stage, std::uint64_t done, std::uint64_t total) {
@@ -109,7 +109,7 @@ TEST(ParallelLoop, TellsHowFarItIs) {
     EXPECT_EQ(told.back(), 100u);
 }
 
-TEST(ParallelLoop, EndsSoonWhenItIsToStop) {
+TEST(ParallelLoop, EndsSoonAfterAStopRequest) {
     std::stop_source stop;
     std::atomic<std::size_t> done = 0;
     const Result<Done> stopped = parallel_loop({1000000, 1000},

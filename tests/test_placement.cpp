@@ -5,7 +5,7 @@
 namespace haarfield {
 namespace {
 
-TEST(Placement, LeavesEverythingWhereItIsUnlessToldOtherwise) {
+TEST(Placement, IsTheIdentityByDefault) {
     const Vec3f point(0.1f, -2, 3e5f);
     EXPECT_EQ(Placement().point_to_world(point), point);
     EXPECT_EQ(Placement().point_to_object(point), point);

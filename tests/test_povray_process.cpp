@@ -67,7 +67,7 @@ TEST(PovrayProcess, FollowsALinkToThePicture) {
     EXPECT_FALSE(run_povray(folder / "scene.pov", folder / "elsewhere", small())) << "a directory";
 }
 
-TEST(PovrayProcess, ShowsPovraysOwnWords) {
+TEST(PovrayProcess, ReportsPovraysMessages) {
     const TestFolder folder;
     ASSERT_TRUE(write_file(
         folder / "bad.pov",
@@ -83,7 +83,7 @@ TEST(PovrayProcess, ShowsPovraysOwnWords) {
     EXPECT_EQ(folder.files(), (std::vector<std::string>{"bad.pov"}));
 }
 
-TEST(PovrayProcess, SaysWhenThereIsNoPovrayOrNoScene) {
+TEST(PovrayProcess, ReportsAMissingPovrayOrScene) {
     const TestFolder folder;
     ASSERT_TRUE(write_file(folder / "a.pov", good_scene));
     PovrayOptions options = small();
@@ -142,7 +142,7 @@ TEST(PovrayProcess, APovrayThatHangsOrDiesIsAnErrorAndLeavesNothing) {
     }
 }
 
-TEST(PovrayProcess, EndsWithTheProcessThatRunsItHoweverThatEnds) {
+TEST(PovrayProcess, EndsWithItsParentProcess) {
     const TestFolder folder;
     ASSERT_TRUE(write_file(folder / "a.pov", good_scene));
     PovrayOptions options = small();
@@ -168,7 +168,7 @@ TEST(PovrayProcess, EndsWithTheProcessThatRunsItHoweverThatEnds) {
     EXPECT_TRUE(has_ended);
 }
 
-TEST(PovrayProcess, WhatKilledProcessesLeftIsRemovedAndWhatOthersUseIsNot) {
+TEST(PovrayProcess, FilesOfKilledProcessesAreRemovedAndFilesInUseAreNot) {
     const TestFolder folder;
     ASSERT_TRUE(write_file(folder / "a.pov", good_scene));
     std::filesystem::create_directories(folder / ".povray-killed/below");

@@ -46,7 +46,7 @@ TEST(Preview, InterpolatesRadianceOverTheTriangles) {
         }
 }
 
-TEST(Preview, PointsAreWhereThePixelsSeeThem) {
+TEST(Preview, PointsAreVisibleAtTheirPixels) {
     const Mesh square = square_mesh(2, 0, 3);
     const std::vector<BakedInstance> instances{{"", &square, {{50, 0, 0}, 1}, {}},
                                                {"", &square, {{0.2f, 0, 0}, 0.5f}, {}}};
@@ -71,7 +71,7 @@ TEST(Preview, PointsAreWhereThePixelsSeeThem) {
         }
 }
 
-TEST(Preview, ReadsNoRadianceButWhatItAnnounces) {
+TEST(Preview, ReadsOnlyAnnouncedRadiance) {
     const Mesh square = square_mesh(1, 0, 12);
     std::vector<Rgb> radiance;  // with edges inside, too, which need further rays
     for (const Vec3f& p : square.positions) radiance.push_back(Rgb(p.x > 0.1f ? 1.0f : 0.2f, p.z, 0.5f));

@@ -74,7 +74,7 @@ Expected expected_integral(const RgbCubemapTree& light, const ExampleFactors& ex
     return sum;
 }
 
-TEST(ProductIntegrals, HaveTheBitsOfEachOneAlone) {
+TEST(ProductIntegrals, AreBitIdenticalToEachOneAlone) {
     const LightPyramid light(random_light(3, 5, 0.6), 32);
     WalkMemory<float> memory;
     std::vector<ExampleFactors> examples;

@@ -31,7 +31,7 @@ QuadtreePool pool_of(const std::vector<CubemapTree>& trees, int size) {
     return std::move(builder).finish();
 }
 
-TEST(QuadtreePool, GivesBackTreesToHalfAStep) {
+TEST(QuadtreePool, RestoresTreesWithinHalfAStep) {
     std::vector<CubemapTree> trees;
     for (std::uint32_t seed = 0; seed < 20; ++seed) trees.push_back(random_cubemap(seed, 16, 40));
     const QuadtreePool pool = pool_of(trees, 16);
@@ -53,7 +53,7 @@ TEST(QuadtreePool, GivesBackTreesToHalfAStep) {
     EXPECT_EQ(node_count(pool), nodes);
 }
 
-TEST(QuadtreePool, PackingStartsAnew) {
+TEST(QuadtreePool, PackingReplacesEarlierContent) {
     PackedTrees once, twice;
     const CubemapTree tree = random_cubemap(5, 16, 20);
     pack_trees(tree, once);

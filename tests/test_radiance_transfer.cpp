@@ -34,7 +34,7 @@ TEST(LightTransfer, UnprunedEqualsTheProductIntegralUnderAnyLight) {
     }
 }
 
-TEST(LightTransfer, PruningIsWithinTheErrorItIsGiven) {
+TEST(LightTransfer, PruningIsWithinTheGivenError) {
     Room scene;
     std::size_t bytes_before = ~std::size_t(0);
     for (const float error : {0.003f, 0.01f, 0.03f}) {
@@ -116,7 +116,7 @@ TEST(MotionTransfer, FollowsTheInstanceAlongUpAndDown) {
     }
 }
 
-TEST(MotionTransfer, PruningIsWithinTheErrorItIsGiven) {
+TEST(MotionTransfer, PruningIsWithinTheGivenError) {
     Room scene;
     const MotionTransfer transfer = *motion_transfer(scene.scene, scene.geometry(), settings(), {0.01f},
                                                      scene.light(), {}, 3),

@@ -28,7 +28,7 @@ TEST(Range, HoldsNothingThatIsNotFinite) {
     }
 }
 
-TEST(Range, HoldsWhatIsInItAsAFloatToo) {
+TEST(Range, ContainsOnlyNumbersThatAreInItAsFloats) {
     EXPECT_TRUE((Range{1e-4, 1}.contains(1e-4)));  // rounds down to float
     EXPECT_FALSE((Range{0, 1, false, true}.contains(1 - 1e-12)));
     EXPECT_FALSE((Range{1, 2, true, false}.contains(1 + 1e-12)));

@@ -67,7 +67,7 @@ TEST(RasterizedVisibility, MeansOfVaryingCellsAreThoseOfTheirChildren) {
     EXPECT_GT(checked, 50);
 }
 
-TEST(RasterizedVisibility, HasTheSameBitsForAllInstructionSets) {
+TEST(RasterizedVisibility, IsBitIdenticalForAllInstructionSets) {
     const Occluder sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 20));
     const OccluderView view{&sphere, {0.4f, 1.3f, -0.3f}};
     for (const int size : {2, 8, 32, 64}) {

@@ -137,7 +137,7 @@ TEST(RayRenderer, AgreesWithDenseSums) {
     EXPECT_LT(std::sqrt(error / energy), 0.004);
 }
 
-TEST(RayRenderer, ErrsLessThanRandomSamplesWouldAndSaysByHowMuch) {
+TEST(RayRenderer, HasSmallerErrorsThanRandomSamplesAndEstimatesThem) {
     const Boxes boxes;
     const RayScene rays(boxes.scene);
     const Rgb exact = ray_estimate(rays, 0, 12, 1 << 18).radiance;

@@ -118,12 +118,12 @@ TEST_F(ReaderProcess, AnAnswerLargerThanItsLimitIsAnError) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__)
-TEST_F(ReaderProcess, HungerForMemoryIsAnError) {
+TEST_F(ReaderProcess, ExcessiveMemoryUseIsAnError) {
     EXPECT_EQ(error_of("grow"), "some.file: needs more memory than a file of its size may use");
 }
 #endif
 
-TEST_F(ReaderProcess, AReaderHasNoRightToWriteToReachOthersOrToStartThem) {
+TEST_F(ReaderProcess, AReaderCannotWriteFilesOrReachOrStartProcesses) {
     const TestFolder folder;
     write_text(folder / "there", "");
     const Result<MappedFile> read =
@@ -170,7 +170,7 @@ TEST_F(ReaderProcess, ModelsAndImagesAreTheSameAsReadInThisProcess) {
     EXPECT_NEAR(read->coverage[7], 7 / 15.0f, 1e-3f);
 }
 
-TEST(ModelContent, WhatIsCutShortOrChangedIsRefusedOrWithinItsRanges) {
+TEST(ModelContent, DamagedBytesAreRefusedOrWithinTheirRanges) {
     const TestFolder folder;
     for (const std::string& file : example_mesh_files("gltf")) {
         const auto content = assimp_content(file, folder / "mesh.gltf", ModelFormat::gltf);
@@ -197,7 +197,7 @@ TEST(ModelContent, WhatIsCutShortOrChangedIsRefusedOrWithinItsRanges) {
     }
 }
 
-TEST(ModelFormat, IsThatOfTheContentWhateverTheNameSays) {
+TEST(ModelFormat, IsDetectedFromContentNotFromTheName) {
     for (const char* ending : {"obj", "ply", "stl", "off", "gltf", "glb", "inc"})
         for (const std::string& bytes : example_mesh_files(ending))
             for (const char* name : {".obj", ".ply", ".stl", ".3mf", ".fbx", ""}) {
@@ -208,7 +208,7 @@ TEST(ModelFormat, IsThatOfTheContentWhateverTheNameSays) {
             }
 }
 
-TEST(ModelFormat, WhatIsNotOnTheListIsRefusedWithTheList) {
+TEST(ModelFormat, OtherFormatsAreRefusedWithTheList) {
     const TestFolder folder;
     for (const std::string_view bytes :
          {std::string_view("PK\3\4 a 3MF is a zip"), std::string_view("Kaydara FBX Binary  \0", 21),
@@ -225,7 +225,7 @@ TEST(ModelFormat, WhatIsNotOnTheListIsRefusedWithTheList) {
         }
 }
 
-TEST(ModelFormat, ReferencesAreOpenedOnlyBesideTheFileOrBelow) {
+TEST(ModelFormat, ReferencesAreOpenedOnlyInTheDirectoryOfTheFile) {
     const TestFolder folder;
     std::filesystem::create_directories(folder / "models/below");
     std::string buffer(44, '\0');
@@ -258,7 +258,7 @@ TEST(ModelFormat, ReferencesAreOpenedOnlyBesideTheFileOrBelow) {
     EXPECT_FALSE(is_read("/dev/zero"));
 }
 
-TEST(ImageFormat, IsThatOfTheContentAndOthersAreRefusedWithTheList) {
+TEST(ImageFormat, IsDetectedFromContentAndOthersAreRefusedWithTheList) {
     const TestFolder folder;
     Image image{4, 2, std::vector<Rgb>(8, Rgb(0.5f)), {}};
     ASSERT_TRUE(write_image(image, folder / "a.exr"));
@@ -277,7 +277,7 @@ TEST(ImageFormat, IsThatOfTheContentAndOthersAreRefusedWithTheList) {
     }
 }
 
-TEST(ImageFormat, AFewBytesThatSayTheyAreAMillionPixelsTimesAThousandAreRefused) {
+TEST(ImageFormat, DecompressionBombsAreRefused) {
     // A valid PNG header of 16000 x 16000 pixels: 256 million in 57 bytes.
     const std::string_view head(
         "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x3e\x80\0\0\x3e\x80\x08\2\0\0\0\xd2\x1b\x3b\x1e\0\0\0\0IEND", 41);

@@ -73,7 +73,7 @@ TEST(ReferencePicture, IsTheMeanOfTwoSetsOfLightsAndOfAllOfThem) {
     EXPECT_NEAR(*picture->image.relative_error, 0.5 * relative_difference(first, second), 2e-3);
 }
 
-TEST(ReferencePicture, RadiosityIsOfTheSameOpinion) {
+TEST(ReferencePicture, AgreesWithRadiosity) {
     const ShadowedSquare square;
     const ReferenceFiles scene = square.scene(512);
     PovrayOptions options = ShadowedSquare::options();
@@ -141,7 +141,7 @@ TEST(ReferencePicture, BouncesOfEmittersDoNotDependOnTheNumberOfLampsInOneHalf) 
     EXPECT_LT(relative_difference(gathered, half(64, 1)), 0.03);
 }
 
-TEST(ReferencePicture, TellsItsOwnError) {
+TEST(ReferencePicture, EstimatesItsOwnError) {
     const ShadowedSquare square;
     const Result<ReferencePicture> truth = rendered_reference(square.scene(8192), ShadowedSquare::options());
     ASSERT_TRUE(truth) << truth.error().message();
@@ -156,7 +156,7 @@ TEST(ReferencePicture, TellsItsOwnError) {
 }
 
 /// A panel lights the wall behind it from a fiftieth of its size. The camera shows the strip next to it.
-TEST(ReferencePicture, TellsTheErrorOfSurfacesCloseToEmitters) {
+TEST(ReferencePicture, EstimatesTheErrorOfSurfacesCloseToEmitters) {
     const Mesh wall = upright_square_mesh(1, 1);
     Mesh panel_mesh = upright_square_mesh(0.5f, 1);
     for (auto& [a, b, c] : panel_mesh.triangles) std::swap(b, c);
@@ -193,7 +193,7 @@ TEST(ReferencePicture, TellsTheErrorOfSurfacesCloseToEmitters) {
     }
 }
 
-TEST(ReferencePicture, NeedsAsManyLightsAsTheFallOfTheErrorTells) {
+TEST(ReferencePicture, ExtrapolatesTheNumberOfLightsFromTwoErrors) {
     // Errors of 4 % and 1 % for 256 and 1024 lights decrease as 1/n: 0.5 % needs twice as many, plus a tenth.
     const LightEstimate halved = estimated_lights(256, 0.04, 1024, 0.01, 0.005);
     EXPECT_NEAR(halved.lights, 2253, 1);

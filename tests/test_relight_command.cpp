@@ -259,14 +259,14 @@ instance = "column_2"
     }
 }
 
-TEST_F(RelightCommand, SaysThatThereIsNoFfmpegBeforeTheFirstFrame) {
+TEST_F(RelightCommand, ReportsAMissingFfmpegBeforeTheFirstFrame) {
     EXPECT_EQ(run("--orbit --movie spin.mp4", "PATH=/nowhere"), 1);
     EXPECT_NE(words.find("ffmpeg is not installed"), std::string::npos) << words;
     EXPECT_FALSE(std::filesystem::exists(folder / "out/frame_0001.png"));
     EXPECT_FALSE(std::filesystem::exists(folder / "spin.mp4"));
 }
 
-TEST_F(RelightCommand, RefusesWhatItCanNotDo) {
+TEST_F(RelightCommand, RefusesImpossibleRequests) {
     EXPECT_EQ(run(""), 2);
     EXPECT_EQ(run("--orbit --spin-light"), 2);
     EXPECT_EQ(run("--orbit --frames 0"), 2);

@@ -117,7 +117,7 @@ INSTANTIATE_TEST_SUITE_P(Occlusion, RelightSessionBy,
                              return test.param == Occlusion::fields ? "Fields" : "Automatic";
                          });
 
-TEST_P(RelightSessionBy, FramesFollowWhatVariesAndEqualTheCommit) {
+TEST_P(RelightSessionBy, FramesEqualTheCommitForEachVariableInput) {
     RelightSession session = opened(GetParam()).session();
     const auto expect_frame_as_commit = [&](const char* what, double tolerance = 0.012) {
         ASSERT_TRUE(session.frame()) << what;
@@ -145,7 +145,7 @@ TEST_P(RelightSessionBy, FramesFollowWhatVariesAndEqualTheCommit) {
     expect_frame_as_commit("moved", GetParam() == Occlusion::fields ? 0.012 : 0.1);
 }
 
-TEST_P(RelightSessionBy, FramesOfSomeVerticesHaveTheBitsOfWholeFrames) {
+TEST_P(RelightSessionBy, FramesOfSomeVerticesAreBitIdenticalToWholeFrames) {
     RelightSession session = opened(GetParam()).session();
     std::mt19937 random(5);
     VertexMask first, second;
@@ -184,7 +184,7 @@ TEST_P(RelightSessionBy, FramesOfSomeVerticesHaveTheBitsOfWholeFrames) {
 
 /// Between two reports on one thread no work of a call may go on for long without a look at the stop token:
 /// so when it is requested in a report, that was the last one.
-TEST_P(RelightSessionBy, AfterAStopNothingMoreIsReported) {
+TEST_P(RelightSessionBy, NothingIsReportedAfterAStopRequest) {
     const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     const auto expect_stops = [&](const char* what, int steps, const auto& call) {
         int total = 0;
@@ -227,7 +227,7 @@ TEST_P(RelightSessionBy, PreparingChangesNothingButWhenTheWorkIsDone) {
     EXPECT_EQ(radiance(prepared), radiance(other));
 }
 
-TEST(RelightSession, ShowsLightsThatAreEncodedAlready) {
+TEST(RelightSession, ShowsLightsGivenAsCoefficients) {
     RelightSession session = opened().session();
     ASSERT_TRUE(session.vary_light());
     ASSERT_TRUE(session.frame());
@@ -239,7 +239,7 @@ TEST(RelightSession, ShowsLightsThatAreEncodedAlready) {
             EXPECT_NEAR(session.radiance()[i][v].y, bright[i][v].y / 4, 1e-6);
 }
 
-TEST(RelightSession, ChangesMakeOtherTransferVectorsVoid) {
+TEST(RelightSession, ChangesInvalidateOtherTransferVectors) {
     RelightSession session = opened().session();
     EXPECT_FALSE(session.frame());
     EXPECT_EQ(session.transfer_bytes(), 0u);
@@ -324,7 +324,7 @@ TEST(RelightSession, WhileLightMovesLaterBouncesAreAFrameBehind) {
     EXPECT_GT(relative_rmse(direct.radiance(), set.radiance()), 0.02);
 }
 
-TEST(RelightSession, WhileLightMovesThereAreNoMoreBouncesThanWanted) {
+TEST(RelightSession, WhileLightMovesThereAreNoMoreBouncesThanRequested) {
     RenderSettings settings = opened().settings();
     settings.bounces.most = 1;
     RelightSession session(opened().scene(), settings, {0.003f});
@@ -456,7 +456,7 @@ TEST(RelightSession, OcclusionIsChosenForEachCommit) {
     EXPECT_EQ(session.radiance(), exact);
 }
 
-TEST(RelightSession, VectorsThatWereMadeInTheDarkShowOtherLight) {
+TEST(RelightSession, VectorsComputedInTheDarkWorkForOtherLight) {
     ShadedScene scene = opened().scene();
     const Environment bright = scene.environment;
     scene.environment = LatLongImage{4, 2, std::vector<Rgb>(8, Rgb(0.0f))};
@@ -469,7 +469,7 @@ TEST(RelightSession, VectorsThatWereMadeInTheDarkShowOtherLight) {
     EXPECT_LT(relative_rmse(frame, session.radiance()), 0.02);
 }
 
-TEST(RelightSession, BeforeItMovesNothingOfTheInstanceIsLeftOut) {
+TEST(RelightSession, BeforeItMovesAllVerticesOfTheInstanceAreShaded) {
     RelightSession session = opened().session();
     ASSERT_TRUE(session.vary_instance(1));
     ASSERT_TRUE(session.frame(FrameQuality::moving));
@@ -523,7 +523,7 @@ TEST_P(RelightSessionBy, ThirtyRandomEditsEqualAFreshBake) {
     EXPECT_LT(largest_difference(session.radiance(), opened(GetParam()).fresh_bake(session)), 1e-6);
 }
 
-TEST_P(RelightSessionBy, ACommitKnowsOfEachChangeSinceTheLast) {
+TEST_P(RelightSessionBy, ACommitIncludesEachChangeSinceTheLast) {
     const std::pair<const char*, std::function<void(RelightSession&)>> changes[] = {
         {"light", [](RelightSession& session) { session.set_environment(sky(2)); }},
         {"eye",
@@ -554,7 +554,7 @@ TEST_P(RelightSessionBy, ACommitKnowsOfEachChangeSinceTheLast) {
     }
 }
 
-TEST(RelightSession, TurningBackIsAsIfNothingHadBeenTurned) {
+TEST(RelightSession, RotatingBackRestoresTheRadiance) {
     RelightSession session = opened().session();
     ASSERT_TRUE(session.commit());
     const SceneColours before = session.radiance();
@@ -568,7 +568,7 @@ TEST(RelightSession, TurningBackIsAsIfNothingHadBeenTurned) {
     EXPECT_EQ(session.radiance(), before);
 }
 
-TEST_P(RelightSessionBy, InterruptedCallsLeaveItAsItWas) {
+TEST_P(RelightSessionBy, InterruptedCallsChangeNothing) {
     RelightSession session = opened(GetParam()).session();
     ASSERT_TRUE(session.vary_light());
     ASSERT_TRUE(session.frame());

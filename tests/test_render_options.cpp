@@ -48,7 +48,7 @@ TEST(RenderOptions, SetEveryWordAndBothEndsOfEveryRange) {
     }
 }
 
-TEST(RenderOptions, RefuseOtherWordsAndNumbersWithTheValuesThatThereAre) {
+TEST(RenderOptions, RefuseOtherWordsAndNumbersWithTheValidValues) {
     for (const RenderOption& row : render_options())
         for (const std::string value : {"", "nan", "-1", "1e30", "magic", "1,magic"}) {
             const std::string trouble = row.trouble(value);
@@ -64,7 +64,7 @@ TEST(RenderOptions, FaceSizesOfFieldsAndShadingAgree) {
     EXPECT_EQ(choices.shading.face_size, 32);
 }
 
-TEST(RenderOptions, ArgumentsLeaveOutWhatIsNotGiven) {
+TEST(RenderOptions, ArgumentsLeaveOutAbsentValues) {
     RenderChoices choices;
     const auto arguments = [&] {
         return option_arguments(choices, {OptionSet::fields, OptionSet::vertices, OptionSet::bake});

@@ -68,7 +68,7 @@ protected:
     ExampleScene example;
 };
 
-TEST_F(OverAFloor, OcclusionIsTheOpenShareWhateverTheLight) {
+TEST_F(OverAFloor, OcclusionIsTheOpenFractionForAnyLight) {
     Environment uneven = environment([](const Vec3d& d) { return d.x > 0.5 ? 2.0 : 0.1; });
     uneven.suns.push_back({Vec3f(0.3f, 0.9f, 0.1f).normalized(), 0.01f, Rgb(5.0f)});
     example.scene.environment = uneven;
@@ -90,7 +90,7 @@ TEST_F(OverAFloor, OcclusionIsTheOpenShareWhateverTheLight) {
     expect_open(0.375, 0.015);
 }
 
-TEST_F(OverAFloor, IrradianceIsThatOfTheLightWhateverTheMaterial) {
+TEST_F(OverAFloor, IrradianceDoesNotDependOnTheMaterial) {
     // The cosine-weighted integral of 1 + y over the hemisphere: pi + 2 pi / 3.
     const auto sky = [](const Vec3d& d) { return 1 + d.y; };
     example.scene.environment = environment(sky);

@@ -32,7 +32,7 @@ TEST(Renderer, WhitePhongReflectsAllOfAUniformEnvironmentAtNormalIncidence) {
     }
 }
 
-TEST(Renderer, PovrayHighlightHasTheClosedFormUnderAUniformEnvironment) {
+TEST(Renderer, PovraysSpecularTermHasTheClosedFormUnderAUniformEnvironment) {
     // 1/pi int max(0,R.w)^n over the hemisphere = 2 / (n+1) at normal incidence.
     for (const float shininess : {10.0f, 60.0f}) {
         ExampleScene example;
@@ -45,7 +45,7 @@ TEST(Renderer, PovrayHighlightHasTheClosedFormUnderAUniformEnvironment) {
     }
 }
 
-TEST(Renderer, HighlightIsCutAtTheHorizon) {
+TEST(Renderer, SpecularLobesEndAtTheHorizon) {
     // Seen at grazing angle, half of the lobe round the mirror direction lies below the surface.
     ExampleScene example;
     example.scene.instances.push_back(
@@ -98,7 +98,7 @@ TEST(Renderer, LightComesFromWhereTheEnvironmentHasIt) {
         }
 }
 
-TEST(Renderer, SphereOccluderOverheadTakesItsFormFactor) {
+TEST(Renderer, ASphereOverheadBlocksItsFormFactor) {
     // Unoccluded irradiance pi; a sphere of radius r at height h straight above takes pi (r/h)^2.
     ExampleScene example;
     const auto floor = example.add_entity(square_mesh(0.001f, 0), matte(1));
@@ -115,7 +115,7 @@ TEST(Renderer, SphereOccluderOverheadTakesItsFormFactor) {
     }
 }
 
-TEST(Renderer, ALargeWallTakesHalf) {
+TEST(Renderer, ALargeWallBlocksHalf) {
     ExampleScene example;
     const auto floor = example.add_entity(square_mesh(0.001f, 0), matte(1));
     const auto wall = example.add_entity(box_mesh({0.1f, 0, -300}, {0.2f, 300, 300}), matte(0.5f));
@@ -195,7 +195,7 @@ double difference(const SceneColours& a, const SceneColours& b) {
     return std::sqrt(sum / double(count));
 }
 
-TEST(Renderer, OcclusionIsExactWhereItIsChosenToBe) {
+TEST(Renderer, OcclusionIsExactWhereRequested) {
     RenderSettings settings;
     settings.face_size = ExampleScene::size;
     settings.light_coefficients = 0;
@@ -244,7 +244,7 @@ TEST(Renderer, InACrowdOnlyTheNearestAreRasterized) {
     EXPECT_TRUE(differs());
 }
 
-TEST(Renderer, SeesNothingFromInsideOfWhatItSeesExactly) {
+TEST(Renderer, PointsInsideExactOccludersAreBlack) {
     ExampleScene example;
     const auto small = example.add_entity(box_mesh({-0.1f, -0.1f, -0.1f}, {0.1f, 0.1f, 0.1f}), matte(1)),
                large = example.add_entity(sphere_mesh({0, 0, 0}, 1, 20), matte(1));
@@ -261,7 +261,7 @@ TEST(Renderer, DoesNotDependOnTheNumberOfThreads) {
     }
 }
 
-TEST(Renderer, AShareHasWhatTheWholeHasAndRoomForNoMore) {
+TEST(Renderer, APartialShadingHasTheRadianceAndMemoryOfItsPoints) {
     ExampleScene example;
     const std::size_t ball = example.add_entity(sphere_mesh({0, 0, 0}, 1, 8), matte(0.6f));
     for (const float x : {0.0f, 1.5f, 3.0f, 6.0f}) example.scene.instances.push_back({ball, {{x, 0, 0}, 1}});
@@ -329,7 +329,7 @@ TEST(BuriedFill, BuriedVerticesTakeTheMeanOfTheirNeighbours) {
     EXPECT_NEAR(radiance[0].x, 2, 1e-6);
 }
 
-TEST(BuriedFill, NeedsNothingButTheSourcesOfWhatIsChosen) {
+TEST(BuriedFill, NeedsOnlyTheSourcesOfChosenVertices) {
     constexpr std::size_t across = 9;
     const Mesh mesh = square_mesh(2, 0, across - 1);
     std::vector<std::uint8_t> buried(across * across, 0);

@@ -124,7 +124,7 @@ TEST_F(RoomExposure, DoesNotDependOnTheMeshesThatShow) {
     EXPECT_EQ(stops(), found);
 }
 
-TEST_F(RoomExposure, LeavesLampsWhatTheyLight) {
+TEST_F(RoomExposure, CountsTheLightOfLamps) {
     const float without = stops();
     SceneLamp lamp;
     lamp.position = {0, 1.5f, 0};
@@ -135,7 +135,7 @@ TEST_F(RoomExposure, LeavesLampsWhatTheyLight) {
     EXPECT_NEAR(stops(), without - 4, 0.1) << "a sixteenth";
 }
 
-TEST_F(RoomExposure, LeavesEmittersWhatTheyLight) {
+TEST_F(RoomExposure, CountsTheLightOfEmitters) {
     const auto irradiance = [](const std::array<Vec3d, 4>& corners, const Vec3d& point, const Vec3d& normal) {
         return triangle_irradiance({corners[0], corners[1], corners[2]}, point, normal) +
                triangle_irradiance({corners[0], corners[2], corners[3]}, point, normal);

@@ -12,7 +12,7 @@ void expect_equal(const Rotation& a, const Rotation& b, double tolerance) {
         for (int k = 0; k < 3; ++k) EXPECT_NEAR(a.row[i][k], b.row[i][k], tolerance);
 }
 
-TEST(Rotation, TurnsCounterClockwiseSeenFromTheTipOfTheAxis) {
+TEST(Rotation, TurnsCounterClockwiseAsViewedFromTheTipOfTheAxis) {
     const double quarter = pi / 2;
     EXPECT_LT((rotation_about({1, 0, 0}, quarter)(Vec3d(0, 1, 0)) - Vec3d(0, 0, 1)).length(), 1e-12);
     EXPECT_LT((rotation_about({0, 3, 0}, quarter)(Vec3d(0, 0, 1)) - Vec3d(1, 0, 0)).length(), 1e-12);
@@ -29,7 +29,7 @@ TEST(Rotation, AnglesAreAboutXThenYThenZ) {
     EXPECT_LT((rotation_xyz(angles)(v) - wanted).length(), 1e-6);
 }
 
-TEST(Rotation, HasAnglesWhereverItTurns) {
+TEST(Rotation, HasAnglesInAllCases) {
     for (const float x : {-3.0f, -0.4f, 0.0f, 1.0f, 2.9f})
         for (const float y : {-1.5707964f, -0.6f, 0.0f, 1.2f, 1.5707964f})
             for (const float z : {-2.5f, 0.0f, 0.8f}) {

@@ -164,7 +164,7 @@ TEST(ScalarProductIntegral, EqualsThePapersAlgorithmCorrected) {
         }
 }
 
-TEST(ScalarProductIntegral, OfThePaperToTheLetterForgetsTreesThatEndedAbove) {
+TEST(ScalarProductIntegral, AsPrintedForgetsTreesThatEndedAbove) {
     // f ends on the root. g and h continue for two levels, on which f's mean of a quadrant must stay a
     // factor.
     Quadtree f{2.0f, {{{0.5f, 0, 0}, 0}}};

@@ -15,7 +15,7 @@ SceneEntities spheres(int segments, std::size_t instances) {
     return entities;
 }
 
-TEST(SceneBake, ARefinementMayHaveHalfAsManyVerticesAgainAsTheModels) {
+TEST(SceneBake, ARefinementMayHaveOneAndAHalfTimesTheVerticesOfTheModels) {
     EXPECT_EQ(usual_vertex_budget(spheres(8, 2)), RefinementSettings().vertex_budget);
     const SceneEntities fine = spheres(240, 3);
     const std::size_t own = 3 * visible_surface(fine.entities[0]->mesh).positions.size();

@@ -64,7 +64,7 @@ std::array<double, 2> place_in_picture(const Camera& camera, const Vec3f& point)
     return {ray.dot(right) / depth / half_width, ray.dot(up) / depth / half_height};
 }
 
-TEST_F(SceneCamera, FillsNineTenthsOfThePictureWithWhatCounts) {
+TEST_F(SceneCamera, CountedObjectsFillNineTenthsOfThePicture) {
     add_box({-0.2f, 0, -0.3f}, {0.2f, 1.1f, 0.4f});
     add_box({-0.5f, -0.5f, -0.5f}, {0.5f, 0.5f, 0.5f}, {{2, 0.7f, -1}, 0.6f, rotation_about({1, 2, 3}, 1)});
     add_box({100, 20, -50}, {101, 20.5f, -49}, {{-98, -19, 50}, 1});
@@ -133,7 +133,7 @@ TEST_F(SceneCamera, IsLeftWhereTheAuthorPutIt) {
     EXPECT_EQ(found().target, scene.camera.target);
 }
 
-TEST_F(SceneCamera, SaysWhichInstancesItIsInside) {
+TEST_F(SceneCamera, WarnsOfInstancesThatContainIt) {
     add_box({-1, -1, -1}, {1, 1, 1}, {{3, 0, 0}, 2, rotation_about({0, 1, 0}, 0.5)});
     add_box({-1, -1, -1}, {1, 1, 1});
     scene.camera.target = {0, 0, 0};
@@ -151,7 +151,7 @@ TEST_F(SceneCamera, SaysWhichInstancesItIsInside) {
     EXPECT_EQ(troubles(), std::vector<std::string>{});
 }
 
-TEST_F(SceneCamera, SaysWhichInstancesAreSmallerThanAPixel) {
+TEST_F(SceneCamera, WarnsOfInstancesThatAreSmallerThanAPixel) {
     add_box({-1, -1, -1}, {1, 1, 1});
     scene.camera.position = {0, 0, 6};
     scene.camera.target = {0, 0, 0};
@@ -163,7 +163,7 @@ TEST_F(SceneCamera, SaysWhichInstancesAreSmallerThanAPixel) {
                               "smaller than a pixel in the picture: \"box_2\"; is a scale applied twice?"}));
 }
 
-TEST_F(SceneCamera, SaysThatItSeesNothing) {
+TEST_F(SceneCamera, WarnsIfNothingIsVisible) {
     add_box({-50, -1, -50}, {50, 0, 50});
     const std::vector<std::string> nothing{"no object is in the picture"};
     scene.camera.position = {0, 2, 0};

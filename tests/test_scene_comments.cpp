@@ -7,7 +7,7 @@
 namespace haarfield {
 namespace {
 
-TEST(SceneComments, ThoseOnTopAreToldFromOthers) {
+TEST(SceneComments, ThoseAtTheTopAreDistinguishedFromOthers) {
     struct Case {
         const char *text, *on_top;
         bool has_others;
@@ -29,7 +29,7 @@ TEST(SceneComments, ThoseOnTopAreToldFromOthers) {
     }
 }
 
-TEST(SceneComments, WhatIsQuotedIsNone) {
+TEST(SceneComments, QuotedTextIsNone) {
     for (const char* text :
          {R"(mesh = "a#b")", R"(mesh = 'a#b')", R"(mesh = "a\"#b")", R"("a#b" = 1)", R"(a = ["'#", '"#'])"})
         EXPECT_FALSE(scene_comments(text).has_others) << text;

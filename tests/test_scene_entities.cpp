@@ -87,7 +87,7 @@ TEST_F(SceneEntitiesTest, WarnsOfOpenEdgesUnlessTheMeshIsFlat) {
     EXPECT_NE(warnings("0 0.01 3").find("4 open edges in its only piece"), std::string::npos);
 }
 
-TEST_F(SceneEntitiesTest, MakesAFieldOfAnotherMeshBesideAndKeepsBoth) {
+TEST_F(SceneEntitiesTest, DifferentMeshesHaveSeparateFields) {
     const auto first = prepare_scene_entities(scene, options);
     ASSERT_TRUE(first);
     write_box(2.0f);
@@ -112,7 +112,7 @@ TEST_F(SceneEntitiesTest, MakesAMeshUnderTwoNamesOnce) {
     EXPECT_EQ(renamed->entities[0]->name, "crate");
 }
 
-TEST_F(SceneEntitiesTest, AnotherNumberOfVerticesMakesNoOtherThanLocalSamples) {
+TEST_F(SceneEntitiesTest, AnotherNumberOfVerticesRecomputesLocalSamplesOnly) {
     ASSERT_TRUE(prepare_scene_entities(scene, options));
     scene.entities[0].fine_vertices = 200;
     const auto finer = prepare_scene_entities(scene, options);
@@ -131,7 +131,7 @@ TEST_F(SceneEntitiesTest, AnotherNumberOfVerticesMakesNoOtherThanLocalSamples) {
     EXPECT_TRUE(bytes(finer->entities[0]->field_file) == bytes(alone->entities[0]->field_file));
 }
 
-TEST_F(SceneEntitiesTest, RemakesADamagedFieldAndSaysWhy) {
+TEST_F(SceneEntitiesTest, RecomputesADamagedFieldAndReportsWhy) {
     const auto made = prepare_scene_entities(scene, options);
     ASSERT_TRUE(made);
     std::filesystem::resize_file(made->entities[0]->field_file, 1000);
@@ -184,7 +184,7 @@ TEST_F(SceneEntitiesTest, AFolderWhereNothingCanBeWrittenIsAnErrorBeforeTheWork)
     EXPECT_FALSE(worked);
 }
 
-TEST_F(SceneEntitiesTest, RemovesWhatAKilledRunLeft) {
+TEST_F(SceneEntitiesTest, RemovesFilesOfAKilledRun) {
     std::filesystem::create_directory(options.fields_folder);
     const std::string own = process_name(), ended = own.substr(0, own.find('-')) + "-1-1";
     std::ofstream(options.fields_folder / ("gone.vdb." + ended + ".0.tmp")) << "half";
@@ -212,7 +212,7 @@ Shape stretched(double x, double y, double z) {
     return placed_shape({Vec3d(x, 0, 0), Vec3d(0, y, 0), Vec3d(0, 0, z)})->shape;
 }
 
-TEST_F(SceneEntitiesTest, EachShapeOfAnEntityHasAFieldOfItsOwn) {
+TEST_F(SceneEntitiesTest, EachShapeOfAnEntityHasASeparateField) {
     const Shape flat = stretched(2, 0.5, 1), mirrored = stretched(-1, 1, 1);
     Shape nearly_flat = flat;
     nearly_flat.row[0].y = 1e-6;
@@ -239,7 +239,7 @@ TEST_F(SceneEntitiesTest, EachShapeOfAnEntityHasAFieldOfItsOwn) {
     for (const auto& entity : second->entities) EXPECT_TRUE(entity->reused) << entity->name;
 }
 
-TEST_F(SceneEntitiesTest, SaysOfAMeshOnceWhatWasFound) {
+TEST_F(SceneEntitiesTest, ReportsFindingsOfAMeshOnce) {
     for (const Shape& shape : {stretched(2, 0.5, 1), stretched(-1, 1, 1)})
         scene.instances.push_back({"box", 0, {}, shape});
     options.fields = false;
@@ -249,7 +249,7 @@ TEST_F(SceneEntitiesTest, SaysOfAMeshOnceWhatWasFound) {
     EXPECT_EQ(entities->warnings.size(), 1u) << "6 n-gons triangulated";
 }
 
-TEST_F(SceneEntitiesTest, WhatRoundingFlattensIsLeftOut) {
+TEST_F(SceneEntitiesTest, TrianglesFlattenedByRoundingAreOmitted) {
     // A small step in the middle of a face, which an oblique scale flattens to a single point.
     std::ofstream(folder / "box.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1.00001 0.00001 0\n"
                                          "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 5\nf 5 3 4\nf 2 5 4\n";
@@ -268,7 +268,7 @@ TEST_F(SceneEntitiesTest, WhatRoundingFlattensIsLeftOut) {
     EXPECT_EQ(mesh.findings.boundary_edges, 0u);
 }
 
-TEST_F(SceneEntitiesTest, WhatAnImageCutsOutBlocksNoLight) {
+TEST_F(SceneEntitiesTest, CutOutAreasBlockNoLight) {
     Texture texture = random_texture(16, 16, true);
     const auto write_hole = [&](int texels) {
         for (std::size_t i = 0; i < 256; ++i)

@@ -110,7 +110,7 @@ TEST_F(SceneImportTest, WritesKeyframesAsTheyAre) {
     EXPECT_NEAR(again.keyframes[1].rotate->y, 0.5, 1e-6);
 }
 
-TEST_F(SceneImportTest, WhatStandsStillIsOneEntity) {
+TEST_F(SceneImportTest, UntransformedPartsAreOneEntity) {
     const std::filesystem::path file = written("pair.obj", two_objects);
     const Result<ImportedScene> result = imported(file);
     ASSERT_TRUE(result) << result.error().message();

@@ -165,7 +165,7 @@ TEST_F(SceneReader, GivesEveryInstanceItsOwnName) {
     EXPECT_EQ(scene->instances[3].name, "chair_1");
 }
 
-TEST_F(SceneReader, TakesNamesOfInstancesAndLeavesThemToNoOther) {
+TEST_F(SceneReader, NamesOfInstancesInTheFileAreReserved) {
     std::string text = valid_scene;
     text +=
         "name = \"left chair\"\n[[instances]]\nentity = \"chair\"\n[[instances]]\nentity = \"chair\"\n"
@@ -180,7 +180,7 @@ TEST_F(SceneReader, TakesNamesOfInstancesAndLeavesThemToNoOther) {
     EXPECT_EQ(scene->instances[2].entity, 1u);
 }
 
-TEST_F(SceneReader, RefusesNamesThatInstancesCanNotHave) {
+TEST_F(SceneReader, RefusesInvalidNamesOfInstances) {
     constexpr const char* second = "[[instances]]\nentity = \"chair\"\n[[instances]]";
     const auto named = [&](const std::string& first, const std::string& name) {
         return message_with(
@@ -197,7 +197,7 @@ TEST_F(SceneReader, RefusesNamesThatInstancesCanNotHave) {
     EXPECT_EQ(named("", "3"), "room.toml:44:8: instances[1].name is 3; expected a string");
 }
 
-TEST_F(SceneReader, ReadsKeyframesAndRefusesWhatCanNotBe) {
+TEST_F(SceneReader, ReadsKeyframesAndRefusesInvalidOnes) {
     const std::string first = "[[keyframes]]\ntime = 1\ninstance = \"chair_2\"\ntranslate = [1, 2, 3]\n",
                       second = "[[keyframes]]\ntime = 2.5\ninstance = \"chair_2\"\nrotate = [0, 720, 90]\n",
                       third = "[[keyframes]]\ntime = 3\ninstance = \"chair_2\"\nscale = 0.5\n";
@@ -247,7 +247,7 @@ TEST_F(SceneReader, ReadsKeyframesAndRefusesWhatCanNotBe) {
               "room.toml:1:14: keyframes[0] is not a table; expected [[keyframes]]");
 }
 
-TEST_F(SceneReader, NeedsSomethingThatShedsLight) {
+TEST_F(SceneReader, RequiresALight) {
     std::string text = valid_scene;
     const std::size_t begin = text.find("[environment]"), end = text.find("[materials.lacquer]");
     text.erase(begin, end - begin);
@@ -366,7 +366,7 @@ TEST_F(SceneReader, ReadsFinishesAsPovrayMeansThem) {
     EXPECT_EQ(shiny.metallic, 0);
 }
 
-TEST_F(SceneReader, SaysWhereWhatWasFoundAndWhatWasWanted) {
+TEST_F(SceneReader, ErrorsNameThePlaceTheFoundAndTheExpectedValue) {
     EXPECT_EQ(message_with("vertical_fov = 35.0", "vertical_fov = 190"),
               "room.toml:4:16: camera.vertical_fov is 190; expected [0.01, 179]");
     EXPECT_EQ(message_with("vertical_fov", "fov"),
@@ -376,7 +376,7 @@ TEST_F(SceneReader, SaysWhereWhatWasFoundAndWhatWasWanted) {
               "room.toml:43:10: instances[1].entity is \"stool\"; there is no such entity");
 }
 
-TEST_F(SceneReader, RefusesWhatIsWrong) {
+TEST_F(SceneReader, RefusesInvalidScenes) {
     constexpr const char* cloth = "diffuse = [1, 0, 0.5]";
     constexpr const char* place = "translate = [0.0, -1, 0.5]\nscale = 2\nrotate = [0, 90, 0]";
     struct Case {
@@ -548,7 +548,7 @@ TEST_F(SceneReader, RefusesNumbersThatAreNotFiniteForEveryKey) {
     EXPECT_GE(numbers, 24);
 }
 
-TEST_F(SceneReader, RefusesFilesThatAreNone) {
+TEST_F(SceneReader, RefusesMissingAndIrregularFiles) {
     EXPECT_FALSE(read_scene(folder_ / "missing.toml"));
     EXPECT_FALSE(read_scene(folder_));
     EXPECT_FALSE(read_scene(""));

@@ -68,7 +68,7 @@ TEST(Shape, WithItsPlacementIsTheMap) {
         }
 }
 
-TEST(Shape, IsTheSameHoweverTheStretchedIsTurnedAndMagnified) {
+TEST(Shape, DoesNotDependOnSubsequentRotationAndScale) {
     std::mt19937 random(2);
     for (const double least : {0.7, 0.1, 2e-4})
         for (int trial = 0; trial < 200; ++trial) {
@@ -85,7 +85,7 @@ TEST(Shape, IsTheSameHoweverTheStretchedIsTurnedAndMagnified) {
         }
 }
 
-TEST(Shape, IsNoneWhereAllAxesAreStretchedAlike) {
+TEST(Shape, IsTheIdentityForUniformScale) {
     for (const double scale : {1e-6, 0.1, 1.0 / 3, 0.7, 1.0, 2.0, 123.456, 1e6}) {
         const Result<PlacedShape> parts = placed_shape(diagonal(scale, scale, scale));
         ASSERT_TRUE(parts) << parts.error().message();
@@ -106,7 +106,7 @@ TEST(Shape, IsNoneWhereAllAxesAreStretchedAlike) {
     }
 }
 
-TEST(Shape, OfAllThatMirrorAndStretchAlikeIsOne) {
+TEST(Shape, IsTheSameForAllMirrorsWithUniformScale) {
     std::mt19937 random(4);
     for (int trial = 0; trial < 200; ++trial) {
         const Rows mirrored = product(
@@ -117,7 +117,7 @@ TEST(Shape, OfAllThatMirrorAndStretchAlikeIsOne) {
     EXPECT_EQ(placed_shape(diagonal(-3, -3, -3))->shape.row, diagonal(-1, 1, 1));
 }
 
-TEST(Shape, FactorsAreTheirRatiosToTheLargest) {
+TEST(Shape, FactorsAreRelativeToTheLargest) {
     for (const double x : {2.0, -2.0})
         for (const double y : {0.5, -0.5})
             for (const double z : {1.0, -1.0}) {
@@ -137,7 +137,7 @@ TEST(Shape, NamesDifferAsShapesDo) {
         EXPECT_NE(shape_name(placed_shape(other)->shape), name);
 }
 
-TEST(Shape, RefusesWhatFlattensAndWhatIsNoNumber) {
+TEST(Shape, RefusesSingularMapsAndNan) {
     const Rows singular{Vec3d(1, 2, 3), Vec3d(2, 4, 6), Vec3d(1, 0, 0)};
     for (const Rows& bad : {singular, diagonal(0, 0, 0), diagonal(1, 0.9e-4, 1), diagonal(1.1e6, 1, 1e3),
                             diagonal(1e-3, 1e-3, 0.9e-6), diagonal(NAN, 1, 1), diagonal(INFINITY, 1, 1)}) {
@@ -150,7 +150,7 @@ TEST(Shape, RefusesWhatFlattensAndWhatIsNoNumber) {
     EXPECT_TRUE(placed_shape(diagonal(1, 1.01e-4, -1)));
 }
 
-TEST(Shape, LeavesAMeshThatItIsNotThere) {
+TEST(Shape, TheIdentityLeavesAMeshUnchanged) {
     const Mesh mesh = sphere_mesh({0.1f, 0.2f, 0.3f}, 1, 6), same = shaped_mesh(mesh, Shape());
     EXPECT_EQ(same.positions, mesh.positions);
     EXPECT_EQ(same.normals, mesh.normals);

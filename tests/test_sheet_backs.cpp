@@ -40,7 +40,7 @@ TEST(SheetBacks, AnUprightSheetHasOneAtTheSamePlace) {
     for (const auto& t : backs.triangles) EXPECT_EQ(facing(backs, t), Vec3f(0, 0, -1));
 }
 
-TEST(SheetBacks, AFloorHasNoneAndWhatHangsOverTheGroundHas) {
+TEST(SheetBacks, FloorsHaveNoneAndSheetsAboveTheGroundHaveOne) {
     EXPECT_TRUE(seen_backs(square_mesh(2, 0, 4)).triangles.empty());
     const Mesh awning = joined_meshes(square_mesh(2, 1.5f, 2), box_mesh({0.9f, 0, 0.9f}, {1, 1.4f, 1}));
     const Mesh backs = seen_backs(awning);
@@ -53,12 +53,12 @@ TEST(SheetBacks, SolidsHaveNone) {
     EXPECT_TRUE(seen_backs(sphere_mesh({0, 1, 0}, 1, 12)).triangles.empty());
 }
 
-TEST(SheetBacks, OnlyWhatCanBeSeenOfAnInsideHasOne) {
+TEST(SheetBacks, OnlyVisibleAreasOfAnInsideHaveOne) {
     EXPECT_TRUE(seen_backs(open_box({0, -1, 0})).triangles.empty()) << "stands on its open side";
     EXPECT_EQ(seen_backs(open_box({0, 1, 0})).triangles.size(), 160u) << "the five inner sides";
 }
 
-TEST(SheetBacks, WhatIsSeenThroughHolesHasOne) {
+TEST(SheetBacks, AreasVisibleThroughHolesHaveOne) {
     const Mesh box = open_box({0, -1, 0});
     Mesh blocking = box;
     std::erase_if(blocking.triangles, [&](const auto& t) { return facing(box, t).x > 0.9f; });
@@ -82,14 +82,14 @@ TEST(SheetBacks, AWallOppositeASmallWindowHasThemEverywhere) {
     EXPECT_EQ(opposite, 512u);
 }
 
-TEST(SheetBacks, WhatIsModelledFromBothSidesGetsNoThird) {
+TEST(SheetBacks, SheetsModelledFromBothSidesGetNone) {
     Mesh back = upright_square_mesh(1, 2);
     for (auto& t : back.triangles) std::swap(t[1], t[2]);
     for (Vec3f& normal : back.normals) normal = -normal;
     EXPECT_TRUE(seen_backs(joined_meshes(upright_square_mesh(1, 3), back)).triangles.empty());
 }
 
-TEST(SheetBacks, ArePartedFromTheirFrontsWhenASheetIsPrepared) {
+TEST(SheetBacks, AreSeparatedFromTheirFrontsInPreparation) {
     ImportedMesh sheet;
     sheet.mesh = upright_square_mesh(1);
     const PreparedMesh ready = *prepare_mesh(std::move(sheet), {400, 0});

@@ -61,7 +61,7 @@ TEST(Sky, IsFiniteAndNowhereNegative) {
                 }
 }
 
-TEST(Sky, HasItsSunWhereItIsAskedFor) {
+TEST(Sky, HasItsSunInTheGivenDirection) {
     for (const double elevation : {5.0, 40.0, 80.0})
         for (const double azimuth : {0.0, 1.0, 2.5, -2.0}) {
             AnalyticSky sky = sky_at(elevation);
@@ -78,7 +78,7 @@ TEST(Sky, HasItsSunWhereItIsAskedFor) {
         }
 }
 
-TEST(Sky, ShedsTheSameSunWhateverItsSizeAndTheResolution) {
+TEST(Sky, HasTheSameSunlightForAnySizeOfTheSunAndAnyResolution) {
     // The irradiance of the image, including the sun, relative to the luminance of a pixel of the sky.
     const auto relative_irradiance = [](float radius, int width) {
         AnalyticSky sky = sky_at(40);

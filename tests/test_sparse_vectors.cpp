@@ -214,7 +214,7 @@ TEST(ProductPruning, OfNothingIsEmpty) {
     EXPECT_EQ(pruning.integral(), Rgb(0.0f));
 }
 
-TEST(SparseVectors, KeepWhatTheyAreGivenToHalfPrecision) {
+TEST(SparseVectors, StoreCoefficientsInHalfPrecision) {
     for (const int size : {16, 64, 128}) {  // for 128: two pages
         SparseVectors vectors(size, 1);
         CoefficientSum sum(size);

@@ -8,7 +8,7 @@
 namespace haarfield {
 namespace {
 
-TEST(Surface, TakesPhongAsPovraysSpecular) {
+TEST(Surface, ConvertsPhongToPovraysSpecular) {
     MeshMaterial file;
     file.model = MeshMaterial::Model::phong;
     file.diffuse = Rgb(0.1f, 0.2f, 0.3f);
@@ -51,7 +51,7 @@ TEST(Surface, MetalsReflectTheirBaseColour) {
     EXPECT_EQ(surface_of(file).material.specular, Rgb(0.0f));
 }
 
-TEST(Surface, NothingSaidIsTheDefault) {
+TEST(Surface, UnspecifiedMaterialsHaveTheDefaults) {
     EXPECT_EQ(surface_of({}).material.diffuse, Material().diffuse);
     MeshMaterial coloured;
     coloured.model = MeshMaterial::Model::by_colour;
@@ -59,7 +59,7 @@ TEST(Surface, NothingSaidIsTheDefault) {
     EXPECT_EQ(surface_of(coloured).material.diffuse, Rgb(1.0f));
 }
 
-TEST(Surface, SeenRadianceIsPartedWhereTexturesAre) {
+TEST(Surface, LayeredRadianceIsSplitWhereTexturesAre) {
     Mesh mesh = square_mesh(1, 0, 1);
     mesh.material_names = {"plain", "image", "metal", "coloured"};
     ASSERT_EQ(mesh.positions.size(), 4u);

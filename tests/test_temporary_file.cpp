@@ -24,7 +24,7 @@ Result<Done> write_whole(const path& target, std::string_view text) {
     return temporary->replace_target(text);
 }
 
-TEST(TemporaryFile, TakesTheTargetsPlaceWholeOrNotAtAll) {
+TEST(TemporaryFile, ReplacesTheTargetCompletelyOrNotAtAll) {
     const TestFolder folder;
     ASSERT_TRUE(write_whole(folder / "target", "first"));
     {
@@ -85,7 +85,7 @@ void leave_behind(const path& target) {
     ASSERT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL);
 }
 
-TEST(TemporaryFile, WhatAKilledProcessLeftIsRemovedAndNothingElse) {
+TEST(TemporaryFile, OnlyFilesOfKilledProcessesAreRemoved) {
     const TestFolder folder;
     leave_behind(folder / "target");
     ASSERT_EQ(folder.files().size(), 1u);
@@ -111,7 +111,7 @@ TEST(TemporaryFile, WhatAKilledProcessLeftIsRemovedAndNothingElse) {
     remove_abandoned_files(folder / "missing");
 }
 
-TEST(ProcessName, TellsTheLivingFromTheDead) {
+TEST(ProcessName, DistinguishesRunningFromEndedProcesses) {
     const std::string own = process_name();
     EXPECT_EQ(process_name(), own);
     EXPECT_EQ(process_liveness(own), Liveness::alive);

@@ -147,7 +147,7 @@ TEST_F(TexturedGlb, WritesAnewWhatIsNoFilesOwnImage) {
 }
 
 /// Alpha that was thresholded differs from the file's.
-TEST_F(TexturedGlb, AnImageOfWhichSomethingWasChangedHasNoBytes) {
+TEST_F(TexturedGlb, ChangedImagesHaveNoFileBytes) {
     Texture soft = random_texture(6, 6, true);
     for (std::size_t i = 0; i < soft.texels.size(); ++i) soft.texels[i][3] = std::uint8_t(7 * i);
     write_png(soft, folder / "soft.png");
@@ -158,7 +158,7 @@ TEST_F(TexturedGlb, AnImageOfWhichSomethingWasChangedHasNoBytes) {
 }
 
 /// The specular term is part of the factor of the image, so that the mean is preserved.
-TEST_F(TexturedGlb, HighlightsKeepTheirStrengthWhereTheImageIsEven) {
+TEST_F(TexturedGlb, SpecularLightKeepsItsStrengthOnUniformImages) {
     Texture grey = random_texture(4, 4);
     for (auto& texel : grey.texels) texel = {188, 100, 10, 255};  // 0.5, 0.127 and 0.003
     surfaces[0].texture = std::make_shared<const Texture>(grey);

@@ -88,7 +88,7 @@ TEST_F(TexturedMesh, PovrayMultipliesTheImageWithTheLight) {
 }
 
 /// As used for meshes of more than a million vertices.
-TEST_F(TexturedMesh, PovrayMultipliesTheImageWithLightThatLiesInOne) {
+TEST_F(TexturedMesh, PovrayMultipliesTheImageWithLightStoredInAnImage) {
     const std::vector<Rgb> under = light.of(mesh, 1), over = light.of(mesh, 0.2f);
     for (const bool has_image : {false, true})
         for (const bool shines : {false, true}) {
@@ -125,7 +125,7 @@ TEST_F(TexturedMesh, PovrayMultipliesTheImageWithLightThatLiesInOne) {
         }
 }
 
-TEST_F(TexturedMesh, LightLiesInImagesWhereSixteenBitsTellThePlaceInTheImage) {
+TEST_F(TexturedMesh, LightIsStoredInImagesWhereSixteenBitsSuffice) {
     Mesh wide = mesh;
     for (Vec2f& uv : wide.uvs) uv *= 2000;
     const std::vector<Rgb> under = light.of(mesh, 1);
@@ -211,7 +211,7 @@ TEST_F(TexturedMesh, WhereTheImageIsNotOpaqueThereIsNoSurface) {
 }
 
 /// Also behind a sheet whose sides are closer to each other than POV-Ray can distinguish.
-TEST_F(TexturedMesh, WhatIsBehindTheHolesOfASheetIsSeen) {
+TEST_F(TexturedMesh, SurfacesBehindTheHolesOfASheetAreVisible) {
     Texture holed = random_texture(4, 4, true);
     for (std::size_t i = 0; i < holed.texels.size(); ++i) holed.texels[i][3] = i % 4 < 2 ? 255 : 0;
     surfaces[0].texture = std::make_shared<const Texture>(holed);
@@ -281,7 +281,7 @@ TEST_F(TexturedMesh, TheReferenceShowsImageColoursAndEmission) {
 }
 
 /// The picture of a metal is that of its specular term without an image, multiplied by a tint at each pixel.
-TEST_F(TexturedMesh, TheReferenceTintsTheHighlightsOfMetalsByImages) {
+TEST_F(TexturedMesh, TheReferenceTintsTheSpecularLobesOfMetalsByImages) {
     Mesh coloured = mesh;
     for (const Vec3f& p : mesh.positions) coloured.colours.emplace_back(0.5f + 0.4f * p.x, 1.0f, 0.7f);
     const auto rendered = [&](const Surface& surface) {
@@ -357,7 +357,7 @@ TEST_F(TexturedMesh, TheReferenceHasTheHolesOfItsImages) {
 }
 
 /// Holes have no specular reflection either, unlike glass.
-TEST_F(TexturedMesh, TheReferenceHasNoHighlightsInHoles) {
+TEST_F(TexturedMesh, TheReferenceHasNoSpecularLightInHoles) {
     Texture holed = random_texture(4, 4, true);
     holed.texels[5][3] = 0;
     Texture whole = holed;

@@ -57,7 +57,7 @@ Scene box_on_a_floor(const TestFolder& folder) {
     return *read_scene(folder / "room.toml");
 }
 
-TEST(ThreadCount, IsWhatWasAskedForInEveryComputation) {
+TEST(ThreadCount, IsRespectedByEveryComputation) {
     const TestFolder folder;
     const Scene scene = box_on_a_floor(folder);
     with_threads(wanted_threads, [&] {
@@ -118,7 +118,7 @@ SceneColours radiance_of_equal_surfaces() {
     return total(*scene_radiance(example.scene, settings));
 }
 
-TEST(ThreadCount, ChangesNoBitWhereSurfacesCoincide) {
+TEST(ThreadCount, ChangesNothingWhereSurfacesCoincide) {
     const SceneColours wanted = with_threads(1, radiance_of_equal_surfaces);
     for (const std::size_t threads : {2u, 8u})
         EXPECT_TRUE(with_threads(threads, radiance_of_equal_surfaces) == wanted) << threads;

@@ -76,7 +76,7 @@ void expect_near(const SceneColours& found, const SceneColours& wanted, float to
     EXPECT_GT(count, 300u);
 }
 
-TEST(TurnedInstances, TheOracleSeesThemAsTurnedMeshes) {
+TEST(TurnedInstances, EqualRotatedMeshesForTheOracle) {
     expect_near(scenes().turned.dense(), scenes().plain.dense(), 1e-3f);
 }
 
@@ -107,7 +107,7 @@ TEST(TurnedInstances, PointsAreShadedAsVertices) {
         EXPECT_LT((found[k] - of_vertices[k]).length(), 3e-3f) << points[k].instance;
 }
 
-TEST(TurnedInstances, FramesFollowWhatVaries) {
+TEST(TurnedInstances, FramesFollowEachVariableInput) {
     RelightSession session(scenes().turned.scene, settings(2), {0.003f});
     const auto expect_frame_as_commit = [&](const char* what, double tolerance) {
         ASSERT_TRUE(session.frame()) << what;

@@ -79,7 +79,7 @@ TEST(TurnedLight, KeepsEnergyAndPlaceOfASmallSun) {
     }
 }
 
-TEST(TurnedLight, PartsWithWhatIsBrightAndWithNothingElse) {
+TEST(TurnedLight, SeparatesOnlyBrightTexels) {
     EXPECT_TRUE(turnable_light(environment([](const Vec3d& d) { return 1 + d.y; }), 16).bright.empty());
     const LatLongImage spots = environment([](const Vec3d& d) {
         return std::sin(40 * d.x) * std::sin(40 * d.y) * std::sin(40 * d.z) > 0.5 ? 5.0 : 0.1;

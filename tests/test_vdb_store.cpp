@@ -73,7 +73,7 @@ TEST(VdbStore, GridsHoldTheHandlesWhereTheHeaderSays) {
     }
 }
 
-TEST(VdbStore, EveryGridTellsItsVersionItsSchemaAndItsHash) {
+TEST(VdbStore, EveryGridHasItsVersionSchemaAndHash) {
     const VdbFile file = *vdb_file(example_field());
     const openvdb::GridPtrVec grids = grids_of(file);
     for (const auto& grid : grids) {

@@ -65,7 +65,7 @@ TEST(VertexShading, ConcentratedLightMeetsTheCosineThatItHas) {
     }
 }
 
-TEST(VertexShading, HighlightsEqualTheSumOverTexels) {
+TEST(VertexShading, SpecularLobesEqualTheSumOverTexels) {
     std::mt19937 random(2);
     const VertexExample example(7);
     for (const float shininess : {1.0f, 5.0f, 30.0f, 60.0f, 200.0f, 1000.0f})
@@ -85,7 +85,7 @@ TEST(VertexShading, HighlightsEqualTheSumOverTexels) {
 }
 
 /// Relative to the reflected radiance if the eye is above the surface.
-TEST(VertexShading, BlinnHighlightsEqualTheSumOverTexels) {
+TEST(VertexShading, BlinnLobesEqualTheSumOverTexels) {
     std::mt19937 random(12);
     const VertexExample example(7);
     for (const float exponent : {1.0f, 5.0f, 20.0f, 60.0f, 200.0f, 1000.0f, 2000.0f})
@@ -104,7 +104,7 @@ TEST(VertexShading, BlinnHighlightsEqualTheSumOverTexels) {
         }
 }
 
-TEST(VertexShading, MetallicHighlightsEqualTheSumOverTexels) {
+TEST(VertexShading, MetallicLobesEqualTheSumOverTexels) {
     std::mt19937 random(13);
     const VertexExample example(7);
     for (const float exponent : {2.0f, 30.0f, 300.0f})
@@ -145,7 +145,7 @@ TEST(VertexShading, BlockedConesAreExact) {
     }
 }
 
-TEST(VertexShading, NothingIsSeenFromUnderACover) {
+TEST(VertexShading, AVertexUnderACoverIsBlack) {
     const VertexExample example(4);
     BlockedConeList cones;
     add_cones(convex_polygons(make_occluder(square_mesh(1000, 1e-3f))), Vec3f(0.0f), cones);
@@ -223,7 +223,7 @@ std::map<std::uint32_t, Vec3d> coefficients_of(const std::vector<WaveletBlock<3>
     return result;
 }
 
-TEST(RadianceIntegrand, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
+TEST(RadianceIntegrand, BlurredDetailIsWithinItsBoundAndKeepsItsMeans) {
     constexpr CoefficientSpectrum spectrum{1, 0.8f, 0.6f, 0.3f, 0.2f, 0.1f, 0.05f};
     std::mt19937 random(9);
     WalkMemory<std::uint8_t> memory;
@@ -273,7 +273,7 @@ TEST(RadianceIntegrand, WhatIsBlurredIsWithinItsBoundAndKeepsItsMeans) {
 }
 
 /// If only one channel of the light varies, the bound is exact.
-TEST(RadianceIntegrand, TheBoundOfWhatIsBlurredIsTightForLightAlone) {
+TEST(RadianceIntegrand, TheBoundOfBlurredDetailIsTightForLightAlone) {
     RgbCubemapTree tree;
     for (std::uint32_t face = 0; face < cubemap_faces; ++face) {
         std::vector<Rgb> texels;
@@ -306,7 +306,7 @@ TEST(RadianceIntegrand, TheBoundOfWhatIsBlurredIsTightForLightAlone) {
     EXPECT_LE(bound, missing * 1.3);
 }
 
-TEST(SpecularIntegrand, ComesWithTheRadianceOfTheRest) {
+TEST(SpecularIntegrand, ComesWithTheDiffuseRadiance) {
     constexpr CoefficientSpectrum spectrum{1, 0.8f, 0.6f, 0.3f, 0.2f, 0.1f, 0.05f};
     const DetailWeights coarse = detail_weights(spectrum, 1e-6);
     std::mt19937 random(11);

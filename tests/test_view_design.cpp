@@ -16,7 +16,7 @@ Design room() {
     return design;
 }
 
-TEST(ViewDesign, StepsAreTakenBackAndDoneAgain) {
+TEST(ViewDesign, EditsAreUndoneAndRedone) {
     History history(room());
     EXPECT_FALSE(history.undo());
     ASSERT_TRUE(bool(history.make(PlaceObject{2, {{1, 0, 0}, 1, {}}}, 0)));
@@ -103,7 +103,7 @@ TEST(ViewDesign, CopiesHaveNamesAndIdsOfTheirOwn) {
     EXPECT_EQ(history.now().ids.back(), 4u);
 }
 
-TEST(ViewDesign, WhatIsDeletedTakesItsKeyframesAlong) {
+TEST(ViewDesign, DeletedObjectsLoseTheirKeyframes) {
     History history(room());
     ASSERT_TRUE(bool(history.make(DeleteObject{2}, 0)));
     const Scene& scene = history.now().scene;
@@ -112,7 +112,7 @@ TEST(ViewDesign, WhatIsDeletedTakesItsKeyframesAlong) {
     EXPECT_EQ(scene.instances[scene.keyframes[0].instance].name, "chair_2");
 }
 
-TEST(ViewDesign, LampsLookLikeWhatIsLeft) {
+TEST(ViewDesign, LampsKeepTheirShapesAfterDeletions) {
     Design design = room();
     design.scene.lamps.resize(2);
     design.scene.lamps[0].looks_like = 1;
@@ -137,7 +137,7 @@ TEST(ViewDesign, EditsThatFailChangeNothing) {
     EXPECT_EQ(history.now().ids.size(), 1u);
 }
 
-TEST(ViewDesign, WhereOneLooksFromIsAStepToo) {
+TEST(ViewDesign, MovingTheCameraIsAnEdit) {
     History history(room());
     const Camera first = history.now().scene.camera;
     ASSERT_TRUE(bool(history.make(SetExposure{1.0f}, 0)));
@@ -152,7 +152,7 @@ TEST(ViewDesign, WhereOneLooksFromIsAStepToo) {
     EXPECT_EQ(history.now().scene.camera.target, Vec3f(0, 1, 0));
 }
 
-TEST(ViewDesign, GesturesOfTwoHandsAreTwoSteps) {
+TEST(ViewDesign, GesturesOfTwoPagesAreTwoSteps) {
     History history(room());
     ASSERT_TRUE(bool(history.make(SetExposure{1.0f}, 1)));
     history.end_gesture();

@@ -18,7 +18,7 @@ SetView look_from(const Vec3f& position) {
     return look;
 }
 
-TEST(ViewJob, GoesOnForItsOwnGesture) {
+TEST(ViewJob, ContinuesForTheSameGesture) {
     const std::optional<Vec3f> eye = Vec3f(3, 2, 1);
     for (const What what : {What::vectors, What::likely}) {
         EXPECT_FALSE(job_ends_for({what, {Of::light, 0}}, TurnLight{}, eye));
@@ -47,7 +47,7 @@ TEST(ViewJob, EndsForAnotherGesture) {
             EXPECT_TRUE(job_ends_for({what, {Of::object, 2}}, content, eye)) << int(what);
 }
 
-TEST(ViewJob, GoesOnForWhatChangesNoColours) {
+TEST(ViewJob, ContinuesIfNoColoursChange) {
     const Vec3f eye(3, 2, 1);
     for (const What what : {What::vectors, What::likely, What::shade, What::recommit, What::commit}) {
         const ViewJob job{what, {Of::object, 2}};

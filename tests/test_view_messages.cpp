@@ -9,7 +9,7 @@
 namespace haarfield {
 namespace {
 
-TEST(ViewMessages, GoodOnesAreRead) {
+TEST(ViewMessages, ValidMessagesAreRead) {
     for (const std::string& text : good_messages()) {
         const Result<Message> message = read_message(text);
         EXPECT_TRUE(bool(message)) << text << ": " << message.error().message();
@@ -23,7 +23,7 @@ TEST(ViewMessages, GoodOnesAreRead) {
     EXPECT_FALSE(content.rotate);
 }
 
-TEST(ViewMessages, BrokenOnesSayWhatWasWanted) {
+TEST(ViewMessages, ErrorsNameTheExpectedValue) {
     for (const auto& [text, what] : std::vector<std::pair<std::string, std::string>>{
              {"", "no JSON object"},
              {"[]", "no JSON object"},
@@ -77,7 +77,7 @@ TEST(ViewMessages, ErrorsNameTheMessageThatTheyAnswer) {
 }
 
 // The error names the key, cut where it is too long: here within a letter.
-TEST(ViewMessages, WhatIsWrongCanBeToldWhateverTheKey) {
+TEST(ViewMessages, ErrorsCanBeSentForAnyKey) {
     for (std::size_t letters = 0; letters < 50; ++letters) {
         const std::string key = std::string(letters, 'a') + "\xc3\xa4\xe2\x82\xac\xf0\x9f\x98\x80";
         const Result<Message> message = read_message(R"({"type":"undo",")" + key + "\":1}");

@@ -61,7 +61,7 @@ TEST(ViewSceneFile, IsAutosavedNextToTheSceneUntilItIsSaved) {
     EXPECT_TRUE(bool(file.autosave(nullptr)));
 }
 
-TEST(ViewSceneFile, ThatHasCommentsFurtherDownStaysAsItIs) {
+TEST(ViewSceneFile, WithCommentsFurtherDownIsNotChanged) {
     const std::string text = fmt::format("{}# Stands free.\n", plain_scene);
     const Opened opened(text);
     write_text(opened.folder / "room.view.toml", "another's");
@@ -93,7 +93,7 @@ TEST(ViewSceneFile, CommentsThatComeWhileItIsOpenAreNotLost) {
     EXPECT_EQ(text_of(opened.folder / "room.view.toml"), commented[1]);
 }
 
-TEST(ViewSceneFile, WritesOverNoOther) {
+TEST(ViewSceneFile, OverwritesNoOtherFile) {
     const Opened opened(plain_scene);
     write_text(opened.folder / "other.toml", plain_scene);
     SceneFile file(opened.folder / "room.toml");

@@ -143,7 +143,7 @@ std::string text_from(Socket& socket) {
     return beast::buffers_to_string(buffer.data());
 }
 
-TEST(ViewServer, AnswersWhoHasTheToken) {
+TEST(ViewServer, AnswersRequestsWithTheToken) {
     Served served;
     const auto answer = served.answer(http::verb::get, served.base() + "mesh/1%20a");
     EXPECT_EQ(answer.result_int(), 200u);
@@ -153,7 +153,7 @@ TEST(ViewServer, AnswersWhoHasTheToken) {
     EXPECT_EQ(served.answer(http::verb::post, served.base() + "lights/a.exr", "12345").body(), "a.exr 5");
 }
 
-TEST(ViewServer, RefusesWhoHasNot) {
+TEST(ViewServer, RefusesRequestsWithoutTheToken) {
     Served served;
     for (const std::string target :
          {"/", "/mesh/0", "/secre/", "/secret", "/secretx/mesh/0", "//secret/", "/Secret/"})

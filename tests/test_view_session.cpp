@@ -141,7 +141,7 @@ Result<SceneColours> baked(OpenedSession& opened, const Scene& scene) {
     return total(*radiance);
 }
 
-TEST(ViewSession, RestsAtWhatTheRendererMakes) {
+TEST(ViewSession, ShowsTheRenderersResultAtRest) {
     OpenedSession opened;
     opened.session().join(1);
     const SharedBytes frame = opened.exact();
@@ -232,7 +232,7 @@ TEST(ViewSession, BrokenAndStrangersMessagesChangeNothing) {
     EXPECT_EQ(opened.folder().files(), files);
 }
 
-TEST(ViewSession, WhatIsUndoneLooksAsBefore) {
+TEST(ViewSession, UndoRestoresTheColours) {
     OpenedSession opened;
     opened.session().join(1);
     const SharedBytes before = opened.exact();
@@ -412,7 +412,7 @@ TEST(ViewSession, ExposureDoesNotChangeLamps) {
     EXPECT_LT(largest_difference_to_bake(opened, frame, scene), 2e-3);
 }
 
-TEST(ViewSession, WhatGlowsLightsOthersAsItGlowsNow) {
+TEST(ViewSession, EditedEmittersLightOtherSurfaces) {
     OpenedSession opened;
     opened.session().join(1);
     ASSERT_TRUE(opened.exact());

@@ -262,7 +262,7 @@ std::vector<FieldPoint> field_points(const Occluder& occluder, std::uint32_t cou
     return points;
 }
 
-TEST(VisibilityRasterizer, BothPathsHaveTheSameBits) {
+TEST(VisibilityRasterizer, BothPathsAreBitIdentical) {
     std::vector<Example> all = examples();
     all.push_back({"fine sphere", sphere_mesh({0.1f, -0.2f, 0.05f}, 1, 48), true});
     all.push_back({"torus along the axes", torus_mesh(0.8f, 0.3f, 32), true});
@@ -294,7 +294,7 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBits) {
     EXPECT_GT(drawn_edges, 20 * points);
 }
 
-TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereAxesMeetEdgesAndVertices) {
+TEST(VisibilityRasterizer, BothPathsAreBitIdenticalWhereAxesMeetEdgesAndVertices) {
     // From lattice points of a box, every axis runs along edges, through vertices and within faces.
     const Occluder box = make_occluder(box_mesh({-1, -1, -1}, {1, 1, 1}, 4)),
                    sphere = make_occluder(sphere_mesh({0, 0, 0}, 1, 24));
@@ -316,7 +316,7 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereAxesMeetEdgesAndVertices
     }
 }
 
-TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereEdgesRunAlongSubColumns) {
+TEST(VisibilityRasterizer, BothPathsAreBitIdenticalWhereEdgesRunAlongSubColumns) {
     // The sides z = 1 and z = -1 of x = 1, and lines between them, exactly at the u of sub-columns of face
     // -x.
     const Occluder box = make_occluder(box_mesh({-1, -1, -1}, {1, 1, 1}, 4));
@@ -329,7 +329,7 @@ TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsWhereEdgesRunAlongSubColumns)
     }
 }
 
-TEST(VisibilityRasterizer, BothPathsHaveTheSameBitsInThePlaneOfASide) {
+TEST(VisibilityRasterizer, BothPathsAreBitIdenticalInThePlaneOfASide) {
     // The upper side appears as the line v = 77/512 of faces +z and -z, exactly on samples. Rounding makes
     // some of its triangles front-facing and others back-facing, and flips some images.
     constexpr float slope = 77 / 512.0f;
@@ -415,7 +415,7 @@ TEST(VisibilityRasterizer, ANeedleThatClosesASurfaceLeavesNoLeak) {
             << point;
 }
 
-TEST(VisibilityRasterizer, FromAVertexAnEdgeOrTheSurfaceWhatLiesBehindTheOtherSideIsRight) {
+TEST(VisibilityRasterizer, FromASurfaceTheOppositeHalfSpaceIsRight) {
     constexpr int size = 32;
     VisibilityRasterizer rasterizer(size);
     const Occluder box = make_occluder(box_mesh({-1, -1, -1}, {1, 1, 1}, 4));
@@ -447,7 +447,7 @@ TEST(VisibilityRasterizer, SpeckFromAfarAndWallFromNear) {
     EXPECT_EQ(std::count(open.begin() + 2 * 64 * 64, open.begin() + 3 * 64 * 64, 8), 64 * 64);
 }
 
-TEST(VisibilityRasterizer, HasTheSameBitsWithEveryInstructionSet) {
+TEST(VisibilityRasterizer, IsBitIdenticalForEveryInstructionSet) {
     const std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
     for (const int size : {4, 64, 128})
         for (const Example& example : examples()) {
@@ -664,7 +664,7 @@ TEST(VisibilityRasterizer, OneSidedTrianglesAreOpenFromBehind) {
     EXPECT_EQ(std::count(open.begin(), open.end(), 8), 6 * 16 * 16);
 }
 
-TEST(VisibilityRasterizer, HorizonLeavesOutWhatLiesBelowItAndNothingElse) {
+TEST(VisibilityRasterizer, HorizonOmitsOnlyTrianglesBelowIt) {
     constexpr int size = 32;
     const Mesh mesh = joined_meshes(triangle_soup(200, 7), box_mesh({-2, -0.5f, 1.5f}, {2, 0.75f, 2}, 3));
     const Occluder occluder = make_occluder(mesh);
@@ -707,7 +707,7 @@ TEST(VisibilityRasterizer, HorizonLeavesOutWhatLiesBelowItAndNothingElse) {
     EXPECT_GT(checked, 2 * size * size);
 }
 
-TEST(VisibilityRasterizer, UsesNothingOfTheCallBefore) {
+TEST(VisibilityRasterizer, DoesNotDependOnEarlierCalls) {
     const Occluder torus = make_occluder(torus_mesh(0.8f, 0.3f, 24)),
                    square = make_occluder(square_mesh(1, 0));
     VisibilityRasterizer used(32), fresh(32);
@@ -719,7 +719,7 @@ TEST(VisibilityRasterizer, UsesNothingOfTheCallBefore) {
     EXPECT_EQ(std::count(nothing.begin(), nothing.end(), 8), 6 * 32 * 32);
 }
 
-TEST(VisibilityRasterizer, SeesPastSeveralOccludersAsPastTheirUnion) {
+TEST(VisibilityRasterizer, SeveralOccludersEqualTheirUnion) {
     const std::vector<Example> all = examples();
     VisibilityRasterizer rasterizer(32), other(32);
     for (std::size_t a = 0; a < all.size(); ++a)

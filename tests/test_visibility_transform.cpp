@@ -174,7 +174,7 @@ TEST(VisibilityTransform, DropsAllThatTheRelativeErrorOfTheCubemapAllowsAndNoMor
         }
 }
 
-TEST(VisibilityTransform, ARelativeErrorIsOneOfWhatIsOpenWhereThatIsLess) {
+TEST(VisibilityTransform, ARelativeErrorIsRelativeToTheOpenDirectionsIfTheseAreFewer) {
     // Negatives of each other lose the same wavelets.
     const int size = 32;
     for (std::uint32_t seed = 0; seed < 5; ++seed)
@@ -192,7 +192,7 @@ TEST(VisibilityTransform, ARelativeErrorIsOneOfWhatIsOpenWhereThatIsLess) {
         }
 }
 
-TEST(VisibilityTransform, WhatIsOpenBelowTheHorizonDoesNotCount) {
+TEST(VisibilityTransform, OpenDirectionsBelowTheHorizonDoNotCount) {
     // A window that is almost completely, or half, below the horizon; everything below the horizon is open.
     const int size = 32;
     const std::vector<Vec3f> directions = texel_directions(size);

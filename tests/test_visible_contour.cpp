@@ -86,7 +86,7 @@ TEST(VisibleContour, HasTheEdgesAtWhichTrianglesCountDifferently) {
     EXPECT_GT(cut, 10000u);
 }
 
-TEST(VisibleContour, LooksAtFewOfTheEdges) {
+TEST(VisibleContour, VisitsFewOfTheEdges) {
     const Occluder occluder = make_occluder(sphere_mesh({0, 0, 0}, 1, 96));
     VisibleContour contour;
     for (const Vec3f& point : {Vec3f(3, 1, 2), Vec3f(-1, -2, 0.3f), Vec3f(0.1f, 9, -0.4f)}) {

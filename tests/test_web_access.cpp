@@ -5,7 +5,7 @@
 namespace haarfield {
 namespace {
 
-TEST(WebAccess, IsForWhoKnowsTokenAndName) {
+TEST(WebAccess, RequiresTokenAndHostName) {
     const WebAccess access{"secret", "127.0.0.1", 8000, true};
     EXPECT_FALSE(refusal(access, "127.0.0.1:8000", {}, "/secret/"));
     EXPECT_FALSE(refusal(access, "localhost:8000", "http://[::1]:8000", "/secret/main.js"));

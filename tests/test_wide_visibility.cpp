@@ -41,7 +41,7 @@ struct ExampleField {
     }
 };
 
-TEST(WideVisibility, IsTheTruncatedVisibilityBroughtBackIntoItsRange) {
+TEST(WideVisibility, IsTheTruncatedVisibilityClampedToItsRange) {
     const ExampleField example(30);
     const VisibilityField& field = example.field;
     std::vector<std::uint32_t> order(field.local_handles.size());
@@ -109,7 +109,7 @@ TEST(WideVisibility, StopsWhenAsked) {
     EXPECT_EQ(result.error().what, interrupted);
 }
 
-TEST(OcclusionVectors, AreTheCoefficientsOfWhatTheSamplesHide) {
+TEST(OcclusionVectors, AreTheCoefficientsOfTheOcclusionByTheSamples) {
     const ExampleField example(30);
     const VisibilityField& field = example.field;
     std::vector<std::uint32_t> order(field.local_handles.size());

@@ -15,7 +15,7 @@
 namespace haarfield {
 namespace {
 
-TEST(WriteFile, LeavesTheWholeFileAndNothingBesideIt) {
+TEST(WriteFile, LeavesTheCompleteFileAndNoOther) {
     const TestFolder folder;
     for (const std::string& text : {std::string("a rather long text"), std::string("short"), std::string(),
                                     std::string("zero\0inside", 11), std::string(1 << 20, 'x')}) {
@@ -26,7 +26,7 @@ TEST(WriteFile, LeavesTheWholeFileAndNothingBesideIt) {
     }
 }
 
-TEST(WriteFile, SaysWhatItCanNotWriteAndLeavesWhatWasThere) {
+TEST(WriteFile, ErrorsNameTheFileAndLeaveItUnchanged) {
     const TestFolder folder;
     const Result<Done> nowhere = write_file(folder / "missing" / "a.txt", "text");
     ASSERT_FALSE(nowhere);
@@ -115,7 +115,7 @@ TEST(WriteFile, FromManyThreadsLeavesOneOfTheTexts) {
     EXPECT_EQ(folder.files(), std::vector<std::string>{"file"});
 }
 
-TEST(MakeFolder, MakesAllThatIsMissing) {
+TEST(MakeFolder, CreatesAllMissingFolders) {
     const TestFolder folder;
     for (int i = 0; i < 2; ++i) {  // the second time, it exists
         EXPECT_TRUE(make_folder(folder / "a/b"));
