@@ -123,8 +123,8 @@ materials.wood = { diffuse = [0.4, 0.2, 0.1], specular = [0.2, 0.2, 0.2], shinin
         return result;
     }
 
-    /// Expects the same at the same places, where sides face alike, at all but a few vertices: next to an
-    /// edge a sample may be on its other side.
+    /// Expects equal values at equal positions and normals. A few vertices may differ, because a sample point
+    /// next to an edge may be on its other side.
     static void expect_same(const SceneColours& found, const SceneColours& wanted, float tolerance) {
         std::size_t count = 0, different = 0;
         for (std::size_t i = 0; i < wanted.size(); ++i) {

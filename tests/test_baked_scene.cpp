@@ -25,7 +25,7 @@ std::vector<Rgb> random_radiance(std::size_t count, unsigned seed) {
     return radiance;
 }
 
-/// The lat-long direction of each pixel as its colour, moved into [0, 1].
+/// Returns an environment whose pixels have their directions as colours, moved into [0, 1].
 LatLongImage direction_environment(int height) {
     LatLongImage image{2 * height, height, {}};
     for (int row = 0; row < height; ++row)
@@ -52,7 +52,8 @@ PovrayOptions options_for(const Camera& camera) {
     return options;
 }
 
-/// Also at a millimetre an edge, where POV-Ray would need the small-triangle cure.
+/// Includes edges of a millimetre, which POV-Ray interpolates only if they are magnified
+/// (small_triangle_scale).
 TEST(BakedScene, PovrayReproducesVertexColours) {
     for (float size : {1.0f, 0.004f}) {
         const TestFolder folder;
@@ -73,7 +74,7 @@ TEST(BakedScene, PovrayReproducesVertexColours) {
 
         for (int y = 0; y < resolution; ++y)
             for (int x = 0; x < resolution; ++x) {
-                // Where the pixel's centre meets the square, and the triangle's corners there.
+                // The point of the square at the pixel's centre, and its triangle.
                 const double u = (x + 0.5) / resolution * cells, v = (1 - (y + 0.5) / resolution) * cells;
                 const int i = static_cast<int>(u), j = static_cast<int>(v);
                 const double s = u - i, t = v - j;
@@ -321,7 +322,7 @@ TEST(BakedPly, HoldsWorldPositionsAndBothKindsOfColour) {
     EXPECT_EQ(back->mesh.triangles.size(), 4u);
 }
 
-/// Of a GLB file; the chunk of JSON and the binary one.
+/// Returns the JSON chunk and the binary chunk of a GLB file.
 std::pair<nlohmann::json, std::string> chunks_of(const std::string& glb) {
     const auto number_at = [&](std::size_t at) {
         std::uint32_t number = 0;
@@ -385,7 +386,7 @@ TEST(BakedGlb, HoldsEachInstanceWithUnclampedRadiance) {
     EXPECT_EQ(scene["accessors"][a["attributes"]["POSITION"].get<std::size_t>()]["min"],
               nlohmann::json::array({-1, -1, 0}));
 
-    // assimp has a reader of its own: upright, turned and in its place.
+    // assimp reads the file independently: the instance is upright, rotated and in its place.
     const Result<ImportedMesh> back = read_mesh(folder / "a.glb");
     ASSERT_TRUE(back) << back.error().message();
     ASSERT_EQ(back->mesh.triangles.size(), 2 * mesh.triangles.size());
@@ -428,7 +429,7 @@ struct PassedSquares {
         {"b", &mesh, {}, radiance, {}, {}, {{"occlusion", open[1], true}, {"own_shadow", shadow[1]}}}};
 
 private:
-    /// Which vertex it is shows.
+    /// Returns a different value for each vertex.
     std::vector<Rgb> values(float first) const {
         std::vector<Rgb> made;
         for (std::size_t v = 0; v < mesh.positions.size(); ++v)

@@ -46,7 +46,7 @@ struct Outcome {
     std::string out, err;
 };
 
-/// Runs the program in a folder of its own.
+/// Runs the program in a temporary folder.
 class Commands : public testing::Test {
 protected:
     void SetUp() override {
@@ -72,7 +72,7 @@ protected:
         const int failure =
             posix_spawn(&child, HAARFIELD_PROGRAM, &actions, nullptr, pointers.data(), environ);
         posix_spawn_file_actions_destroy(&actions);
-        // No number of a process is returned that is none: a signal to -1 would reach every process there is.
+        // An invalid process number must not be returned: a signal to -1 would reach all processes.
         if (failure != 0 || child <= 0) throw std::runtime_error(HAARFIELD_PROGRAM " can not be run");
         return child;
     }
@@ -90,7 +90,7 @@ protected:
         return nlohmann::json::parse(text_of(folder_ / name), nullptr, false);
     }
 
-    /// A box on a floor under a sky: seconds at most.
+    /// Writes a scene with a box on a floor under a sky, which bakes within seconds.
     void write_scene(int fine_vertices = 300) {
         std::ofstream(folder_ / "box.obj")
             << "v -0.5 0 -0.5\nv 0.5 0 -0.5\nv 0.5 0 0.5\nv -0.5 0 0.5\n"
@@ -198,7 +198,7 @@ struct NumberOption {
     bool is_list() const { return type.find(',') != std::string::npos; }
 };
 
-/// Those of a command: all that take a value, but for texts, whose types are known.
+/// Returns the options of a command that accept a value other than a text, by the type names of texts.
 std::vector<NumberOption> number_options(const std::string& help) {
     const std::set<std::string> texts{"DIR",     "FILE",     "FILE.json", "FILE.mp4", "TEXT",
                                       "A,B,...", "INSTANCE", "TIME",      "SIZE",     "PLAN",
@@ -212,7 +212,7 @@ std::vector<NumberOption> number_options(const std::string& help) {
     return options;
 }
 
-/// What the program says of a command line, without running it: the exit code if it can not be run.
+/// Parses a command line without running it. Returns the exit code and the message if it is invalid.
 Outcome parsed(std::vector<std::string> arguments) {
     CLI::App program{"", "haarfield"};
     program.require_subcommand(1);
@@ -351,7 +351,7 @@ TEST_F(Commands, ABakeAgreesWithItsReference) {
         EXPECT_GE(field["seconds"], 0.0);
     }
 
-    // Fields are reused, and say what is in them.
+    // Fields are reused, and `info` describes them.
     const std::string box = haarfield::field_of(folder_ / "out/fields", "box");
     const Outcome again =
         run({"precompute", "room.toml", "-o", "out", "--face-size", "32", "--report", "again.json"});
@@ -365,14 +365,14 @@ TEST_F(Commands, ABakeAgreesWithItsReference) {
     EXPECT_NE(run({"info", box}).out.find("box"), std::string::npos);
 
     EXPECT_NE(run({"library", "out/fields"}).out.find("2 fields"), std::string::npos);
-    // A damaged field is noticed, and made anew.
+    // A damaged field is detected and recomputed.
     std::filesystem::resize_file(box, 1000);
     EXPECT_EQ(run({"verify", box}).code, 1);
     const Outcome remade = run({"precompute", "room.toml", "-o", "out", "--face-size", "32"});
     EXPECT_EQ(remade.code, 0);
     EXPECT_NE(remade.err.find("field remade"), std::string::npos) << remade.err;
 
-    // The two renderers share nothing but scene, light and camera.
+    // The two renderers have only scene, light and camera in common.
     const Outcome traced = run({"reference", "room.toml", "-o", "out", "--relative-error", "0.05"});
     ASSERT_EQ(traced.code, 0) << traced.err;
     const std::vector<std::string> compare{"compare", "out/baked.exr", "out/reference.exr", "-o",
@@ -387,7 +387,7 @@ TEST_F(Commands, ABakeAgreesWithItsReference) {
         EXPECT_TRUE(difference.contains(key) && difference[key].is_number()) << key;
     EXPECT_LT(difference.value("psnr_db", 99.0), 60.0);
 
-    // With half of the vertices, but where they are needed.
+    // Refinement with half of the vertices.
     std::vector<std::string> refine = bake;
     refine.insert(refine.end(), {"--refine", "0.002", "--vertex-budget", "1200", "--colours", "fitted"});
     ASSERT_EQ(run(refine).code, 0);
@@ -406,7 +406,7 @@ TEST_F(Commands, ABakeAgreesWithItsReference) {
 
 TEST_F(Commands, ABudgetListsApproximationsAndChecksTheOracle) {
     write_scene();
-    // Its folder has no fields to be made for.
+    // The fields are in another folder than the output.
     const Outcome outcome =
         run({"budget", "room.toml", "-o", "out/said", "--fields", "out/fields", "--points", "60", "--lights",
              "256", "--light-coefficients", "20", "--report", "budget.json"});
@@ -473,7 +473,7 @@ TEST_F(Commands, PassesArePicturesScenesAndColumns) {
         EXPECT_EQ(pass.value("scene", ""), "out/" + name + "/room_" + name + ".pov");
         EXPECT_EQ(pass.value("image", ""), "out/" + name + ".exr");
     }
-    // Of clay without highlights.
+    // Diffuse clay.
     std::istringstream table(text_of(folder_ / "out/room.csv"));
     std::string line;
     std::getline(table, line);
@@ -516,7 +516,7 @@ TEST_F(Commands, PassesArePicturesScenesAndColumns) {
     EXPECT_EQ(run_with({"-o", "none", "--pass", "beauty"}).code, 2);
 }
 
-/// The box has a vertex more, which no face uses.
+/// The box has an additional vertex, which no face uses.
 TEST_F(Commands, BakesTheVerticesOfTheFilesAndNoOthers) {
     write_scene();
     std::ofstream(folder_ / "box.obj", std::ios::app) << "v 7 7 7\n";
@@ -540,7 +540,7 @@ TEST_F(Commands, BakesTheVerticesOfTheFilesAndNoOthers) {
     const std::vector<std::uint32_t> lid(ply->corners.begin() + 8, ply->corners.begin() + 12);
     EXPECT_EQ(lid, (std::vector<std::uint32_t>{11, 10, 9, 8}));
 
-    // Between vertices that are baked once a corner, of which these are the mean.
+    // The values are means over the vertices that are baked for each corner.
     std::istringstream table(text_of(folder_ / "out/room.csv"));
     std::string line;
     std::getline(table, line);
@@ -566,7 +566,7 @@ TEST_F(Commands, BakesTheVerticesOfTheFilesAndNoOthers) {
     EXPECT_EQ(originals[0], (std::set<std::int32_t>{-1, 0, 1, 2, 3}));
     EXPECT_EQ(originals[1], (std::set<std::int32_t>{-1, 0, 1, 2, 3, 4, 5, 6, 7}));
 
-    // The fields are found again.
+    // The fields are reused.
     const Outcome again =
         run({"precompute", "room.toml", "-o", "out", "--face-size", "16", "--original-vertices"});
     ASSERT_EQ(again.code, 0) << again.err;
@@ -700,7 +700,7 @@ TEST_F(Commands, CtrlCEndsABakeWithoutPartialFiles) {
     }
 }
 
-/// HAARFIELD_KILLS in the environment: how many, instead of six.
+/// HAARFIELD_KILLS in the environment sets the number of kills; the default is six.
 TEST_F(Commands, AKilledPrecomputeLeavesCompleteFieldsAndCanBeContinued) {
     write_scene();
     const std::vector<std::string> precompute{"precompute", "room.toml", "--face-size", "32", "-o"};
@@ -729,8 +729,7 @@ TEST_F(Commands, AKilledPrecomputeLeavesCompleteFieldsAndCanBeContinued) {
     std::mt19937 random(9);
     int between = 0, leftovers = 0;
     for (int k = 0; k < kills; ++k) {
-        if (k % 3 == 0)
-            std::filesystem::remove_all(folder_ / "out");  // else on top of what was killed before
+        if (k % 3 == 0) std::filesystem::remove_all(folder_ / "out");  // otherwise continues the killed run
         const std::set<std::string> before = finished();
         const pid_t child = start(into("out"));
         std::this_thread::sleep_for(undisturbed * (static_cast<double>(random() % 1000) / 1000));

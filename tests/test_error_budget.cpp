@@ -11,7 +11,7 @@
 namespace haarfield {
 namespace {
 
-/// A floor, a ball that is looked up in its field, and a block that is seen exactly.
+/// A floor, a ball whose occlusion is interpolated from its field, and a block whose occlusion is exact.
 class Room : public ExampleScene {
 public:
     explicit Room(std::uint32_t samples = 400) {
@@ -118,7 +118,7 @@ TEST(ErrorBudget, FieldsHaveNoErrorForExactOccluders) {
               looked_up.at("all at the vertices").relative_rmse);
 }
 
-/// The ends of the chain are what the program bakes, and what the oracle says with finer texels.
+/// `baked` is the radiance of a bake, and `exact` that of the oracle with finer texels.
 TEST(ErrorBudget, AllTogetherIsTheBakeAgainstTheFinestOracle) {
     const ErrorBudget budget = room().budget(room().settings());
     const auto baked = total(*scene_radiance(room().scene, room().settings()));
@@ -188,7 +188,7 @@ TEST(InterpolationError, IsThatBetweenTheCorners) {
     EXPECT_EQ(none.points, 1u);
     EXPECT_LT(none.relative_rmse, 1e-6);
 
-    // A highlight between the corners, which lie outside of it.
+    // A specular reflection between the corners, which are outside of it.
     plain.scene.entities[0].materials = {glossy(200, LobeConvention::povray)};
     const Vec3d sun = Vec3d(0, 1, 0);
     plain.scene.environment = environment([&](const Vec3d& d) { return std::exp(300 * (d.dot(sun) - 1)); });

@@ -13,13 +13,13 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-/// How many of something that takes long; more if HAARFIELD_KILLS is in the environment.
+/// Returns the number of kills: HAARFIELD_KILLS in the environment, or a default.
 int asked_kills(int otherwise) {
     const char* const asked = std::getenv("HAARFIELD_KILLS");
     return asked ? std::atoi(asked) : otherwise;
 }
 
-/// Options of a command as one text.
+/// Splits the options of a command into words.
 Words words_in(const std::string& text) {
     std::istringstream stream(text);
     return {std::istream_iterator<std::string>(stream), {}};
@@ -40,7 +40,7 @@ TEST_F(FarmTest, JoinedResultsEqualUndividedOnes) {
     undivided("bake", bake);
     undivided("reference", reference);
     undivided("relight", relight);
-    // One process for each task, and tasks that share processes, in an order unlike that of the plan.
+    // One process per task, and several tasks per process, in another order than that of the plan.
     for (const int tasks : {1, 7}) {
         const std::string plan = fmt::format("plan_{}", tasks);
         expect_done({"plan", "room.toml", "-o", plan, "--want", "bake,reference,relight", "--bake-options",
@@ -150,19 +150,19 @@ TEST_F(FarmTest, KilledTasksAreRepeatedAndLeaveNoPartialFiles) {
     std::mt19937 random(5);
     int killed = 0;  // others end before
     for (int attempt = 0; killed < asked_kills(8); ++attempt) {
-        if (attempt % int(count) == 0) {  // all over again
+        if (attempt % int(count) == 0) {  // starts again from nothing
             std::filesystem::remove_all(folder / "plan/parts");
             std::filesystem::create_directories(folder / "plan/parts");
             std::filesystem::remove_all(folder / "plan/fields");
         }
-        // One task, or some that run together.
+        // One task, or several in one process.
         const std::size_t first = random() % count, last = std::min(count - 1, first + random() % 3);
         const pid_t child = start({"work", "plan", "--tasks", fmt::format("{}-{}", first, last)});
         std::this_thread::sleep_for(undisturbed * (static_cast<double>(random() % 1000) / 1000));
         kill(child, SIGKILL);
         killed += finish(child).code == -SIGKILL;
     }
-    // Each twice at once.
+    // Runs each task twice at the same time.
     for (std::size_t task = 0; task < count; ++task) {
         const pid_t first = start({"work", "plan", "--task", std::to_string(task)}),
                     second = start({"work", "plan", "--task", std::to_string(task)});
@@ -244,11 +244,11 @@ TEST_F(FarmTest, ManyProcessesFillOneLibraryWithCompleteFieldsOnly) {
         return Words{"precompute", fmt::format("room_{}.toml", scene), "--fields", "library", "--face-size",
                      "32"};
     };
-    // Killed at random moments first.
+    // First, processes are killed at random moments.
     std::mt19937 random(8);
     int killed = 0;  // others end before
     for (int i = 0; killed < asked_kills(6); ++i) {
-        // What is whole is found: it shall be made again now and then.
+        // Complete fields are reused, so the library is emptied at intervals.
         if (i % 8 == 0) std::filesystem::remove_all(folder / "library");
         const pid_t child = start(precompute(i % 4));
         std::this_thread::sleep_for(std::chrono::milliseconds(random() % 300));
@@ -335,7 +335,7 @@ TEST_F(FarmTest, GnuParallelRunsAPlanAndDoesLostAndDamagedTasksAgain) {
 
 TEST_F(FarmTest, TheSetupIsAtMostATenthOfTheEstimatedTaskTime) {
     write_scene("large", 3000000);
-    // Estimated, of the bake: its parts, and what all of them take. [s]
+    // Returns the parts of the bake, and their total estimated time. [s]
     const auto bake = [&](const std::string& plan, const Words& division) {
         Words words{"plan", "large.toml", "-o", plan, "--bake-options", "--bounces 0"};
         words.insert(words.end(), division.begin(), division.end());

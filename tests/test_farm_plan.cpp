@@ -35,7 +35,7 @@ FarmPlan example_plan() {
     return plan;
 }
 
-/// The plan with its JSON changed, read again.
+/// Returns the plan that is read after a change of its JSON.
 template <class Change>
 Result<FarmPlan> changed_plan(const Change& change) {
     const TestFolder folder;
@@ -128,7 +128,7 @@ TEST(FarmStatus, OpenTasksAreEstimatedFromFinishedOnesAndDividedAmongNodes) {
     EXPECT_EQ(task_seconds(plan, states, TaskTime::processor)[1], 4);
     EXPECT_EQ(task_seconds(plan, states, TaskTime::processor)[12], 2);
 
-    // By stage 7, 10 and 1 tasks, of which none waits for less than the longest.
+    // The stages have 7, 10 and 1 tasks. Each stage takes at least as long as its longest task.
     seconds.assign(plan.task_count(), 2);
     const std::vector<bool> all(plan.task_count(), true);
     EXPECT_EQ(simulated_seconds(plan, seconds, all, 1, 0), 36);
@@ -224,7 +224,7 @@ TEST(FarmStatus, ResultsOfAWrongLengthOrChecksumAreDamaged) {
     EXPECT_EQ(state(changed, ResultCheck::content), TaskState::damaged);
 }
 
-// Sealed, but by another program: it tells less, and is no other task's.
+// Results with valid checksums whose heads lack keys or have other types.
 TEST(FarmPlan, UnknownHeadsOfResultsAreIgnored) {
     const TestFolder folder;
     std::filesystem::create_directories(folder / "parts");

@@ -67,7 +67,7 @@ protected:
         return read_scene(folder / "room.toml");
     }
 
-    /// The message for the lamps with one piece replaced, from the file's name on.
+    /// Returns the error of the lamps after one replacement, without the path of the folder.
     std::string message_with(const std::string& from, const std::string& to) {
         std::string text = std::string(things) + lamp_tables;
         const std::size_t at = text.find(from);

@@ -15,11 +15,11 @@
 
 namespace {
 
-// A folder may include itself and what stands before it. Tests may include everything.
+// A folder may include itself and the folders before it in this list. Tests may include everything.
 constexpr std::array folders{"fields", "shading", "scenes", "bridge", "tools"};
 
-// And so may the rooms of a folder among themselves; its sources stand in rooms only, all but its
-// front door.
+// The same holds for the rooms of a folder. All sources of a folder with rooms are in rooms, except its
+// manual.
 const std::map<std::string, std::vector<std::string>> rooms_of{
     {"fields",
      {"base", "file", "mesh", "model", "occluder", "preparation", "wavelets", "rasterizer", "field"}},
@@ -27,7 +27,7 @@ const std::map<std::string, std::vector<std::string>> rooms_of{
     {"bridge", {"povray", "pictures", "files"}},
 };
 
-// Libraries that few files may know, and those files: one a folder.
+// Libraries that only some files may include, and these files.
 const std::map<std::string, std::set<std::string>> only_known_to{
     {"openvdb/", {"fields/field/vdb_store.cpp"}},
     {"CGAL/", {"fields/preparation/mesh_preparation.cpp", "fields/preparation/opaque_outline.cpp"}},
@@ -73,19 +73,19 @@ std::vector<Include> project_includes() {
     return includes;
 }
 
-// Whether a path is the front door of a library: the header with its folder's name.
+// True if a path is the manual of a library: the header with the name of its folder.
 bool is_door(const std::string& path) {
     const std::filesystem::path parts(path);
     return parts.extension() == ".h" && parts.parent_path() == parts.stem();
 }
 
-// Position in `folders`; past them if the path is in none.
+// Returns the index of a path's folder in `folders`, or their number if it is in none.
 std::size_t layer(const std::string& path) {
     const std::string folder = path.substr(0, path.find('/'));
     return static_cast<std::size_t>(std::ranges::find(folders, folder) - folders.begin());
 }
 
-// Position of the path's room in its folder; none if it stands in no room, or the folder has none.
+// Returns the index of a path's room in its folder; none if it is in no room.
 std::optional<std::size_t> room(const std::string& path) {
     const std::filesystem::path parts(path);
     auto part = parts.begin();
@@ -96,7 +96,7 @@ std::optional<std::size_t> room(const std::string& path) {
     return found - folder->second.begin();
 }
 
-// What is wrong with an include; empty if nothing.
+// Returns the defect of an include; empty if there is none.
 std::string objection(const Include& include) {
     const std::size_t from = layer(include.file), to = layer(include.included);
     if (include.quoted && to >= folders.size())
@@ -170,7 +170,7 @@ TEST(Layering, LibrariesStayInTheirFiles) {
                 << file << " does not include " << library << ": the rule is void";
 }
 
-// What users get: headers of the standard and of Imath, whose vectors are ours, and no inner ones.
+// Users get the standard headers and those of Imath, which defines the vectors, but no internal headers.
 TEST(Layering, FrontDoorsReachNoOtherLibraryAndNoInnerHeaders) {
     std::map<std::string, std::vector<Include>> includes;
     for (const Include& include : project_includes()) includes[include.file].push_back(include);
@@ -197,7 +197,7 @@ TEST(Layering, FrontDoorsReachNoOtherLibraryAndNoInnerHeaders) {
     }
 }
 
-// In `...`, as a page of a folder names files and rooms: small letters, and a slash or the ending of a name.
+// Returns the files and rooms that a page names in backticks: lower case, with a slash or an extension.
 std::set<std::string> files_named_in(const std::filesystem::path& page) {
     static const std::regex name("`([a-z_0-9]+(/[a-z_0-9]*)*(\\.[a-z]+)?)`");
     std::ifstream file(page);

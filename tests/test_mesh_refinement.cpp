@@ -44,7 +44,7 @@ double channel_sum(const Outgoing& radiance) {
     return double(c.x) + double(c.y) + double(c.z);
 }
 
-/// Interpolated on the floor.
+/// Returns the interpolated radiance of a point of the floor.
 Outgoing radiance_at(const RadiantMesh& floor, float x, float z) {
     for (const auto& triangle : floor.mesh.triangles) {
         std::array<double, 3> weight;

@@ -13,7 +13,7 @@
 namespace haarfield {
 namespace {
 
-/// A folder with a program that stands in for ffmpeg.
+/// A folder with a program that replaces ffmpeg.
 class MovieTest : public testing::Test {
 protected:
     void SetUp() override {
@@ -32,7 +32,7 @@ protected:
         return file.string();
     }
 
-    /// What lies in the folder beside the program.
+    /// Returns the files of the folder, except the program.
     std::vector<std::string> files() const {
         std::vector<std::string> names;
         for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -44,7 +44,7 @@ protected:
 };
 
 TEST_F(MovieTest, PassesPicturesAndRateAndLeavesTheWholeMovie) {
-    // The last argument is the output; all of them go into it.
+    // The last argument is the output, to which the program writes all arguments.
     const std::string encoder = program("for last; do :; done; echo \"$@\" > \"$last\"\n");
     const auto written = write_movie(folder / "frame_%04d.png", 24, folder / "spin.mp4", 30, {}, encoder);
     ASSERT_TRUE(written) << written.error().message();

@@ -38,14 +38,14 @@ std::string page(const std::string& name) {
     return text_of(source / name);
 }
 
-/// All pages, one after the other.
+/// Returns the text of all pages.
 std::string all_pages() {
     std::string text;
     for (const std::string& name : pages) text += "\n" + page(name);
     return text;
 }
 
-/// The scene file that the page of scene files has its readers save.
+/// Returns the scene file that readers of the page on scene files are asked to save.
 std::string first_scene() {
     const std::string text = page("scenes/SCENE_FILE.md");
     const std::size_t start = text.find("    [entities.chair]"), end = text.find("Save this as `first.toml`");
@@ -76,7 +76,7 @@ struct KeyRow {
     std::string value;    ///< The default, if it is TOML; else empty.
 };
 
-/// The names in backticks in a text.
+/// Returns the names in backticks in a text.
 std::vector<std::string> names_in(const std::string& text) {
     std::vector<std::string> names;
     const std::regex name("`([a-z_]+)`");
@@ -118,7 +118,7 @@ TEST(Readme, ScenePageHasTheKeysThatScenesHave) {
     EXPECT_EQ(documented, read);
 }
 
-/// A scene with every table; `line` is added to the table of a section.
+/// Returns a scene with every table. `line` is added to the table of a section.
 std::string scene_with(const std::string& section, const std::string& key, const std::string& line) {
     const auto added = [&](const char* name) { return section == name ? line + "\n" : std::string(); };
     const std::string spot = key == "kind" ? "" : "kind = \"spot\"\ntarget = [0, 0, 0]\n";
@@ -155,7 +155,7 @@ TEST(Readme, ScenePageHasTheDefaultsThatScenesHave) {
     EXPECT_GT(count, 35);
 }
 
-/// A scene with few vertices and samples, and a small picture.
+/// Reduces the vertices, samples and pixels of a scene.
 std::string made_small(std::string text) {
     text = std::regex_replace(text, std::regex("\n *resolution = [^\n]*"), "");
     text = std::regex_replace(
@@ -251,7 +251,7 @@ TEST(Readme, CommandsHaveTheOptionsThatTheirRowsName) {
                                                "residual", "status", "verify", "view", "work"}));
 }
 
-/// Outside of these rows and of the code blocks, by the commands that the pages mean.
+/// Checks the options that pages name outside of tables of commands and code blocks.
 TEST(Readme, NamesNoOptionThatItsCommandsLack) {
     const std::set<std::string> all{"bake",    "budget", "compare",    "import",    "info",    "join",
                                     "library", "plan",   "precompute", "reference", "relight", "residual",
@@ -339,7 +339,7 @@ TEST(Readme, PagesNameOnlyFilesThatExist) {
     EXPECT_GE(count, 60);
 }
 
-/// The names of all tests, `Suite.Test`, from their sources.
+/// Returns the names of all tests, `Suite.Test`, from their sources.
 std::set<std::string> test_names() {
     std::set<std::string> names;
     const std::regex test("\nTEST(?:_F|_P)?\\((\\w+), (\\w+)\\)");
@@ -362,7 +362,7 @@ TEST(Readme, PaperPageNamesOnlyTestsThatExist) {
     EXPECT_GE(count, 40);
 }
 
-/// A header without its comments.
+/// Returns a header without its comments.
 std::string code_of(const std::string& file) {
     return std::regex_replace(page(file), std::regex("//[^\n]*"), "");
 }

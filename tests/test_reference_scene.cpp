@@ -178,7 +178,7 @@ TEST(ReferenceScene, ShadesAsTheMaterialSays) {
             for (int c = 0; c < 3; ++c) {
                 const double expected =
                     irradiance[c] / pi * (material.diffuse[c] * light.z + material.specular[c] * lobe);
-                // 1e-4 of the strongest channel's highlight is in all channels: see reference_scene.cpp.
+                // All channels have 1e-4 of the specular light of the strongest one: see reference_scene.cpp.
                 EXPECT_NEAR(found[c], expected, 8e-4 * expected + 1e-4)
                     << "quarter " << quarter << ", pixel " << x << ", " << y;
             }
@@ -207,7 +207,8 @@ TEST(ReferenceScene, ShadesWithVertexNormalsThatAgree) {
     }
 }
 
-/// A square before another, at the scale of a watch: its shadow falls where the sun says.
+/// A square in front of another one, at the scales of a chair and of a watch. The direction of the sun
+/// determines the place of its shadow.
 TEST(ReferenceScene, CastsShadowsAtAnyScale) {
     for (float size : {1.0f, 0.002f}) {
         LatLongImage environment = constant_environment(64, Rgb(0, 0, 0));
@@ -228,7 +229,7 @@ TEST(ReferenceScene, CastsShadowsAtAnyScale) {
         for (int y = 0; y < 40; ++y)
             for (int x = 0; x < 40; ++x) {
                 const double px = (x + 0.5) / 20 - 1, py = 1 - (y + 0.5) / 20;
-                // What the camera sees of the blocker, and where its shadow is on the wall.
+                // The pixels of the blocker, and those of its shadow on the wall.
                 const double seen = 1 / (1 - above / 3);
                 const bool blocker = std::abs(px) < 0.21 * seen && std::abs(py - 0.3 * seen) < 0.21 * seen;
                 if (blocker) continue;

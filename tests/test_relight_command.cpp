@@ -18,7 +18,7 @@
 namespace haarfield {
 namespace {
 
-/// Runs `haarfield relight` in a folder of its own.
+/// Runs `haarfield relight` in a temporary folder.
 class RelightCommand : public testing::Test {
 protected:
     void SetUp() override {
@@ -65,7 +65,7 @@ translate = [1, 0, 0.3]
     }
     void TearDown() override { std::filesystem::remove_all(folder); }
 
-    /// Of 96 triangles: enough to have a field.
+    /// Writes a column of 96 triangles, which are enough for a field.
     void write_column() {
         constexpr int sides = 24;
         std::ofstream file(folder / "column.obj");
@@ -83,7 +83,7 @@ translate = [1, 0, 0.3]
         file << top << '\n' << bottom << '\n';
     }
 
-    /// Exit code; what it says on stderr is in `words`.
+    /// Runs the command and returns its exit code. `words` receives stderr.
     int run(const std::string& arguments, const std::string& environment = "") {
         const std::string command = fmt::format(
             "cd '{}' && {} {} relight room.toml -o out --fields fields --face-size 16 --frames 4 {} > "
@@ -230,8 +230,8 @@ translate = [{}, 0, 0.3]
     EXPECT_FALSE(is_near(frames[2], frames[3], 0.01));
 }
 
-/// Alone, which transfer vectors follow, and with a turn, which is shaded in full. Bounces on others would
-/// stay in the frames of the former.
+/// Tests scale alone, which transfer vectors follow, and scale with rotation, which is shaded in full. There
+/// are no bounces, because frames of transfer vectors do not update them.
 TEST_F(RelightCommand, FollowsKeyframesOfSize) {
     const std::string room = text_of(folder / "room.toml");
     for (const auto& [at_time_3, turn] :

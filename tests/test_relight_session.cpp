@@ -22,7 +22,7 @@ LatLongImage sky(double turn) {
         128);
 }
 
-/// A floor and some furniture, of which one piece is looked up in its field.
+/// A floor and some furniture. The occlusion by one piece is interpolated from its field.
 class OpenedScene {
 public:
     OpenedScene() {
@@ -60,7 +60,7 @@ public:
         return settings;
     }
 
-    /// The radiance of a session's instances, of a scene that knows nothing of what it was before.
+    /// Returns the radiance of a session's instances in a new scene, which has no history.
     SceneColours fresh_bake(const RelightSession& session) const {
         ShadedScene fresh = scene();
         fresh.instances = session.instances();
@@ -101,7 +101,7 @@ double relative_rmse(const SceneColours& found, const SceneColours& wanted) {
     return std::sqrt(error / norm);
 }
 
-/// The light of sky(0.4), as it is shown, but only a share of it.
+/// Returns a fraction of the light of sky(0.4), in coefficients.
 DenseCoefficients dimmed_sky(float share) {
     const Truncation truncation{RenderSettings().light_coefficients};
     const DenseCoefficients whole =
@@ -110,7 +110,7 @@ DenseCoefficients dimmed_sky(float share) {
     return weighted_sum(lights, std::span(&share, 1));
 }
 
-/// How vertices see past other instances.
+/// Parametrised by the method of occlusion by other instances.
 class RelightSessionBy : public testing::TestWithParam<Occlusion> {};
 INSTANTIATE_TEST_SUITE_P(Occlusion, RelightSessionBy,
                          testing::Values(Occlusion::fields, Occlusion::automatic), [](const auto& test) {
@@ -141,7 +141,7 @@ TEST_P(RelightSessionBy, FramesEqualTheCommitForEachVariableInput) {
 
     ASSERT_TRUE(session.vary_instance(1));
     session.place(1, {{0.2f, 0.3f, -1}, 1.2f});
-    // Frames see what moves by its field, here a coarse one.
+    // Frames use the field of the moving instance, which is coarse here.
     expect_frame_as_commit("moved", GetParam() == Occlusion::fields ? 0.012 : 0.1);
 }
 
@@ -156,7 +156,7 @@ TEST_P(RelightSessionBy, FramesOfSomeVerticesAreBitIdenticalToWholeFrames) {
         for (std::size_t v = 0; v < count; ++v)
             (random() % 2 == 0 ? first : second).back()[v] = random() % 4 == 0;
     }
-    // What is buried takes its radiance from vertices that are not chosen.
+    // Buried vertices get their radiance from vertices that are not chosen.
     const std::span<const std::uint8_t> buried = session.scene().entities[1].occlusion->samples().buried;
     ASSERT_GT(std::count(buried.begin(), buried.end(), 1), 0);
     std::fill(first[1].begin(), first[1].end(), 0);
@@ -182,8 +182,8 @@ TEST_P(RelightSessionBy, FramesOfSomeVerticesAreBitIdenticalToWholeFrames) {
     expect_as_whole("instance");
 }
 
-/// Between two reports on one thread no work of a call may go on for long without a look at the stop token:
-/// so when it is requested in a report, that was the last one.
+/// On one thread, a call checks the stop token between any two reports. If a report requests a stop, it is
+/// therefore the last one.
 TEST_P(RelightSessionBy, NothingIsReportedAfterAStopRequest) {
     const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     const auto expect_stops = [&](const char* what, int steps, const auto& call) {
@@ -253,7 +253,7 @@ TEST(RelightSession, ChangesInvalidateOtherTransferVectors) {
     const auto light = [&] { return session.vary_light(); };
     const auto eye = [&] { return session.vary_eye(); };
     const auto instance = [&] { return session.vary_instance(1); };
-    float changes = 0;  // each change is to another value
+    float changes = 0;  // so that each change sets another value
     const auto turn = [&] { session.turn_environment(rotation_about({0, 1, 0}, ++changes)); };
     const auto look = [&] { session.set_eye({1, 1, ++changes}); };
     const auto move = [&](std::size_t i) { return [&, i] { session.place(i, {{1, 0, -++changes}, 1}); }; };
@@ -270,7 +270,7 @@ TEST(RelightSession, ChangesInvalidateOtherTransferVectors) {
     EXPECT_TRUE(is_void_after(light, [&] { session.clone(1); }));
     EXPECT_TRUE(is_void_after(light, [&] { session.remove(3); }));
     EXPECT_TRUE(is_void_after(light, [&] { session.rotate(1, {0, 1, 0}, 1); }));
-    // To set what is set already is no change.
+    // Setting an input to its present value is no change.
     const Placement here = session.instances()[1].placement;
     EXPECT_FALSE(is_void_after(eye, [&] { session.place(1, here); }));
     EXPECT_FALSE(is_void_after(light, [&] { session.set_eye(session.eye()); }));
@@ -308,15 +308,15 @@ TEST(RelightSession, WhileLightMovesLaterBouncesAreAFrameBehind) {
     for (int i = 0; i < 10; ++i) turn(dragged, 0.5);
     EXPECT_NE(lagging, dragged.radiance());
     EXPECT_LT(relative_rmse(lagging, dragged.radiance()), 0.001);
-    // A hundredth of a bounce's light may be left out of frames, and added as it is estimated.
+    // Frames may estimate the last hundredth of the indirect light.
     EXPECT_LT(relative_rmse(dragged.radiance(), set.radiance()), 0.004);
-    // Light that leaps has all of its bounces at once.
+    // After a large change of the light, a frame computes all bounces.
     dragged.show_light(dimmed_sky(0.1f));
     ASSERT_TRUE(dragged.frame(FrameQuality::moving));
     const SceneColours leapt = dragged.radiance();
     ASSERT_TRUE(dragged.frame(FrameQuality::still));
     EXPECT_LT(relative_rmse(leapt, dragged.radiance()), 0.004);
-    // All else is the same: direct light alone would err by far more.
+    // The differences above are small: without indirect light, the error is much larger.
     settings.bounces.most = 0;
     RelightSession direct(opened().scene(), settings, {0.003f});
     ASSERT_TRUE(direct.vary_light());
@@ -335,7 +335,7 @@ TEST(RelightSession, WhileLightMovesThereAreNoMoreBouncesThanRequested) {
     }
     const SceneColours moving = session.radiance();
     ASSERT_TRUE(session.frame(FrameQuality::still));
-    EXPECT_LT(relative_rmse(moving, session.radiance()), 0.005);  // they are smoothed less
+    EXPECT_LT(relative_rmse(moving, session.radiance()), 0.005);  // moving frames are smoothed less
 }
 
 Mesh torus_mesh(const Vec3f& centre, float radius, float thickness, std::uint32_t around,
@@ -511,7 +511,7 @@ TEST_P(RelightSessionBy, ThirtyRandomEditsEqualAFreshBake) {
                 session.rotate(instance, Vec3d{between(-1, 1), between(-1, 1), between(-1, 1)},
                                between(0.1f, 3));
         }
-        // Now and then vectors are made in between.
+        // Some edits are preceded by the computation of transfer vectors.
         if (edit % 7 == 3) {
             ASSERT_TRUE(session.vary_light());
             ASSERT_TRUE(session.frame());

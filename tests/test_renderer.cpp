@@ -46,7 +46,7 @@ TEST(Renderer, PovraysSpecularTermHasTheClosedFormUnderAUniformEnvironment) {
 }
 
 TEST(Renderer, SpecularLobesEndAtTheHorizon) {
-    // Seen at grazing angle, half of the lobe round the mirror direction lies below the surface.
+    // At grazing view, half of the lobe about the mirror direction is below the surface.
     ExampleScene example;
     example.scene.instances.push_back(
         {example.add_entity(square_mesh(0.01f, 0), glossy(20, LobeConvention::povray)), {}});
@@ -99,7 +99,7 @@ TEST(Renderer, LightComesFromWhereTheEnvironmentHasIt) {
 }
 
 TEST(Renderer, ASphereOverheadBlocksItsFormFactor) {
-    // Unoccluded irradiance pi; a sphere of radius r at height h straight above takes pi (r/h)^2.
+    // The unoccluded irradiance is pi. A sphere of radius r at height h straight above blocks pi (r/h)^2.
     ExampleScene example;
     const auto floor = example.add_entity(square_mesh(0.001f, 0), matte(1));
     const auto sphere = example.add_entity(sphere_mesh({0, 0, 0}, 1, 40), matte(0.5f), 6, 6000);
@@ -167,7 +167,7 @@ TEST(Renderer, AgreesWithTheDenseOracle) {
                 error += std::pow(double(found[i][v][channel]) - wanted[i][v][channel], 2);
                 norm += std::pow(double(wanted[i][v][channel]), 2);
             }
-        // On the floor the contacts lie between samples of the planar field.
+        // The contacts on the floor are between samples of the planar sampler.
         EXPECT_LT(std::sqrt(error / norm), i == 0 ? 0.06 : 0.015) << "instance " << i;
     }
 }
@@ -184,7 +184,7 @@ TEST(Renderer, EqualsTheDenseOracleWhereNothingIsTruncatedOrInterpolated) {
                 EXPECT_NEAR(found[i][v][channel], wanted[i][v][channel], 2e-3 * (1 + wanted[i][v][channel]));
 }
 
-/// RMS over vertices and channels.
+/// Returns the RMS difference over vertices and channels.
 double difference(const SceneColours& a, const SceneColours& b) {
     double sum = 0;
     std::size_t count = 0;
@@ -209,7 +209,7 @@ TEST(Renderer, OcclusionIsExactWhereRequested) {
                exact = radiance(Occlusion::exact);
     EXPECT_LT(difference(exact, dense), 2e-3);
     EXPECT_GT(difference(fields, dense), 5 * difference(exact, dense));
-    // The two ends of the automatic choice, and between them.
+    // Both limits of the automatic choice, and a tolerance between them.
     EXPECT_EQ(radiance(Occlusion::automatic, 0), exact);
     EXPECT_EQ(radiance(Occlusion::automatic, 1), fields);
     const double some = difference(radiance(Occlusion::automatic, 0.05f), dense);

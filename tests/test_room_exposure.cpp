@@ -12,12 +12,12 @@ namespace {
 
 constexpr float half_window = 0.5f;  // [m]
 
-/// The walls of a room of 4 x 3 x 4 m with a square window in the middle of the wall at z = -2, and a camera
-/// that looks from the window's side at the middle of the opposite wall.
+/// A room of 4 x 3 x 4 m with a square window in the middle of the wall at z = -2. The camera is next to the
+/// window and faces the middle of the opposite wall.
 class RoomExposure : public testing::Test {
 protected:
     RoomExposure() {
-        scene.environment.sky = AnalyticSky();  // only as a name of the light
+        scene.environment.sky = AnalyticSky();  // not used: tests pass the environment
         scene.environment.exposure.reset();
         scene.camera.position = {0, 1.5f, -1.5f};
         scene.camera.target = {0, 1.5f, 2};
@@ -48,7 +48,7 @@ protected:
         write_text(file, text);
     }
 
-    /// A square that emits light on one side.
+    /// Adds a square that emits light on one side.
     void add_panel(const std::array<Vec3d, 4>& corners, double radiance) {
         const std::string name = fmt::format("panel_{}", scene.entities.size());
         std::string text;
@@ -78,7 +78,7 @@ protected:
     const Environment white_light{LatLongImage{64, 32, std::vector<Rgb>(64 * 32, Rgb(1.0f))}};
 };
 
-/// The irradiance in the middle of the wall opposite the window, over pi, from the window alone.
+/// Returns the irradiance by the window in the middle of the opposite wall, divided by pi.
 double share_of_window() {
     constexpr int cells = 200;
     constexpr double distance = 4, side = 2 * double(half_window) / cells;
@@ -140,9 +140,9 @@ TEST_F(RoomExposure, CountsTheLightOfEmitters) {
         return triangle_irradiance({corners[0], corners[1], corners[2]}, point, normal) +
                triangle_irradiance({corners[0], corners[2], corners[3]}, point, normal);
     };
-    scene.camera.vertical_fov = 0.005f;  // points that the panel lights alike
+    scene.camera.vertical_fov = 0.005f;  // so small that all visible points have the same light
     const float without = stops();
-    // Below the ceiling, facing down. It lights the middle of the wall that the camera sees.
+    // The panel is below the ceiling and faces down. It lights the visible middle of the wall.
     const std::array<Vec3d, 4> panel{Vec3d(-0.5, 2.9, 0.9), Vec3d(0.5, 2.9, 0.9), Vec3d(0.5, 2.9, 1.9),
                                      Vec3d(-0.5, 2.9, 1.9)};
     const double on_wall = irradiance(panel, {0, 1.5, 2}, {0, 0, -1});

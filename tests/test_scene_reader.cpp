@@ -76,7 +76,7 @@ protected:
         return read_scene(folder_ / "room.toml");
     }
 
-    /// The message for the valid scene with one piece replaced, from the file's name on.
+    /// Returns the error of the valid scene after one replacement, without the path of the folder.
     std::string message_with(const std::string& from, const std::string& to) {
         std::string text = valid_scene;
         const std::size_t at = text.find(from);
@@ -465,7 +465,7 @@ TEST_F(SceneReader, RefusesInvalidScenes) {
              Case{"coarse_triangles = 0", "coarse_triangles = -1",
                   "25:20: entities.table.coarse_triangles is -1"},
              Case{"[0.0, 0.5, 0.0]", "[3.2, 1.8, 4.0]", "3:10: camera.target equals camera.position"},
-             // unknown names, files that are not there
+             // unknown names, missing files
              Case{"\"povray\"", "\"blinn\"",
                   "16:14: materials.lacquer.convention is \"blinn\"; expected \"physical\""},
              Case{"material = \"lacquer\"", "material = \"gold\"",
@@ -523,14 +523,14 @@ TEST_F(SceneReader, RefusesNumbersThatAreNotFiniteForEveryKey) {
     EXPECT_EQ(message_with_key(0, "vertical_fov", "30"), "");
     int numbers = 0;
     for (std::size_t t = 0; t < tables.size(); ++t) {
-        // The reader itself tells which keys there are.
+        // The reader's error lists the valid keys.
         const std::string unknown = message_with_key(t, "unknown", "1"), wanted = "expected one of: ";
         ASSERT_NE(unknown.find(wanted), std::string::npos) << unknown;
         std::istringstream keys(unknown.substr(unknown.find(wanted) + wanted.size()));
         for (std::string key; std::getline(keys >> std::ws, key, ',');) {
             if (key == "sky" || key == "finish") continue;  // tables of their own
             for (const std::string value : {"nan", "inf", "-inf"}) {
-                // As many as the key may want.
+                // One to three values, because the key determines their number.
                 std::string list = value, message;
                 for (int n = 1; n <= 3; ++n, list += ", " + value) {
                     message = message_with_key(t, key, n == 1 ? value : "[" + list + "]");
@@ -569,7 +569,7 @@ TEST_F(SceneReader, RefusesNestingThatWouldOverflowTheStack) {
     std::string tables = "a = ";
     for (int i = 0; i < 100'000; ++i) tables += "{a = ";
     EXPECT_FALSE(read(tables));
-    // Dots that are no keys.
+    // Dots in comments are no keys.
     EXPECT_TRUE(read("# " + std::string(1000, '.') + "\n" + valid_scene));
 }
 
@@ -589,7 +589,8 @@ TEST_F(SceneReader, SurvivesAFileCutShortAnywhere) {
     int accepted = 0;
     for (std::size_t length = 0; length <= text.size(); ++length)
         accepted += read(text.substr(0, length)) ? 1 : 0;
-    // Whole scenes are those with one instance, the second and the third, each with what follows the name.
+    // Texts that end in or after the first, the second and the third instance are valid, if the instance has
+    // its entity.
     EXPECT_GE(accepted, 3);
     EXPECT_LT(accepted, 200);
 }

@@ -32,7 +32,8 @@ Rotation random_rotation(std::mt19937& random) {
     return rotation_about(Vec3d(random_direction(random)), uniform(random, 0.0, 2 * pi));
 }
 
-/// Stretches by `least` to 1 along random axes, mirrors or not, turns and magnifies.
+/// Returns a random map: scales by `least` to 1 along random axes, mirrors or not, rotates and scales
+/// uniformly.
 Rows random_map(std::mt19937& random, double least) {
     const Rotation axes = random_rotation(random);
     const Rows stretched =
@@ -58,7 +59,7 @@ TEST(Shape, WithItsPlacementIsTheMap) {
                 EXPECT_NEAR(placement.rotate(v).length(), 1, 1e-6) << "orthonormal";
                 EXPECT_LE(shape(v).length(), 1 + 1e-6) << "magnifies nothing";
             }
-            // It turns nothing: without the mirror it is symmetric and leaves angles below a right one.
+            // A shape contains no rotation: without the mirror, it is symmetric and positive definite.
             const Rows unmirrored = product(shape.row, diagonal(determinant(shape.row) < 0 ? -1 : 1, 1, 1));
             EXPECT_EQ(determinant(shape.row) < 0, determinant(map) < 0);
             for (std::size_t i = 0; i < 3; ++i)

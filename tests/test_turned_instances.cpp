@@ -65,7 +65,8 @@ RenderSettings settings(std::uint32_t exact_triangles) {
     return settings;
 }
 
-/// Expects it at all but a few vertices, where a sample next to an edge is turned to its other side.
+/// Expects nearly equal values. A few vertices may differ, because the rotation moves a sample point next to
+/// an edge to its other side.
 void expect_near(const SceneColours& found, const SceneColours& wanted, float tolerance) {
     ASSERT_EQ(found.size(), wanted.size());
     std::size_t count = 0, different = 0;
@@ -121,11 +122,11 @@ TEST(TurnedInstances, FramesFollowEachVariableInput) {
     ASSERT_TRUE(session.vary_eye());
     session.set_eye({-3, 1, 1});
     expect_frame_as_commit("eye", 0.012);
-    // By the samples around it, which are far apart here.
+    // Frames use the samples around the instance, which are sparse here.
     ASSERT_TRUE(session.vary_instance(2));
     session.place(2, {{-1.2f, 0.5f, 0.5f}, 1.2f, session.instances()[2].placement.rotate});
     expect_frame_as_commit("a turned instance", 0.04);
-    // With so few triangles that its field has no samples.
+    // The instance has so few triangles that its field has no samples.
     RelightSession cones(scenes().turned.scene, settings(1000), {0.003f});
     ASSERT_TRUE(cones.vary_instance(3));
     cones.place(3, {{0.7f, 0.1f, -0.9f}, 0.7f});

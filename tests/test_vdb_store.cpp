@@ -19,7 +19,7 @@ namespace {
 
 using std::filesystem::path;
 
-/// As another program reads them: it does not know our metadata's type.
+/// Reads the grids as another program does, without the type of haarfield's metadata.
 openvdb::GridPtrVec grids_of(const VdbFile& file) {
     openvdb::initialize();
     std::istringstream stream(file.bytes);

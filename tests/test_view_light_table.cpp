@@ -7,7 +7,7 @@
 namespace haarfield {
 namespace {
 
-/// A page may mix two lights and turn them. What it shows must be exposed as a bake of the scene would be.
+/// A page may mix and rotate two lights. Their exposure must be that of a bake of the scene.
 TEST(LightTable, FindsTheExposureOfAMixtureWithLampsAsBakesDo) {
     Design design;
     EnvironmentDescription& light = design.scene.environment;

@@ -76,7 +76,7 @@ TEST(ViewMessages, ErrorsNameTheMessageThatTheyAnswer) {
     }
 }
 
-// The error names the key, cut where it is too long: here within a letter.
+// The error names the key and cuts long keys, possibly within a character.
 TEST(ViewMessages, ErrorsCanBeSentForAnyKey) {
     for (std::size_t letters = 0; letters < 50; ++letters) {
         const std::string key = std::string(letters, 'a') + "\xc3\xa4\xe2\x82\xac\xf0\x9f\x98\x80";
@@ -90,7 +90,7 @@ TEST(ViewMessages, ErrorsCanBeSentForAnyKey) {
     }
 }
 
-// Bytes are changed, taken out and put in, pieces of others among them.
+// Changes, removes and inserts bytes, including pieces of other messages.
 std::string mutated(std::string text, std::mt19937& random) {
     const auto below = [&](std::size_t n) { return random() % n; };
     for (std::size_t times = 1 + below(4); times > 0; --times) {

@@ -14,7 +14,7 @@ constexpr const char* plain_scene =
     "[environment]\nsky = { turbidity = 3, sun_elevation = 40 }\n"
     "[entities.chair]\nmesh = \"chair.obj\"\n[[instances]]\nentity = \"chair\"\n";
 
-/// A scene in a folder of its own, which has been opened.
+/// A scene that was opened from a file in a temporary folder.
 struct Opened {
     explicit Opened(const std::string& text) {
         write_text(folder / "chair.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
@@ -23,7 +23,7 @@ struct Opened {
         scene.camera.position = {3, 2, 1};
     }
 
-    /// Saves, and gives the name of the file that has it; empty if it failed or holds something else.
+    /// Saves the scene. Returns the name of the written file; empty after an error or if its content differs.
     std::string saved(SceneFile& file, std::string_view name = {}) const {
         const Result<SavedScene> result = file.save(scene, name);
         if (!result) return "";
@@ -66,13 +66,13 @@ TEST(ViewSceneFile, WithCommentsFurtherDownIsNotChanged) {
     const Opened opened(text);
     write_text(opened.folder / "room.view.toml", "another's");
     SceneFile file(opened.folder / "room.toml");
-    for (const std::string_view name : {"", "room", "room.toml", ""})  // the session's own is written again
+    for (const std::string_view name : {"", "room", "room.toml", ""})  // overwrites the session's file
         EXPECT_EQ(opened.saved(file, name), "room.view_2.toml");
     EXPECT_EQ(text_of(opened.folder / "room.toml"), text);
     EXPECT_EQ(text_of(opened.folder / "room.view.toml"), "another's");
     EXPECT_EQ(file.save(opened.scene)->instead_of, opened.folder / "room.toml");
     EXPECT_TRUE(file.save(opened.scene, "new")->instead_of.empty());
-    // A session that comes later does not know whose that was.
+    // A later session does not overwrite the file of an earlier one.
     SceneFile later(opened.folder / "room.toml");
     EXPECT_EQ(opened.saved(later), "room.view_3.toml");
 }
@@ -106,7 +106,7 @@ TEST(ViewSceneFile, OverwritesNoOtherFile) {
         EXPECT_FALSE(bool(file.save(opened.scene, name))) << name;
         EXPECT_EQ(opened.folder.files(), files) << name;
     }
-    // What it has made itself it may write again.
+    // A session may overwrite a file that it has created.
     EXPECT_EQ(opened.saved(file, "mine"), "mine.toml");
     EXPECT_EQ(opened.saved(file, "mine"), "mine.toml");
 }

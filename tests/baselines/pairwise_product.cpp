@@ -46,7 +46,7 @@ Place append_product(const LinkedQuadtree& f, const Place& in_f, const LinkedQua
     return {static_cast<std::int32_t>(index), (top + bottom) / 4};
 }
 
-/// Returns the inner product of the parts of both below a square, relative to its area.
+/// Returns the inner product of the wavelets of both functions below a square, relative to its area.
 Rgb inner_product_below(const RgbQuadtree& light, const RgbQuadtree::Node& light_node,
                         const LinkedQuadtree& f, const LinkedQuadtree::Node& node) {
     Rgb below(0.0f);

@@ -55,7 +55,7 @@ std::shared_ptr<void> embree_scene(const ShadedScene& shaded) {
     });
 }
 
-/// Digits of the number mirrored at the point: van der Corput's sequence.
+/// Returns the digits of a number, mirrored at the radix point: van der Corput's sequence.
 template <std::uint32_t base>
 float radical_inverse(std::uint32_t number) {
     float value = 0, digit = 1.0f / base;
@@ -67,7 +67,7 @@ float wrapped(float value) {
     return value - std::floor(value);
 }
 
-/// With y along `axis`.
+/// A frame whose y axis is `axis`.
 struct TangentFrame {
     Vec3f axis, x, z;
 
@@ -83,7 +83,7 @@ struct TangentFrame {
     }
 };
 
-/// Numbers to shift a set of stratified samples by, in [0, 1).
+/// Random shifts of a set of stratified samples, in [0, 1).
 struct Shift {
     std::minstd_rand random;
 

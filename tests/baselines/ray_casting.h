@@ -1,5 +1,5 @@
 #pragma once
-/// The baseline of ray casting: the same integral by Monte Carlo, with Embree's packets of 16.
+/// The baseline of ray casting: Monte Carlo integration with Embree's packets of 16.
 
 #include <cstdint>
 #include <memory>
@@ -8,29 +8,31 @@
 
 namespace haarfield::baseline {
 
-/// Half of the rays go to where the light is (by texel of the lighting), half to where BRDF and cosine are
-/// large, combined by the balance heuristic (Veach and Guibas 1995); both sets are stratified. What goes to
-/// the light is drawn once for all vertices, in 64 sets. Directions below the horizon cost no ray.
+/// A Monte Carlo integrator with multiple importance sampling.
+///
+/// Half of the rays sample the texels of the lighting, half sample BRDF and cosine. Both halves are
+/// stratified and combined by the balance heuristic (Veach and Guibas 1995). The light samples are drawn once
+/// for all vertices, in 64 sets. Directions below the horizon cost no ray.
 class RayCaster {
 public:
-    /// All instances of the scene, as texel_integrals sees them: coarse meshes, closed pieces by their front
-    /// faces, since some vertices lie a little below a simplified surface.
+    /// Builds a BVH of all instances with the occluders of texel_integrals: coarse meshes, whose closed
+    /// pieces block with their front faces only, because some vertices lie slightly below a simplified
+    /// surface.
     RayCaster(const ShippedScene& scene, const TexelIntegrals& integrals);
 
-    /// So many rays a vertex from now on, a multiple of 2.
+    /// Sets the number of rays per vertex, a multiple of 2.
     void use_rays(int rays);
 
-    /// An estimate of the product integral of all seven functions; the same vertex and seed, the same
-    /// estimate.
+    /// Estimates the product integral of all seven functions. Equal vertices and seeds give equal estimates.
     Rgb operator()(const VertexTexels& vertex, std::uint32_t seed);
 
 private:
     struct Sample {
         Vec3f direction;
-        Rgb value;  ///< What the ray brings if nothing is in its way.
+        Rgb value;  ///< Contribution of the ray if it is unoccluded.
     };
 
-    /// Its radiance in a direction, and the density of light samples there. [1/sr]
+    /// The radiance of the lighting in a direction, and the density of light samples. [1/sr]
     struct Light {
         Rgb radiance;
         float density;
@@ -46,8 +48,8 @@ private:
 
     int size_;
     std::vector<Rgb> radiance_;       ///< By texel.
-    std::vector<float> probability_;  ///< That a light sample falls in the texel.
-    std::vector<double> cumulative_;  ///< Of the texels up to and including this one.
+    std::vector<float> probability_;  ///< Probability of a light sample, by texel.
+    std::vector<double> cumulative_;  ///< Cumulative probability, by texel.
     int rays_ = 0;
     std::vector<LightSample> light_samples_;  ///< rays_ / 2 for each set.
     std::vector<Sample> samples_;

@@ -1,4 +1,4 @@
-/// Visibility cubemaps: the rasterizer against Embree's packets and against the plain loop, all in one run.
+/// Benchmarks of visibility cubemaps: the rasterizer, Embree's packets and the plain loop, in one run.
 
 #include <benchmark/benchmark.h>
 #include <hwy/targets.h>
@@ -25,7 +25,8 @@ namespace {
 constexpr int face_size = 64;
 constexpr std::size_t texel_count = std::size_t(cubemap_faces) * face_size * face_size;
 
-/// Sixteen rays at a time: the sub-samples of two neighbouring texels, which is as coherent as they get.
+/// Embree's packets of sixteen rays. A packet has the samples of two neighbouring texels, so that its rays
+/// are as coherent as possible.
 class EmbreePackets {
 public:
     EmbreePackets(const Occluder& occluder, const char* device_settings)
@@ -76,10 +77,10 @@ struct ViewPoint {
     const Vec3f* horizon;
 };
 
-/// A piece of the shipped furniture as an occluder, with points to see it from.
+/// A piece of the shipped furniture as an occluder, with view points.
 struct Subject {
     PreparedMesh mesh;
-    Occluder closed, soup;  ///< The same triangles, one-sided where closed, and two-sided all.
+    Occluder closed, soup;  ///< One-sided for closed pieces; all triangles two-sided.
     std::map<std::string, std::vector<ViewPoint>> points;
 };
 
@@ -120,14 +121,14 @@ const Subject& subject(const std::string& name) {
     return found;
 }
 
-/// Of this thread alone: other programs on the machine do not count.
+/// Returns the processor time of this thread, which excludes other programs. [s]
 double cpu_seconds() {
     timespec now{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-/// Seconds that `work` takes; the least of all calls.
+/// The time of the last call of `work`, and the minimum over all calls. [s]
 struct Stopwatch {
     double least = INFINITY, last = 0;
 
@@ -140,8 +141,8 @@ struct Stopwatch {
     }
 };
 
-/// Sub-samples that the rasterizer and Embree tell apart, above the horizon if there is one. -1 if any texel
-/// is off by more than one.
+/// Returns the number of samples in which the rasterizer and Embree differ, or -1 if a texel differs by more
+/// than one sample. Counts only texels above the horizon if there is one.
 std::int64_t differing_samples(std::span<const std::uint8_t> found, std::span<const std::uint8_t> wanted,
                                const Vec3f* horizon) {
     std::int64_t differing = 0;
@@ -157,7 +158,7 @@ std::int64_t differing_samples(std::span<const std::uint8_t> found, std::span<co
     return differing;
 }
 
-/// Holds the rasterizer to one instruction set.
+/// Restricts the rasterizer to one instruction set.
 class OneTarget {
 public:
     explicit OneTarget(std::int64_t target) { choose(target); }
@@ -172,7 +173,7 @@ private:
     }
 };
 
-/// Embree is held to AVX2 if the rasterizer is.
+/// Measures one subject. Embree is restricted to AVX2 if the rasterizer is.
 void visibility(benchmark::State& state, const std::string& name, const std::string& kind, bool closed,
                 std::int64_t target) {
     const OneTarget only(target);
@@ -193,8 +194,8 @@ void visibility(benchmark::State& state, const std::string& name, const std::str
     const double samples = double(points.size()) * texel_count * samples_per_texel;
     if (double(differing) > 1e-5 * samples) return state.SkipWithError("too much is wrong, so not timed");
 
-    // In turns, so that all of them meet the same weather. Embree and the plain loop are slow and steady: an
-    // eighth of the points is enough.
+    // The three alternate, so that disturbances affect all of them. Embree and the plain loop are slow and
+    // vary little, so that an eighth of the points is sufficient.
     Stopwatch raster, packets, loop;
     double slow_points = 0;
     for (std::size_t i = 0; i < points.size(); i += 8) ++slow_points;

@@ -19,7 +19,7 @@ double milliseconds_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// RMS of the difference / RMS of what is wanted.
+/// Returns the RMS of the difference / RMS of the expected values.
 double difference(const SceneColours& found, const SceneColours& wanted) {
     double error = 0, whole = 0;
     for (std::size_t i = 0; i < wanted.size(); ++i)

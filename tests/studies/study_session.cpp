@@ -39,7 +39,7 @@ Result<Done> vary(RelightSession& session, const std::string& gesture) {
     return session.vary_instance(session.instances().size() - 1);
 }
 
-/// The sum of the values' bits, each by an odd number of its own.
+/// Returns a checksum: the sum of the values' bits, each multiplied by a different odd number.
 std::uint64_t digest(const SceneColours& radiance) {
     std::uint64_t sum = 0, weight = 1;
     for (const std::vector<Rgb>& instance : radiance)
