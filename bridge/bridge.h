@@ -6,9 +6,9 @@
 ///
 /// This library writes a bake as a POV-Ray scene without light sources. Each object is an include file with
 /// one mesh2 whose vertex colours emit the radiance, for use in other POV-Ray scenes. It also writes bakes as
-/// PLY, glTF and CSV. It writes the same scene for POV-Ray's ray tracer, with the environment as distant
-/// lights, as a reference. It runs POV-Ray, compares pictures and writes reports. Preview draws a picture
-/// without POV-Ray. No other library writes POV-Ray scenes or runs POV-Ray.
+/// PLY, glTF and CSV. For a reference picture, it writes the original meshes and materials for POV-Ray's ray
+/// tracer, with the environment as distant lights. It runs POV-Ray, compares pictures and writes reports.
+/// Preview draws a picture without POV-Ray. No other library writes POV-Ray scenes or runs POV-Ray.
 ///
 /// Data flow
 ///

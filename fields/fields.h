@@ -6,19 +6,21 @@
 ///
 /// A visibility field stores which directions a mesh blocks, from thousands of points around the mesh and
 /// from every vertex of its surface. Each sample is a cubemap: 1 where a direction is unoccluded, 0 where the
-/// mesh blocks it. The library rasterizes the cubemaps on the processor with eight samples per texel. It
-/// transforms each one into six quadtrees of Haar wavelets and drops small coefficients. Between samples it
-/// interpolates. A field is stored in an OpenVDB file with checksums. It does not depend on lighting,
-/// materials or placement.
+/// mesh blocks it. The library rasterizes the cubemaps on the processor and tests eight directions per texel.
+/// It transforms each cubemap into six quadtrees of Haar wavelets and drops small coefficients. The
+/// visibility at any other point is interpolated. A field is stored in an OpenVDB file with checksums. It
+/// depends on the mesh, including holes that the alpha of images cuts, but not on lighting, colours or
+/// placement.
 ///
 /// Data flow
 ///
 ///     file --read_mesh--> ImportedMesh --prepare_mesh--> PreparedMesh: fine mesh, coarse occluder
-///     PreparedMesh --> EntityOcclusion: occluders, and the points from which the vertices sample
-///     both --precompute_field--> VisibilityField --write_field--> file --read_field--> VisibilityField
-///     VisibilityField, a point --interpolated_visibility--> CubemapTree
+///     PreparedMesh --> EntityOcclusion: occluders, and the sample points of the vertices
+///     PreparedMesh, EntityOcclusion --precompute_field--> VisibilityField
+///     VisibilityField --write_field--> file --read_field--> VisibilityField
+///     VisibilityField, weights of samples at a point --interpolated_visibility--> CubemapTree
 ///
-/// or one sample by itself:
+/// or a single cubemap:
 ///
 ///     mesh --make_occluder--> Occluder --VisibilityRasterizer--> unoccluded samples per texel
 ///     texels --haar_cubemap--> CubemapTree

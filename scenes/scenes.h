@@ -7,13 +7,15 @@
 /// A scene file (TOML, see scenes/SCENE_FILE.md) names meshes, materials, placements, the camera and the
 /// environment. This library reads the file and prepares the meshes of each entity. It computes the
 /// visibility field of each entity, or reuses one from a folder. The result is a ShadedScene, for a bake or
-/// for a relighting session. The library also shades scenes for bakes, and reads and writes images.
+/// for a relighting session. The library also makes complete bakes, with refinement, textures and passes, and
+/// reads and writes images.
 ///
 /// Data flow
 ///
 ///     file --read_scene--> Scene --prepare_scene_entities--> SceneEntities: meshes, occluders, fields
-///     both, and an environment --shaded_scene--> ShadedScene --scene_radiance--> radiance
-///                                                the same --> RelightSession
+///     Scene, SceneEntities, Environment --shaded_scene--> ShadedScene
+///     ShadedScene --scene_radiance--> radiance of all vertices
+///     ShadedScene --> RelightSession: radiance after each change
 ///
 /// Where to start
 ///
@@ -26,7 +28,7 @@
 /// | scene_comments | scenes/scene_comments.h | the comments that a rewritten file keeps |
 /// | scene_of_models | scenes/scene_import.h | a scene for model files |
 /// | prepare_scene_entities, SceneEntities | scenes/scene_entities.h | meshes and fields |
-/// | SceneEntityOptions | scenes/scene_entities.h | how they are prepared |
+/// | SceneEntityOptions | scenes/scene_entities.h | options of this preparation |
 /// | fine_meshes, surface_meshes | scenes/scene_entities.h | the meshes to be shaded |
 /// | shaded_scene | scenes/scene_shading.h | the scene for shading |
 /// | baked_scene, BakeOptions | scenes/scene_bake.h | shades a scene with textures and passes |

@@ -8,21 +8,23 @@
 /// cosine, the visibility around the point's own object, and the visibility around every other object. Each
 /// factor is six quadtrees of Haar wavelets. The product integral walks down all trees together. It descends
 /// only where at least two factors vary and none is zero (Sun and Mukherjee 2006; shading/PAPER.md). The
-/// function product is the product itself, again as wavelets. Both serve to shade whole scenes. Just-in-time
-/// radiance transfer multiplies all factors but one into a sparse vector per vertex. Suns, lamps and bright
-/// windows are separated from the lighting beforehand and evaluated by shadow rays.
+/// function product is the same product as a function of direction, again in wavelets. A bake computes
+/// product integrals at all vertices. Just-in-time radiance transfer multiplies all factors but one into a
+/// sparse vector per vertex, so that a frame computes only inner products. Suns, lamps and bright windows are
+/// separated from the environment beforehand and evaluated by shadow rays.
 ///
 /// Data flow
 ///
-///     environment --lighting_tree--> RgbCubemapTree --> LightPyramid
-///     texels --haar_cubemap--> CubemapTree --> WideCubemapTree --factor--> any number of factors
-///     both --product_integral--> Rgb, one number per channel
-///          --function_product--> blocks of wavelets --cubemap_tree--> CubemapTree, to be used as any other
+///     lat-long image --lighting_tree--> RgbCubemapTree --> LightPyramid
+///     texels --haar_cubemap--> CubemapTree --> WideCubemapTree --factor--> WeightedTrees, a factor
+///     LightPyramid, factors --product_integral--> Rgb, one number per channel
+///     factors --function_product--> blocks of wavelets --cubemap_tree--> CubemapTree, which can be a factor
 ///
 /// or a whole scene:
 ///
-///     meshes, fields, placements, environment: ShadedScene --scene_radiance--> radiance of all vertices
-///                                     the same --RelightSession--> radiance as light, eye and objects change
+///     meshes, fields, placements, environment --> ShadedScene
+///     ShadedScene --scene_radiance--> radiance of all vertices
+///     ShadedScene --> RelightSession: radiance after each change of light, eye or objects
 ///
 /// Where to start
 ///
@@ -55,8 +57,9 @@
 /// angles of the texels: the lighting. Trees are read-only, and threads may share them. Each thread has its
 /// own WalkMemory. Results do not depend on the number of threads.
 ///
-/// A complete program: the radiance of a glossy point on the floor, under a sky and between two chairs, as
-/// the integral of five functions; then the transfer function of the point as a function product. The
+/// A complete program: the radiance of a glossy point on the floor, under a sky and between two chairs. It is
+/// the integral of a product of five functions. Then the program computes the product of the four functions
+/// without the light, which is the transfer function of the point, and integrates it with the light. The
 /// argument is a mesh file, such as the installed scenes/meshes/chair.obj. Link with haarfield::shading.
 ///
 /// ```cpp
@@ -105,7 +108,7 @@
 ///     const Rgb radiance = product_integral(light, factors, full_depth, memory);
 ///     std::printf("radiance %.4f %.4f %.4f\n", double(radiance.x), double(radiance.y), double(radiance.z));
 ///
-///     // The product of the four: the response of the point to any light.
+///     // The product of the four functions without the light: the response of the point to any light.
 ///     std::vector<WaveletBlock<1>> blocks;
 ///     function_product(size, factors, full_depth, memory, blocks);
 ///     const WideCubemapTree answer(cubemap_tree(blocks));
