@@ -112,7 +112,7 @@ Command reference_command(CLI::App& program) {
             ->type_name("N");
     CLI::Option* relative_error =
         add_number(*app, "--relative-error", options->relative_error,
-                   "Use as many lights as a relative error of the reference of E requires", {1e-4, 1})
+                   "Use as many lights as a relative error E of the reference requires", {1e-4, 1})
             ->excludes(lights)
             ->type_name("E");
     app->add_flag(

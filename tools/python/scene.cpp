@@ -183,7 +183,7 @@ raises       haarfield.Error, with the messages of the scene reader; TypeError a
             const LatLongImage& image = prepared->light.environment.image;
             return view_of<Rgb>(image.pixels, prepared, {image.height, image.width});
         },
-        "The distant light: (height, width, 3) radiance, clean, turned and exposed; of an analytic sky "
+        "The distant light: (height, width, 3) radiance, cleaned, rotated and exposed; of an analytic sky "
         "without "
         "the\nsun's disc.");
     scene.def(

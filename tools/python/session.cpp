@@ -174,7 +174,7 @@ public:
         });
         if (!is_set)
             throw py::value_error(
-                "found a change of whether images have specular light on top; expected a new session");
+                "a textured material would gain or lose its specular term; expected a new session for that");
     }
 
     void turn_environment(const Rotation& rotation) {
@@ -281,10 +281,9 @@ void add_session(py::module_& module, py::class_<PythonScene, std::shared_ptr<Py
         module, "Session",
         R"(An open scene whose radiance follows changes of the light, the eye and instances.
 
-vary_light, vary_eye, vary_lamps or vary_instance makes the transfer vectors of what is to change; then frame is
-quick. commit
-shades in full, as a bake does. Instances are named, or numbered as in `instances`. One thread at a time drives a
-session: another one waits.)");
+vary_light, vary_eye, vary_lamps and vary_instance compute the transfer vectors for changes of one input. After
+that, frame takes milliseconds. commit shades the scene in full, as a bake does. An instance is identified by its
+name or its index in `instances`. One thread at a time can use a session; others wait.)");
     session.def_property_readonly(
         "instances", [](const PythonSession& self) { return self.names(); },
         "The names of the current instances.");
@@ -389,8 +388,8 @@ session: another one waits.)");
         "radiance", &PythonSession::radiance,
         R"(A list with an array for each instance, (N, 3), outgoing and linear, W/(m^2 sr).
 
-They are the session's own memory: each frame and commit changes what they show, until instances are cloned or
-removed; then they keep what they had. As in bakes, images do not multiply them: see under and over.)");
+They are the session's own memory, which each frame and commit updates. When an instance is cloned or removed,
+existing arrays keep their values. As in bakes, they do not include the images of textures: see under and over.)");
     session.def_property_readonly(
         "under", [](PythonSession& self) { return self.layer(false); },
         "A list with an array for each instance: the radiance that images multiply, as BakedMesh.under. "
