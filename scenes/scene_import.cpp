@@ -185,7 +185,7 @@ public:
             if (!parts) return Error{placed.name, "its transform " + parts.error().what};
             Instance instance;
             instance.entity = placed.entity;
-            // An instance with its entity's name needs no other name.
+            // A single instance that has the name of its entity gets no name of its own.
             const bool is_own = placed.name == scene.entities[placed.entity].name;
             if (!is_own || count[placed.name] > 1) instance.name = unique_name(placed.name, taken);
             instance.placement = parts->placement;

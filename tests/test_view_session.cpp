@@ -126,7 +126,7 @@ std::string colours_of(const std::string& frame) {
     return frame.substr(24);
 }
 
-/// What `bake` makes of a scene, with the session's fields and settings.
+/// Returns the radiance that `bake` computes for a scene, with the session's fields and settings.
 Result<SceneColours> baked(OpenedSession& opened, const Scene& scene) {
     SceneEntityOptions options;
     options.fields_folder = opened.folder() / "fields";

@@ -32,7 +32,7 @@ float diffuse_share(const Material& material) {
     return share;
 }
 
-/// Returns a pigment of one colour, or of an image times the colour.
+/// Returns the text of a pigment: a colour, or an image multiplied by it.
 ///
 /// is_opaque  true: the image is opaque, regardless of its alpha.
 std::string pigment_text(const Rgb& colour, const TextureFile* image, bool is_opaque) {

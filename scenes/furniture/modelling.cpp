@@ -145,7 +145,7 @@ Shell board(const Board& shape, const Profile& edge) {
     // The outline, from +x towards -z: counter-clockwise as viewed from above.
     struct OutlinePoint {
         Vec2d centre, out;  // x and z: of the corner's circle or of the side; direction away from it.
-        int column, row;    // Of the adjacent point of the inner grid.
+        int column, row;    // The adjacent point of the inner grid.
     };
     const double inner_x = shape.half_x - shape.corner, inner_z = shape.half_z - shape.corner;
     const auto grid_place = [&](int column, int row) {

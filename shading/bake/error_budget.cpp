@@ -69,30 +69,29 @@ std::vector<BudgetEntry> budget_entries(const std::vector<OracleRadiances>& radi
     using R = OracleRadiances;
     const int size = context.light.face_size, fine = context.fine_light.face_size;
     const Row rows[] = {
-        {"resolution", fmt::format("cubemaps of {0} x {0} texels, against {1} x {1}", size, fine), &R::oracle,
-         &R::finer},
-        {"coarse mesh", "simplified occluders, against the original meshes", &R::oracle, &R::original},
+        {"resolution", fmt::format("cubemaps of {0} x {0} texels, compared with {1} x {1}", size, fine),
+         &R::oracle, &R::finer},
+        {"coarse mesh", "simplified occluders, compared with the original meshes", &R::oracle, &R::original},
         {"lighting",
          context.settings.light_coefficients > 0
-             ? fmt::format("{} wavelets a face", context.settings.light_coefficients)
+             ? fmt::format("{} wavelets per face", context.settings.light_coefficients)
              : "all wavelets",
          &R::lighting, &R::oracle},
         {"sources",
-         fmt::format("{} directions of suns and patches of emitters, against all {} of their parts",
+         fmt::format("{} directions of suns and patches of emitters, compared with all {} of their parts",
                      context.baked_light.lights.size(), context.light.parts.size()),
          &R::sources, &R::oracle},
-        {"visibility", "the fields' truncated wavelets, in bytes", &R::visibility, &R::oracle},
-        {"planar field", "interpolated between exact samples on the ground", &R::planar, &R::oracle,
+        {"visibility", "truncated wavelets of the fields, one byte per cell", &R::visibility, &R::oracle},
+        {"planar field", "interpolation between exact samples on the ground", &R::planar, &R::oracle,
          &R::has_planar},
-        {"spherical field", "interpolated between exact samples around", &R::spherical, &R::oracle,
-         &R::has_spherical},
-        {"impostors", "distant objects, by pictures of their silhouettes", &R::distant, &R::oracle,
-         &R::has_distant},
-        {"lobes", "BRDF and cosine as the walk evaluates them, on cells", &R::lobes, &R::oracle},
+        {"spherical field", "interpolation between exact samples around the object", &R::spherical,
+         &R::oracle, &R::has_spherical},
+        {"impostors", "silhouettes of distant objects", &R::distant, &R::oracle, &R::has_distant},
+        {"lobes", "BRDF and cosine evaluated by cells, as in the walk", &R::lobes, &R::oracle},
         {"depth",
          context.settings.depth < full_depth ? fmt::format("depth {}", context.settings.depth) : "all levels",
          &R::shallow, &R::lobes},
-        {"all at the vertices", "the bake, against the finest oracle", &R::baked, &R::finest}};
+        {"all at the vertices", "the bake, compared with the finest oracle", &R::baked, &R::finest}};
     std::vector<BudgetEntry> entries;
     for (const Row& row : rows) {
         ErrorSum errors;
@@ -156,17 +155,20 @@ Result<Done> add_bounces(const ShadedScene& scene, const OracleContext& context,
     const std::size_t points = bounced.size();
     const BudgetEntry direct_light = std::exchange(budget.entries.back(), {});
     budget.entries.pop_back();
-    budget.entries.push_back({"direct light", "the bake without bounces, against the finest oracle", points,
-                              direct_light.relative_rmse, direct_light.relative_99, direct_light.bias});
+    budget.entries.push_back({"direct light", "the bake without bounces, compared with the finest oracle",
+                              points, direct_light.relative_rmse, direct_light.relative_99,
+                              direct_light.bias});
     budget.entries.push_back(
-        without.entry("no bounces", "if there were none, against all that paths find", points));
+        without.entry("no bounces", "direct light only, compared with path tracing", points));
+    budget.entries.push_back(errors.entry(
+        "bounces",
+        fmt::format(
+            "{} bounces, {} directions per vertex, compared with path tracing, whose error is {:.2f} %",
+            indirect->bounces, context.settings.bounces.directions,
+            energy > 0 ? 100 * std::sqrt(noise / energy) : 0.0),
+        points));
     budget.entries.push_back(
-        errors.entry("bounces",
-                     fmt::format("{} of them, {} directions a vertex, against paths, which err by {:.2f} %",
-                                 indirect->bounces, context.settings.bounces.directions,
-                                 energy > 0 ? 100 * std::sqrt(noise / energy) : 0.0),
-                     points));
-    budget.entries.push_back(all.entry("all at the vertices", "the bake, against the finest oracle", points));
+        all.entry("all at the vertices", "the bake, compared with the finest oracle", points));
     return Done{};
 }
 

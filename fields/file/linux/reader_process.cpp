@@ -145,7 +145,9 @@ int memory_file() {
     return memfd_create("haarfield", MFD_CLOEXEC | MFD_ALLOW_SEALING);
 }
 
-/// errors  what the system says of the reader process.
+/// Sends a request with its details and descriptors to the reader process.
+///
+/// errors  those of the system, with `where`.
 Result<Done> send(int socket, const ReaderRequest& head, std::string_view details,
                   const std::array<int, 3>& descriptors, const std::string& where) {
     iovec pieces[]{{const_cast<ReaderRequest*>(&head), sizeof head},
