@@ -1,6 +1,6 @@
 #!/bin/sh
-# Whether every source is as clang-format leaves it, and no line with a comment, which it does not wrap, is longer
-# than its 110 columns. Usage: tests/format.sh CLANG_FORMAT, in the project's folder.
+# Checks that clang-format would change no source, and that no line with a comment, which it does not wrap, is longer
+# than 110 columns. Usage: tests/format.sh CLANG_FORMAT, in the project's folder.
 sources() {
     find fields shading scenes bridge tools tests -name data -prune -o '(' -name '*.h' -o -name '*.cpp' ')' -print0
 }

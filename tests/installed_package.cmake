@@ -1,6 +1,6 @@
-# Installs the project into a folder of its own, then configures, builds and runs what uses it: the programs in the
-# libraries' manuals, and a source for each header.
-# Wanted: BUILD (the project's build folder), SOURCE (tests/installed_package), SCRATCH, COMPILER, FLAGS.
+# Installs the project into a temporary folder, then configures, builds and runs a project that uses it: the programs in
+# the libraries' manuals, and a source for each header.
+# Parameters: BUILD (the project's build folder), SOURCE (tests/installed_package), SCRATCH, COMPILER, FLAGS.
 file(REMOVE_RECURSE ${SCRATCH})
 file(MAKE_DIRECTORY ${SCRATCH})
 
@@ -18,7 +18,7 @@ run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE} -B ${SCRATCH}/build -DCMAKE_PREFIX_PA
     -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS})
 run(${CMAKE_COMMAND} --build ${SCRATCH}/build)
 set(scenes ${SCRATCH}/prefix/share/haarfield/scenes)
-# The libraries look for the reader where the project was configured to be installed, which is not here.
+# The libraries search for the reader in the configured install folder, which is another one.
 set(ENV{HAARFIELD_READER} ${SCRATCH}/prefix/bin/haarfield-reader)
 run(${SCRATCH}/build/fields_manual ${scenes}/meshes/chair.obj)
 run(${SCRATCH}/build/shading_manual ${scenes}/meshes/chair.obj)

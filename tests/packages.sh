@@ -21,7 +21,7 @@ for list in *.txt; do
 done
 ((failed == 0)) || exit 1
 
-# What takes minutes to install belongs to lists of its own.
+# Packages that take minutes to install are in separate lists.
 for package in $(./install --print demo); do
     case $package in
         blender | chromium* | slurm* | munge | *selenium | pybind11* | libgtest*)

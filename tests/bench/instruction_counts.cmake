@@ -1,8 +1,8 @@
-# Counts the instructions of the kernels with callgrind and compares them with the kept ones.
+# Counts the instructions of the kernels with callgrind and compares them with stored counts.
 #
 # PROGRAM   haarfield_counted_kernels
-# KEPT      the file of kept counts
-# COMPILER  that made the program, with its version
+# KEPT      the file of stored counts
+# COMPILER  the compiler of the program, with its version
 # VALGRIND  may be NOTFOUND
 # KEEP      true: write the counts to KEPT instead of comparing
 cmake_minimum_required(VERSION 3.25)

@@ -183,7 +183,7 @@ def test_cancelled_work_changes_nothing(folder):
 
 
 class Window:
-    """A context with a window, of which operators use this much."""
+    """A context with the parts of a window that operators use."""
 
     def __init__(self, context):
         self.context, self.window, self.workspace = context, "window", self
@@ -220,7 +220,7 @@ class Window:
 
 
 class Driven(operators.Baking):
-    """The operator, which Blender alone can make, without Blender."""
+    """The operator with a constructor of its own, because only Blender can construct operators."""
 
     invoke, modal = operators.HAARFIELD_OT_bake.invoke, operators.HAARFIELD_OT_bake.modal
     done, export = operators.HAARFIELD_OT_bake.done, False
@@ -298,7 +298,7 @@ def test_esc_cancels_and_leaves_all_as_it_was(folder):
 
 
 def words(line):
-    """A line of a table: texts, and numbers where they are."""
+    """Returns the words of a line; numbers are converted."""
     return [float(word) if word.lstrip("+-").replace(".", "").isdigit() else word for word in line.split()]
 
 

@@ -62,7 +62,7 @@ LIGHTS = {
 
 
 def errors_of_floor():
-    """RMSE and bias of the floor against Cycles, and Cycles' noise; of the RMS of Cycles' values. [%]"""
+    """Returns RMSE and bias of the floor, and Cycles' noise, relative to the RMS of Cycles' values. [%]"""
     assert bpy.ops.haarfield.compare() == {"FINISHED"}
     text = bpy.data.texts[cycles_check.TABLE].as_string()
     line = next(line for line in text.splitlines() if line.startswith("Floor"))

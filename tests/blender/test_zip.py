@@ -1,6 +1,6 @@
-"""The add-on's zip, installed as a user does, into a folder of its own: blender -b --python tests/blender/test_zip.py.
+"""Installs the add-on's zip as a user does, into a temporary folder: blender -b --python tests/blender/test_zip.py.
 
-With the zip in HAARFIELD_ADDON and an empty folder in BLENDER_USER_SCRIPTS.
+Needs the zip in HAARFIELD_ADDON and an empty folder in BLENDER_USER_SCRIPTS.
 """
 
 import os

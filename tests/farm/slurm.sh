@@ -1,7 +1,7 @@
 #!/bin/bash
-# Runs a plan of the demo's scene, made small, on a private Slurm: both daemons and two nodes on this machine, one of
-# which fails. The queue is shorter than the plan. Then loses and damages results and submits the plan again.
-# Usage: slurm.sh PROGRAM SOURCE. Exit code 77, with the reason, where that can not be.
+# Runs a plan of a small version of the demo's scene on a private Slurm: both daemons and two nodes on this machine, one
+# of which fails. The queue is shorter than the plan. Then removes and damages results and submits the plan again.
+# Usage: slurm.sh PROGRAM SOURCE. Exit code 77, with the reason, if Slurm cannot run here.
 set -euo pipefail
 program=$1 source=$2
 
@@ -41,7 +41,7 @@ wait_for() { # SECONDS COMMAND...
     done
 }
 
-# A munge of its own.
+# A separate munge.
 mkdir -m 0755 "$folder/munge"
 (umask 077 && dd if=/dev/urandom of="$folder/munge/key" bs=1024 count=1 2>/dev/null)
 chmod 0755 "$folder"
@@ -126,7 +126,7 @@ echo "ran $(done_tasks) tasks, of which $down_at were done when n1 went down: $h
 [[ $hosts == *n0* && $hosts == *n1* ]] || fail "one node did nothing"
 grep -q 'done in' plan/logs/fields_0.log || fail "there is no log of the first job of fields"
 
-# A lost result and a damaged one.
+# Removes one result and damages another.
 rm -r plan/parts/2.part plan/results
 printf X | dd of=plan/parts/5.part bs=1 seek=200 conv=notrunc 2>/dev/null
 ! "$program" status plan --verify --quiet || fail "the damaged result is not found"

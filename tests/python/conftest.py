@@ -93,7 +93,7 @@ SMALL_CHAIR = {
 
 
 def toml_text(value):
-    """Of what json and TOML write alike, but for tables."""
+    """Returns a value as TOML. Values other than tables have the same text in JSON."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key} = {toml_text(inside)}" for key, inside in value.items()) + "}"
     if isinstance(value, list):

@@ -1,8 +1,8 @@
-"""Times of a session's frames from Python and from C++, in turn: python3 frame_times.py SCENE [ROUNDS].
+"""Measures a session's frames from Python and from C++, alternating: python3 frame_times.py SCENE [ROUNDS].
 
-With the module in PYTHONPATH and haarfield_study in HAARFIELD_STUDY. Prints, for each gesture, the least time of a
-frame by haarfield_study and by the module, and the least that its threads worked, once both have made the same
-radiance. On a busy machine the latter is the one to compare.
+Needs the module in PYTHONPATH and haarfield_study in HAARFIELD_STUDY. Prints, for each gesture, the minimum wall and
+processor time of a frame by haarfield_study and by the module, after checking that both have equal radiance. Compare
+processor times on a busy machine.
 """
 
 import os
@@ -20,7 +20,7 @@ GESTURES = ("light", "eye", "instance")
 
 
 class InCpp:
-    """The session of haarfield_study."""
+    """A session in haarfield_study."""
 
     def __init__(self, scene, frames):
         command = [STUDY, "session", str(scene), "--frames", str(frames)]
@@ -41,7 +41,7 @@ class InCpp:
 
 
 class InPython:
-    """The session of the module, with the steps of tests/studies/study_session.cpp."""
+    """A session of the module, with the steps of tests/studies/study_session.cpp."""
 
     def __init__(self, scene, frames):
         self.session = haarfield.open(scene).session()
@@ -81,7 +81,7 @@ class InPython:
 
 
 def least_times(scene, name, rounds, frames=10):
-    """Time and work of a gesture's frames in C++ and in Python [s], in turn. Fails if their bits differ."""
+    """Returns wall and processor time of a gesture's frames in C++ and in Python [s]. Fails if radiance differs."""
     sides = InCpp(scene, frames), InPython(scene, frames)
     least = numpy.full((2, 2), numpy.inf)
     for number in range(rounds):

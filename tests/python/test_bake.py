@@ -1,4 +1,4 @@
-"""Bakes: the bits of the command line, numpy's arrays without copies, files and figures."""
+"""Bakes: equality with the command line, arrays without copies, files and measurements."""
 
 import gc
 import subprocess
@@ -10,7 +10,7 @@ from conftest import PROGRAM, box_arrays, description
 import haarfield
 
 def read_ply(path):
-    """The vertices of a file that haarfield wrote."""
+    """Returns the vertices of a PLY file."""
     data = path.read_bytes()
     head, body = data.split(b"end_header\n", 1)
     kinds = {"float": "<f4", "uchar": "u1", "int": "<i4", "uint": "<u4"}
@@ -26,7 +26,7 @@ def read_ply(path):
     return numpy.frombuffer(body, numpy.dtype(fields), count)
 
 
-def test_bits_are_those_of_the_command_line(chair_file, tmp_path):
+def test_bakes_are_bit_identical_to_those_of_the_command_line(chair_file, tmp_path):
     subprocess.run(
         [PROGRAM, "bake", chair_file, "-o", tmp_path / "command", "--no-render", "--quiet", "--pass", "occlusion"],
         check=True,
@@ -45,7 +45,7 @@ def test_bits_are_those_of_the_command_line(chair_file, tmp_path):
         assert file.read_bytes() == (tmp_path / "command" / file.name).read_bytes(), file.name
 
 
-def test_original_vertices_are_those_of_the_command_line(chair_file, tmp_path):
+def test_original_vertices_equal_those_of_the_command_line(chair_file, tmp_path):
     options = ["--no-render", "--quiet", "--pass", "occlusion", "--original-vertices"]
     subprocess.run([PROGRAM, "bake", chair_file, "-o", tmp_path, *options], check=True)
     scene = haarfield.open(chair_file)
@@ -63,14 +63,14 @@ def test_original_vertices_are_those_of_the_command_line(chair_file, tmp_path):
     files = bake.write_povray(tmp_path / "module")
     for file in [files["scene"], *files["includes"]]:
         assert file.read_bytes() == (tmp_path / file.name).read_bytes(), file.name
-    # The chair's file has its own number of vertices, whatever the scene's fine_vertices.
+    # The number of vertices is that of the chair's file, regardless of the scene's fine_vertices.
     with open(haarfield.open(chair_file).description["entities"]["chair"]["mesh"]) as file:
         assert len(bake["chair"]) == sum(line.startswith("v ") for line in file)
     again = scene.bake()
     assert len(again["chair"]) >= 1500
 
 
-def test_original_vertices_of_arrays_are_the_arrays_in_their_order():
+def test_original_vertices_of_arrays_have_the_order_of_the_arrays():
     changed = description()
     positions, triangles = box_arrays()
     lonely = numpy.vstack([positions, [(9, 9, 9)]])
@@ -86,7 +86,7 @@ def test_original_vertices_of_arrays_are_the_arrays_in_their_order():
         haarfield.scene(changed).bake(refine=0.1, original_vertices=True)
 
 
-def test_fields_in_a_folder_are_the_command_lines(chair_file, tmp_path):
+def test_fields_in_a_folder_are_shared_with_the_command_line(chair_file, tmp_path):
     subprocess.run([PROGRAM, "precompute", chair_file, "-o", tmp_path, "--quiet"], check=True)
     before = {file.name: file.stat().st_mtime_ns for file in (tmp_path / "fields").iterdir()}
     scene = haarfield.open(chair_file)
@@ -123,7 +123,7 @@ def test_arrays_are_views_that_outlive_the_bake(scene):
     assert numpy.array_equal(radiance, kept)
 
 
-def test_meshes_stand_where_the_scene_has_them(bake):
+def test_meshes_are_placed_as_in_the_scene(bake):
     mesh = bake["right"]
     world = mesh.positions @ mesh.matrix[:3, :3].T + mesh.matrix[:3, 3]
     assert world.min(axis=0) == pytest.approx([0.5, 0, -0.1], abs=1e-5)
@@ -197,7 +197,7 @@ def test_pictures_and_figures(scene, bake, tmp_path):
     ] > 30
 
 
-def test_references_have_bounces_if_asked(scene, tmp_path):
+def test_references_have_bounces_on_request(scene, tmp_path):
     def written(**options):
         made = scene.reference(tmp_path, lights=16, render=False, **options)
         assert "image" not in made
@@ -211,7 +211,7 @@ def test_references_have_bounces_if_asked(scene, tmp_path):
         written(bounces=21)
 
 
-def test_compare_refuses_what_is_no_picture():
+def test_compare_refuses_invalid_pictures():
     picture = numpy.zeros((4, 4, 3))
     with pytest.raises(haarfield.Error):
         haarfield.compare(picture, numpy.zeros((4, 5, 3)))
@@ -234,20 +234,20 @@ def test_images_are_written_and_read_back(tmp_path):
     assert (coverage == 0.5).all()
 
 
-def test_the_budget_names_what_errs(scene):
+def test_the_budget_lists_the_approximations(scene):
     entries = scene.budget(points=20)
     names = [entry["approximation"] for entry in entries]
     assert "interpolation" in names and len(set(names)) == len(names)
     assert all(entry["relative_rmse"] >= 0 for entry in entries)
 
 
-def test_bakes_leave_no_file_behind(tmp_path, monkeypatch):
+def test_bakes_leave_no_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     haarfield.scene(description()).bake()
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_bake_has_the_keys_of_its_instances(scene):
+def test_a_bake_is_a_mapping_by_instance_names(scene):
     bake = scene.bake(bounces=0)
     assert bake.keys() == scene.instances
     assert "left" in bake and "nobody" not in bake and 0 not in bake

@@ -31,7 +31,7 @@ def test_visibility_is_blocked_towards_the_object(field):
     assert seen.min() > -0.2 and seen.max() < 1.2
 
 
-def test_far_away_nothing_is_hidden(field):
+def test_visibility_far_away_is_one(field):
     assert field.visibility((1e4, 0, 0)).mean() > 0.9999
 
 
@@ -45,7 +45,7 @@ def test_interpolation_is_the_weighted_sum_of_cubemaps(field):
         assert numpy.allclose(texels, field.visibility((1.3, 0.2, 0.4), sampler), atol=1e-5)
 
 
-def test_trees_give_their_texels(field):
+def test_trees_reproduce_their_texels(field):
     handle = int(field.spherical["handles"][400])
     texels = field.cubemap(handle).texels()
     for face, tree in enumerate(field.cubemap(handle).faces):
@@ -54,7 +54,7 @@ def test_trees_give_their_texels(field):
         assert sorted(children[children >= 0]) == list(range(1, len(children))) or len(children) == 0
 
 
-def test_samplers_stand_round_the_object(field):
+def test_samples_are_around_the_object(field):
     planar, spherical = field.planar, field.spherical
     assert planar["positions"].shape == (planar["rings"] * planar["angles"], 3)
     assert (planar["positions"][:, 1] == planar["centre"][1]).all()
@@ -65,7 +65,7 @@ def test_samplers_stand_round_the_object(field):
     assert numpy.allclose(field.bounds, ((-0.5, 0, -0.5), (0.5, 1, 0.5)), atol=0.02)
 
 
-def test_what_is_not_there_is_refused(field, scene, tmp_path):
+def test_invalid_arguments_and_files_are_refused(field, scene, tmp_path):
     with pytest.raises(IndexError, match="handle -1"):
         field.cubemap(-1)
     with pytest.raises(IndexError):

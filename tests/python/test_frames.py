@@ -1,4 +1,4 @@
-"""Frames from Python: equal to those of C++, and their radiance is handed over without copies."""
+"""Frames from Python: equal to those of C++, with radiance that is not copied."""
 
 import gc
 
@@ -12,11 +12,11 @@ import haarfield
 
 
 @pytest.mark.parametrize("gesture", GESTURES)
-def test_frames_have_the_bits_of_those_in_cpp(chair_file, gesture):
+def test_frames_are_bit_identical_to_those_of_cpp(chair_file, gesture):
     least_times(chair_file, gesture, rounds=3, frames=5)  # compares them after each round
 
 
-def test_radiance_of_many_vertices_is_handed_over_without_a_copy(vertices=300_000):
+def test_radiance_of_many_vertices_is_not_copied(vertices=300_000):
     floor = {"mesh": haarfield.Mesh(*floor_arrays()), "fine_vertices": vertices}
     scene = haarfield.scene(
         {"environment": {"image": sky_pixels()}, "entities": {"floor": floor}, "instances": [{"entity": "floor"}]}
@@ -45,4 +45,4 @@ def test_radiance_of_many_vertices_is_handed_over_without_a_copy(vertices=300_00
 
 
 if __name__ == "__main__":
-    test_radiance_of_many_vertices_is_handed_over_without_a_copy(1_000_000)
+    test_radiance_of_many_vertices_is_not_copied(1_000_000)

@@ -31,14 +31,14 @@ def test_the_haar_transform_is_orthonormal_and_inverts(size):
     assert numpy.allclose(haarfield.inverse_haar_transform(scaling, levels), texels, atol=1e-5)
 
 
-def test_wavelets_have_the_signs_that_are_promised():
+def test_wavelets_have_the_documented_signs():
     scaling, levels = haarfield.haar_transform([[1, 0], [0, 0]])
     assert scaling == 0.25 and levels[0].ravel().tolist() == [0.25, 0.25, 0.25]
     scaling, levels = haarfield.haar_transform([[1, 0], [1, 0]])
     assert levels[0].ravel().tolist() == [0.5, 0, 0]
 
 
-def test_lack_of_memory_is_said_in_words():
+def test_lack_of_memory_has_a_message():
     code = """
 import haarfield, numpy, resource
 texels = numpy.random.default_rng(1).random((6, 256, 256), dtype=numpy.float32)
@@ -67,7 +67,7 @@ def test_trees_invert_and_truncate():
 
 @pytest.mark.parametrize("count", [1, 2, 3, 6, 9])
 @pytest.mark.parametrize("size", [1, 4, 32])
-def test_the_product_integral_is_that_of_numpy(count, size):
+def test_the_product_integral_equals_that_of_numpy(count, size):
     for seed in range(3):
         made = functions(count, size, seed)
         wanted = numpy.prod([f.astype(float) for f in made], axis=0).mean(axis=(1, 2)).sum()
@@ -80,7 +80,7 @@ def test_the_product_of_no_functions_is_one():
     assert haarfield.product_integral() == 6
 
 
-def test_light_of_three_channels_is_a_factor():
+def test_light_of_three_channels_can_be_a_factor():
     made = functions(2, 16, 7)
     light = numpy.random.default_rng(1).uniform(size=(6, 16, 16, 3)).astype(numpy.float32)
     wanted = (light * (made[0] * made[1])[..., None]).mean(axis=(1, 2)).sum(axis=0)
@@ -88,12 +88,12 @@ def test_light_of_three_channels_is_a_factor():
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
-def test_the_function_product_is_that_of_numpy(count):
+def test_the_function_product_equals_that_of_numpy(count):
     made = functions(count, 16, count)
     assert numpy.allclose(haarfield.function_product(*made).texels(), numpy.prod(made, axis=0), atol=1e-5)
 
 
-def test_a_product_made_once_integrates_as_its_factors():
+def test_a_function_product_integrates_as_its_factors():
     made = functions(4, 32, 11)
     product = haarfield.function_product(*made[:3])
     assert haarfield.product_integral(product, made[3]) == pytest.approx(haarfield.product_integral(*made), abs=1e-5)
@@ -104,7 +104,7 @@ def test_solid_angles_cover_the_sphere():
     assert numpy.allclose(numpy.linalg.norm(haarfield.texel_directions(8), axis=-1), 1, atol=1e-6)
 
 
-def test_even_light_on_a_plane_is_pi():
+def test_uniform_light_on_a_plane_gives_pi():
     light = haarfield.lighting(numpy.ones((16, 32, 3)), 32)
     irradiance = haarfield.product_integral(haarfield.lobe(1, (0, 1, 0), 32), light=light)
     assert numpy.allclose(irradiance, numpy.pi, rtol=1e-3)

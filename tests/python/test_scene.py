@@ -1,4 +1,4 @@
-"""Scenes: files, dicts and arrays, with haarfield's own words for what is wrong."""
+"""Scenes: files, dicts and arrays, and messages about errors in them."""
 
 import numpy
 import pytest
@@ -8,7 +8,7 @@ import haarfield
 
 
 def changed(path, value):
-    """The description with one value of it exchanged."""
+    """Returns the description with one value replaced."""
     result = description()
     inside = result
     for key in path[:-1]:
@@ -17,14 +17,14 @@ def changed(path, value):
     return result
 
 
-def test_a_file_opens_with_its_names():
+def test_an_opened_file_has_its_names():
     scene = haarfield.open(SOURCE / "scenes/single_chair.toml")
     assert scene.name == "single_chair"
     assert scene.instances == ["floor", "chair"]
     assert scene.description["entities"]["chair"]["fine_vertices"] == 12000
 
 
-def test_changes_take_the_place_of_what_the_file_has():
+def test_changes_replace_keys_of_the_file():
     changes = {"environment": {"sky": None, "image": sky_pixels()}, "camera": {"resolution": [10, 20]}}
     scene = haarfield.open(SOURCE / "scenes/single_chair.toml", changes)
     assert scene.description["camera"]["resolution"] == [10, 20]
@@ -40,7 +40,7 @@ def test_a_description_is_a_scene(scene):
     assert scene.environment().shape == (16, 32, 3)
 
 
-def test_a_camera_that_is_missing_is_found():
+def test_a_missing_camera_is_placed():
     without = description()
     del without["camera"]
     position = haarfield.scene(without).camera()["position"]
@@ -61,7 +61,7 @@ def test_a_camera_that_is_missing_is_found():
         (("entities", "box", "mesh"), "nowhere.obj", "there is no such file"),
     ],
 )
-def test_what_no_scene_can_be_is_an_error(path, value, said):
+def test_invalid_scenes_are_errors(path, value, said):
     with pytest.raises(haarfield.Error) as raised:
         haarfield.scene(changed(path, value))
     assert said in str(raised.value)
@@ -69,18 +69,18 @@ def test_what_no_scene_can_be_is_an_error(path, value, said):
 
 
 @pytest.mark.parametrize("value", [object(), {1: 2}, b"bytes", 1j, [object()]])
-def test_what_no_table_can_hold_is_a_type_error(value):
+def test_values_of_other_types_are_type_errors(value):
     with pytest.raises(TypeError, match="materials.red"):
         haarfield.scene(changed(("materials", "red", "diffuse"), value))
 
 
 @pytest.mark.parametrize("shape", [(4, 2, 3), (2, 4, 4), (8, 4, 3), (4,), (0, 0, 3)])
-def test_an_environment_of_another_shape_is_refused(shape):
+def test_environments_of_other_shapes_are_refused(shape):
     with pytest.raises(ValueError, match="environment.image has the shape"):
         haarfield.scene(changed(("environment", "image"), numpy.zeros(shape)))
 
 
-def test_bad_texels_of_environments_are_mended_with_a_warning():
+def test_invalid_pixels_of_environments_are_repaired_with_a_warning():
     pixels = sky_pixels()
     pixels[2, 3] = -1
     pixels[4, 5] = numpy.nan
@@ -88,7 +88,7 @@ def test_bad_texels_of_environments_are_mended_with_a_warning():
         haarfield.scene(changed(("environment", "image"), pixels)).prepare()
 
 
-def test_an_error_of_a_file_says_where():
+def test_errors_of_files_name_the_place():
     with pytest.raises(haarfield.Error) as raised:
         haarfield.open("nowhere.toml")
     assert raised.value.where == "nowhere.toml"
@@ -120,7 +120,7 @@ BAD_MESHES = [
 
 
 @pytest.mark.parametrize("arrays, error, said", BAD_MESHES)
-def test_arrays_that_are_no_mesh_are_refused(arrays, error, said):
+def test_arrays_of_invalid_meshes_are_refused(arrays, error, said):
     with pytest.raises(error) as raised:
         haarfield.Mesh(**arrays)
     assert said in str(raised.value)
@@ -128,7 +128,7 @@ def test_arrays_that_are_no_mesh_are_refused(arrays, error, said):
 
 @pytest.mark.parametrize("kind", [numpy.float32, numpy.float64, numpy.int32])
 @pytest.mark.parametrize("order", ["C", "F"])
-def test_arrays_of_any_layout_are_the_same_mesh(kind, order, bake):
+def test_arrays_of_any_layout_give_the_same_mesh(kind, order, bake):
     other = description()
     positions, triangles = floor_arrays()
     other["entities"]["floor"]["mesh"] = haarfield.Mesh(
@@ -137,7 +137,7 @@ def test_arrays_of_any_layout_are_the_same_mesh(kind, order, bake):
     assert numpy.array_equal(haarfield.scene(other).bake()["floor"].radiance, bake["floor"].radiance)
 
 
-def test_materials_of_triangles_and_images_are_seen():
+def test_materials_of_triangles_and_images_show():
     positions, triangles = floor_arrays()
     uvs = (positions[:, [0, 2]] + 2) / 4
     half = haarfield.Mesh(
@@ -160,7 +160,7 @@ def test_materials_of_triangles_and_images_are_seen():
     assert mesh.materials == ["near", "far"]
     near = mesh.vertex_materials == 0
     assert numpy.allclose(mesh.radiance[near], 0.5, atol=0.01)
-    # The image multiplies what lies under it: red on the left, green on the right.
+    # The image multiplies the radiance below it: red on the left, green on the right.
     far = ~near
     assert numpy.allclose(mesh.under[far], 1, atol=0.02)
     assert (mesh.radiance[far][:, 2] == 0).all()
@@ -168,7 +168,7 @@ def test_materials_of_triangles_and_images_are_seen():
     assert (mesh.radiance[left, 0] > 0.95).all()
 
 
-def test_changes_share_what_was_prepared(scene, bake):
+def test_changed_scenes_share_prepared_meshes_and_fields(scene, bake):
     turned = scene.changed({"environment": {"rotation": 90}})
     told = []
     other = turned.bake(progress=lambda stage, done, total: told.append(stage))
@@ -178,7 +178,7 @@ def test_changes_share_what_was_prepared(scene, bake):
     assert numpy.array_equal(back["floor"].radiance, bake["floor"].radiance)
 
 
-def test_a_description_of_arrays_makes_the_same_scene_again(scene):
+def test_a_description_of_arrays_reproduces_the_scene(scene):
     texels = numpy.random.default_rng(3).integers(0, 256, (4, 6, 3), dtype=numpy.uint8)
     textured = scene.changed({"materials": {"paper": {"diffuse": [1, 1, 1], "image": texels}}})
     again = haarfield.scene(textured.description, name="again")

@@ -1,4 +1,4 @@
-"""Sessions: radiance that follows, from one thread after the other, a thousand times."""
+"""Sessions: radiance after changes, use by several threads, leaks of memory."""
 
 import ctypes
 import gc
@@ -26,7 +26,7 @@ def resident_bytes():
 
 
 def allowed_threads():
-    """The number of threads that oneTBB allows this process: max_allowed_parallelism of tbb::global_control."""
+    """Returns oneTBB's limit of threads in this process: max_allowed_parallelism of tbb::global_control."""
     active_value = ctypes.CDLL("libtbb.so.12")._ZN3tbb6detail2r127global_control_active_valueEi
     active_value.restype = ctypes.c_size_t
     return active_value(0)
@@ -36,13 +36,13 @@ def relative_rmse(a, b):
     return numpy.sqrt(((a - b) ** 2).mean() / (b**2).mean())
 
 
-def test_a_commit_has_the_bits_of_a_bake(scene, bake, session):
+def test_a_commit_is_bit_identical_to_a_bake(scene, bake, session):
     session.commit()
     for array, name in zip(session.radiance, scene.instances):
         assert numpy.array_equal(array, bake[name].radiance)
 
 
-def test_the_number_of_threads_is_what_was_asked_for():
+def test_the_number_of_threads_is_the_requested_one():
     haarfield.use_threads(3)
     try:
         scene = haarfield.scene(description(), name="threads")
@@ -76,13 +76,13 @@ def test_arrays_follow_the_light(scene, session):
     assert relative_rmse(floor, turned["floor"].radiance) < 0.01
 
 
-def test_an_exchanged_light_is_followed(scene, session):
+def test_radiance_follows_a_replaced_light(scene, session):
     session.set_environment(2 * scene.environment())
     session.commit()
     assert relative_rmse(session.radiance[0], 2 * scene.bake()["floor"].radiance) < 1e-5
 
 
-def test_the_eye_and_instances_move(scene, session):
+def test_radiance_follows_the_eye_and_instances(scene, session):
     session.vary_eye()
     session.set_eye((0, 3, 4))
     session.frame()
@@ -92,7 +92,7 @@ def test_the_eye_and_instances_move(scene, session):
     moved = description()
     moved["camera"]["position"] = [0, 3, 4]
     moved["instances"][1]["translate"] = [-0.8, 0, 0.5]
-    # The preview draws it, and a commit is what a bake of it makes.
+    # A preview can be drawn, and a commit equals a bake of the changed scene.
     assert session.picture().shape == (72, 96, 3)
     session.commit()
     baked = haarfield.scene(moved).bake()
@@ -102,7 +102,7 @@ def test_the_eye_and_instances_move(scene, session):
     assert session.matrices[1][0, 0] == pytest.approx(numpy.cos(numpy.radians(30)), abs=1e-6)
 
 
-def test_lamps_and_materials_are_followed(scene, session):
+def test_radiance_follows_lamps_and_materials(scene, session):
     lamp = {"name": "bulb", "position": [0, 2, 1], "colour": [3, 3, 3], "fade_distance": 1}
     session.vary_lamps()
     session.set_lamps([lamp])
@@ -127,7 +127,7 @@ def test_lamps_and_materials_are_followed(scene, session):
         session.set_material("grey", {"diffuse": [2, 2, 2]})
 
 
-def test_images_separate_what_they_multiply():
+def test_radiance_is_separate_from_images():
     positions, triangles = floor_arrays()
     floor = haarfield.Mesh(positions, triangles, uvs=positions[:, [0, 2]] / 4 + 0.5)
     made = description()
@@ -152,7 +152,7 @@ def test_images_separate_what_they_multiply():
     assert relative_rmse(session.over[0], bake["floor"].over) < 0.01
 
 
-def test_clones_and_removals_let_arrays_keep_what_they_had(session):
+def test_arrays_keep_their_values_after_clones_and_removals(session):
     session.commit()
     shown = session.radiance
     kept = [array.copy() for array in shown]
@@ -180,7 +180,7 @@ def test_radiance_outlives_its_session(scene):
     assert numpy.array_equal(radiance, kept)
 
 
-def test_a_frame_of_nothing_that_varies_is_an_error(session):
+def test_a_frame_without_a_varying_input_is_an_error(session):
     with pytest.raises(haarfield.Error, match="no transfer vectors") as raised:
         session.frame()
     named = re.findall(r"vary_\w+", str(raised.value))
@@ -216,21 +216,21 @@ def test_wrong_arguments_are_exceptions(session, act, error):
         act(session)
 
 
-def test_the_last_instance_stays(session):
+def test_the_last_instance_cannot_be_removed(session):
     session.remove(0)
     session.remove(0)
     with pytest.raises(ValueError, match="last instance"):
         session.remove(0)
 
 
-def test_progress_is_told_in_the_calling_thread(session):
+def test_progress_is_called_in_the_calling_thread(session):
     told = []
     session.commit(progress=lambda stage, done, total: told.append((threading.get_ident(), stage, done, total)))
     assert told and {thread for thread, *_ in told} == {threading.get_ident()}
     assert all(done <= total for _, _, done, total in told)
 
 
-def test_what_progress_raises_ends_the_call(session):
+def test_exceptions_of_progress_end_the_call(session):
     def refuse(stage, done, total):
         raise ZeroDivisionError(stage)
 
@@ -298,7 +298,7 @@ def test_an_interrupt_ends_a_long_call_soon(scene):
     assert time.monotonic() - sent[0] < 10  # some 50 ms on an idle machine
 
 
-def test_a_thousand_sessions_leave_nothing_behind(scene):
+def test_a_thousand_sessions_leak_nothing(scene):
     def open_and_close(count):
         for _ in range(count):
             session = scene.session()
@@ -312,7 +312,7 @@ def test_a_thousand_sessions_leave_nothing_behind(scene):
     assert resident_bytes() - before < 8e6
 
 
-def test_committed_sessions_leave_nothing_behind():
+def test_committed_sessions_leak_nothing():
     small = description()
     for entity in small["entities"].values():
         entity["fine_vertices"] = 100

@@ -1,4 +1,4 @@
-"""The type stubs, against the module."""
+"""Compares the type stubs with the module."""
 
 import ast
 import inspect
@@ -17,7 +17,7 @@ def functions_of(body):
 
 
 def arguments_of(node):
-    """Names with their defaults, as the stub has them."""
+    """Returns the names and defaults of arguments in a stub."""
     arguments = node.args.args + node.args.kwonlyargs
     defaults = [None] * (len(node.args.args) - len(node.args.defaults)) + node.args.defaults + node.args.kw_defaults
     return [
@@ -27,7 +27,7 @@ def arguments_of(node):
 
 
 def signature_of(function):
-    """The same from the first line of pybind11's docstrings."""
+    """Returns the names and defaults in the first line of pybind11's docstring."""
     line = re.match(r"(?:\w+)\((.*)\) -> ", function.__doc__).group(1)
     names = re.findall(r"(?:^|, )\*{0,2}(\w+): [^=,]*?(?: = (.*?))?(?=, (?:\*, )?\*{0,2}\w+: |$)", line)
     return [(name, ast.literal_eval(default) if default else None) for name, default in names]
@@ -50,7 +50,7 @@ def test_everything_public_is_in_the_stubs_and_has_a_docstring():
             assert getattr(made, member).__doc__, f"{name}.{member}"
 
 
-def test_arguments_and_defaults_are_those_of_the_module():
+def test_stubs_have_the_arguments_and_defaults_of_the_module():
     checked = 0
     for node in STUBS.body:
         inside = [(haarfield, node)] if isinstance(node, ast.FunctionDef) else []
@@ -73,7 +73,7 @@ def test_arguments_and_defaults_are_those_of_the_module():
     assert checked > 30
 
 
-def test_functions_have_the_signatures_that_they_are_documented_with():
+def test_functions_have_their_documented_signatures():
     signature = inspect.signature(haarfield.Scene.bake)
     assert next(iter(signature.parameters)) == "self"
     assert signature.parameters["refine"].kind == inspect.Parameter.KEYWORD_ONLY
@@ -82,7 +82,7 @@ def test_functions_have_the_signatures_that_they_are_documented_with():
     assert "triangles" in inspect.signature(haarfield.Mesh).parameters
 
 
-def test_wrong_arguments_are_named_in_one_line(scene):
+def test_messages_about_wrong_arguments_have_one_line(scene):
     for call, trouble in [
         (lambda: scene.bake(refin=0.1), "Scene.bake: got an unexpected keyword argument 'refin'"),
         (lambda: haarfield.use_threads(), "use_threads: missing a required argument: 'count'"),

@@ -1,4 +1,4 @@
-"""The page of `haarfield view` in a real browser: what hands do, and what they see."""
+"""The page of `haarfield view` in a real browser: gestures of users, and the displayed results."""
 
 import base64
 import http.server
@@ -28,7 +28,7 @@ colour = [1, 1, 1]
 
 
 class PageTest(unittest.TestCase):
-    """One server and one browser for all; each test begins with a page that rests."""
+    """Tests that share one server and one browser. Each begins with a page that displays exact colours."""
 
     @classmethod
     def setUpClass(cls):
@@ -53,7 +53,7 @@ class PageTest(unittest.TestCase):
             self.assertLess(view.relative_difference(a[name], b[name]), tolerance, name)
 
     def assert_bakes_alike(self, name):
-        """Saved under a name, the scene bakes to the colours that the page holds."""
+        """Saves the scene under a name. A bake of the file must equal the colours of the page."""
         self.page.wait_exact(self.page.send("save", name=name))
         scene = os.path.join(self.server.folder, name + ".toml")
         self.page.wait("return haarfield.stats.saved === arguments[0]", scene)
@@ -74,7 +74,7 @@ class PageTest(unittest.TestCase):
         turned = self.page.colours()
         self.assertGreater(view.relative_difference(turned["floor"], before["floor"]), 0.05)
         self.assert_bakes_alike("turned")
-        # Keys are a gesture each.
+        # Each key press is a separate gesture.
         while not self.page.js("return document.getElementById('undo').disabled"):
             self.page.wait_exact(self.page.send("undo"))
             if self.page.js("return Math.abs(haarfield.light().rotation[1]) < 1e-9"):
@@ -129,7 +129,7 @@ class PageTest(unittest.TestCase):
             name, base64.b64encode(data).decode())
 
     def drag_gizmo(self, axis, by=(40, -25)):
-        """Looks for a handle of the gizmo round its middle, and drags it."""
+        """Searches for a handle of the gizmo around its centre, and drags it."""
         at = self.page.js(
             "const {stage} = haarfield, {gizmo, canvas, camera} = stage;"
             "stage.dirty = true; stage.draw();"
@@ -150,7 +150,7 @@ class PageTest(unittest.TestCase):
                 by[0] // 2, by[1] // 2).move_by_offset(by[0] // 2, by[1] // 2).release().perform()
 
     def ring_direction(self):
-        """Which way on the screen turns what the gizmo holds about x, whatever the camera sees: 48 pixels."""
+        """Returns the drag on the screen, of 48 pixels, that rotates the object about x for the current camera."""
         return self.page.js(
             "const {gizmo, canvas, camera} = haarfield.stage, at = gizmo.object.position;"
             "const eye = camera.position.clone().sub(at), along = at.clone().set(1, 0, 0).cross(eye).normalize();"
@@ -160,7 +160,7 @@ class PageTest(unittest.TestCase):
             "return [x, y].map((part) => Math.round(48 * part / Math.hypot(x, y)));")
 
     def click_object(self, name):
-        """By a click into the picture."""
+        """Selects an object by a click into the picture."""
         at = self.page.js(
             "const {stage} = haarfield, box = stage.canvas.getBoundingClientRect(), {pick} = stage.on;"
             "let found;"
@@ -189,7 +189,7 @@ class PageTest(unittest.TestCase):
                        "return Math.abs(position.x) > 0.02", before["chair_1"]["id"])
         self.page.settle()
         self.assert_bakes_alike("moved")
-        # One drag is one step.
+        # One drag is one step of undo.
         self.page.wait_exact(self.page.send("undo"))
         self.assertEqual(self.page.objects(), before)
         self.assert_same(self.page.colours(), colours)
@@ -378,7 +378,7 @@ class PageTest(unittest.TestCase):
         try:
             second = view.Page(self.browser, self.server.url)
             self.assertFalse(second.js("return haarfield.isSteering()"))
-            # A window that is not in front draws nothing, and must hold nobody up.
+            # A window in the background draws nothing, and must not delay other pages.
             number = self.in_first_window(
                 lambda: self.page.send("place", object=chair, translate=[0.1, 0.2, 0.3]))
             second.wait("return haarfield.stage.objects.get(arguments[0]).position.y > 0.19", chair)
@@ -392,7 +392,7 @@ class PageTest(unittest.TestCase):
             second.wait_exact(second.send("undo"))
         finally:
             self.close_second_window()
-        # The page that is left steers again.
+        # The remaining page steers again.
         self.page.wait("return haarfield.isSteering()")
 
     def test_a_lost_connection_is_taken_up_again(self):
@@ -465,7 +465,7 @@ class PageTest(unittest.TestCase):
                 file.write(self.page.canvas_png())
             done = self.page.task("picture")
             self.assertEqual(done["files"], ["room_view.png", "room_view.exr"])
-            # Of the scene's own size, which is smaller.
+            # The picture of the task has the size of the scene's camera, which is smaller.
             small = os.path.join(self.server.folder, "small.png")
             with Image.open(shot) as image:
                 self.assertEqual(image.size, (640, 480))
@@ -524,7 +524,7 @@ class PageTest(unittest.TestCase):
 
 
 class OwnServerTest(unittest.TestCase):
-    """A server and a browser for each test."""
+    """Tests with a separate server and browser each."""
 
     def opened(self, *options):
         scratch = view.scratch()
@@ -586,7 +586,7 @@ class OwnServerTest(unittest.TestCase):
         page.settle()
         place = lambda objects: {name: (each["position"], each["rotation"]) for name, each in objects.items()}
         self.assertEqual(place(page.objects()), place(moved))
-        # Once saved, nothing is offered.
+        # After saving, nothing is offered.
         browser.find_element(By.ID, "save").click()
         page.wait("return haarfield.stats.saved")
         self.assertFalse(os.path.exists(autosaved))
@@ -604,7 +604,7 @@ class OwnServerTest(unittest.TestCase):
         page.wait("return window.lastSocket !== haarfield.connection.socket")
 
     def compare(self, *options):
-        """Makes the reference: how often light bounces in it, whether so in its scene, and what the page says."""
+        """Makes the reference. Returns its bounces, whether its scene has indirect light, and the page's text."""
         server, browser, page = self.opened(*options)
         done = page.task("reference", patience=300)
         self.assertEqual(done["state"], "done", done)
@@ -617,7 +617,7 @@ class OwnServerTest(unittest.TestCase):
         return done["bounces"], has_indirect, said
 
     def assert_compares_one_view(self, browser, page):
-        """Its labels are below the toolbar; it ends with the view, and the button returns to it."""
+        """The labels of a comparison are below the toolbar. It ends when the view changes; its button restores both."""
         label, tools = (browser.find_element(By.ID, id).rect for id in ("reference-light", "tools"))
         self.assertGreaterEqual(label["y"], tools["y"] + tools["height"])
         browser.find_element(By.ID, "canvas").send_keys(Keys.SHIFT, Keys.ARROW_RIGHT)
