@@ -171,7 +171,7 @@ TEST(Layering, LibrariesStayInTheirFiles) {
 }
 
 // Users get the standard headers and those of Imath, which defines the vectors, but no internal headers.
-TEST(Layering, FrontDoorsReachNoOtherLibraryAndNoInnerHeaders) {
+TEST(Layering, ManualsIncludeNoOtherLibraryAndNoInternalHeaders) {
     std::map<std::string, std::vector<Include>> includes;
     for (const Include& include : project_includes()) includes[include.file].push_back(include);
     for (const std::string library : {"fields", "shading", "scenes", "bridge"}) {
