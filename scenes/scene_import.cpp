@@ -185,7 +185,7 @@ public:
             if (!parts) return Error{placed.name, "its transform " + parts.error().what};
             Instance instance;
             instance.entity = placed.entity;
-            // A single instance that has the name of its entity gets no name of its own.
+            // A single instance that has the name of its entity needs no explicit name.
             const bool is_own = placed.name == scene.entities[placed.entity].name;
             if (!is_own || count[placed.name] > 1) instance.name = unique_name(placed.name, taken);
             instance.placement = parts->placement;
