@@ -77,6 +77,36 @@ TEST(RayRenderer, AWallBlocksHalfOfAUniformSky) {
     EXPECT_NEAR(found.x, 0.5, 2e-3);
 }
 
+TEST(RayRenderer, SurfacesThatTouchEachOtherAreDark) {
+    ExampleScene example;
+    const std::size_t square = example.add_entity(square_mesh(1, 0, 4), matte(0.7f)),
+                      box =
+                          example.add_entity(box_mesh({-0.2f, 0, -0.2f}, {0.2f, 0.3f, 0.2f}, 4), matte(0.5f));
+    const Placement small{{0.1f, 0, 0.1f}, 0.1f};
+    example.scene.environment = environment([](const Vec3d&) { return 1.0; });
+    const auto mean_of_bottom = [&](std::vector<ShadedInstance> instances) {
+        example.scene.instances = std::move(instances);
+        const RayScene rays(example.scene);
+        const Mesh& mesh = *example.scene.entities[example.scene.instances[0].entity].mesh;
+        double sum = 0;
+        int count = 0;
+        for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
+            if (mesh.positions[v].y != 0 || std::abs(mesh.normals[v].y) < 0.9f) continue;
+            sum += double(
+                ray_radiance(rays, 0,
+                             surface_point(example.scene.entities[example.scene.instances[0].entity], v),
+                             1024, 1)
+                    .total()
+                    .x);
+            ++count;
+        }
+        return sum / count;
+    };
+    EXPECT_NEAR(mean_of_bottom({{box, {}}}), 0.5, 0.01) << "in the open";
+    EXPECT_NEAR(mean_of_bottom({{box, {}}, {square, {}}}), 0, 0.01) << "on a floor";
+    EXPECT_NEAR(mean_of_bottom({{square, small}, {square, {}}}), 0.7, 0.01) << "a sheet upon a sheet";
+}
+
 TEST(RayRenderer, AnEmitterHasLambertsIrradiance) {
     ExampleScene example;
     example.scene.instances = {{example.add_entity(square_mesh(0.01f, 0), matte(0.5f)), {}}};

@@ -2,6 +2,7 @@
 
 #include <cassert>
 
+#include "fields/base/embree_rays.h"
 #include "shading/bake/lamp_light.h"
 #include "shading/bake/scrambled_sobol.h"
 #include "shading/bake/source_light.h"
@@ -176,6 +177,21 @@ const ShadedEntity& entity_of(const ShadedScene& scene, std::size_t instance) {
     return scene.entities[scene.instances[instance].entity];
 }
 
+/// Tests whether a surface of another instance faces a point and touches it. Surfaces with the orientation of
+/// the point's own surface do not count.
+///
+/// from  in front of the surface: where the rays of the point start.
+bool is_covered(const RayScene& rays, std::size_t instance, const VertexView& view, const Vec3f& from) {
+    // From as far behind the surface as `from` is in front of it: coincident surfaces are in between.
+    const float height = view.normal.dot(from - view.position);
+    RTCRay ray = embree_ray(from - view.normal * (2 * height), view.normal, 2 * height);
+    ray.mask = ~instance_mask(instance);
+    const std::optional<RTCRayHit> hit = nearest_hit(rays.surfaces.scene(), ray);
+    if (!hit) return false;
+    const Placement& other = rays.scene.instances[hit->hit.instID[0]].placement;
+    return outwards(*hit).dot(other.direction_to_object(view.normal)) < 0;
+}
+
 }  // namespace
 
 RayScene::RayScene(const ShadedScene& of)
@@ -184,6 +200,10 @@ RayScene::RayScene(const ShadedScene& of)
       emitters(scene_emitters(of).triangles),
       lamps(placed_lamps(of.lamps)) {
     rays.build(of);
+    for (const ShadedEntity& entity : of.entities)
+        surfaces.add_entity(entity.occlusion->original().positions(),
+                            entity.occlusion->original().triangles());
+    surfaces.place(of);
 }
 
 Outgoing ray_radiance(const RayScene& rays, std::size_t instance, const SurfacePoint& point,
@@ -192,6 +212,8 @@ Outgoing ray_radiance(const RayScene& rays, std::size_t instance, const SurfaceP
     const Material& material = entity_of(rays.scene, instance).materials[point.material];
     const VertexView view = vertex_view(rays.scene, placed, point);
     const Vec3f from = placed.placement.point_to_world(point.sample);
+    // Rays of a foot's bottom would start below the floor that it stands on.
+    if (is_covered(rays, instance, view, from)) return {};
     const VertexBrdf brdf = vertex_brdf(material, view);
     return Outgoing(PointIntegral(rays, brdf, from, samples)(seed) +
                     radiance_from_lamps(rays.lamps, rays.rays, from, material, view));

@@ -14,7 +14,8 @@ struct RayScene {
     explicit RayScene(const ShadedScene& scene);
 
     const ShadedScene& scene;
-    ShadowRays rays;  ///< The original meshes, without alpha cutouts.
+    ShadowRays rays;              ///< The original meshes, without alpha cutouts.
+    InstancedTriangles surfaces;  ///< The same meshes, for rays that need the normal of what they hit.
     EnvironmentSampler environment;
     EmitterSampler emitters;
     std::vector<PlacedLamp> lamps;
@@ -24,7 +25,7 @@ struct RayScene {
 ///
 /// Directions are sampled by the environment, by the emitters and by the BRDF's cosine and lobes, and
 /// combined by the balance heuristic. Each technique has its own Owen-scrambled Sobol points. Every
-/// position of a lamp has one ray.
+/// position of a lamp has one ray. A point that another instance touches (a foot on a floor) is black.
 ///
 /// samples   total number for all techniques; each gets at least one.
 /// seed      different seeds are independent estimates.
