@@ -264,7 +264,7 @@ TEST(Renderer, DoesNotDependOnTheNumberOfThreads) {
 TEST(Renderer, APartialShadingHasTheRadianceAndMemoryOfItsPoints) {
     ExampleScene example;
     const std::size_t ball = example.add_entity(sphere_mesh({0, 0, 0}, 1, 8), matte(0.6f));
-    for (const float x : {0.0f, 1.5f, 3.0f, 6.0f}) example.scene.instances.push_back({ball, {{x, 0, 0}, 1}});
+    for (const float x : {0.0f, 2.1f, 4.2f, 6.3f}) example.scene.instances.push_back({ball, {{x, 0, 0}, 1}});
     example.scene.environment = environment([](const Vec3d& w) { return 1 + w.y; });
     const SceneColours whole = example.radiance();
     const std::size_t vertices = whole[0].size(), begin = vertices + vertices / 2, end = 3 * vertices;

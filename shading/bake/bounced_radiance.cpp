@@ -5,6 +5,7 @@
 
 #include "fields/base/parallel_loop.h"
 #include "shading/scene/vertex_loop.h"
+#include "shading/visibility/placed_solids.h"
 #include "shading/visibility/vertex_rows.h"
 
 namespace haarfield {
@@ -85,7 +86,12 @@ Result<SceneRadiance> bounced_radiance(const PointShading& direct, std::optional
     assert(!direct.indirect);
     indirect.reset();
     Result<SceneRadiance> radiance = scene_radiance(direct, progress);
-    if (!radiance || direct.settings.bounces.most == 0 || is_partial(direct.sharing)) return radiance;
+    if (!radiance || is_partial(direct.sharing)) return radiance;
+    const PlacedFill fill(direct.scene);
+    if (direct.settings.bounces.most == 0) {
+        fill(*radiance);
+        return radiance;
+    }
     Result<IndirectLight> found = scene_indirect_light(direct, *radiance, progress);
     if (!found) return found.error();
     indirect = std::move(*found);
@@ -93,6 +99,7 @@ Result<SceneRadiance> bounced_radiance(const PointShading& direct, std::optional
     lit.indirect = &*indirect;
     if (const Result<Done> added = add_indirect_radiance(lit, *radiance, progress); !added)
         return added.error();
+    fill(*radiance);
     return radiance;
 }
 

@@ -41,7 +41,8 @@ Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Sce
 /// Computes the direct radiance first, then the indirect light.
 Result<IndirectLight> scene_indirect_light(const PointShading& direct, const Progress& progress = {});
 
-/// Computes scene_radiance, with indirect light if the settings have bounces.
+/// Computes scene_radiance, with indirect light if the settings have bounces. Vertices inside other instances
+/// get the mean of their neighbours (PlacedFill); a partial sharing leaves them black.
 ///
 /// direct    as above.
 /// indirect  is set to the scene's indirect light; empty if there are no bounces or the sharing is partial.

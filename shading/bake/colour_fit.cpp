@@ -7,13 +7,18 @@
 #include <algorithm>
 #include <optional>
 
+#include "shading/visibility/placed_solids.h"
+
 namespace haarfield {
 namespace {
 
 constexpr double middle_weight = 0.75, corner_weight = 1.0 / 12;
 
-/// Returns the middles of the triangles; none if a triangle is buried or has no area.
-std::vector<std::optional<SurfacePoint>> middles_of(const Mesh& mesh, const LocalSampler& sampler) {
+/// Returns the middles of the triangles; none where a middle is buried or inside another instance, or where
+/// the triangle has no area.
+std::vector<std::optional<SurfacePoint>> middles_of(const ShadedScene& scene, const PlacedSolids& solids,
+                                                    std::size_t instance, const Mesh& mesh) {
+    const LocalSampler& sampler = scene.entities[scene.instances[instance].entity].occlusion->sampler();
     std::vector<std::optional<SurfacePoint>> middles(mesh.triangles.size());
     tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(middles.size()), [&](std::uint32_t t) {
         const auto& [a, b, c] = mesh.triangles[t];
@@ -21,6 +26,7 @@ std::vector<std::optional<SurfacePoint>> middles_of(const Mesh& mesh, const Loca
         const Vec3f normal = mesh.normals[a] + mesh.normals[b] + mesh.normals[c];
         if (normal.length() > 1e-6f)
             middles[t] = point_on(mesh, {&t, 1}, position, normal.normalized(), sampler);
+        if (middles[t] && solids.contain(scene, instance, *middles[t])) middles[t].reset();
     });
     return middles;
 }
@@ -87,9 +93,9 @@ Result<Done> fit_radiance(const PointShading& shading, std::span<RadiantMesh> me
                           const Progress& progress) {
     std::vector<InstancePoint> points;
     std::vector<std::vector<std::optional<SurfacePoint>>> middles;
+    const PlacedSolids solids(shading.scene);
     for (std::size_t i = 0; i < meshes.size(); ++i) {
-        const ShadedEntity& entity = shading.scene.entities[shading.scene.instances[i].entity];
-        middles.push_back(middles_of(meshes[i].mesh, entity.occlusion->sampler()));
+        middles.push_back(middles_of(shading.scene, solids, i, meshes[i].mesh));
         for (const auto& middle : middles.back())
             if (middle) points.push_back({i, *middle});
     }

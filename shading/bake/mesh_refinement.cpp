@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fields/mesh/edge_bisection.h"
+#include "shading/visibility/placed_solids.h"
 
 namespace haarfield {
 namespace {
@@ -65,7 +66,7 @@ struct InstanceEdge {
 class Refiner {
 public:
     Refiner(const PointShading& shading, const RefinementSettings& wanted, const Progress& progress)
-        : shading_(shading), wanted_(wanted), progress_(progress) {}
+        : shading_(shading), wanted_(wanted), progress_(progress), solids_(shading.scene) {}
 
     Result<Refinement> operator()(std::vector<RadiantMesh> start) {
         begin(std::move(start));
@@ -76,6 +77,7 @@ public:
             // Shades the longer edges that must be split before the chosen ones.
             if (const Result<Done> shaded = shade_middles(unshaded(splits)); !shaded) return shaded.error();
             split(splits);
+            fill_buried();
             if (progress_.report) progress_.report("refining", vertices_, wanted_.vertex_budget);
             ++result_.rounds;
         }
@@ -159,10 +161,13 @@ private:
             const auto& [bisection, radiance, samples, ignored, scale, shortest] = instances_[i];
             const EntityOcclusion& occlusion =
                 *shading_.scene.entities[shading_.scene.instances[i].entity].occlusion;
-            for (const EdgeBisection::Side& side : bisection.sides(edge))
-                middles[n].push_back({point_on(bisection.mesh(), side.triangles, bisection.middle(edge),
-                                               bisection.middle_normal(side), occlusion.sampler()),
-                                      (radiance[side.low] + radiance[side.high]) * 0.5f});
+            for (const EdgeBisection::Side& side : bisection.sides(edge)) {
+                std::optional<SurfacePoint> point =
+                    point_on(bisection.mesh(), side.triangles, bisection.middle(edge),
+                             bisection.middle_normal(side), occlusion.sampler());
+                if (point && solids_.contain(shading_.scene, i, *point)) point.reset();
+                middles[n].push_back({point, (radiance[side.low] + radiance[side.high]) * 0.5f});
+            }
         });
         std::vector<InstancePoint> points;
         for (std::size_t n = 0; n < edges.size(); ++n)
@@ -254,9 +259,18 @@ private:
         }
     }
 
+    /// Nearer neighbours of buried vertices may have been added.
+    void fill_buried() {
+        tbb::parallel_for(std::size_t{0}, instances_.size(), [&](std::size_t i) {
+            RefinedInstance& instance = instances_[i];
+            BuriedFill(instance.bisection.mesh(), instance.samples.buried)(instance.radiance);
+        });
+    }
+
     const PointShading& shading_;
     const RefinementSettings& wanted_;
     const Progress& progress_;
+    const PlacedSolids solids_;
     std::vector<RefinedInstance> instances_;
     std::size_t vertices_ = 0;
     float mean_ = 0;  ///< Mean radiance of the start vertices, summed over the channels.

@@ -2,7 +2,7 @@
 
 #include <cassert>
 
-#include "shading/visibility/buried_fill.h"
+#include "shading/visibility/placed_solids.h"
 
 namespace haarfield {
 
@@ -28,27 +28,31 @@ Result<std::vector<RadiantMesh>> mesh_radiance(const PointShading& shading, std:
     for (std::size_t e = 0; e < meshes.size(); ++e) {
         samples.push_back(local_samples(meshes[e], shading.scene.entities[e].occlusion->sampler()));
         orders.push_back(spatial_order(meshes[e].positions));
-        std::erase_if(orders[e], [&](std::uint32_t v) { return samples[e].buried[v] != 0; });
     }
     std::vector<InstancePoint> points;
+    std::vector<RadiantMesh> result;
+    const PlacedSolids solids(shading.scene);
     for (std::size_t i = 0; i < shading.scene.instances.size(); ++i) {
         const std::size_t e = shading.scene.instances[i].entity;
-        for (const std::uint32_t v : orders[e])
+        RadiantMesh& shaded = result.emplace_back(
+            RadiantMesh{meshes[e], std::vector<Outgoing>(meshes[e].positions.size()), samples[e]});
+        shaded.samples.buried = solids.buried_vertices(shading.scene, i, meshes[e], samples[e]);
+        for (const std::uint32_t v : orders[e]) {
+            if (shaded.samples.buried[v]) continue;
             points.push_back({i,
                               {meshes[e].positions[v], meshes[e].normals[v], samples[e].points[v],
                                meshes[e].vertex_materials[v]}});
+        }
     }
     const Result<std::vector<Outgoing>> radiance = point_radiance(shading, points, progress);
     if (!radiance) return radiance.error();
 
-    std::vector<RadiantMesh> result;
     auto next = radiance->begin();
-    for (const ShadedInstance& instance : shading.scene.instances) {
-        const std::size_t e = instance.entity;
-        RadiantMesh& shaded = result.emplace_back(
-            RadiantMesh{meshes[e], std::vector<Outgoing>(meshes[e].positions.size()), samples[e]});
-        for (const std::uint32_t v : orders[e]) shaded.radiance[v] = *next++;
-        BuriedFill(shaded.mesh, samples[e].buried)(shaded.radiance);
+    for (std::size_t i = 0; i < result.size(); ++i) {
+        RadiantMesh& shaded = result[i];
+        for (const std::uint32_t v : orders[shading.scene.instances[i].entity])
+            if (!shaded.samples.buried[v]) shaded.radiance[v] = *next++;
+        BuriedFill(shaded.mesh, shaded.samples.buried)(shaded.radiance);
     }
     return result;
 }
@@ -66,13 +70,16 @@ Result<SceneRadiance> vertex_values(const ShadedScene& scene, std::span<const Sa
     SceneRadiance result;
     std::vector<InstancePoint> points;
     std::vector<std::uint32_t> vertices;
+    std::vector<std::vector<std::uint8_t>> buried;
+    const PlacedSolids solids(scene);
     for (std::size_t i = 0; i < meshes.size(); ++i) {
         const Mesh& mesh = *meshes[i].mesh;
-        const auto& [from, buried] = *meshes[i].samples;
+        const std::vector<Vec3f>& from = meshes[i].samples->points;
+        buried.push_back(solids.buried_vertices(scene, i, mesh, *meshes[i].samples));
         assert(from.size() == mesh.positions.size());
         result.emplace_back(mesh.positions.size());
         for (const std::uint32_t v : spatial_order(mesh.positions)) {
-            if (buried[v] || !(wanted.empty() || wanted[i][v])) continue;
+            if (buried[i][v] || !(wanted.empty() || wanted[i][v])) continue;
             points.push_back({i, {mesh.positions[v], mesh.normals[v], from[v], mesh.vertex_materials[v]}});
             vertices.push_back(v);
         }
@@ -80,8 +87,7 @@ Result<SceneRadiance> vertex_values(const ShadedScene& scene, std::span<const Sa
     const Result<std::vector<Outgoing>> radiance = radiance_of(points);
     if (!radiance) return radiance.error();
     for (std::size_t k = 0; k < points.size(); ++k) result[points[k].instance][vertices[k]] = (*radiance)[k];
-    for (std::size_t i = 0; i < meshes.size(); ++i)
-        BuriedFill(*meshes[i].mesh, meshes[i].samples->buried)(result[i]);
+    for (std::size_t i = 0; i < meshes.size(); ++i) BuriedFill(*meshes[i].mesh, buried[i])(result[i]);
     return result;
 }
 

@@ -1,6 +1,6 @@
 #include "shading/bake/vertex_evaluation.h"
 
-#include "shading/visibility/buried_fill.h"
+#include "shading/visibility/placed_solids.h"
 
 namespace haarfield {
 
@@ -29,9 +29,11 @@ Result<SceneRadiance> evaluated_vertices(const ShadedScene& scene,
     if (const Result<Done> shaded = share_vertices(sharing, scene, order_spans, radiance, shade); !shaded)
         return shaded.error();
     if (is_partial(sharing)) return radiance;
+    const PlacedSolids solids(scene);
     for (std::size_t i = 0; i < radiance.size(); ++i) {
         const ShadedEntity& entity = scene.entities[scene.instances[i].entity];
-        BuriedFill(*entity.mesh, entity.occlusion->samples().buried)(radiance[i]);
+        BuriedFill(*entity.mesh,
+                   solids.buried_vertices(scene, i, *entity.mesh, entity.occlusion->samples()))(radiance[i]);
     }
     return radiance;
 }

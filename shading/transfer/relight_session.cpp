@@ -175,6 +175,11 @@ Result<const CachedVisibility*> RelightSession::cached_visibility(const Progress
     return &cached_visibility_.store(std::move(*made), inputs_);
 }
 
+const PlacedFill& RelightSession::placed_fill() {
+    if (const PlacedFill* known = placed_fill_.find(inputs_)) return *known;
+    return placed_fill_.store(PlacedFill(scene()), inputs_);
+}
+
 LampFrames& RelightSession::lamp_frames() {
     if (LampFrames* known = lamp_frames_.find(inputs_)) return *known;
     return lamp_frames_.store({}, inputs_);
@@ -392,6 +397,7 @@ Result<Done> RelightSession::frame(FrameQuality quality, const Progress& progres
 
 Result<Done> RelightSession::frame_of(VertexMask vertices, FrameQuality quality, const Progress& progress) {
     assert(vertices.size() == instances().size());
+    placed_fill().add_sources(vertices);
     if (geometry_)
         for (std::size_t i = 0; i < vertices.size(); ++i)
             geometry_->entities[instances()[i].entity].fill.add_sources(vertices[i]);
@@ -421,9 +427,13 @@ Result<Done> RelightSession::transferred(FrameQuality quality, const VertexMask*
     if (!shaded) return shaded;
     lamp_frames().add_to(radiance_, vertices);
     if (const Bounced* lamps = lamps_bounced_.last()) add_to_radiance(lamps->reflected, vertices);
-    if (const auto* by_eye = std::get_if<ByEye>(&transfer_))
-        return add_reflections(*by_eye->last(), quality, vertices, progress);
-    if (const SceneColours* reflected = lamps_reflected_.last()) add_to_radiance(*reflected, vertices);
+    if (const auto* by_eye = std::get_if<ByEye>(&transfer_)) {
+        const Result<Done> added = add_reflections(*by_eye->last(), quality, vertices, progress);
+        if (!added) return added;
+    } else if (const SceneColours* reflected = lamps_reflected_.last()) {
+        add_to_radiance(*reflected, vertices);
+    }
+    placed_fill()(radiance_);
     return Done{};
 }
 
@@ -482,7 +492,10 @@ Result<SceneColours> RelightSession::full_radiance(const SceneLight& light, cons
     const PointShading shading{scene(), **geometry, light, inputs_.settings, *visibility};
     Result<SceneRadiance> radiance = scene_radiance(shading, progress);
     if (!radiance) return radiance.error();
-    if (inputs_.settings.bounces.most == 0) return total(*radiance);
+    if (inputs_.settings.bounces.most == 0) {
+        placed_fill()(*radiance);
+        return total(*radiance);
+    }
     const Result<IndirectLight> indirect = indirect_at_rest(*radiance, light, progress);
     if (!indirect) return indirect.error();
     const Result<SceneRadiance> resting = radiance_at_rest(*indirect, light, progress);
@@ -494,6 +507,7 @@ Result<SceneColours> RelightSession::full_radiance(const SceneLight& light, cons
         (*geometry)->entities[instances()[i].entity].fill(sums);
     }
     if (light.lamps.empty() && light.emitters.empty()) resting_.store(total(*resting), inputs_);
+    placed_fill()(*radiance);
     return total(*radiance);
 }
 

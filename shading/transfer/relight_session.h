@@ -9,6 +9,8 @@
 /// indirect light in specular reflections: see lacks_reflections(). While an instance moves, indirect light
 /// stays as it was at rest, at all vertices. A commit computes it in full.
 ///
+/// Vertices inside other instances get the mean of their neighbours, in frames as in bakes: see PlacedFill.
+///
 /// Long-running calls accept a Progress. If a call is interrupted or fails, the session is unchanged.
 
 #include <memory>
@@ -25,6 +27,7 @@
 #include "shading/transfer/specular_hits.h"
 #include "shading/transfer/view_transfer.h"
 #include "shading/visibility/cached_visibility.h"
+#include "shading/visibility/placed_solids.h"
 
 namespace haarfield {
 
@@ -208,6 +211,7 @@ private:
     Result<const SpecularHits*> current_hits(const Progress& progress);
     /// Returns the cached visibility; null if none is cached for the occlusion.
     Result<const CachedVisibility*> cached_visibility(const Progress& progress);
+    const PlacedFill& placed_fill();
     LampFrames& lamp_frames();
     BounceSettings frame_bounces() const;
 
@@ -264,6 +268,7 @@ private:
     Memo<DenseCoefficients, I::environment, I::rotation> light_;
     Memo<CachedVisibility, I::instances, I::exact_distances> cached_visibility_;
     Memo<BounceRays, I::instances> rays_;
+    Memo<PlacedFill, I::instances> placed_fill_;
     Memo<SpecularHits, I::instances, I::materials, I::eye> hits_;
     /// Radiance by indirect light, without that of lamps and emitters.
     Memo<SceneColours, I::environment, I::rotation, I::instances, I::materials, I::eye> resting_;

@@ -4,6 +4,7 @@ import time
 
 import bpy
 import numpy
+from mathutils import Vector
 
 from . import results
 from .lights import casts_shadows
@@ -38,6 +39,31 @@ def colours_of(mesh):
     return values.reshape(-1, 4)[:, :3].copy()
 
 
+def vertices_in_others(copies):
+    """Returns for each object a mask of the vertices inside closed objects: black in Cycles, filled in bakes."""
+    masks = {}
+    for name, object in copies.items():
+        inside = numpy.zeros(len(object.data.vertices), bool)
+        # Vertices on a surface of the other object count as inside if their own side is.
+        offset = 1e-4 * max(object.dimensions)
+        for other in copies.values():
+            is_closed = len(other.data.loops) == 2 * len(other.data.edges)
+            if other == object or not is_closed:
+                continue
+            corners = numpy.array([other.matrix_world @ Vector(corner) for corner in other.bound_box])
+            lower, upper = corners.min(axis=0), corners.max(axis=0)
+            to_other = other.matrix_world.inverted()
+            for index, vertex in enumerate(object.data.vertices):
+                normal = (object.matrix_world.to_3x3() @ vertex.normal).normalized()
+                place = object.matrix_world @ vertex.co + offset * normal
+                if (numpy.array(place) < lower).any() or (numpy.array(place) > upper).any():
+                    continue
+                found, near, outwards, _ = other.closest_point_on_mesh(to_other @ place)
+                inside[index] |= found and (to_other @ place - near).dot(outwards) < 0
+        masks[name] = inside
+    return masks
+
+
 def shown_lights(scene, gathered):
     """Adds copies of the lights of instances that are hidden while the baked copies are shown."""
     made = []
@@ -56,7 +82,8 @@ def compared(context, bake, sums, gathered):
 
     bake     the bake with the pass diffuse.
     sums     the same bake by plain sums over exact visibility.
-    returns  for each instance a dict of name, haarfield, sums, cycles and noise (n, 3 each), seconds.
+    returns  for each instance a dict of name, haarfield, sums, cycles and noise (n, 3 each), seconds; without
+             the vertices inside other objects.
     """
     scene = context.scene
     copies = results.copies(scene)
@@ -115,13 +142,14 @@ def compared(context, bake, sums, gathered):
             object.select_set(object in selected)
         context.view_layer.objects.active = active
     rows = []
+    hidden = vertices_in_others(copies)
     for name in copies:
-        first, second = values[0][name], values[1][name]
+        first, second = (of_seed[name][~hidden[name]] for of_seed in values)
         rows.append(
             {
                 "name": gathered.names[name],
-                "haarfield": bake[name].passes["diffuse"],
-                "sums": sums[name].passes["diffuse"],
+                "haarfield": bake[name].passes["diffuse"][~hidden[name]],
+                "sums": sums[name].passes["diffuse"][~hidden[name]],
                 "cycles": (first + second) / 2,
                 "noise": (first - second) / 2,
                 "seconds": seconds,
