@@ -138,6 +138,27 @@ def test_a_changed_light_is_shaded_without_new_fields(folder):
     assert {file: file.stat().st_mtime_ns for file in (folder / "fields").iterdir()} == fields
 
 
+def test_a_world_without_a_surface_shader_is_black(folder):
+    floor_and_box(folder)
+    world = bpy.data.worlds.new("Bare")
+    bpy.context.scene.world = world
+    world.use_nodes = True
+    world.node_tree.nodes.clear()
+    add_light("POINT", energy=20)
+    gathered = gather(bpy.context)
+    assert not gathered.description["environment"]["image"].any()
+    assert [warning for warning in gathered.warnings if "World 'Bare': it has no surface shader" in warning]
+
+
+def test_vertices_inside_others_are_not_compared_with_cycles(folder):
+    floor_and_box(folder)
+    objects = {name: bpy.data.objects[name] for name in ("Floor", "Box")}
+    masks = cycles_check.vertices_in_others(objects)
+    inside = numpy.array([vertex.co for vertex in objects["Floor"].data.vertices])[masks["Floor"]]
+    assert len(inside) == 9 and (abs(inside - (0.9, 0.3, 0)).max(axis=0) < 0.25).all()
+    assert not masks["Box"].any()
+
+
 def test_what_is_left_out_is_named_once(folder):
     context = floor_and_box(folder)
     portal = add_light("AREA", "Window")

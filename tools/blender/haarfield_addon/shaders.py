@@ -192,6 +192,9 @@ def world_of(world, has_lights, warnings):
     if output and source_of(output.inputs["Volume"]):
         warnings.append(f"World '{world.name}': its volume is ignored")
     background = source_of(output.inputs["Surface"]) if output else None
+    if background is None and has_lights:
+        warnings.append(f"World '{world.name}': it has no surface shader and is black, as in Cycles")
+        return constant_light((0, 0, 0))
     if background is None or background.type != "BACKGROUND":
         found = background.bl_label if background else "missing"
         raise Refusal(f"World '{world.name}': its surface is {found}; expected Background")
